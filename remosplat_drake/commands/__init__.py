@@ -1,0 +1,1 @@
+"""The `remosplat` command line, one file a command."""

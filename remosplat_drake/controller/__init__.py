@@ -1,0 +1,1 @@
+"""The reactive controller: one quadratic program a tick."""

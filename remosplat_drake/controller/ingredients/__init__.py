@@ -1,0 +1,1 @@
+"""Costs and constraints of the program, one class a file."""

@@ -1,0 +1,50 @@
+"""The error tree: everything a user can cause is a `RemoSplatError`.
+
+The command line prints such an error as one line and exits with code 2; any
+other exception is a defect of ours and keeps its traceback.
+"""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from pathlib import Path
+
+
+class RemoSplatError(Exception):
+    """Base of all errors that a user can cause and mend."""
+
+
+class FileError(RemoSplatError):
+    """A file is missing, unreadable or not what it should be."""
+
+    def __init__(self, path: str | Path, problem: str):
+        self.path = Path(path)
+        self.problem = problem
+        super().__init__(f"{path}: {problem}")
+
+
+class FieldError(RemoSplatError):
+    """A named field of a file, scenario or flag has an unusable value."""
+
+    def __init__(self, where: str, field: str, problem: str):
+        self.where = where
+        self.field = field
+        self.problem = problem
+        super().__init__(f"{where}: {field}: {problem}")
+
+
+class MissingExtraError(RemoSplatError):
+    """A feature needs a package that belongs to an optional extra."""
+
+    def __init__(self, feature: str, extra: str):
+        super().__init__(
+            f"{feature} needs an optional extra: "
+            f"pip install 'remosplat-drake[{extra}]'"
+        )
+
+
+def unknown_name(kind: str, name: object, valid: Iterable[str]) -> str:
+    """Says that `name` is no such `kind`, with a guess and the valid names."""
+    names = sorted(valid)
+    close = get_close_matches(str(name), names, n=1)
+    guess = f" (did you mean {close[0]!r}?)" if close else ""
+    return f"unknown {kind} {name!r}{guess}; valid: {', '.join(names)}"

@@ -1,0 +1,1 @@
+"""Distance oracles: how far each robot sphere is from the scene."""

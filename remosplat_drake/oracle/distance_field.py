@@ -1,0 +1,109 @@
+"""`DistanceField`, the question "how far is the scene?", and its answer."""
+
+import dataclasses as dc
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from remosplat_drake.robot.sphere_model import Spheres
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Clearances:
+    """m distances from robot spheres to the scene.
+
+    A sphere may own no row (nothing within the queried distance), one row
+    (its closest point) or several (one a view or a primitive). The arrays
+    are read-only, and copying returns the object itself: it crosses Drake's
+    ports, which deep-copy Python values.
+
+    Attributes:
+        sphere: Index of the sphere that each row belongs to, shape (m,).
+        distance: From the sphere's surface to the scene, shape (m,) [m];
+            negative when it penetrates.
+        direction_W: Unit vectors n from the sphere centre towards the scene,
+            in W, shape (m, 3): moving the centre by eps n changes the
+            distance by -eps (so n = -grad d, also inside a solid).
+        p_WC: Closest scene point of each row in W, shape (m, 3) [m].
+        revision: The field's revision that gave this answer.
+    """
+
+    sphere: np.ndarray
+    distance: np.ndarray
+    direction_W: np.ndarray
+    p_WC: np.ndarray
+    revision: str = ""
+
+    def __post_init__(self):
+        for name in ("sphere", "distance", "direction_W", "p_WC"):
+            getattr(self, name).flags.writeable = False
+
+    def __len__(self) -> int:
+        return len(self.distance)
+
+    def __deepcopy__(self, memo) -> "Clearances":
+        return self
+
+    def minimum(self) -> float:
+        """The smallest distance [m]; inf when there is no row."""
+        return float(self.distance.min(initial=np.inf))
+
+    def per_sphere(self, n: int) -> np.ndarray:
+        """The smallest distance of each of n spheres, inf without a row."""
+        result = np.full(n, np.inf)
+        np.minimum.at(result, self.sphere, self.distance)
+        return result
+
+    def within(self, distance: float) -> "Clearances":
+        """The rows nearer than `distance` [m]."""
+        keep = self.distance < distance
+        if keep.all():
+            return self
+        return Clearances(
+            self.sphere[keep],
+            self.distance[keep],
+            self.direction_W[keep],
+            self.p_WC[keep],
+            self.revision,
+        )
+
+    @staticmethod
+    def none(revision: str = "") -> "Clearances":
+        """No rows: nothing is near."""
+        empty = np.zeros((0, 3))
+        return Clearances(
+            np.zeros(0, np.int64), np.zeros(0), empty, empty.copy(), revision
+        )
+
+
+class DistanceField(ABC):
+    """An immutable map that answers distance queries for any robot state.
+
+    Fields know nothing of Drake and hold no state between queries, so one
+    field serves the control tick, verification and rollouts alike.
+    """
+
+    revision: str
+    """Changes whenever the map changes; equal revisions answer equally."""
+
+    is_lipschitz: bool = True
+    """A true distance: moving a sphere by s changes its distance by <= s.
+
+    Verification then skips spheres that are too far away to matter. Depth
+    views are not, and are always queried.
+    """
+
+    @abstractmethod
+    def clearances(
+        self, spheres: Spheres, max_distance: float = np.inf
+    ) -> Clearances:
+        """The clearances of all spheres, in one call.
+
+        Args:
+            spheres: Placed robot spheres.
+            max_distance: Rows at or beyond this distance are left out [m];
+                a small value makes the query cheaper.
+        """
+
+    def __deepcopy__(self, memo) -> "DistanceField":
+        return self

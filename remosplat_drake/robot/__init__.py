@@ -1,0 +1,1 @@
+"""The robot: its model, spheres and kinematics."""

@@ -1,0 +1,267 @@
+"""Forward kinematics and Jacobians of a whole robot in microseconds.
+
+`KinematicTree` is read off a MultibodyPlant once; the kernels below then
+work on arrays alone, so that a control tick, verification and rollouts cost
+microseconds and need no plant context. The plant is their referee in tests.
+
+Notation: u is the command (forward speed and yaw rate of a differential
+base, then the arm joint rates); q the configuration (x, y, yaw, arm). Column
+j of a Jacobian is a screw: the axis a_j and a point o_j on it.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+from numba import njit
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import (
+    Joint,
+    PrismaticJoint,
+    RevoluteJoint,
+    WeldJoint,
+)
+
+from remosplat_drake.errors import RemoSplatError
+
+FIXED, REVOLUTE, PRISMATIC = 0, 1, 2
+
+
+@dc.dataclass(frozen=True, eq=False)
+class KinematicTree:
+    """The plant's bodies in topological order, as arrays over b bodies.
+
+    Attributes:
+        names: Scoped body names, length b; body 0 is the world.
+        parent: Index of the parent body, shape (b,).
+        kind: FIXED, REVOLUTE or PRISMATIC inboard joint, shape (b,).
+        axis_F: Joint axis in the inboard frame F, shape (b, 3).
+        X_PF: Inboard joint frame in the parent body, shape (b, 4, 4).
+        X_MB: Body in its outboard joint frame, shape (b, 4, 4).
+        position: Index of the joint in q, or -1, shape (b,).
+        offset: Constant joint position where `position` is -1, shape (b,).
+    """
+
+    names: tuple[str, ...]
+    parent: np.ndarray
+    kind: np.ndarray
+    axis_F: np.ndarray
+    X_PF: np.ndarray
+    X_MB: np.ndarray
+    position: np.ndarray
+    offset: np.ndarray
+
+    def index(self, name: str) -> int:
+        """The body called `name`.
+
+        Raises:
+            RemoSplatError: There is none.
+        """
+        try:
+            return self.names.index(name)
+        except ValueError:
+            raise RemoSplatError(
+                f"the robot has no link {name!r}; it has: "
+                + ", ".join(self.names[1:])
+            ) from None
+
+    def chain(self, body: int) -> list[int]:
+        """Bodies from the world (excluded) out to `body` (included)."""
+        bodies = []
+        while body > 0:
+            bodies.append(body)
+            body = int(self.parent[body])
+        return bodies[::-1]
+
+
+def make_kinematic_tree(
+    plant: MultibodyPlant, joints: list[str], locked: dict[str, float]
+) -> KinematicTree:
+    """Reads the tree off a finalized plant.
+
+    Args:
+        plant: Any tree of welds, revolute and prismatic joints.
+        joints: Joint names in the order of q.
+        locked: Constant positions of further joints [rad or m]; a joint
+            that is neither in `joints` nor here stays at zero.
+
+    Raises:
+        RemoSplatError: A joint has another type, or a name is unknown.
+    """
+    inboard: dict[int, Joint] = {}
+    for index in plant.GetJointIndices():
+        joint = plant.get_joint(index)
+        inboard[int(joint.child_body().index())] = joint
+    known = {joint.name() for joint in inboard.values()}
+    for name in [*joints, *locked]:
+        if name not in known:
+            raise RemoSplatError(
+                f"the robot has no joint {name!r}; it has: "
+                + ", ".join(sorted(known))
+            )
+
+    world = int(plant.world_body().index())
+    order = [world]
+    for body in order:  # Grows while it is walked: breadth first.
+        order += [
+            child
+            for child, joint in inboard.items()
+            if int(joint.parent_body().index()) == body
+        ]
+    row = {body: i for i, body in enumerate(order)}
+    b = len(order)
+    tree = KinematicTree(
+        names=tuple(
+            plant.get_body(plant.GetBodyIndices_(i)).name()
+            if hasattr(plant, "GetBodyIndices_")
+            else _body_name(plant, i)
+            for i in order
+        ),
+        parent=np.zeros(b, np.int64),
+        kind=np.zeros(b, np.int64),
+        axis_F=np.zeros((b, 3)),
+        X_PF=np.tile(np.eye(4), (b, 1, 1)),
+        X_MB=np.tile(np.eye(4), (b, 1, 1)),
+        position=np.full(b, -1),
+        offset=np.zeros(b),
+    )
+    for i, body in enumerate(order[1:], start=1):
+        joint = inboard[body]
+        tree.parent[i] = row[int(joint.parent_body().index())]
+        X_PF = joint.frame_on_parent().GetFixedPoseInBodyFrame()
+        X_BM = joint.frame_on_child().GetFixedPoseInBodyFrame()
+        tree.X_MB[i] = X_BM.inverse().GetAsMatrix4()
+        if isinstance(joint, RevoluteJoint):
+            tree.kind[i] = REVOLUTE
+            tree.axis_F[i] = joint.revolute_axis()
+        elif isinstance(joint, PrismaticJoint):
+            tree.kind[i] = PRISMATIC
+            tree.axis_F[i] = joint.translation_axis()
+        elif isinstance(joint, WeldJoint):
+            X_PF = X_PF @ joint.X_FM()
+        else:
+            raise RemoSplatError(
+                f"joint {joint.name()!r} is {joint.type_name()!r};"
+                " supported: revolute, prismatic, weld"
+            )
+        tree.X_PF[i] = X_PF.GetAsMatrix4()
+        if joint.name() in joints:
+            tree.position[i] = joints.index(joint.name())
+        else:
+            tree.offset[i] = locked.get(joint.name(), 0.0)
+    for field in dc.fields(tree):
+        value = getattr(tree, field.name)
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+    return tree
+
+
+def _body_name(plant: MultibodyPlant, index: int) -> str:
+    from pydrake.multibody.tree import BodyIndex
+
+    return plant.get_body(BodyIndex(index)).name()
+
+
+@njit(cache=True)
+def body_poses(parent, kind, axis_F, X_PF, X_MB, position, offset, q):
+    """Poses of all bodies, shape (b, 4, 4), and of their joint frames."""
+    b = len(parent)
+    X_WB = np.zeros((b, 4, 4))
+    X_WF = np.zeros((b, 4, 4))
+    for k in range(4):
+        X_WB[0, k, k] = 1.0
+        X_WF[0, k, k] = 1.0
+    X_FM = np.zeros((4, 4))
+    scratch = np.zeros((4, 4))
+    for i in range(1, b):
+        _compose(X_WB[parent[i]], X_PF[i], X_WF[i])
+        if kind[i] == FIXED:
+            _compose(X_WF[i], X_MB[i], X_WB[i])
+            continue
+        value = q[position[i]] if position[i] >= 0 else offset[i]
+        _joint_pose(kind[i], axis_F[i], value, X_FM)
+        _compose(X_WF[i], X_FM, scratch)
+        _compose(scratch, X_MB[i], X_WB[i])
+    return X_WB, X_WF
+
+
+@njit(cache=True)
+def _compose(X_AB, X_BC, X_AC):
+    for r in range(3):
+        for c in range(4):
+            total = X_AB[r, 3] if c == 3 else 0.0
+            for k in range(3):
+                total += X_AB[r, k] * X_BC[k, c]
+            X_AC[r, c] = total
+    X_AC[3, 0] = X_AC[3, 1] = X_AC[3, 2] = 0.0
+    X_AC[3, 3] = 1.0
+
+
+@njit(cache=True)
+def _joint_pose(kind, axis, value, X):
+    """Rodrigues' formula, or a slide along the axis."""
+    X[:, :] = 0.0
+    X[3, 3] = 1.0
+    if kind == PRISMATIC:
+        for k in range(3):
+            X[k, k] = 1.0
+            X[k, 3] = axis[k] * value
+        return
+    s, c = np.sin(value), np.cos(value)
+    x, y, z = axis[0], axis[1], axis[2]
+    v = 1.0 - c
+    X[0, 0] = c + x * x * v
+    X[0, 1] = x * y * v - z * s
+    X[0, 2] = x * z * v + y * s
+    X[1, 0] = y * x * v + z * s
+    X[1, 1] = c + y * y * v
+    X[1, 2] = y * z * v - x * s
+    X[2, 0] = z * x * v - y * s
+    X[2, 1] = z * y * v + x * s
+    X[2, 2] = c + z * z * v
+
+
+@njit(cache=True)
+def sphere_points(X_WB, body, p_BS):
+    """Sphere centres p_WS (n, 3) and link orientations R_WL (n, 3, 3)."""
+    n = len(body)
+    p_WS = np.empty((n, 3))
+    R_WL = np.empty((n, 3, 3))
+    for i in range(n):
+        X = X_WB[body[i]]
+        for r in range(3):
+            p_WS[i, r] = X[r, 3]
+            for c in range(3):
+                R_WL[i, r, c] = X[r, c]
+                p_WS[i, r] += X[r, c] * p_BS[i, c]
+    return p_WS, R_WL
+
+
+@njit(cache=True)
+def point_jacobians(a_W, o_W, revolute, moves, body, p_W):
+    """Translational Jacobians Jv_WP of n points, shape (n, 3, n_u).
+
+    Args:
+        a_W: Screw axes, shape (n_u, 3).
+        o_W: A point on each axis, shape (n_u, 3).
+        revolute: Whether the screw rotates, shape (n_u,).
+        moves: Whether screw j moves body i, shape (b, n_u).
+        body: Body of each point, shape (n,).
+        p_W: The points, shape (n, 3).
+    """
+    n, n_u = len(body), len(a_W)
+    J = np.zeros((n, 3, n_u))
+    for i in range(n):
+        for j in range(n_u):
+            if not moves[body[i], j]:
+                continue
+            if not revolute[j]:
+                for k in range(3):
+                    J[i, k, j] = a_W[j, k]
+                continue
+            rx = p_W[i, 0] - o_W[j, 0]
+            ry = p_W[i, 1] - o_W[j, 1]
+            rz = p_W[i, 2] - o_W[j, 2]
+            J[i, 0, j] = a_W[j, 1] * rz - a_W[j, 2] * ry
+            J[i, 1, j] = a_W[j, 2] * rx - a_W[j, 0] * rz
+            J[i, 2, j] = a_W[j, 0] * ry - a_W[j, 1] * rx
+    return J

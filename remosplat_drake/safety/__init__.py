@@ -1,0 +1,1 @@
+"""Verification, braking and supervision of commands."""

@@ -1,0 +1,183 @@
+"""`GaussianSplat`: a scene as read-only arrays."""
+
+import dataclasses as dc
+import hashlib
+from functools import cached_property
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from remosplat_drake.errors import RemoSplatError
+
+SH_C0 = 0.28209479177387814
+"""The constant spherical harmonic: colour = 0.5 + SH_C0 * f_dc."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class GaussianSplat:
+    """N Gaussians in frame G, activated (linear scales, opacity in (0, 1)).
+
+    Two scales make a 2DGS surfel: a flat disc whose normal is the third
+    column of its rotation. Three scales make a 3DGS ellipsoid. The arrays
+    are read-only, so a splat may be shared by every system of a diagram;
+    copying one returns itself.
+
+    Attributes:
+        p_GK: Centres of the splats K in G, shape (N, 3) [m].
+        quaternions: Orientations R_GK as unit quaternions wxyz, shape (N, 4).
+        scales: Standard deviations along K's axes, shape (N, 2) or (N, 3) [m].
+        opacities: Shape (N,), each in (0, 1].
+        colors: Linear RGB of spherical-harmonics degree 0, shape (N, 3).
+        sh_rest: Higher harmonics, coefficient-major, shape (N, K, 3) with
+            K = (degree + 1)^2 - 1; K = 0 where a file has none.
+    """
+
+    p_GK: np.ndarray
+    quaternions: np.ndarray
+    scales: np.ndarray
+    opacities: np.ndarray
+    colors: np.ndarray
+    sh_rest: np.ndarray = dc.field(
+        default_factory=lambda: np.zeros((0, 0, 3), np.float32)
+    )
+
+    def __post_init__(self):
+        n = len(self.p_GK)
+        if self.sh_rest.shape[:2] == (0, 0) and n > 0:
+            object.__setattr__(self, "sh_rest", np.zeros((n, 0, 3), np.float32))
+        for field in dc.fields(self):
+            array = np.array(getattr(self, field.name), np.float32)
+            array.flags.writeable = False
+            object.__setattr__(self, field.name, array)
+        self._check()
+
+    def _check(self):
+        n = len(self.p_GK)
+        expected = {
+            "p_GK": [(n, 3)],
+            "quaternions": [(n, 4)],
+            "scales": [(n, 2), (n, 3)],
+            "opacities": [(n,)],
+            "colors": [(n, 3)],
+            "sh_rest": [(n, *self.sh_rest.shape[1:2], 3)],
+        }
+        for name, shapes in expected.items():
+            shape = getattr(self, name).shape
+            if shape not in shapes:
+                raise RemoSplatError(
+                    f"{name} has shape {shape}; expected {shapes}"
+                )
+        for name in expected:
+            values = getattr(self, name).reshape(n, -1)
+            bad = ~np.isfinite(values).all(axis=1)
+            if bad.any():
+                raise RemoSplatError(
+                    f"{name} of splat {bad.argmax()} is not finite"
+                    f" ({bad.sum()} such splats)"
+                )
+        norms = np.linalg.norm(self.quaternions, axis=1)
+        self._reject(norms < 1e-8, "quaternion", "zero")
+        self._reject((self.scales <= 0).any(axis=1), "scale", "not positive")
+        self._reject(
+            (self.opacities <= 0) | (self.opacities > 1),
+            "opacity",
+            "outside (0, 1]",
+        )
+        unit = (self.quaternions / np.maximum(norms, 1e-8)[:, None]).astype(
+            np.float32
+        )
+        unit.flags.writeable = False
+        object.__setattr__(self, "quaternions", unit)
+
+    def _reject(self, bad: np.ndarray, what: str, problem: str):
+        if bad.any():
+            raise RemoSplatError(
+                f"{what} of splat {bad.argmax()} is {problem}"
+                f" ({bad.sum()} such splats)"
+            )
+
+    def __len__(self) -> int:
+        return len(self.p_GK)
+
+    def __deepcopy__(self, memo) -> "GaussianSplat":
+        return self
+
+    @property
+    def is_surfel(self) -> bool:
+        """True for flat 2DGS discs, False for 3DGS ellipsoids."""
+        return self.scales.shape[1] == 2
+
+    @cached_property
+    def R_GK(self) -> np.ndarray:
+        """Rotation matrices of the splats, shape (N, 3, 3), read-only."""
+        R = rotation_matrices(self.quaternions.astype(np.float64))
+        R.flags.writeable = False
+        return R
+
+    @cached_property
+    def content_hash(self) -> str:
+        """A digest of everything that matters for distances and views."""
+        digest = hashlib.sha256()
+        for field in dc.fields(self):
+            digest.update(np.ascontiguousarray(getattr(self, field.name)))
+        return digest.hexdigest()[:16]
+
+    def select(self, keep: np.ndarray) -> "GaussianSplat":
+        """The splats that a boolean mask or index array names."""
+        return GaussianSplat(
+            **{f.name: getattr(self, f.name)[keep] for f in dc.fields(self)}
+        )
+
+    def cropped(self, lower: np.ndarray, upper: np.ndarray) -> "GaussianSplat":
+        """The splats whose centres lie in the box [lower, upper] of G [m]."""
+        inside = (self.p_GK >= lower) & (self.p_GK <= upper)
+        return self.select(inside.all(axis=1))
+
+    def transformed(self, X_FG: RigidTransform) -> "GaussianSplat":
+        """The same splats expressed in frame F.
+
+        Higher harmonics are dropped: rotating them is not needed for
+        distances, and degree 0 does not depend on orientation.
+        """
+        R_FG = X_FG.rotation()
+        p_FK = self.p_GK.astype(np.float64) @ R_FG.matrix().T
+        return GaussianSplat(
+            p_GK=p_FK + X_FG.translation(),
+            quaternions=quaternion_product(
+                R_FG.ToQuaternion().wxyz(), self.quaternions.astype(np.float64)
+            ),
+            scales=self.scales,
+            opacities=self.opacities,
+            colors=self.colors,
+        )
+
+
+def rotation_matrices(wxyz: np.ndarray) -> np.ndarray:
+    """Rotation matrices of unit quaternions, (N, 4) wxyz -> (N, 3, 3)."""
+    w, x, y, z = wxyz.T
+    R = np.empty((len(wxyz), 3, 3))
+    R[:, 0, 0] = 1 - 2 * (y * y + z * z)
+    R[:, 0, 1] = 2 * (x * y - w * z)
+    R[:, 0, 2] = 2 * (x * z + w * y)
+    R[:, 1, 0] = 2 * (x * y + w * z)
+    R[:, 1, 1] = 1 - 2 * (x * x + z * z)
+    R[:, 1, 2] = 2 * (y * z - w * x)
+    R[:, 2, 0] = 2 * (x * z - w * y)
+    R[:, 2, 1] = 2 * (y * z + w * x)
+    R[:, 2, 2] = 1 - 2 * (x * x + y * y)
+    return R
+
+
+def quaternion_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Hamilton product of one quaternion a and many b, wxyz, (N, 4)."""
+    aw, ax, ay, az = a
+    bw, bx, by, bz = b.T
+    return np.stack(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ],
+        axis=1,
+    )
