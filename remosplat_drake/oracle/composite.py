@@ -1,0 +1,61 @@
+"""`CompositeDistanceField`: several fields as one scene."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from remosplat_drake.errors import RemoSplatError, unknown_name
+from remosplat_drake.oracle.distance_field import Clearances, DistanceField
+from remosplat_drake.robot.sphere_model import Spheres
+
+ROWS = ("all", "closest")
+
+
+class CompositeDistanceField(DistanceField):
+    """The minimum over its parts: a splat, unknown space, moving things.
+
+    Args:
+        parts: One or more fields of the same world.
+        rows: "all" keeps every row of every part, so that the controller
+            sees each part's obstacle; "closest" keeps one row a sphere.
+
+    Raises:
+        RemoSplatError: There are no parts, or `rows` is no such choice.
+    """
+
+    def __init__(self, parts: Sequence[DistanceField], rows: str = "all"):
+        if not parts:
+            raise RemoSplatError("a composite distance field needs parts")
+        if rows not in ROWS:
+            raise RemoSplatError(unknown_name("rows", rows, ROWS))
+        self.parts = tuple(parts)
+        self.rows = rows
+        self.revision = f"{rows}({'+'.join(p.revision for p in self.parts)})"
+        self.is_lipschitz = all(part.is_lipschitz for part in self.parts)
+
+    def clearances(
+        self, spheres: Spheres, max_distance: float = np.inf
+    ) -> Clearances:
+        """The clearances of all spheres; see `DistanceField.clearances`."""
+        answers = [p.clearances(spheres, max_distance) for p in self.parts]
+        sphere = np.concatenate([a.sphere for a in answers])
+        distance = np.concatenate([a.distance for a in answers])
+        direction_W = np.concatenate([a.direction_W for a in answers])
+        p_WC = np.concatenate([a.p_WC for a in answers])
+        # The sort is stable, so of equal distances the first part's row wins.
+        by_distance = self.rows == "closest"
+        order = (
+            np.lexsort((distance, sphere))
+            if by_distance
+            else np.argsort(sphere, kind="stable")
+        )
+        if by_distance:
+            _, first = np.unique(sphere[order], return_index=True)
+            order = order[first]
+        return Clearances(
+            sphere[order],
+            distance[order],
+            direction_W[order],
+            p_WC[order],
+            self.revision,
+        )

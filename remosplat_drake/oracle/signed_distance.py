@@ -1,0 +1,183 @@
+"""`SignedDistanceField`: exact distances to boxes and cylinders.
+
+It is the paper's ground-truth baseline (RMMI) and the judge of every other
+field. Distances are signed: negative inside a solid. Where the gradient is
+not unique (the centre of a box, the axis of a cylinder) a fixed choice is
+made, so that equal queries get equal answers.
+"""
+
+import numpy as np
+from numba import njit
+
+from remosplat_drake.errors import RemoSplatError, unknown_name
+from remosplat_drake.oracle.distance_field import Clearances, DistanceField
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+
+ROWS = ("closest", "per_primitive")
+
+
+class SignedDistanceField(DistanceField):
+    """The signed distance to a `PrimitiveScene`.
+
+    A primitive that lies wholly below a sphere's `ignore_below` is not seen
+    by that sphere.
+
+    Args:
+        scene: The solids.
+        rows: "closest" answers one row a sphere, "per_primitive" one row a
+            sphere and primitive.
+
+    Raises:
+        RemoSplatError: `rows` is no such choice.
+    """
+
+    def __init__(self, scene: PrimitiveScene, rows: str = "closest"):
+        if rows not in ROWS:
+            raise RemoSplatError(unknown_name("rows", rows, ROWS))
+        self.scene = scene
+        self.rows = rows
+        self.revision = f"signed-distance-{scene.content_hash}-{rows}"
+        primitives = scene.primitives
+        k = len(primitives)
+        self._is_box = np.array([isinstance(p, Box) for p in primitives], bool)
+        self._top = np.array([p.top for p in primitives], float)
+        self._p_WP = np.zeros((k, 3))
+        self._R_WP = np.zeros((k, 3, 3))
+        self._size = np.zeros((k, 3))
+        for i, p in enumerate(primitives):
+            self._p_WP[i] = p.X_WP.translation()
+            self._R_WP[i] = p.X_WP.rotation().matrix()
+            self._size[i] = (
+                p.half_extents
+                if isinstance(p, Box)
+                else (p.radius, p.radius, p.half_height)
+            )
+
+    def clearances(
+        self, spheres: Spheres, max_distance: float = np.inf
+    ) -> Clearances:
+        """The clearances of all spheres; see `DistanceField.clearances`."""
+        sphere, distance, direction_W, p_WC = _clearances(
+            np.ascontiguousarray(spheres.p_WS, np.float64),
+            np.ascontiguousarray(spheres.radius, np.float64),
+            np.ascontiguousarray(spheres.ignore_below, np.float64),
+            self._is_box,
+            self._size,
+            self._R_WP,
+            self._p_WP,
+            self._top,
+            max_distance,
+            self.rows == "closest",
+        )
+        return Clearances(sphere, distance, direction_W, p_WC, self.revision)
+
+
+@njit(cache=True)
+def box_distance(x, y, z, size):
+    """Signed distance to a box at the origin, and its gradient.
+
+    Outside, the closest point is the point clamped to the box. Inside, it
+    lies on the nearest face; ties go to the first axis, and to its positive
+    side.
+    """
+    qx, qy, qz = abs(x) - size[0], abs(y) - size[1], abs(z) - size[2]
+    sx = 1.0 if x >= 0 else -1.0
+    sy = 1.0 if y >= 0 else -1.0
+    sz = 1.0 if z >= 0 else -1.0
+    if qx <= 0 and qy <= 0 and qz <= 0:
+        if qx >= qy and qx >= qz:
+            return qx, sx, 0.0, 0.0
+        if qy >= qz:
+            return qy, 0.0, sy, 0.0
+        return qz, 0.0, 0.0, sz
+    vx, vy, vz = max(qx, 0.0) * sx, max(qy, 0.0) * sy, max(qz, 0.0) * sz
+    d = np.sqrt(vx * vx + vy * vy + vz * vz)
+    return d, vx / d, vy / d, vz / d
+
+
+@njit(cache=True)
+def cylinder_distance(x, y, z, size):
+    """Signed distance to a cylinder along z at the origin, and its gradient.
+
+    Inside, ties go to the mantle; on the axis the radial direction is x.
+    """
+    rho = np.sqrt(x * x + y * y)
+    ux, uy = (x / rho, y / rho) if rho > 1e-12 else (1.0, 0.0)
+    sz = 1.0 if z >= 0 else -1.0
+    q_radial, q_axial = rho - size[0], abs(z) - size[2]
+    if q_radial <= 0 and q_axial <= 0:
+        if q_radial >= q_axial:
+            return q_radial, ux, uy, 0.0
+        return q_axial, 0.0, 0.0, sz
+    v_radial, v_axial = max(q_radial, 0.0), max(q_axial, 0.0)
+    d = np.sqrt(v_radial * v_radial + v_axial * v_axial)
+    radial = v_radial / d
+    return d, radial * ux, radial * uy, v_axial / d * sz
+
+
+@njit(cache=True)
+def _primitive_distance(p_WS, is_box, size, R_WP, p_WP):
+    """Signed distance of a point to one primitive, and its gradient in W."""
+    x, y, z = p_WS[0] - p_WP[0], p_WS[1] - p_WP[1], p_WS[2] - p_WP[2]
+    px = R_WP[0, 0] * x + R_WP[1, 0] * y + R_WP[2, 0] * z
+    py = R_WP[0, 1] * x + R_WP[1, 1] * y + R_WP[2, 1] * z
+    pz = R_WP[0, 2] * x + R_WP[1, 2] * y + R_WP[2, 2] * z
+    if is_box:
+        d, gx, gy, gz = box_distance(px, py, pz, size)
+    else:
+        d, gx, gy, gz = cylinder_distance(px, py, pz, size)
+    return (
+        d,
+        R_WP[0, 0] * gx + R_WP[0, 1] * gy + R_WP[0, 2] * gz,
+        R_WP[1, 0] * gx + R_WP[1, 1] * gy + R_WP[1, 2] * gz,
+        R_WP[2, 0] * gx + R_WP[2, 1] * gy + R_WP[2, 2] * gz,
+    )
+
+
+@njit(cache=True)
+def _clearances(
+    p_WS,
+    radius,
+    ignore_below,
+    is_box,
+    size,
+    R_WP,
+    p_WP,
+    top,
+    max_distance,
+    closest,
+):
+    n, k = len(p_WS), len(is_box)
+    capacity = n if closest else n * k
+    sphere = np.empty(capacity, np.int64)
+    distance = np.empty(capacity)
+    direction_W = np.empty((capacity, 3))
+    p_WC = np.empty((capacity, 3))
+    rows = 0
+    for i in range(n):
+        first_of_sphere = rows
+        for j in range(k):
+            if top[j] <= ignore_below[i]:
+                continue
+            d, gx, gy, gz = _primitive_distance(
+                p_WS[i], is_box[j], size[j], R_WP[j], p_WP[j]
+            )
+            row = rows
+            if closest and rows > first_of_sphere:
+                row = first_of_sphere
+                if d - radius[i] >= distance[row]:
+                    continue
+            elif d - radius[i] >= max_distance:
+                continue
+            else:
+                rows += 1
+            sphere[row] = i
+            distance[row] = d - radius[i]
+            direction_W[row, 0] = -gx
+            direction_W[row, 1] = -gy
+            direction_W[row, 2] = -gz
+            p_WC[row, 0] = p_WS[i, 0] - d * gx
+            p_WC[row, 1] = p_WS[i, 1] - d * gy
+            p_WC[row, 2] = p_WS[i, 2] - d * gz
+    return sphere[:rows], distance[:rows], direction_W[:rows], p_WC[:rows]

@@ -1,0 +1,1 @@
+"""Scenes of known geometry: the ground truth of benchmarks and tests."""

@@ -1,0 +1,140 @@
+"""`PrimitiveScene`: boxes and cylinders whose geometry is known exactly."""
+
+import dataclasses as dc
+import hashlib
+from functools import cached_property
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from remosplat_drake.errors import RemoSplatError
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Box:
+    """A solid box.
+
+    Attributes:
+        X_WP: Pose of the box's frame P, at its centre, in W.
+        half_extents: Half side lengths along P's axes, shape (3,) [m].
+    """
+
+    X_WP: RigidTransform
+    half_extents: np.ndarray
+
+    def __post_init__(self):
+        half_extents = np.array(self.half_extents, float)
+        _check_positive("half_extents", half_extents, (3,))
+        object.__setattr__(self, "half_extents", half_extents)
+
+    @cached_property
+    def top(self) -> float:
+        """Height of the highest point in W [m]."""
+        R_WP = self.X_WP.rotation().matrix()
+        reach = np.abs(R_WP[2]) @ self.half_extents
+        return float(self.X_WP.translation()[2] + reach)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Cylinder:
+    """A solid cylinder.
+
+    Attributes:
+        X_WP: Pose of the cylinder's frame P in W: its origin is the centre,
+            its z axis the cylinder's axis.
+        radius: [m].
+        half_height: Half the length along the axis [m].
+    """
+
+    X_WP: RigidTransform
+    radius: float
+    half_height: float
+
+    def __post_init__(self):
+        for name in ("radius", "half_height"):
+            _check_positive(name, np.array(getattr(self, name), float), ())
+
+    @cached_property
+    def top(self) -> float:
+        """Height of the highest point in W [m]."""
+        cosine = abs(self.X_WP.rotation().matrix()[2, 2])
+        sine = np.sqrt(max(0.0, 1.0 - cosine**2))
+        reach = cosine * self.half_height + sine * self.radius
+        return float(self.X_WP.translation()[2] + reach)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class PrimitiveScene:
+    """A scene of solid primitives with a task in it; copying returns itself.
+
+    Attributes:
+        boxes: May overlap each other and the cylinders.
+        cylinders: Likewise.
+        X_WE_target: End-effector pose to reach, or None.
+        X_WB_start: Base pose to start from as (x, y, yaw) [m, rad], or None.
+        name: For tables, logs and file names.
+    """
+
+    boxes: tuple[Box, ...] = ()
+    cylinders: tuple[Cylinder, ...] = ()
+    X_WE_target: RigidTransform | None = None
+    X_WB_start: tuple[float, float, float] | None = None
+    name: str = "scene"
+
+    def __post_init__(self):
+        object.__setattr__(self, "boxes", tuple(self.boxes))
+        object.__setattr__(self, "cylinders", tuple(self.cylinders))
+
+    def __len__(self) -> int:
+        return len(self.boxes) + len(self.cylinders)
+
+    def __deepcopy__(self, memo) -> "PrimitiveScene":
+        return self
+
+    @property
+    def primitives(self) -> tuple[Box | Cylinder, ...]:
+        """All primitives, boxes first: the order of indices elsewhere."""
+        return (*self.boxes, *self.cylinders)
+
+    @cached_property
+    def content_hash(self) -> str:
+        """A digest of the geometry (not of the task or the name)."""
+        digest = hashlib.sha256()
+        for box in self.boxes:
+            digest.update(b"box")
+            digest.update(box.X_WP.GetAsMatrix34().tobytes())
+            digest.update(box.half_extents.tobytes())
+        for cylinder in self.cylinders:
+            digest.update(b"cylinder")
+            digest.update(cylinder.X_WP.GetAsMatrix34().tobytes())
+            size = np.array([cylinder.radius, cylinder.half_height], float)
+            digest.update(size.tobytes())
+        return digest.hexdigest()[:16]
+
+    def with_floor(
+        self,
+        center: tuple[float, float] = (0.6, 0.0),
+        half_extent: float = 2.5,
+        thickness: float = 0.04,
+    ) -> "PrimitiveScene":
+        """The same scene on a square floor slab whose top is z = 0.
+
+        Args:
+            center: Centre (x, y) of the slab in W [m].
+            half_extent: Half its side [m].
+            thickness: How far it reaches below z = 0 [m].
+        """
+        floor = Box(
+            RigidTransform([*center, -thickness / 2]),
+            np.array([half_extent, half_extent, thickness / 2]),
+        )
+        return dc.replace(self, boxes=(*self.boxes, floor))
+
+
+def _check_positive(name: str, values: np.ndarray, shape: tuple[int, ...]):
+    if values.shape != shape or not (
+        np.isfinite(values).all() and (values > 0).all()
+    ):
+        raise RemoSplatError(
+            f"{name} must be positive numbers of shape {shape}, got {values}"
+        )

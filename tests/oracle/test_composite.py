@@ -1,0 +1,87 @@
+"""Composite fields, on walls and random boxes."""
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform
+
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.oracle.composite import CompositeDistanceField
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+
+
+def _wall(x):
+    box = Box(RigidTransform([x, 0, 0]), np.array([0.5, 9, 9]))
+    return SignedDistanceField(PrimitiveScene(boxes=(box,)))
+
+
+LEFT, RIGHT = _wall(-3.5), _wall(4.5)
+SPHERES = Spheres.at(np.array([[0.0, 0, 0], [3.0, 0, 0]]))
+
+
+def test_all_rows_of_all_parts_sorted_by_sphere():
+    rows = CompositeDistanceField([LEFT, RIGHT]).clearances(SPHERES)
+    assert rows.sphere.tolist() == [0, 0, 1, 1]
+    np.testing.assert_allclose(rows.distance, [3, 4, 6, 1])
+
+
+def test_closest_row_of_each_sphere():
+    field = CompositeDistanceField([LEFT, RIGHT], rows="closest")
+    rows = field.clearances(SPHERES)
+    assert rows.sphere.tolist() == [0, 1]
+    np.testing.assert_allclose(rows.distance, [3, 1])
+    np.testing.assert_allclose(rows.direction_W, [[-1, 0, 0], [1, 0, 0]])
+    np.testing.assert_allclose(rows.p_WC, [[-3, 0, 0], [4, 0, 0]])
+
+
+@pytest.mark.parametrize("rows", ["all", "closest"])
+def test_equals_the_scene_of_all_parts(rows):
+    rng = np.random.default_rng(0)
+    boxes = [
+        Box(RigidTransform(rng.uniform(-1, 1, 3)), rng.uniform(0.1, 0.3, 3))
+        for _ in range(4)
+    ]
+    spheres = Spheres.at(rng.uniform(-1, 1, (30, 3)), 0.05)
+    together = SignedDistanceField(PrimitiveScene(boxes=tuple(boxes)))
+    parts = [
+        SignedDistanceField(PrimitiveScene(boxes=tuple(boxes[:2]))),
+        SignedDistanceField(PrimitiveScene(boxes=tuple(boxes[2:]))),
+    ]
+    composite = CompositeDistanceField(parts, rows=rows)
+    np.testing.assert_array_equal(
+        composite.clearances(spheres).per_sphere(30),
+        together.clearances(spheres).per_sphere(30),
+    )
+
+
+def test_nothing_near_gives_no_rows():
+    field = CompositeDistanceField([LEFT, RIGHT], rows="closest")
+    assert not len(field.clearances(SPHERES, max_distance=0.5))
+
+
+def test_revision_changes_with_any_part():
+    assert (
+        CompositeDistanceField([LEFT, RIGHT]).revision
+        != CompositeDistanceField([LEFT, _wall(5)]).revision
+    )
+
+
+def test_is_lipschitz_only_if_all_parts_are():
+    class Rough(DistanceField):
+        revision = "rough"
+        is_lipschitz = False
+
+        def clearances(self, spheres, max_distance=np.inf):
+            return LEFT.clearances(spheres, max_distance)
+
+    assert CompositeDistanceField([LEFT, RIGHT]).is_lipschitz
+    assert not CompositeDistanceField([LEFT, Rough()]).is_lipschitz
+
+
+def test_needs_parts_and_known_rows():
+    with pytest.raises(RemoSplatError, match="needs parts"):
+        CompositeDistanceField([])
+    with pytest.raises(RemoSplatError, match="all, closest"):
+        CompositeDistanceField([LEFT], rows="both")
