@@ -1,0 +1,1 @@
+"""Many trials: scenes, metrics and tables."""
