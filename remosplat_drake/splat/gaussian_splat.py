@@ -46,7 +46,7 @@ class GaussianSplat:
         if self.sh_rest.shape[:2] == (0, 0) and n > 0:
             object.__setattr__(self, "sh_rest", np.zeros((n, 0, 3), np.float32))
         for field in dc.fields(self):
-            array = np.array(getattr(self, field.name), np.float32)
+            array = np.array(getattr(self, field.name), np.float32, order="C")
             array.flags.writeable = False
             object.__setattr__(self, field.name, array)
         self._check()
@@ -68,16 +68,16 @@ class GaussianSplat:
                     f"{name} has shape {shape}; expected {shapes}"
                 )
         for name in expected:
-            values = getattr(self, name).reshape(n, -1)
-            bad = ~np.isfinite(values).all(axis=1)
+            values = getattr(self, name)
+            bad = ~np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
             if bad.any():
                 raise RemoSplatError(
                     f"{name} of splat {bad.argmax()} is not finite"
                     f" ({bad.sum()} such splats)"
                 )
         norms = np.linalg.norm(self.quaternions, axis=1)
-        self._reject(norms < 1e-8, "quaternion", "zero")
-        self._reject((self.scales <= 0).any(axis=1), "scale", "not positive")
+        self._reject(np.less(norms, 1e-8), "quaternion", "zero")
+        self._reject(np.any(self.scales <= 0, axis=1), "scale", "not positive")
         self._reject(
             (self.opacities <= 0) | (self.opacities > 1),
             "opacity",
@@ -110,7 +110,10 @@ class GaussianSplat:
     @cached_property
     def R_GK(self) -> np.ndarray:
         """Rotation matrices of the splats, shape (N, 3, 3), read-only."""
-        R = rotation_matrices(self.quaternions.astype(np.float64))
+        wxyz = self.quaternions.astype(np.float64)
+        # Float32 unit quaternions are off by 1e-7; rotations should not be.
+        wxyz /= np.linalg.norm(wxyz, axis=1, keepdims=True)
+        R = rotation_matrices(wxyz)
         R.flags.writeable = False
         return R
 
@@ -119,7 +122,7 @@ class GaussianSplat:
         """A digest of everything that matters for distances and views."""
         digest = hashlib.sha256()
         for field in dc.fields(self):
-            digest.update(np.ascontiguousarray(getattr(self, field.name)))
+            digest.update(getattr(self, field.name).tobytes())
         return digest.hexdigest()[:16]
 
     def select(self, keep: np.ndarray) -> "GaussianSplat":
@@ -131,7 +134,7 @@ class GaussianSplat:
     def cropped(self, lower: np.ndarray, upper: np.ndarray) -> "GaussianSplat":
         """The splats whose centres lie in the box [lower, upper] of G [m]."""
         inside = (self.p_GK >= lower) & (self.p_GK <= upper)
-        return self.select(inside.all(axis=1))
+        return self.select(np.all(inside, axis=1))
 
     def transformed(self, X_FG: RigidTransform) -> "GaussianSplat":
         """The same splats expressed in frame F.

@@ -1,0 +1,99 @@
+"""`GaussianSplat`: what it rejects, what it shares, how it moves."""
+
+import copy
+import dataclasses as dc
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform, RollPitchYaw
+
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+
+def make_splat(*, n: int = 4, **changes) -> GaussianSplat:
+    rng = np.random.default_rng(3)
+    arrays = {
+        "p_GK": rng.normal(size=(n, 3)),
+        "quaternions": rng.normal(size=(n, 4)),
+        "scales": rng.uniform(0.1, 1, (n, 2)),
+        "opacities": rng.uniform(0.1, 1, n),
+        "colors": rng.uniform(0, 1, (n, 3)),
+    }
+    return GaussianSplat(**(arrays | changes))
+
+
+def test_arrays_are_private_and_read_only():
+    p_GK = np.zeros((4, 3))
+    splat = make_splat(p_GK=p_GK)
+    p_GK[0] = 1
+    assert not splat.p_GK.any()
+    for name in ("p_GK", "quaternions", "scales", "opacities", "R_GK"):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(splat, name)[0] = 1
+
+
+def test_copies_are_shared():
+    splat = make_splat()
+    assert copy.deepcopy(splat) is splat
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "problem"),
+    [
+        ("p_GK", np.nan, "p_GK of splat 2 is not finite"),
+        ("quaternions", 0.0, "quaternion of splat 2 is zero"),
+        ("scales", 0.0, "scale of splat 2 is not positive"),
+        ("scales", np.inf, "scales of splat 2 is not finite"),
+        ("opacities", 0.0, "opacity of splat 2 is outside"),
+        ("opacities", 1.5, "opacity of splat 2 is outside"),
+    ],
+)
+def test_rejects_bad_values(name: str, value, problem):
+    array = np.array(getattr(make_splat(), name))
+    array[2] = value
+    with pytest.raises(RemoSplatError, match=problem):
+        dc.replace(make_splat(), **{name: array})
+
+
+def test_rejects_wrong_shapes():
+    with pytest.raises(RemoSplatError, match="opacities has shape"):
+        make_splat(opacities=np.ones(3))
+    with pytest.raises(RemoSplatError, match="scales has shape"):
+        make_splat(scales=np.ones((4, 1)))
+
+
+def test_may_be_empty():
+    splat = make_splat().cropped(np.full(3, 50.0), np.full(3, 60.0))
+    assert len(splat) == 0
+    assert splat.transformed(RigidTransform()).R_GK.shape == (0, 3, 3)
+
+
+def test_rotations_are_orthonormal_to_double_precision():
+    R = make_splat(n=100).R_GK
+    np.testing.assert_allclose(
+        R @ R.transpose(0, 2, 1),
+        np.broadcast_to(np.eye(3), R.shape),
+        atol=1e-15,
+    )
+
+
+def test_transforms_as_a_rigid_body():
+    splat = make_splat()
+    X_FG = RigidTransform(RollPitchYaw(0.3, -1.0, 2.0), [1, 2, 3])
+    moved = splat.transformed(X_FG)
+    for k in range(len(splat)):
+        np.testing.assert_allclose(
+            moved.p_GK[k], X_FG @ splat.p_GK[k].astype(float), atol=1e-6
+        )
+    np.testing.assert_allclose(
+        moved.R_GK, X_FG.rotation().matrix() @ splat.R_GK, atol=1e-6
+    )
+
+
+def test_crop_and_hash():
+    splat = make_splat(p_GK=np.arange(12.0).reshape(4, 3))
+    inner = splat.cropped(np.full(3, 2.5), np.full(3, 9.0))
+    np.testing.assert_array_equal(inner.p_GK, splat.p_GK[1:3])
+    assert inner.content_hash == splat.select(np.array([1, 2])).content_hash
+    assert inner.content_hash != splat.content_hash
