@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
+    BodyIndex,
     Joint,
     PrismaticJoint,
     RevoluteJoint,
@@ -110,12 +111,7 @@ def make_kinematic_tree(
     row = {body: i for i, body in enumerate(order)}
     b = len(order)
     tree = KinematicTree(
-        names=tuple(
-            plant.get_body(plant.GetBodyIndices_(i)).name()
-            if hasattr(plant, "GetBodyIndices_")
-            else _body_name(plant, i)
-            for i in order
-        ),
+        names=tuple(plant.get_body(BodyIndex(i)).name() for i in order),
         parent=np.zeros(b, np.int64),
         kind=np.zeros(b, np.int64),
         axis_F=np.zeros((b, 3)),
@@ -153,12 +149,6 @@ def make_kinematic_tree(
         if isinstance(value, np.ndarray):
             value.flags.writeable = False
     return tree
-
-
-def _body_name(plant: MultibodyPlant, index: int) -> str:
-    from pydrake.multibody.tree import BodyIndex
-
-    return plant.get_body(BodyIndex(index)).name()
 
 
 @njit(cache=True)

@@ -1,0 +1,327 @@
+"""`RobotModel`: a mobile manipulator (or a plain arm) as the controller sees it.
+
+Configuration q = (x, y, yaw, arm joints), command u = (v, omega, arm joint
+rates): a differential base has three positions but two velocities. An arm
+without a mobile base has neither part, and everything here works the same.
+"""
+
+import dataclasses as dc
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from pydrake.math import RigidTransform
+from pydrake.multibody.parsing import (
+    LoadModelDirectives,
+    Parser,
+    ProcessModelDirectives,
+)
+from pydrake.multibody.plant import MultibodyPlant
+
+from remosplat_drake import resources
+from remosplat_drake.errors import FieldError, FileError, unknown_name
+from remosplat_drake.robot import kinematics as kin
+from remosplat_drake.robot.robot_description import (
+    RobotDescription,
+    load_robot_description,
+)
+from remosplat_drake.robot.sphere_model import (
+    SphereModel,
+    Spheres,
+    load_sphere_model,
+)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class RobotState:
+    """All kinematic quantities of one configuration, computed together.
+
+    Attributes:
+        q: Configuration, shape (n_q,).
+        X_WE: End-effector pose, a 4x4 matrix.
+        Jv_WE: Translational Jacobian of E's origin in W, shape (3, n_u).
+        Jw_WE: Angular Jacobian of E in W, shape (3, n_u).
+        spheres: The robot's spheres in W.
+        Jv_WS: Translational Jacobians of the sphere centres, (n, 3, n_u).
+        X_WB: Pose of the base body, a 4x4 matrix (identity if fixed).
+    """
+
+    q: np.ndarray
+    X_WE: np.ndarray
+    Jv_WE: np.ndarray
+    Jw_WE: np.ndarray
+    spheres: Spheres
+    Jv_WS: np.ndarray
+    X_WB: np.ndarray
+
+
+class RobotModel:
+    """Kinematics, limits and spheres of one robot.
+
+    Attributes:
+        description: The file it was made from.
+        spheres: The sphere model in use.
+        n_q: Number of configuration variables (10 for Frankie).
+        n_u: Number of commanded velocities (9 for Frankie).
+        n_base: Number of base commands: 2 (differential) or 0 (fixed).
+        velocity_limit: Symmetric bounds on u, shape (n_u,) [m/s, rad/s].
+        acceleration_limit: Bounds on |du/dt|, shape (n_u,).
+        position_lower: Joint limits of q; infinite for the base, (n_q,).
+        position_upper: See `position_lower`.
+    """
+
+    def __init__(
+        self,
+        description: RobotDescription,
+        spheres: SphereModel,
+        floor_height: float = -np.inf,
+    ):
+        """Reads the kinematics off a plant made for that purpose.
+
+        Args:
+            description: What the robot is.
+            spheres: Its collision geometry; every link must exist.
+            floor_height: Spheres of the description's floor links ignore
+                scene points below this height [m].
+        """
+        self.description = description
+        self.spheres = spheres
+        plant = MultibodyPlant(time_step=0.0)
+        add_robot_model(description, plant)
+        plant.Finalize()
+
+        base_joints = description.base.joints if description.base else []
+        self.joint_names = [*base_joints, *description.arm.joints]
+        self.n_base = 2 if description.base else 0
+        self.n_q = len(self.joint_names)
+        self.n_u = self.n_base + len(description.arm.joints)
+        self._base_q = len(base_joints)
+        self.tree = kin.make_kinematic_tree(
+            plant, self.joint_names, description.locked
+        )
+        self._read_limits(plant)
+        self._tree_arrays = (
+            self.tree.parent,
+            self.tree.kind,
+            self.tree.axis_F,
+            self.tree.X_PF,
+            self.tree.X_MB,
+            self.tree.position,
+            self.tree.offset,
+        )
+        self._body_S = np.array([self.tree.index(x) for x in spheres.links])
+        self._p_LS = np.ascontiguousarray(spheres.p_LS)
+        self._radius = np.ascontiguousarray(spheres.radius)
+        floor = spheres.on_links(set(description.floor_links))
+        self._ignore_below = np.where(floor, floor_height, -np.inf)
+        self._set_end_effector(plant)
+        self._set_screws()
+
+    def __deepcopy__(self, memo) -> "RobotModel":
+        return self
+
+    def _read_limits(self, plant: MultibodyPlant):
+        description = self.description
+        for name in ("velocity_limits", "acceleration_limits"):
+            if len(getattr(description, name)) != self.n_u:
+                raise FieldError(
+                    description.source,
+                    name,
+                    f"expected {self.n_u} numbers (base then arm)",
+                )
+        if len(description.home) != len(description.arm.joints):
+            raise FieldError(
+                description.source, "home", "expected one number an arm joint"
+            )
+        self.velocity_limit = np.array(description.velocity_limits, float)
+        self.acceleration_limit = np.array(
+            description.acceleration_limits, float
+        )
+        joints = [plant.GetJointByName(name) for name in self.joint_names]
+        self.position_lower = np.array(
+            [joint.position_lower_limits()[0] for joint in joints]
+        )
+        self.position_upper = np.array(
+            [joint.position_upper_limits()[0] for joint in joints]
+        )
+        self.position_lower[: self._base_q] = -np.inf
+        self.position_upper[: self._base_q] = np.inf
+
+    def _set_end_effector(self, plant: MultibodyPlant):
+        name = self.description.end_effector_frame
+        if not plant.HasFrameNamed(name):
+            raise FieldError(
+                self.description.source,
+                "end_effector_frame",
+                f"the model has no frame {name!r}",
+            )
+        frame = plant.GetFrameByName(name)
+        self._body_E = self.tree.index(frame.body().name())
+        self._X_LE = frame.GetFixedPoseInBodyFrame().GetAsMatrix4()
+
+    def _set_screws(self):
+        """Finds the screw of each command and which bodies it moves."""
+        b = len(self.tree.names)
+        joint_body = {
+            int(position): body
+            for body, position in enumerate(self.tree.position)
+            if position >= 0
+        }
+        if self.description.base:
+            self._body_B = self.tree.index(self.description.base.body)
+            yaw_body = joint_body[2]
+            bodies = [yaw_body, yaw_body]
+        else:
+            self._body_B = 0
+            bodies = []
+        bodies += [joint_body[i] for i in range(self._base_q, self.n_q)]
+        self._screw_body = np.array(bodies)
+        self._screw_revolute = self.tree.kind[self._screw_body] == kin.REVOLUTE
+        if self.n_base:
+            self._screw_revolute[0] = False
+        self._moves = np.zeros((b, self.n_u), bool)
+        for body in range(1, b):
+            chain = set(self.tree.chain(body))
+            self._moves[body] = [s in chain for s in self._screw_body]
+
+    @cached_property
+    def home(self) -> np.ndarray:
+        """The arm's home configuration, shape (n_arm,) [rad]."""
+        return np.array(self.description.home, float)
+
+    def body_poses(self, q: np.ndarray) -> np.ndarray:
+        """Poses X_WL of all bodies of `tree`, shape (b, 4, 4)."""
+        return kin.body_poses(*self._tree_arrays, q)[0]
+
+    def end_effector_pose(self, q: np.ndarray) -> np.ndarray:
+        """The end-effector pose X_WE, a 4x4 matrix."""
+        return self.body_poses(q)[self._body_E] @ self._X_LE
+
+    def spheres_at(self, q: np.ndarray) -> Spheres:
+        """The robot's spheres in W at configuration q."""
+        return self._spheres(self.body_poses(q))
+
+    def _spheres(self, X_WL: np.ndarray) -> Spheres:
+        p_WS, R_WL = kin.sphere_points(X_WL, self._body_S, self._p_LS)
+        return Spheres(p_WS, R_WL, self._radius, self._ignore_below)
+
+    def state(self, q: np.ndarray) -> RobotState:
+        """Everything the controller needs at configuration q."""
+        X_WL, X_WF = kin.body_poses(*self._tree_arrays, q)
+        X_WE = X_WL[self._body_E] @ self._X_LE
+        a_W, o_W = self._screws(X_WL, X_WF)
+        spheres = self._spheres(X_WL)
+        Jv_WS = kin.point_jacobians(
+            a_W,
+            o_W,
+            self._screw_revolute,
+            self._moves,
+            self._body_S,
+            spheres.p_WS,
+        )
+        Jv_WE = kin.point_jacobians(
+            a_W,
+            o_W,
+            self._screw_revolute,
+            self._moves,
+            np.array([self._body_E]),
+            X_WE[None, :3, 3],
+        )[0]
+        turning = self._screw_revolute & self._moves[self._body_E]
+        Jw_WE = np.where(turning, a_W.T, 0.0)
+        return RobotState(
+            q, X_WE, Jv_WE, Jw_WE, spheres, Jv_WS, X_WL[self._body_B]
+        )
+
+    def _screws(
+        self, X_WL: np.ndarray, X_WF: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Axes and points of the commands' screws in W, (n_u, 3) each."""
+        X_WF = X_WF[self._screw_body]
+        axis_F = self.tree.axis_F[self._screw_body]
+        a_W = np.einsum("jrc,jc->jr", X_WF[:, :3, :3], axis_F)
+        if self.n_base:
+            a_W[0] = X_WL[self._screw_body[0], :3, 0]  # Forward is B's x axis.
+        return a_W, np.ascontiguousarray(X_WF[:, :3, 3])
+
+    def velocity_map(self, q: np.ndarray) -> np.ndarray:
+        """N(q) with q_dot = N(q) u, shape (n_q, n_u): no sideways slip."""
+        N = np.zeros((self.n_q, self.n_u))
+        arm = np.arange(self.n_q - self._base_q)
+        N[self._base_q + arm, self.n_base + arm] = 1.0
+        if self.n_base:
+            N[0, 0] = np.cos(q[2])
+            N[1, 0] = np.sin(q[2])
+            N[2, 1] = 1.0
+        return N
+
+    def advance(self, q: np.ndarray, u: np.ndarray, dt: float) -> np.ndarray:
+        """The configuration after holding u for dt [s], exactly.
+
+        A differential base moves on an arc: the chord has length
+        v dt sinc(omega dt / 2) and the direction of the mid-way heading.
+        """
+        q_next = q.astype(float)
+        q_next[self._base_q :] += u[self.n_base :] * dt
+        if self.n_base:
+            half_turn = 0.5 * u[1] * dt
+            chord = u[0] * dt * np.sinc(half_turn / np.pi)
+            q_next[0] += chord * np.cos(q[2] + half_turn)
+            q_next[1] += chord * np.sin(q[2] + half_turn)
+            q_next[2] += u[1] * dt
+        return q_next
+
+
+def add_robot_model(description: RobotDescription, plant: MultibodyPlant):
+    """Parses the robot's model file into a plant.
+
+    Returns:
+        Indices of the model instances that were added.
+    """
+    parser = Parser(plant)
+    parser.package_map().Add(
+        "remosplat_drake", str(resources.models_dir().parent)
+    )
+    path = description.model_path
+    try:
+        if path.name.endswith(".dmd.yaml"):
+            added = ProcessModelDirectives(
+                LoadModelDirectives(str(path)), parser
+            )
+            return [info.model_instance for info in added]
+        instances = parser.AddModels(str(path))
+        base = plant.GetUniqueFreeBaseBodyOrThrow(instances[0])
+        plant.WeldFrames(
+            plant.world_frame(), base.body_frame(), RigidTransform()
+        )
+        return instances
+    except RuntimeError as error:
+        raise FileError(path, " ".join(str(error).split())) from error
+
+
+def load_robot_model(
+    name: str | Path,
+    spheres: str = "covering",
+    floor_height: float = -np.inf,
+) -> RobotModel:
+    """Loads a robot by the name of a folder in models/ or by its YAML file.
+
+    Args:
+        name: `frankie`, or the path of a robot description.
+        spheres: Name of one of the description's sphere sets.
+        floor_height: See `RobotModel`.
+
+    Raises:
+        RemoSplatError: Something named does not exist or does not fit.
+    """
+    description = load_robot_description(name)
+    if spheres not in description.spheres:
+        raise FieldError(
+            description.source,
+            "spheres",
+            unknown_name("sphere set", spheres, description.spheres),
+        )
+    path = resources.resolve(
+        description.spheres[spheres], Path(description.source).parent
+    )
+    return RobotModel(description, load_sphere_model(path), floor_height)

@@ -1,0 +1,234 @@
+"""YAML into dataclasses, with errors that name file, line and field.
+
+Drake's `yaml_load_typed` does the loading. It lets NaN and quoted numbers
+pass and its messages are hard to read, so the document is checked against
+the dataclasses first, on PyYAML's node tree, which knows line numbers.
+"""
+
+import dataclasses as dc
+import math
+import types
+import typing
+from pathlib import Path
+from typing import Any, TypeVar
+
+import yaml
+from pydrake.common.yaml import yaml_load_typed
+
+from remosplat_drake.errors import FieldError, FileError, unknown_name
+
+T = TypeVar("T")
+
+
+def load_strict(
+    schema: type[T],
+    path: Path,
+    child: str | None = None,
+    override: str | None = None,
+    defaults: T | None = None,
+) -> T:
+    """Loads a YAML file, or one named entry of it, into a dataclass.
+
+    Args:
+        schema: A dataclass whose fields all have defaults.
+        path: The file.
+        child: Key of the entry to load; None loads the whole document.
+        override: Further YAML, laid over the file's values.
+        defaults: Values for what neither names.
+
+    Raises:
+        FileError: The file is missing, not YAML, or has no such entry.
+        FieldError: A field is unknown or its value has the wrong type.
+    """
+    result = _load(schema, read_text(path), str(path), child, defaults)
+    if override:
+        result = _load(schema, override, "--scenario-text", None, result)
+    return result
+
+
+def read_text(path: Path) -> str:
+    """The file's text.
+
+    Raises:
+        FileError: It is missing, unreadable or not text.
+    """
+    try:
+        return path.read_text()
+    except OSError as error:
+        raise FileError(path, error.strerror or str(error)) from error
+    except UnicodeDecodeError as error:
+        raise FileError(path, "not a text file") from error
+
+
+def entries(path: Path) -> list[str]:
+    """The keys of a YAML mapping, in order."""
+    node = _compose(read_text(path), str(path))
+    return [key.value for key, _ in _mapping(node, str(path), "the document")]
+
+
+def _load(
+    schema: type[T],
+    text: str,
+    where: str,
+    child: str | None,
+    defaults: T | None,
+) -> T:
+    root = _compose(text, where)
+    node = root
+    if child is not None:
+        found = dict(
+            (key.value, value)
+            for key, value in _mapping(root, where, "the document")
+        )
+        if child not in found:
+            raise FileError(where, unknown_name("entry", child, found))
+        node = found[child]
+    if not _is_null(node):
+        check_node(node, schema, where, "")
+    try:
+        return yaml_load_typed(
+            schema=schema,
+            data=text,
+            child_name=child,
+            defaults=defaults,
+            retain_map_defaults=False,
+        )
+    except RuntimeError as error:
+        raise FileError(where, " ".join(str(error).split())) from error
+
+
+def _compose(text: str, where: str) -> yaml.Node:
+    try:
+        node = yaml.compose(text, Loader=yaml.SafeLoader)
+    except yaml.YAMLError as error:
+        raise FileError(
+            where, "not YAML: " + " ".join(str(error).split())
+        ) from error
+    if node is None:
+        raise FileError(where, "is empty")
+    return node
+
+
+def check_node(node: yaml.Node, expected: Any, where: str, field: str) -> None:
+    """Checks one node against a type annotation, and what is below it.
+
+    Raises:
+        FieldError: It does not fit; names the line and the field.
+    """
+    origin = typing.get_origin(expected)
+    if origin in (typing.Union, types.UnionType):
+        _check_union(node, typing.get_args(expected), where, field)
+    elif dc.is_dataclass(expected):
+        _check_dataclass(node, typing.cast(type, expected), where, field)
+    elif origin is list:
+        if not isinstance(node, yaml.SequenceNode):
+            _fail(node, where, field, "expected a list")
+        for i, item in enumerate(node.value):
+            check_node(
+                item, typing.get_args(expected)[0], where, f"{field}[{i}]"
+            )
+    elif origin is dict:
+        for key, value in _mapping(node, where, field):
+            check_node(
+                value,
+                typing.get_args(expected)[1],
+                where,
+                _join(field, key.value),
+            )
+    else:
+        _check_scalar(node, expected, where, field)
+
+
+def _check_union(node: yaml.Node, options, where: str, field: str) -> None:
+    if type(None) in options and _is_null(node):
+        return
+    classes = [option for option in options if option is not type(None)]
+    if len(classes) == 1:
+        return check_node(node, classes[0], where, field)
+    tag = node.tag.removeprefix("!")
+    if node.tag.startswith("tag:yaml.org"):
+        return check_node(node, classes[0], where, field)
+    by_name = {option.__name__: option for option in classes}
+    if tag not in by_name:
+        _fail(node, where, field, unknown_name("tag", tag, by_name))
+    check_node(node, by_name[tag], where, field)
+
+
+def _check_dataclass(node: yaml.Node, schema: type, where: str, field: str):
+    hints = typing.get_type_hints(schema)
+    names = [f.name for f in dc.fields(schema)]
+    seen: set[str] = set()
+    for key, value in _mapping(node, where, field or "the document"):
+        path = _join(field, key.value)
+        if key.value not in names:
+            _fail(key, where, path, unknown_name("field", key.value, names))
+        if key.value in seen:
+            _fail(key, where, path, "appears twice")
+        seen.add(key.value)
+        check_node(value, hints[key.value], where, path)
+
+
+_TAGS = {
+    float: ("float", "int"),
+    int: ("int",),
+    bool: ("bool",),
+}
+
+
+def _check_scalar(node: yaml.Node, expected: Any, where: str, field: str):
+    name = getattr(expected, "__name__", str(expected))
+    if not isinstance(node, yaml.ScalarNode):
+        _fail(node, where, field, f"expected a {name}")
+    if expected in (str, Path):
+        if _is_null(node):
+            _fail(node, where, field, "expected text")
+        return
+    kind = node.tag.rsplit(":", 1)[-1]
+    number = expected is float and _parses_as_float(node)
+    if kind not in _TAGS.get(expected, ()) and not number:
+        quoted = " (a quoted number is text)" if node.style else ""
+        _fail(
+            node,
+            where,
+            field,
+            f"expected a {name}, got {node.value!r}{quoted}",
+        )
+    if expected is float and not math.isfinite(_to_float(node.value)):
+        _fail(node, where, field, f"must be finite, got {node.value}")
+
+
+def _parses_as_float(node: yaml.ScalarNode) -> bool:
+    """Plain 1e-3 is a number to people and YAML 1.2, not to YAML 1.1."""
+    if node.style:
+        return False
+    try:
+        float(node.value)
+    except ValueError:
+        return False
+    return True
+
+
+def _to_float(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:  # YAML's own spellings: .nan, .inf, -.inf.
+        return math.nan
+
+
+def _mapping(node: yaml.Node, where: str, field: str) -> list[tuple]:
+    if not isinstance(node, yaml.MappingNode):
+        _fail(node, where, field, "expected a mapping `key: value`")
+    return node.value
+
+
+def _is_null(node: yaml.Node) -> bool:
+    return node.tag == "tag:yaml.org,2002:null"
+
+
+def _join(field: str, key: str) -> str:
+    return f"{field}.{key}" if field else key
+
+
+def _fail(node: yaml.Node, where: str, field: str, problem: str):
+    line = node.start_mark.line + 1 if node.start_mark else 0
+    raise FieldError(f"{where}:{line}", field, problem)
