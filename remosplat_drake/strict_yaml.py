@@ -76,10 +76,10 @@ def _load(
     root = _compose(text, where)
     node = root
     if child is not None:
-        found = dict(
-            (key.value, value)
+        found = {
+            key.value: value
             for key, value in _mapping(root, where, "the document")
-        )
+        }
         if child not in found:
             raise FileError(where, unknown_name("entry", child, found))
         node = found[child]

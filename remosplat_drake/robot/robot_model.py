@@ -1,4 +1,4 @@
-"""`RobotModel`: a mobile manipulator (or a plain arm) as the controller sees it.
+"""`RobotModel`: a mobile manipulator, or a plain arm, for the controller.
 
 Configuration q = (x, y, yaw, arm joints), command u = (v, omega, arm joint
 rates): a differential base has three positions but two velocities. An arm

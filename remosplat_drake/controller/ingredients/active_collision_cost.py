@@ -1,0 +1,45 @@
+"""Prefer motions that gain clearance: the paper's active collision cost."""
+
+import dataclasses as dc
+
+from remosplat_drake.controller.ingredients.collision_damper import (
+    CollisionDamperConfig,
+    collision_rows,
+)
+from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+
+
+@dc.dataclass
+class ActiveCollisionCostConfig:
+    """How eagerly the robot leaves obstacles."""
+
+    # Gain of the cost; 0 leaves it out.
+    gain: float = 0.6
+
+
+class ActiveCollisionCost:
+    """A linear cost along the weighted mean of the collision rows.
+
+    c = g ((d_min - d_i) / (d_i - d_s))^2 sum(w_j A_j) / sum(w_j) with
+    weights w_j = (d_i - d_j) / (d_i - d_s) (paper section IV-E; the dynamic
+    gain is RMMI's).
+    """
+
+    def __init__(
+        self, config: ActiveCollisionCostConfig, damper: CollisionDamperConfig
+    ):
+        self._gain = config.gain
+        self._influence = damper.influence
+        self._range = damper.influence - damper.stopping
+
+    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
+        """Adds the cost if anything is within the influence distance."""
+        clearances = tick.clearances
+        if self._gain == 0.0 or not len(clearances):
+            return
+        w = (self._influence - clearances.distance) / self._range
+        mean = w @ collision_rows(tick.state, clearances) / w.sum()
+        nearness = (self._influence - clearances.minimum()) / self._range
+        program.prog.AddLinearCost(
+            self._gain * nearness**2 * mean, 0.0, program.u
+        ).evaluator().set_description("active collision")

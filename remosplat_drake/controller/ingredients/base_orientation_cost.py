@@ -1,0 +1,39 @@
+"""Turn the base towards the end effector."""
+
+import dataclasses as dc
+import math
+
+import numpy as np
+
+from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+
+
+@dc.dataclass
+class BaseOrientationCostConfig:
+    """How eagerly the base faces the end effector."""
+
+    # Gain of the linear cost; 0 leaves it out.
+    gain: float = 0.5
+
+
+class BaseOrientationCost:
+    """-gain theta on the yaw rate, theta the bearing of E in B.
+
+    After Haviland's holistic controller (paper eq. 6, J_o). A robot without
+    a mobile base is left alone.
+    """
+
+    def __init__(self, config: BaseOrientationCostConfig):
+        self._gain = config.gain
+
+    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
+        """Adds the cost."""
+        if self._gain == 0.0 or tick.robot.n_base == 0:
+            return
+        X_WB, X_WE = tick.state.X_WB, tick.state.X_WE
+        p_BE_B = X_WB[:3, :3].T @ (X_WE[:3, 3] - X_WB[:3, 3])
+        c = np.zeros(len(program.u))
+        c[1] = -self._gain * math.atan2(p_BE_B[1], p_BE_B[0])
+        program.prog.AddLinearCost(
+            c, 0.0, program.u
+        ).evaluator().set_description("base orientation")

@@ -1,0 +1,54 @@
+"""Slow down before the robot touches itself."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.self_collision import self_collision_pairs
+
+
+@dc.dataclass
+class SelfCollisionDamperConfig:
+    """How close two parts of the robot may come, and how fast."""
+
+    # Whether the rows are added.
+    enabled: bool = True
+    # Distance between two spheres within which they matter [m].
+    influence: float = 0.1
+    # Distance that is kept [m].
+    stopping: float = 0.01
+    # Largest approach speed at the influence distance [m/s].
+    gain: float = 0.5
+
+
+class SelfCollisionDamper:
+    """The velocity damper between the closest spheres of two links.
+
+    One row for each pair of links: their nearest pair of spheres.
+    """
+
+    def __init__(self, config: SelfCollisionDamperConfig, robot: RobotModel):
+        self._config = config
+        self._pairs = self_collision_pairs(robot, config.stopping)
+
+    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
+        """Adds the rows of link pairs within the influence distance."""
+        config, spheres = self._config, tick.state.spheres
+        if not (config.enabled and len(self._pairs.first)):
+            return
+        near = self._pairs.nearest(spheres, config.influence)
+        if not len(near.first):
+            return
+        Jv_WS = tick.state.Jv_WS
+        relative = Jv_WS[near.first] - Jv_WS[near.second]
+        A = np.matvec(np.swapaxes(relative, 1, 2), near.direction_W)
+        span = config.influence - config.stopping
+        b = config.gain * (near.distance - config.stopping) / span
+        links = tick.robot.spheres.links
+        labels = [
+            f"{links[i]} and {links[j]}"
+            for i, j in zip(near.first, near.second, strict=True)
+        ]
+        program.add_rows("self-collision", A, b, labels)

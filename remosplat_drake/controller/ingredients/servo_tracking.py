@@ -1,0 +1,53 @@
+"""Follow the servo's twist, as far as the slack's price allows."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.controller.servo import servo_twist
+
+
+@dc.dataclass
+class ServoTrackingConfig:
+    """How fast the end effector goes for its target."""
+
+    # Proportional gain beta on the pose error [1/s].
+    gain: float = 4.0
+    # Bound on the translational speed [m/s].
+    max_speed: float = 0.35
+    # Bound on each entry of the slack [m/s, rad/s].
+    slack_limit: float = 10.0
+
+
+class ServoTracking:
+    """J_E u + delta = v_E with the cost |delta|^2 / (2 e) (paper eq. 2).
+
+    The price 1/e of the slack grows near the target, so that the end
+    effector first gets there roughly and then exactly.
+    """
+
+    def __init__(self, config: ServoTrackingConfig):
+        self._config = config
+
+    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
+        """Adds the equality, the slack's bounds and its cost."""
+        config = self._config
+        w, v = servo_twist(tick.error, config.gain, config.max_speed)
+        V_WE = np.concatenate([w, v])
+        state = tick.state
+        J = np.hstack([np.vstack([state.Jw_WE, state.Jv_WE]), np.eye(6)])
+        variables = np.concatenate([program.u, program.delta])
+        program.prog.AddLinearEqualityConstraint(
+            J, V_WE, variables
+        ).evaluator().set_description("servo tracking")
+        limit = np.full(6, config.slack_limit)
+        program.prog.AddBoundingBoxConstraint(
+            -limit, limit, program.delta
+        ).evaluator().set_description("slack limit")
+        program.prog.AddQuadraticCost(
+            np.eye(6) / tick.error_scale,
+            np.zeros(6),
+            program.delta,
+            is_convex=True,
+        ).evaluator().set_description("slack")

@@ -1,0 +1,37 @@
+"""Move little: a quadratic price on the command."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+
+
+@dc.dataclass
+class VelocityCostConfig:
+    """The price of motion."""
+
+    # Weight lambda of the squared rates.
+    weight: float = 0.03
+
+
+class VelocityCost:
+    """lambda/2 |u_arm|^2 + lambda/(2 e) |u_base|^2.
+
+    Far from the target the base is cheap; close to it the arm does the work
+    (Haviland's holistic controller, paper section III-A).
+    """
+
+    def __init__(self, config: VelocityCostConfig):
+        self._config = config
+
+    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
+        """Adds the cost."""
+        weights = np.full(len(program.u), self._config.weight)
+        weights[: tick.robot.n_base] /= tick.error_scale
+        program.prog.AddQuadraticCost(
+            np.diag(weights),
+            np.zeros(len(weights)),
+            program.u,
+            is_convex=True,
+        ).evaluator().set_description("velocity")

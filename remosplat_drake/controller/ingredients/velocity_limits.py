@@ -1,0 +1,44 @@
+"""What the actuators can do, as bounds of the program."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+
+
+@dc.dataclass
+class VelocityLimitsConfig:
+    """Which of the robot's limits are enforced, and how much of them."""
+
+    # Fraction of the robot's velocity limits that may be used.
+    fraction: float = 1.0
+    # Whether |u - u_previous| <= a_max dt is enforced.
+    acceleration: bool = True
+
+
+class VelocityLimits:
+    """|u| <= limit, and optionally |u - u_previous| <= a_max dt.
+
+    A command is never clipped joint by joint afterwards: that would break
+    the collision rows.
+    """
+
+    def __init__(self, config: VelocityLimitsConfig):
+        self._config = config
+
+    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
+        """Adds one bounding box."""
+        upper = self._config.fraction * tick.robot.velocity_limit
+        lower = -upper
+        if self._config.acceleration and program.use_acceleration:
+            step = tick.robot.acceleration_limit * tick.dt
+            # A previous command outside the limits (their fraction may have
+            # changed) must not turn the box inside out.
+            anchor = np.clip(tick.u_previous, lower, upper)
+            lower = np.maximum(lower, anchor - step)
+            upper = np.minimum(upper, anchor + step)
+            program.has_acceleration_bounds = True
+        program.prog.AddBoundingBoxConstraint(
+            lower, upper, program.u
+        ).evaluator().set_description("velocity limits")

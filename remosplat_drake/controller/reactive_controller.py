@@ -1,0 +1,112 @@
+"""`ReactiveController`: the control law as a Drake system."""
+
+import dataclasses as dc
+from time import perf_counter
+
+from pydrake.common.value import Value
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    State,
+)
+
+from remosplat_drake.controller.tick import ReactiveLaw, run_tick
+from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.oracle.distance_field import Clearances
+
+
+class ReactiveController(LeafSystem):
+    """Solves one quadratic program a tick and holds its command.
+
+    .. pydrake_system::
+
+        name: ReactiveController
+        input_ports:
+        - configuration
+        - clearances
+        - distance_field
+        - target
+        output_ports:
+        - velocity_commanded
+        - report
+
+    The command is state, updated every control period: a plant that steps
+    faster does not solve more programs, and station and controller form no
+    algebraic loop. `report` is the `TickReport` of the latest tick; viewers
+    and loggers read it instead of asking the oracle again.
+
+    Args:
+        law: The control law; its `dt` is the period of the updates [s].
+    """
+
+    def __init__(self, *, law: ReactiveLaw):
+        super().__init__()
+        self.set_name("controller")
+        self._law = law
+        n_q, n_u = law.robot.n_q, law.robot.n_u
+        self._configuration_input = self.DeclareVectorInputPort(
+            "configuration", n_q
+        )
+        self._clearances_input = self.DeclareAbstractInputPort(
+            "clearances", Value(Clearances.none())
+        )
+        self._field_input = self.DeclareAbstractInputPort(
+            "distance_field", Value[object]()
+        )
+        self._target_input = self.DeclareAbstractInputPort(
+            "target", Value(RigidTransform())
+        )
+        self._report_index = self.DeclareAbstractState(
+            Value(TickReport.before_first(n_q, n_u))
+        )
+        self.DeclareVectorOutputPort(
+            "velocity_commanded",
+            n_u,
+            self._calc_command,
+            {self.abstract_state_ticket(self._report_index)},
+        )
+        self.DeclareStateOutputPort("report", self._report_index)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(law.dt, 0.0, self._tick)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder, *, law: ReactiveLaw, oracle: LeafSystem
+    ) -> "ReactiveController":
+        """Adds a controller and connects it to a `DistanceOracle`."""
+        controller = builder.AddSystem(ReactiveController(law=law))
+        for name in ("clearances", "distance_field"):
+            builder.Connect(
+                oracle.GetOutputPort(name), controller.GetInputPort(name)
+            )
+        return controller
+
+    def _calc_command(self, context: Context, output: BasicVector):
+        report = context.get_abstract_state(int(self._report_index)).get_value()
+        output.SetFromVector(report.command)
+
+    def _tick(self, context: Context, state: State):
+        cell = int(self._report_index)
+        previous = context.get_abstract_state(cell).get_value()
+        start = perf_counter()
+        clearances = self._clearances_input.Eval(context)
+        after_oracle = perf_counter()
+        report = run_tick(
+            self._law,
+            context.get_time(),
+            self._configuration_input.Eval(context),
+            self._target_input.Eval(context).GetAsMatrix4(),
+            clearances,
+            self._field_input.Eval(context),
+            previous.command,
+        )
+        timings = {
+            "oracle": after_oracle - start,
+            **report.timings,
+            "total": perf_counter() - start,
+        }
+        state.get_mutable_abstract_state(cell).set_value(
+            dc.replace(report, timings=timings)
+        )

@@ -1,0 +1,193 @@
+"""One control tick as a pure function: state in, command and report out."""
+
+import dataclasses as dc
+from collections.abc import Sequence
+from time import perf_counter
+
+import numpy as np
+from pydrake.solvers import SolverInterface
+
+from remosplat_drake.controller import tick_report
+from remosplat_drake.controller.config import (
+    ReactiveControllerConfig,
+    make_ingredients,
+)
+from remosplat_drake.controller.ingredients import collision_damper
+from remosplat_drake.controller.reactive_program import (
+    Decision,
+    Ingredient,
+    Tick,
+    build_program,
+    decide,
+)
+from remosplat_drake.controller.servo import pose_error
+from remosplat_drake.controller.solvers import make_solver
+from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.oracle.distance_field import Clearances, DistanceField
+from remosplat_drake.robot.robot_model import RobotModel, RobotState
+from remosplat_drake.safety.braking import braking_command
+from remosplat_drake.safety.verify import safe_scale
+
+_TIGHT = 1e-4
+"""Rows this close to equality count as tight [m/s]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class ReactiveLaw:
+    """The control law: what stays the same from tick to tick.
+
+    Attributes:
+        robot: The robot it drives.
+        config: Its parameters.
+        dt: Control period [s].
+        ingredients: Costs and constraints of the program.
+        solver: The convex solver.
+    """
+
+    robot: RobotModel
+    config: ReactiveControllerConfig
+    dt: float
+    ingredients: Sequence[Ingredient]
+    solver: SolverInterface
+
+    @staticmethod
+    def make(
+        config: ReactiveControllerConfig, robot: RobotModel, dt: float
+    ) -> "ReactiveLaw":
+        """The law that a configuration stands for."""
+        return ReactiveLaw(
+            robot,
+            config,
+            dt,
+            make_ingredients(config, robot),
+            make_solver(config.solver, "controller"),
+        )
+
+
+def run_tick(
+    law: ReactiveLaw,
+    time: float,
+    q: np.ndarray,
+    X_WT: np.ndarray,
+    clearances: Clearances,
+    field: DistanceField,
+    u_previous: np.ndarray,
+) -> TickReport:
+    """Runs one tick (paper eq. 1 to 4, then verify-then-scale).
+
+    Args:
+        law: The control law.
+        time: Time of the tick [s].
+        q: Measured configuration, shape (n_q,).
+        X_WT: Target pose, shape (4, 4).
+        clearances: The oracle's answer at q.
+        field: The map, for verification.
+        u_previous: The command being executed, shape (n_u,).
+    """
+    start = perf_counter()
+    problem = _unusable(q, X_WT, clearances)
+    if problem:
+        return _braking_report(law, time, q, X_WT, u_previous, problem)
+    clearances = clearances.within(law.config.collision.influence)
+    state = law.robot.state(q)
+    after_kinematics = perf_counter()
+    tick = Tick(
+        law.robot,
+        state,
+        X_WT,
+        pose_error(state.X_WE, X_WT),
+        clearances,
+        u_previous,
+        law.dt,
+    )
+    program = build_program(tick, law.ingredients)
+    after_build = perf_counter()
+    decision = decide(tick, law.ingredients, law.solver, program)
+    after_solve = perf_counter()
+    scale = _verified_scale(law, field, state, decision.u, clearances)
+    end = perf_counter()
+    kept, tight = _row_flags(decision, len(clearances))
+    return TickReport(
+        time=time,
+        q=q,
+        command=scale * decision.u,
+        status=decision.status,
+        reason=decision.reason,
+        scale=scale,
+        clearances=clearances,
+        kept=kept,
+        tight=tight,
+        X_WT=X_WT,
+        timings={
+            "kinematics": after_kinematics - start,
+            "build": after_build - after_kinematics,
+            "solve": after_solve - after_build,
+            "verify": end - after_solve,
+        },
+    )
+
+
+def _unusable(q: np.ndarray, X_WT: np.ndarray, clearances: Clearances) -> str:
+    if not np.isfinite(q).all():
+        return "measured configuration is not finite"
+    if not np.isfinite(X_WT).all():
+        return "target is not finite"
+    if np.isnan(clearances.distance).any():
+        return "clearances are not finite"
+    return ""
+
+
+def _braking_report(
+    law: ReactiveLaw,
+    time: float,
+    q: np.ndarray,
+    X_WT: np.ndarray,
+    u_previous: np.ndarray,
+    reason: str,
+) -> TickReport:
+    none = np.zeros(0, bool)
+    return TickReport(
+        time=time,
+        q=q,
+        command=braking_command(
+            u_previous, law.robot.acceleration_limit, law.dt
+        ),
+        status=tick_report.BRAKING,
+        reason=reason,
+        scale=1.0,
+        clearances=Clearances.none(),
+        kept=none,
+        tight=none,
+        X_WT=X_WT,
+    )
+
+
+def _verified_scale(
+    law: ReactiveLaw,
+    field: DistanceField,
+    state: RobotState,
+    u: np.ndarray,
+    clearances: Clearances,
+) -> float:
+    if not law.config.verify:
+        return 1.0
+    collision = law.config.collision
+    return safe_scale(
+        law.robot,
+        field,
+        state,
+        u,
+        law.dt,
+        collision.stopping,
+        np.minimum(
+            clearances.per_sphere(len(state.spheres)), collision.influence
+        ),
+    )
+
+
+def _row_flags(decision: Decision, m: int) -> tuple[np.ndarray, np.ndarray]:
+    rows = decision.program.rows.get(collision_damper.NAME)
+    if rows is None:
+        return np.zeros(m, bool), np.zeros(m, bool)
+    tight = rows.kept & (rows.A @ decision.u >= rows.b - _TIGHT)
+    return rows.kept, tight

@@ -1,0 +1,97 @@
+"""`DistanceOracle`: any distance field as a Drake system."""
+
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+)
+
+from remosplat_drake.oracle.distance_field import Clearances, DistanceField
+from remosplat_drake.robot.robot_model import RobotModel
+
+
+class DistanceOracle(LeafSystem):
+    """Answers how far each robot sphere is from the scene.
+
+    .. pydrake_system::
+
+        name: DistanceOracle
+        input_ports:
+        - configuration
+        - distance_field (optional)
+        output_ports:
+        - clearances
+        - distance_field
+
+    `clearances` is cached: it is computed once for a configuration and a
+    map, whoever asks. The optional input carries a map that changes while
+    the diagram runs; a new one takes effect between ticks, never half.
+
+    Args:
+        robot: Places the spheres.
+        field: The map while the input port is not connected.
+        max_distance: Clearances beyond this distance are left out [m].
+    """
+
+    def __init__(
+        self, *, robot: RobotModel, field: DistanceField, max_distance: float
+    ):
+        super().__init__()
+        self.set_name("oracle")
+        self._robot = robot
+        self._field = field
+        self._max_distance = max_distance
+        self._configuration_input = self.DeclareVectorInputPort(
+            "configuration", robot.n_q
+        )
+        self._field_input = self.DeclareAbstractInputPort(
+            "distance_field", Value[object]()
+        )
+        inputs = {
+            self._configuration_input.ticket(),
+            self._field_input.ticket(),
+        }
+        self.DeclareAbstractOutputPort(
+            "clearances",
+            Value(Clearances.none()).Clone,
+            self._calc_clearances,
+            inputs,
+        )
+        self.DeclareAbstractOutputPort(
+            "distance_field",
+            Value[object]().Clone,
+            self._calc_field,
+            {self._field_input.ticket()},
+        )
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder,
+        *,
+        robot: RobotModel,
+        field: DistanceField,
+        max_distance: float,
+        configuration: OutputPort,
+    ) -> "DistanceOracle":
+        """Adds an oracle and connects it to the measured configuration."""
+        oracle = builder.AddSystem(
+            DistanceOracle(robot=robot, field=field, max_distance=max_distance)
+        )
+        builder.Connect(configuration, oracle.GetInputPort("configuration"))
+        return oracle
+
+    def _current_field(self, context: Context) -> DistanceField:
+        if self._field_input.HasValue(context):
+            return self._field_input.Eval(context)
+        return self._field
+
+    def _calc_clearances(self, context: Context, output: AbstractValue):
+        q = self._configuration_input.Eval(context)
+        spheres = self._robot.spheres_at(q)
+        field = self._current_field(context)
+        output.set_value(field.clearances(spheres, self._max_distance))
+
+    def _calc_field(self, context: Context, output: AbstractValue):
+        output.set_value(self._current_field(context))

@@ -1,0 +1,22 @@
+"""The braking ramp: the quickest straight way to a standstill."""
+
+import numpy as np
+
+
+def braking_command(
+    u: np.ndarray, acceleration_limit: np.ndarray, dt: float
+) -> np.ndarray:
+    """The next command on a ramp to zero, within the acceleration limits.
+
+    The whole vector shrinks by one factor, so that the robot keeps to the
+    path it was on; the joint that needs longest sets the pace.
+
+    Args:
+        u: The command that is being executed, shape (n_u,).
+        acceleration_limit: Bounds on |du/dt|, shape (n_u,).
+        dt: Control period [s].
+    """
+    if not np.isfinite(u).all():
+        return np.zeros_like(u)
+    steps = np.max(np.abs(u) / (acceleration_limit * dt), initial=0.0)
+    return np.zeros_like(u) if steps <= 1.0 else u * (1.0 - 1.0 / steps)
