@@ -1,0 +1,194 @@
+"""The robot's real look: rtb-data's meshes, converted once for Drake.
+
+Drake draws .gltf and .obj; the meshes of the Robotics Toolbox are
+.dae and .stl, one of them 16 MB. The first use converts them into the user's
+cache directory (a few seconds, offline); later uses only look there. Without
+the `meshes` extra and without the cache there are no meshes, and callers draw
+collision primitives instead.
+"""
+
+import dataclasses as dc
+import importlib.util
+import os
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from pydrake.geometry import GeometryInstance, Mesh
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+
+from remosplat_drake import resources
+from remosplat_drake.robot.visuals import load_visuals
+
+if TYPE_CHECKING:
+    import trimesh
+
+# Raised when the conversion changes, so that old cache files are left alone.
+_VERSION = 1
+_MAX_FACES = 32_000
+_SMOOTHING_ANGLE = np.deg2rad(30)
+_EXTRA = ("rtbdata", "trimesh", "collada", "fast_simplification", "PIL")
+
+# glTF is y-up, the meshes are z-up; Drake turns glTF files back.
+_R_YZ = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])
+
+
+@dc.dataclass(frozen=True)
+class LinkMesh:
+    """A mesh file V that Drake can draw, fixed to a link L.
+
+    Attributes:
+        path: A .gltf file; it carries its own colours.
+        X_LV: Pose of the mesh in its link.
+        colour: Red, green, blue, alpha: for viewers without glTF materials.
+    """
+
+    path: Path
+    X_LV: RigidTransform
+    colour: tuple[float, ...]
+
+
+def link_meshes(visuals: Path) -> dict[str, list[LinkMesh]]:
+    """The drawable meshes of each link, converting what the cache lacks.
+
+    Args:
+        visuals: A robot's `visuals.yaml`.
+
+    Returns:
+        Link name to meshes; links without a usable mesh are absent. Empty
+        without the `meshes` extra and without a cache.
+
+    Raises:
+        RemoSplatError: `visuals` is unusable.
+    """
+    meshes = {}
+    for link, entries in load_visuals(visuals).items():
+        found = [
+            LinkMesh(path, entry.X_LV, tuple(entry.colour))
+            for entry in entries
+            if (path := _cached(entry.mesh)) is not None
+        ]
+        if found:
+            meshes[link] = found
+    return meshes
+
+
+def register_link_meshes(
+    meshes: dict[str, list[LinkMesh]], plant: MultibodyPlant
+):
+    """Gives the links of a plant their look, for viewers and cameras.
+
+    Args:
+        meshes: From `link_meshes`.
+        plant: Not yet finalized; link names must be unique in it.
+    """
+    for link, entries in meshes.items():
+        body = plant.GetBodyByName(link)
+        for i, mesh in enumerate(entries):
+            # Without a colour of ours: the file brings its own.
+            plant.RegisterVisualGeometry(
+                body,
+                GeometryInstance(
+                    mesh.X_LV, Mesh(str(mesh.path)), f"{link}_mesh{i}"
+                ),
+            )
+
+
+def source_mesh(mesh: str) -> "trimesh.Trimesh | None":
+    """The unconverted mesh as one trimesh [m], or None without the extra.
+
+    Args:
+        mesh: Path inside the rtb-data package.
+    """
+    path = _source_path(mesh)
+    return None if path is None else _load_scene(path).to_geometry()
+
+
+def _cached(mesh: str) -> Path | None:
+    name = mesh.removesuffix(Path(mesh).suffix).replace("/", "-")
+    path = resources.cache_dir() / "meshes" / f"v{_VERSION}" / f"{name}.gltf"
+    if path.is_file():
+        return path
+    source = _source_path(mesh)
+    if source is None:
+        return None
+    _write_atomically(path, _convert(source))
+    return path
+
+
+def _source_path(mesh: str) -> Path | None:
+    if any(importlib.util.find_spec(name) is None for name in _EXTRA):
+        return None
+    spec = importlib.util.find_spec("rtbdata")
+    assert spec is not None and spec.submodule_search_locations is not None
+    path = Path(next(iter(spec.submodule_search_locations))) / mesh
+    return path if path.is_file() else None
+
+
+def _load_scene(path: Path) -> "trimesh.Scene":
+    import trimesh
+
+    return trimesh.load_scene(path)
+
+
+def _convert(source: Path) -> bytes:
+    """A .gltf with one smooth-shaded mesh for each colour of the source."""
+    import trimesh
+
+    parts = _by_colour(_load_scene(source))
+    total = sum(len(part.faces) for part in parts.values())
+    scene = trimesh.Scene()
+    for colour, part in parts.items():
+        part.merge_vertices(merge_tex=True, merge_norm=True)
+        if total > _MAX_FACES:
+            share = round(_MAX_FACES * len(part.faces) / total)
+            part = part.simplify_quadric_decimation(
+                face_count=max(share, 12), aggression=3
+            )
+        part = trimesh.graph.smooth_shade(part, angle=_SMOOTHING_ANGLE)
+        part.apply_transform(_R_YZ)
+        part.visual = trimesh.visual.TextureVisuals(
+            material=trimesh.visual.material.PBRMaterial(
+                baseColorFactor=list(colour),
+                metallicFactor=0.1,
+                roughnessFactor=0.6,
+            )
+        )
+        scene.add_geometry(part)
+    files = trimesh.exchange.gltf.export_gltf(
+        scene, include_normals=True, merge_buffers=True, embed_buffers=True
+    )
+    return files["model.gltf"]
+
+
+def _by_colour(scene: "trimesh.Scene") -> dict[tuple, "trimesh.Trimesh"]:
+    """The scene's meshes in its own frame, joined where colours agree."""
+    import trimesh
+
+    groups: dict[tuple, list[trimesh.Trimesh]] = {}
+    for part in scene.dump():
+        if not isinstance(part, trimesh.Trimesh):
+            continue  # Stray edges of the drawing.
+        material = getattr(part.visual, "material", part.visual)
+        colour = tuple(int(x) for x in material.main_color)
+        bare = trimesh.Trimesh(part.vertices, part.faces, process=False)
+        groups.setdefault(colour, []).append(bare)
+    return {
+        colour: trimesh.util.concatenate(parts)
+        for colour, parts in groups.items()
+    }
+
+
+def _write_atomically(path: Path, data: bytes):
+    """Writes so that no other process ever sees half a file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    descriptor, scratch = tempfile.mkstemp(dir=path.parent, suffix=".part")
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(data)
+        os.replace(scratch, path)
+    except BaseException:
+        Path(scratch).unlink(missing_ok=True)
+        raise

@@ -1,0 +1,65 @@
+"""What a robot's links look like: the table `visuals.yaml` of a robot."""
+
+import dataclasses as dc
+from pathlib import Path
+
+import numpy as np
+from pydrake.math import RigidTransform, RollPitchYaw
+
+from remosplat_drake.errors import FieldError
+from remosplat_drake.strict_yaml import load_strict
+
+
+@dc.dataclass
+class LinkVisual:
+    """One mesh V on a link L."""
+
+    # Path inside the rtb-data package.
+    mesh: str = ""
+    # Position of the mesh's origin in the link [m].
+    translation: list[float] = dc.field(default_factory=lambda: [0.0] * 3)
+    # Roll, pitch and yaw of the mesh in the link [deg].
+    rpy_deg: list[float] = dc.field(default_factory=lambda: [0.0] * 3)
+    # Red, green, blue, alpha of what is drawn while there is no mesh.
+    colour: list[float] = dc.field(default_factory=lambda: [0.9, 0.9, 0.9, 1])
+
+    @property
+    def X_LV(self) -> RigidTransform:
+        """Pose of the mesh in its link."""
+        return RigidTransform(
+            RollPitchYaw(np.deg2rad(self.rpy_deg)), self.translation
+        )
+
+
+@dc.dataclass
+class VisualTable:
+    """The meshes of every link of a robot, by link name."""
+
+    links: dict[str, list[LinkVisual]] = dc.field(default_factory=dict)
+
+
+def load_visuals(path: Path) -> dict[str, list[LinkVisual]]:
+    """Reads a `visuals.yaml`.
+
+    Raises:
+        FileError: The file is missing or not YAML.
+        FieldError: A field is unknown, has the wrong type or length.
+    """
+    links = load_strict(VisualTable, path).links
+    for link, visuals in links.items():
+        for i, visual in enumerate(visuals):
+            for name, length in _LENGTHS.items():
+                if len(getattr(visual, name)) != length:
+                    raise FieldError(
+                        str(path),
+                        f"links.{link}[{i}].{name}",
+                        f"expected {length} numbers",
+                    )
+            if not visual.mesh:
+                raise FieldError(
+                    str(path), f"links.{link}[{i}].mesh", "is missing"
+                )
+    return links
+
+
+_LENGTHS = {"translation": 3, "rpy_deg": 3, "colour": 4}
