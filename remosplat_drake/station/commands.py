@@ -1,0 +1,110 @@
+"""The command side of a station: read, checked, never passed on broken."""
+
+import dataclasses as dc
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.framework import (
+    CacheEntry,
+    Context,
+    DependencyTicket,
+    InputPort,
+    LeafSystem,
+    ValueProducer,
+)
+
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.station import ports
+from remosplat_drake.station.status import RUNNING, STOPPED, StationStatus
+
+
+@dc.dataclass(frozen=True, eq=False)
+class StationCommand:
+    """What the robot is to do now; copying returns the object itself.
+
+    Attributes:
+        u: Base and arm velocities, shape (n_u,); zeros when stopped.
+        width: Commanded width of the hand [m], or None: hold the present one.
+        force: Bound on the gripping force [N].
+        status: Stopped, with the reason, if a command was not finite.
+    """
+
+    u: np.ndarray
+    width: float | None
+    force: float
+    status: StationStatus
+
+    def __deepcopy__(self, memo) -> "StationCommand":
+        return self
+
+
+def checked_command(
+    values: dict[str, np.ndarray], robot: RobotModel
+) -> StationCommand:
+    """Turns port values into a command that is safe to carry out.
+
+    One number that is not finite stops the whole robot: the other numbers of
+    a broken command deserve no trust either.
+
+    Args:
+        values: Input port values by name; absent ports are not commanded.
+        robot: The robot.
+    """
+    broken = [
+        name for name, value in values.items() if not np.isfinite(value).all()
+    ]
+    if broken:
+        reason = ", ".join(broken) + ": the command is not finite"
+        status = StationStatus(mode=STOPPED, stop_reason=reason)
+        return StationCommand(np.zeros(robot.n_u), None, 0.0, status)
+    description = robot.description
+    u = values[ports.arm_command(description)]
+    if description.base:
+        u = np.concatenate([values[ports.BASE_COMMAND], u])
+    width, force = None, 0.0
+    if description.hand and ports.hand_command(description) in values:
+        width, force = (
+            float(x) for x in values[ports.hand_command(description)]
+        )
+    return StationCommand(u, width, force, StationStatus(mode=RUNNING))
+
+
+class CommandInputs:
+    """The command ports of a system, with one cached check for all readers.
+
+    The hand's port may stay unconnected: the gripper then keeps its width.
+    """
+
+    def __init__(self, system: LeafSystem, robot: RobotModel):
+        """Declares the ports on `system`, under the names of the station."""
+        self._robot = robot
+        self._inputs: list[InputPort] = [
+            system.DeclareVectorInputPort(port.name, port.size)
+            for port in ports.station_ports(robot.description, False)
+            if port.direction == ports.INPUT
+        ]
+        nothing = StationCommand(np.zeros(0), None, 0.0, StationStatus())
+        self._command: CacheEntry = system.DeclareCacheEntry(
+            "command",
+            ValueProducer(allocate=Value(nothing).Clone, calc=self._calc),
+            {port.ticket() for port in self._inputs},
+        )
+
+    @property
+    def ticket(self) -> DependencyTicket:
+        """What outputs that read the command depend on."""
+        return self._command.ticket()
+
+    def read(self, context: Context) -> StationCommand:
+        """The present command, checked."""
+        return self._command.Eval(context)
+
+    def _calc(self, context: Context, value: Value) -> None:
+        optional = self._robot.description.hand is not None
+        hand = self._inputs[-1] if optional else None
+        values = {
+            port.get_name(): port.Eval(context)
+            for port in self._inputs
+            if port is not hand or port.HasValue(context)
+        }
+        value.set_value(checked_command(values, self._robot))

@@ -1,0 +1,40 @@
+"""Exports the subsystems' ports under the station's names."""
+
+from pydrake.systems.framework import DiagramBuilder, System
+from pydrake.systems.sensors import RgbdSensor
+
+from remosplat_drake.robot.robot_description import RobotDescription
+from remosplat_drake.station import ports
+
+
+def export_ports(
+    builder: DiagramBuilder,
+    description: RobotDescription,
+    systems: list[System],
+    camera: RgbdSensor | None = None,
+) -> None:
+    """Exports all of `ports.station_ports`.
+
+    Args:
+        builder: Builder of the station.
+        description: The robot.
+        systems: Subsystems whose ports carry the station's names already.
+        camera: The wrist camera, if there is one.
+    """
+    inputs = {}
+    outputs = {}
+    for system in systems:
+        for i in range(system.num_input_ports()):
+            port = system.get_input_port(i)
+            inputs[port.get_name()] = port
+        for i in range(system.num_output_ports()):
+            port = system.get_output_port(i)
+            outputs[port.get_name()] = port
+    if camera is not None:
+        outputs[ports.WRIST_CAMERA_RGB] = camera.color_image_output_port()
+        outputs[ports.WRIST_CAMERA_DEPTH] = camera.depth_image_32F_output_port()
+    for port in ports.station_ports(description, camera is not None):
+        if port.direction == ports.INPUT:
+            builder.ExportInput(inputs[port.name], port.name)
+        else:
+            builder.ExportOutput(outputs[port.name], port.name)

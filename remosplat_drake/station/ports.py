@@ -1,0 +1,102 @@
+"""The ports of every station, simulated or real, as data.
+
+A controller is wired against these names and cannot tell the stations apart.
+Names that begin with `cheat.` carry ground truth, which only a simulation
+has; nothing that runs on the robot may read them.
+"""
+
+import dataclasses as dc
+
+from remosplat_drake.robot.robot_description import RobotDescription
+
+INPUT, OUTPUT = "input", "output"
+
+WRIST_CAMERA_RGB = "wrist_camera.rgb"
+WRIST_CAMERA_DEPTH = "wrist_camera.depth"
+STATUS = "status"
+CHEAT_QUERY_OBJECT = "cheat.query_object"
+CHEAT_CONTACT = "cheat.contact"
+
+BASE_COMMAND = "base.velocity_commanded"
+BASE_POSE = "base.pose_measured"
+BASE_VELOCITY = "base.velocity_measured"
+
+
+@dc.dataclass(frozen=True)
+class Port:
+    """A port of a station.
+
+    Attributes:
+        name: Name in the diagram.
+        direction: `INPUT` or `OUTPUT`.
+        size: Length of the vector; None for an abstract value.
+        content: What it carries, with units.
+    """
+
+    name: str
+    direction: str
+    size: int | None
+    content: str
+
+
+def arm_command(description: RobotDescription) -> str:
+    """Name of the arm's velocity input."""
+    return f"{description.arm.name}.velocity_commanded"
+
+
+def arm_position(description: RobotDescription) -> str:
+    """Name of the arm's position output."""
+    return f"{description.arm.name}.position_measured"
+
+
+def arm_velocity(description: RobotDescription) -> str:
+    """Name of the arm's velocity output."""
+    return f"{description.arm.name}.velocity_measured"
+
+
+def hand_command(description: RobotDescription) -> str:
+    """Name of the hand's input; the robot must have a hand."""
+    assert description.hand is not None
+    return f"{description.hand.name}.command"
+
+
+def hand_state(description: RobotDescription) -> str:
+    """Name of the hand's output; the robot must have a hand."""
+    assert description.hand is not None
+    return f"{description.hand.name}.state"
+
+
+def station_ports(
+    description: RobotDescription, wrist_camera: bool
+) -> list[Port]:
+    """The ports that every station for this robot has.
+
+    Args:
+        description: The robot. Without a base there are no `base` ports,
+            without a hand no `hand` ports.
+        wrist_camera: Whether the station has a wrist camera.
+    """
+    n = len(description.arm.joints)
+    ports = []
+    if description.base:
+        ports += [
+            Port(BASE_COMMAND, INPUT, 2, "forward and yaw rate [m/s, rad/s]"),
+            Port(BASE_POSE, OUTPUT, 3, "x, y, yaw in W [m, m, rad]"),
+            Port(BASE_VELOCITY, OUTPUT, 2, "forward, yaw rate [m/s, rad/s]"),
+        ]
+    ports += [
+        Port(arm_command(description), INPUT, n, "joint rates [rad/s]"),
+        Port(arm_position(description), OUTPUT, n, "joint positions [rad]"),
+        Port(arm_velocity(description), OUTPUT, n, "joint rates [rad/s]"),
+    ]
+    if description.hand:
+        ports += [
+            Port(hand_command(description), INPUT, 2, "width, force [m, N]"),
+            Port(hand_state(description), OUTPUT, 2, "width, rate [m, m/s]"),
+        ]
+    if wrist_camera:
+        ports += [
+            Port(WRIST_CAMERA_RGB, OUTPUT, None, "ImageRgba8U"),
+            Port(WRIST_CAMERA_DEPTH, OUTPUT, None, "ImageDepth32F [m]"),
+        ]
+    return [*ports, Port(STATUS, OUTPUT, None, "StationStatus")]
