@@ -1,0 +1,149 @@
+"""`DepthRasterizationField`: distances from virtual depth views, on the CPU."""
+
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+
+import numpy as np
+
+from remosplat_drake.errors import FieldError
+from remosplat_drake.oracle.depth_rasterization_kernel import (
+    Rules,
+    nearest_pixels,
+)
+from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV, DepthSensor
+from remosplat_drake.oracle.distance_field import Clearances, DistanceField
+from remosplat_drake.oracle.footprint_tree import prepare
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+
+class DepthRasterizationField(DistanceField):
+    """What six depth views from every sphere's centre see of a splat.
+
+    Opacity counts: a floater too transparent to be a surface is not one (paper
+    section III-C.2). The answer is that of
+    `depth_rasterization_reference.clearances`; `DepthSensor` holds the exact
+    definition. A sphere owns a row for every view that sees something nearer
+    than the queried distance, in the order of the views.
+
+    Args:
+        splat_W: The scene, expressed in W.
+        sensor: The views and what counts as a surface.
+        nearest_only: Answer only the nearest view of each sphere (cheaper).
+        num_threads: Threads that share the spheres of a query; the answer does
+            not depend on it.
+
+    Raises:
+        FieldError: `num_threads` is not positive.
+    """
+
+    is_lipschitz = False
+
+    def __init__(
+        self,
+        splat_W: GaussianSplat,
+        sensor: DepthSensor | None = None,
+        *,
+        nearest_only: bool = False,
+        num_threads: int = 1,
+    ):
+        if num_threads < 1:
+            raise FieldError(
+                "depth rasterization",
+                "num_threads",
+                f"{num_threads} is not positive",
+            )
+        self.sensor = sensor or DepthSensor()
+        self.nearest_only = nearest_only
+        self.num_threads = num_threads
+        self.revision = (
+            f"depth-rasterization-{splat_W.content_hash}-{self.sensor}"
+            f"-{nearest_only}"
+        )
+        self._scene = prepare(splat_W, self.sensor)
+        self._rules = _rules(self.sensor, splat_W.is_surfel)
+
+    def clearances(
+        self, spheres: Spheres, max_distance: float = np.inf
+    ) -> Clearances:
+        """The clearances of all spheres; see `DistanceField.clearances`."""
+        if self._scene is None or len(spheres) == 0:
+            return Clearances.none(self.revision)
+        # No pixel reaches beyond the corners of the far plane.
+        bound = np.minimum(
+            self.sensor.far * np.sqrt(3), spheres.radius + max_distance
+        )
+        R_WD = np.ascontiguousarray(self.sensor.R_WD(spheres.R_WL), float)
+        reach, pixel = self._nearest_pixels(spheres, R_WD, bound)
+        if self.nearest_only:
+            others = np.ones(reach.shape, bool)
+            others[np.arange(len(reach)), reach.argmin(axis=1)] = False
+            reach[others] = np.inf
+        return self._rows(spheres, R_WD, reach, pixel)
+
+    def _nearest_pixels(self, spheres, R_WD, bound):
+        n = len(spheres)
+        reach = np.full((n, N_VIEWS), np.inf)
+        pixel = np.full((n, N_VIEWS), -1)
+        p_WS = np.ascontiguousarray(spheres.p_WS, float)
+        ignore_below = np.ascontiguousarray(spheres.ignore_below, float)
+        threads = min(self.num_threads, n)
+
+        def share(first: int):
+            nearest_pixels(
+                *self._scene,
+                self._rules,
+                p_WS,
+                R_WD,
+                ignore_below,
+                bound,
+                self.nearest_only,
+                first,
+                threads,
+                reach,
+                pixel,
+            )
+
+        if threads == 1:
+            share(0)
+        else:
+            list(_pool(threads).map(share, range(threads)))
+        return reach, pixel
+
+    def _rows(self, spheres, R_WD, reach, pixel) -> Clearances:
+        sphere, view = np.nonzero(np.isfinite(reach))
+        reach, pixel = reach[sphere, view], pixel[sphere, view]
+        row, column = np.divmod(pixel, self.sensor.resolution)
+        axis = self.sensor.pixel_centers()
+        ray_V = np.stack([axis[column], axis[row], np.ones(len(row))], axis=1)
+        ray_V /= np.linalg.norm(ray_V, axis=1, keepdims=True)
+        direction_W = np.einsum(
+            "nij,njk,nk->ni", R_WD[sphere], R_DV[view], ray_V
+        )
+        return Clearances(
+            sphere,
+            reach - spheres.radius[sphere],
+            direction_W,
+            spheres.p_WS[sphere] + reach[:, None] * direction_W,
+            self.revision,
+        )
+
+
+def _rules(sensor: DepthSensor, is_surfel: bool) -> Rules:
+    return Rules(
+        sensor.resolution,
+        sensor.alpha_cutoff,
+        sensor.transmittance,
+        sensor.near,
+        sensor.far,
+        float(sensor.n_sigma) ** 2,
+        float(sensor.min_alpha),
+        is_surfel,
+        sensor.low_pass_filter,
+    )
+
+
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    """The kernels release the GIL, so plain threads share the cores."""
+    return ThreadPoolExecutor(threads, thread_name_prefix="depth-views")
