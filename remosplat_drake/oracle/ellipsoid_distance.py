@@ -1,0 +1,156 @@
+"""Distance from a point to one ellipsoid or flat elliptic disc, in its frame.
+
+The closest point x of an ellipsoid with semi-axes e to a point y satisfies
+x_i = e_i^2 y_i / (T + e_i^2), where T is the one root that puts x on the
+surface (Eberly, "Distance from a Point to an Ellipse, an Ellipsoid, or a
+Hyperellipsoid", the paper's reference). Scaled by the smallest semi-axis,
+with t = T / e_2^2 + 1, n_i = (e_i / e_2)^2 |y_i| / e_i and
+d_i = (e_i / e_2)^2 - 1, the root of
+
+    |p(t)| = 1,  p_i(t) = n_i / (t + d_i),  x_i = e_i p_i
+
+is well conditioned however flat, thin or far the ellipsoid is. Semi-axes are
+sorted, e_0 >= e_1 >= e_2; a disc has e_2 = 0 and its normal along axis 2.
+`sphere_to_ellipsoid_reference.py` says the same slowly, in NumPy.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+CONVERGE = -1
+"""Value of `steps`: iterate to double precision instead of bisecting."""
+
+
+@njit(cache=True)
+def box_distance_squared(y, e) -> float:
+    """Squared distance from y to the box [-e, e]: never more than to x."""
+    a = max(abs(y[0]) - e[0], 0.0)
+    b = max(abs(y[1]) - e[1], 0.0)
+    c = max(abs(y[2]) - e[2], 0.0)
+    return a * a + b * b + c * c
+
+
+@njit(cache=True)
+def closest_on_disc(y, e, steps):
+    """Closest point of the solid disc with semi-axes e_0, e_1.
+
+    Args:
+        y: The point in the disc's frame [m].
+        e: Semi-axes, e_2 unused [m].
+        steps: Bisection steps, or CONVERGE.
+
+    Returns:
+        The distance, never negative, and the closest point [m].
+    """
+    z0 = abs(y[0]) / e[0]
+    z1 = abs(y[1]) / e[1]
+    if z0 * z0 + z1 * z1 <= 1.0:
+        return abs(y[2]), (y[0], y[1], 0.0)
+    r = (e[0] / e[1]) ** 2
+    p0, _, p1 = _unit_point(r * z0, 0.0, z1, r - 1.0, 0.0, False, steps)
+    x0 = math.copysign(e[0] * p0, y[0])
+    x1 = math.copysign(e[1] * p1, y[1])
+    a = y[0] - x0
+    b = y[1] - x1
+    return math.sqrt(a * a + b * b + y[2] * y[2]), (x0, x1, 0.0)
+
+
+@njit(cache=True)
+def closest_on_ellipsoid(y, e, steps):
+    """Closest surface point of the ellipsoid with semi-axes e.
+
+    Args:
+        y: The point in the ellipsoid's frame [m].
+        e: Semi-axes, e_0 >= e_1 >= e_2 > 0 [m].
+        steps: Bisection steps, or CONVERGE.
+
+    Returns:
+        The distance, negative inside, and the closest point [m].
+    """
+    z0 = abs(y[0]) / e[0]
+    z1 = abs(y[1]) / e[1]
+    z2 = abs(y[2]) / e[2]
+    r0 = (e[0] / e[2]) ** 2
+    r1 = (e[1] / e[2]) ** 2
+    inside = z0 * z0 + z1 * z1 + z2 * z2 < 1.0
+    p0, p1, p2 = _unit_point(
+        r0 * z0, r1 * z1, z2, r0 - 1.0, r1 - 1.0, inside, steps
+    )
+    x0 = math.copysign(e[0] * p0, y[0])
+    x1 = math.copysign(e[1] * p1, y[1])
+    x2 = math.copysign(e[2] * p2, y[2])
+    a = y[0] - x0
+    b = y[1] - x1
+    c = y[2] - x2
+    distance = math.sqrt(a * a + b * b + c * c)
+    return (-distance if inside else distance), (x0, x1, x2)
+
+
+@njit(cache=True)
+def _unit_point(n0, n1, n2, d0, d1, inside, steps):
+    """The p of the module's equation for d_2 = 0, n_i >= 0.
+
+    Where no t > 0 solves it (the point lies on the plane of the two longer
+    axes, near the centre), the closest point leaves that plane.
+    """
+    # At `low` some p_i is 1 and none is larger, so |p| >= 1 there.
+    low = max(n2, max(n1 - d1, n0 - d0), 0.0)
+    if low <= 0.0:
+        p0 = n0 / d0 if n0 > 0.0 else 0.0
+        p1 = n1 / d1 if n1 > 0.0 else 0.0
+        rest = 1.0 - p0 * p0 - p1 * p1
+        if n2 == 0.0 and rest > 0.0:
+            return p0, p1, math.sqrt(rest)
+        low = np.finfo(np.float64).tiny
+    if steps == CONVERGE:
+        t = _newton_root(n0, n1, n2, d0, d1, low)
+    else:
+        high = math.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
+        if inside:
+            high = min(high, 1.0)
+        t = _bisected_root(n0, n1, n2, d0, d1, low, high, steps)
+    return n0 / (t + d0), n1 / (t + d1), n2 / t
+
+
+@njit(cache=True)
+def _newton_root(n0, n1, n2, d0, d1, t) -> float:
+    """Newton's method on 1 / |p(t)| = 1, rising from t on the left.
+
+    The left-hand side is concave and nearly linear in t (the secular equation
+    of trust-region methods), so no step overshoots and a few suffice.
+    """
+    for _ in range(100):
+        i0 = 1.0 / (t + d0)
+        i1 = 1.0 / (t + d1)
+        i2 = 1.0 / t
+        s0 = (n0 * i0) ** 2
+        s1 = (n1 * i1) ** 2
+        s2 = (n2 * i2) ** 2
+        square = s0 + s1 + s2
+        slope = s0 * i0 + s1 * i1 + s2 * i2
+        step = (math.sqrt(square) - 1.0) * square / slope
+        if not step > 0.0:
+            break
+        t += step
+        # The error after a step goes with the square of the step.
+        if step <= 1e-9 * t:
+            break
+    return t
+
+
+@njit(cache=True)
+def _bisected_root(n0, n1, n2, d0, d1, low, high, steps) -> float:
+    """The midpoint of the bracket after `steps` bisections."""
+    t = 0.5 * (low + high)
+    for _ in range(steps):
+        p0 = n0 / (t + d0)
+        p1 = n1 / (t + d1)
+        p2 = n2 / t
+        if p0 * p0 + p1 * p1 + p2 * p2 > 1.0:
+            low = t
+        else:
+            high = t
+        t = 0.5 * (low + high)
+    return t

@@ -1,0 +1,108 @@
+"""The sphere-to-ellipsoid distance, slowly: every pair, plain bisection.
+
+The readable twin of `sphere_to_ellipsoid.py`: no hierarchy, no bound, no
+Newton steps. Tests and benchmarks compare against it.
+"""
+
+import numpy as np
+
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+
+def nearest_splats(
+    splat_W: GaussianSplat,
+    p_WQ: np.ndarray,
+    n_sigma: float = 1.0,
+    chunk: int = 8,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The nearest splat of each query point, by trying them all.
+
+    Args:
+        splat_W: Discs or ellipsoids in W.
+        p_WQ: Points, shape (n, 3) [m].
+        n_sigma: Semi-axes in standard deviations.
+        chunk: Points a pass; bounds the memory, changes nothing else.
+
+    Returns:
+        Signed distance (n,) [m], closest point p_WC (n, 3) [m] and the index
+        of the nearest splat (n,), the lowest one on a tie.
+    """
+    distance = np.empty(len(p_WQ))
+    p_WC = np.empty((len(p_WQ), 3))
+    nearest = np.empty(len(p_WQ), np.int64)
+    semi_axes = np.zeros((len(splat_W), 3))
+    semi_axes[:, : splat_W.scales.shape[1]] = splat_W.scales
+    semi_axes *= n_sigma
+    p_WK = splat_W.p_GK.astype(np.float64)
+    for start in range(0, len(p_WQ), chunk):
+        rows = slice(start, start + chunk)
+        p_KQ_W = p_WQ[rows, None, :] - p_WK
+        p_KQ = np.einsum("kji,nkj->nki", splat_W.R_GK, p_KQ_W)
+        p_KC = closest_points(p_KQ, semi_axes)
+        d = np.linalg.norm(p_KQ - p_KC, axis=2)
+        if not splat_W.is_surfel:
+            inside = np.sum((p_KQ / semi_axes) ** 2, axis=2) < 1
+            d = np.where(inside, -d, d)
+        k = d.argmin(axis=1)
+        n = np.arange(len(k))
+        nearest[rows] = k
+        distance[rows] = d[n, k]
+        p_WC[rows] = p_WK[k] + np.einsum(
+            "nij,nj->ni", splat_W.R_GK[k], p_KC[n, k]
+        )
+    return distance, p_WC, nearest
+
+
+def closest_points(y: np.ndarray, semi_axes: np.ndarray) -> np.ndarray:
+    """Closest surface points of origin-centred ellipsoids and solid discs.
+
+    Eberly, "Distance from a Point to an Ellipse, an Ellipsoid, or a
+    Hyperellipsoid": with x_i = e_i^2 y_i / (T + e_i^2), bisect T until x is
+    on the surface.
+
+    Args:
+        y: Points, shape (..., 3) [m].
+        semi_axes: Shape (..., 3) [m]; a zero third axis makes a solid disc.
+
+    Returns:
+        Shape (..., 3) [m].
+    """
+    y, e = np.broadcast_arrays(y, semi_axes)
+    is_disc = e[..., 2] == 0
+    plane = np.where(is_disc[..., None], [1.0, 1.0, 0.0], 1.0)
+    e = np.where(e == 0, 1.0, e)
+    over_disc = is_disc & (np.sum(plane * (y / e) ** 2, axis=-1) <= 1)
+    in_plane = plane * y
+    shortest = np.min(np.where(plane > 0, e, np.inf), axis=-1, keepdims=True)
+    n = (e / shortest) ** 2 * np.abs(in_plane) / e
+    shift = (e / shortest) ** 2 - 1
+    low = np.min(np.where(shift == 0, n, np.inf), axis=-1, keepdims=True)
+    high = np.linalg.norm(n, axis=-1, keepdims=True)
+    for _ in range(1100):
+        t = 0.5 * (low + high)
+        if np.all((t <= low) | (t >= high)):
+            break
+        outside = np.sum(_ratio(n, t + shift) ** 2, -1, keepdims=True) > 1
+        low, high = np.where(outside, t, low), np.where(outside, high, t)
+    p = _ratio(n, t + shift)
+    # On the plane of the longer axes near the centre no root exists: the
+    # closest point leaves the plane along the (last) shortest axis.
+    rest = 1 - np.sum(p**2, axis=-1)
+    leaves = ~is_disc & (rest > 0) & (high[..., 0] < 1) & _none_along(n, shift)
+    last = 2 - np.argmax(shift[..., ::-1] == 0, axis=-1)
+    up = np.sqrt(np.maximum(rest, 0))
+    axis = np.arange(3) == last[..., None]
+    p = np.where(axis & leaves[..., None], up[..., None], p)
+    return np.where(
+        over_disc[..., None], in_plane, np.copysign(e * p, y) * plane
+    )
+
+
+def _ratio(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The quotient, and 0 where a is 0."""
+    return np.divide(a, b, out=np.zeros_like(a), where=a > 0)
+
+
+def _none_along(n: np.ndarray, shift: np.ndarray) -> np.ndarray:
+    """True where y has no component along any shortest axis."""
+    return np.all((shift > 0) | (n == 0), axis=-1)
