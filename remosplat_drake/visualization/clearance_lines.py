@@ -1,0 +1,109 @@
+"""`ClearanceLines`: which scene points the controller minds."""
+
+import numpy as np
+from pydrake.geometry import Meshcat, Rgba, Sphere
+from pydrake.math import RigidTransform, RotationMatrix
+
+from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.visualization.page import LIVE, ROOT
+from remosplat_drake.visualization.shapes import tube_mesh
+
+KEPT = f"{LIVE}/kept_clearances"
+TIGHT = f"{ROOT}/tight_clearances"
+
+_PALE = Rgba(0.93, 0.45, 0.40)
+_STRONG = Rgba(0.88, 0.06, 0.05)
+_TUBE_RADIUS = 0.005
+_DOT_RADIUS = 0.011
+_SHORTEST = 1e-4  # A contact still has a direction [m].
+
+
+class ClearanceLines:
+    """Red lines from the robot's spheres to their closest scene points.
+
+    Rows that could bind are thin and pale; rows that hold with equality at
+    the command, thick and strong. The thick ones are a pool of shapes that
+    only move, so that a recording replays them; it leaves out the thin ones.
+
+    Args:
+        meshcat: The page.
+        robot: Places the spheres.
+    """
+
+    def __init__(self, meshcat: Meshcat, robot: RobotModel):
+        self._meshcat = meshcat
+        self._robot = robot
+        self._tube = tube_mesh(np.array([[0, 0, 0], [0, 0, 1.0]]), _TUBE_RADIUS)
+        self._shown: list[bool] = []
+
+    def draw(self, report: TickReport, time: float):
+        """Shows the rows of one tick.
+
+        Args:
+            report: Of the controller.
+            time: For the recording [s].
+        """
+        start, end = line_ends(self._robot, report)
+        pale = report.kept & ~report.tight
+        self._meshcat.SetLineSegments(
+            KEPT, start[pale].T, end[pale].T, line_width=1.5, rgba=_PALE
+        )
+        tight = np.flatnonzero(report.tight)
+        for i in range(len(self._shown), len(tight)):
+            self._add_to_pool(i)
+        for i, shown in enumerate(self._shown):
+            if i < len(tight):
+                self._place(i, start[tight[i]], end[tight[i]], time)
+            if shown != (i < len(tight)):
+                self._show(i, i < len(tight), time)
+
+    def _add_to_pool(self, i: int):
+        vertices, faces = self._tube
+        path = f"{TIGHT}/{i}"
+        self._meshcat.SetTriangleMesh(
+            f"{path}/line", vertices.T, faces.T, _STRONG
+        )
+        self._meshcat.SetObject(f"{path}/point", Sphere(_DOT_RADIUS), _STRONG)
+        self._shown.append(False)
+        self._show(i, False, time=0.0)
+
+    def _show(self, i: int, visible: bool, time: float):
+        self._shown[i] = visible
+        self._meshcat.SetProperty(
+            f"{TIGHT}/{i}", "visible", visible, time_in_recording=time
+        )
+
+    def _place(self, i: int, start: np.ndarray, end: np.ndarray, time: float):
+        """Puts the dot on the scene and the tube from there to the sphere."""
+        axis = start - end
+        length = float(np.linalg.norm(axis))
+        if length < _SHORTEST:
+            axis, length = np.array([0.0, 0.0, 1.0]), _SHORTEST
+        R = RotationMatrix.MakeFromOneVector(axis, axis_index=2)
+        self._meshcat.SetTransform(
+            f"{TIGHT}/{i}", RigidTransform(R, end), time_in_recording=time
+        )
+        self._meshcat.SetProperty(
+            f"{TIGHT}/{i}/line",
+            "scale",
+            [1.0, 1.0, length],
+            time_in_recording=time,
+        )
+
+
+def line_ends(
+    robot: RobotModel, report: TickReport
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where the lines of a report's rows start and end.
+
+    Returns:
+        Points on the spheres' surfaces and on the scene, in W, both (m, 3).
+    """
+    clearances = report.clearances
+    if len(clearances) == 0:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    spheres = robot.spheres_at(report.q)
+    i = clearances.sphere
+    offset = spheres.radius[i, None] * clearances.direction_W
+    return spheres.p_WS[i] + offset, clearances.p_WC

@@ -1,0 +1,187 @@
+"""`MeshcatPage`: the browser page that all views draw on."""
+
+import os
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from pydrake.geometry import Cylinder, Meshcat, MeshcatParams, Rgba
+from pydrake.math import RigidTransform
+
+from remosplat_drake.errors import FileError, RemoSplatError
+from remosplat_drake.visualization.toggle import Toggle
+
+ROOT = "/remosplat"
+"""Path above everything that this project draws."""
+
+LIVE = f"{ROOT}/live"
+"""Path above what a recording cannot hold, and therefore hides."""
+
+_FLOOR_RADIUS = 30.0
+_FLOOR_DROP = 0.006  # A captured floor must not fight with the drawn one.
+_CAMERA = "/Cameras/default/rotated/<object>"
+_SKY = [0.98, 0.98, 0.99]
+_HORIZON = [0.80, 0.84, 0.88]
+_FLOOR = Rgba(0.93, 0.94, 0.95)
+_LIGHTS = {
+    "AmbientLight": {"intensity": 1.0},
+    "FillLight": {"intensity": 0.5},
+    "PointLightNegativeX": {"visible": False},
+    "PointLightPositiveX": {"visible": False},
+    # The one light with a shadow: above and behind the camera's shoulder.
+    "SpotLight": {
+        "visible": True,
+        "castShadow": True,
+        "position": [-2.0, -4.0, 7.0],
+        "intensity": 1.6,
+        "decay": 0.0,
+        "angle": 0.9,
+        "penumbra": 1.0,
+        "shadow.radius": 3.0,
+        "shadow.mapSize.width": 4096.0,
+        "shadow.mapSize.height": 4096.0,
+    },
+}
+
+
+class MeshcatPage:
+    """A Meshcat server with a sky, a floor, one shadow and a camera.
+
+    Args:
+        port: TCP port; None takes the first free one from 7000 on.
+        host: Interface to listen on; "*" is every one. The page's controls
+            can steer a robot, so by default only this computer may connect.
+        floor: Whether to draw the floor.
+
+    Attributes:
+        meshcat: Drake's server; anything else may be drawn on it, too.
+
+    Raises:
+        RemoSplatError: The port is taken or out of range.
+    """
+
+    def __init__(
+        self,
+        *,
+        port: int | None = None,
+        host: str = "localhost",
+        floor: bool = True,
+    ):
+        self.meshcat = _start_server(port, host)
+        self._toggles: list[Toggle] = []
+        self._status = ""
+        self._dress(floor)
+        self.look_from(p_WC=(-1.6, -3.0, 1.9), p_WT=(0.7, 0.1, 0.5))
+
+    @property
+    def url(self) -> str:
+        """The address to open in a browser."""
+        return self.meshcat.web_url()
+
+    def look_from(self, p_WC: Sequence[float], p_WT: Sequence[float]):
+        """Puts the camera at p_WC and turns it towards p_WT [m]."""
+        self.meshcat.SetCameraPose(
+            camera_in_world=np.array(p_WC, float),
+            target_in_world=np.array(p_WT, float),
+        )
+
+    def add_toggle(self, toggle: Toggle):
+        """Lets `poll` serve a button."""
+        self._toggles.append(toggle)
+
+    def poll(self):
+        """Serves all buttons that were clicked since the last call."""
+        for toggle in self._toggles:
+            toggle.poll()
+
+    def set_status(self, text: str):
+        """Shows a line of text among the controls.
+
+        Meshcat has no text, so the line is the label of a button without a
+        function. Sent only when it changes.
+        """
+        if text == self._status:
+            return
+        if self._status:
+            self.meshcat.DeleteButton(self._status)
+        if text:
+            self.meshcat.AddButton(text)
+        self._status = text
+
+    def start_recording(self):
+        """Records all motion from now on, for replay in the page."""
+        self.meshcat.DeleteRecording()
+        self.meshcat.StartRecording(frames_per_second=32)
+
+    def finish_recording(self):
+        """Stops recording; the page then replays, also when saved."""
+        self.meshcat.SetProperty(LIVE, "visible", False, time_in_recording=0.0)
+        self.meshcat.StopRecording()
+        self.meshcat.PublishRecording()
+        self.meshcat.SetProperty(LIVE, "visible", True)
+
+    def save_html(self, path: str | Path):
+        """Writes the page as one file that needs neither server nor network.
+
+        The file is replaced in one step. Buttons are not part of it.
+
+        Raises:
+            FileError: The file cannot be written.
+        """
+        path = Path(path)
+        html = self.meshcat.StaticHtml()
+        temporary = None
+        try:
+            descriptor, temporary = tempfile.mkstemp(
+                dir=path.parent, prefix=f".{path.name}."
+            )
+            with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+                file.write(html)
+            os.chmod(temporary, 0o644)
+            os.replace(temporary, path)
+        except OSError as error:
+            if temporary is not None:
+                Path(temporary).unlink(missing_ok=True)
+            raise FileError(path, error.strerror or str(error)) from error
+
+    def _dress(self, floor: bool):
+        meshcat = self.meshcat
+        meshcat.SetProperty("/Background/<object>", "top_color", _SKY)
+        meshcat.SetProperty("/Background/<object>", "bottom_color", _HORIZON)
+        for path in ("/Grid", "/Axes"):
+            meshcat.SetProperty(path, "visible", False)
+        for light, properties in _LIGHTS.items():
+            for name, value in properties.items():
+                node = f"/Lights/{light}"
+                # Visibility belongs to the tree, the rest to the light.
+                if name != "visible":
+                    node += "/<object>"
+                meshcat.SetProperty(node, name, value)
+        meshcat.SetProperty(_CAMERA, "zoom", 2.0)
+        if floor:
+            path = f"{ROOT}/floor"
+            meshcat.SetObject(path, Cylinder(_FLOOR_RADIUS, 0.01), _FLOOR)
+            meshcat.SetTransform(
+                path, RigidTransform([1.0, 0.0, -0.005 - _FLOOR_DROP])
+            )
+
+
+def _start_server(port: int | None, host: str) -> Meshcat:
+    if port is not None and not 1024 <= port <= 65535:
+        raise RemoSplatError(
+            f"meshcat port {port} is out of range; valid: 1024 to 65535"
+        )
+    try:
+        return Meshcat(
+            MeshcatParams(host=host, port=port, show_stats_plot=False)
+        )
+    except RuntimeError as error:
+        if port is None:
+            raise RemoSplatError(
+                f"meshcat found no free port on host {host!r}"
+            ) from error
+        raise RemoSplatError(
+            f"meshcat port {port} is taken on host {host!r};"
+            " choose another one, or none for the first free one"
+        ) from error

@@ -1,0 +1,115 @@
+"""`RunView`: what the controller sees and decides, on the page."""
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import Rgba
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
+
+from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.visualization.clearance_lines import ClearanceLines
+from remosplat_drake.visualization.growing_path import GrowingPath
+from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
+from remosplat_drake.visualization.shapes import draw_triad
+from remosplat_drake.visualization.sphere_view import SphereView
+
+TARGET = f"{ROOT}/target"
+PATHS = f"{ROOT}/paths"
+
+_YELLOW = Rgba(0.98, 0.74, 0.05)
+_BLUE = Rgba(0.10, 0.42, 0.92)
+_TRACE_HEIGHT = 0.012  # The base's trace lies on the floor, not in it [m].
+
+
+class RunView(LeafSystem):
+    """Draws target, clearances and traces, and serves the page's buttons.
+
+    .. pydrake_system::
+
+        name: RunView
+        input_ports:
+        - configuration
+        - report
+
+    `configuration` is the measured q, `report` the `TickReport` that the
+    controller exports: looking on asks no oracle and costs the controller
+    nothing. Red lines go from sphere surfaces to their closest scene points,
+    pale for rows that could bind and strong for rows that do. The end
+    effector leaves a yellow trace, the base a blue one; both start anew when
+    time runs backwards.
+
+    Args:
+        page: Where to draw; its buttons are polled at every publish.
+        robot: Whose configuration it is.
+    """
+
+    def __init__(self, *, page: MeshcatPage, robot: RobotModel):
+        LeafSystem.__init__(self)
+        self._page = page
+        self._robot = robot
+        self._configuration_input = self.DeclareVectorInputPort(
+            "configuration", robot.n_q
+        )
+        self._report_input = self.DeclareAbstractInputPort(
+            "report",
+            AbstractValue.Make(TickReport.before_first(robot.n_q, robot.n_u)),
+        )
+        self._spheres = SphereView(page, robot)
+        self._lines = ClearanceLines(page.meshcat, robot)
+        self._hand_trace = GrowingPath(
+            page.meshcat, f"{PATHS}/end_effector", _YELLOW
+        )
+        self._base_trace = GrowingPath(page.meshcat, f"{PATHS}/base", _BLUE)
+        self._report: TickReport | None = None
+        self._time = -np.inf
+        draw_triad(page.meshcat, TARGET)
+        page.meshcat.SetProperty(TARGET, "visible", False)
+        self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
+        self.DeclareForcedPublishEvent(self._publish)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder, *, page: MeshcatPage, robot: RobotModel
+    ) -> "RunView":
+        """Adds a view; the caller connects its two ports."""
+        return builder.AddNamedSystem(
+            "run_view", RunView(page=page, robot=robot)
+        )
+
+    def _publish(self, context: Context):
+        self._page.poll()
+        time = context.get_time()
+        q = self._configuration_input.Eval(context)
+        report = self._report_input.Eval(context)
+        self._draw_motion(q, time)
+        if report is not self._report:
+            self._report = report
+            self._draw_report(report, time)
+        self._spheres.update(q, report.clearances, time)
+
+    def _draw_motion(self, q: np.ndarray, time: float):
+        if time < self._time:
+            self._hand_trace.clear()
+            self._base_trace.clear()
+        self._time = time
+        p_WE = self._robot.end_effector_pose(q)[:3, 3]
+        self._hand_trace.append(p_WE, time)
+        if self._robot.n_base:
+            self._base_trace.append(np.array([*q[:2], _TRACE_HEIGHT]), time)
+
+    def _draw_report(self, report: TickReport, time: float):
+        meshcat = self._page.meshcat
+        self._lines.draw(report, time)
+        status = report.status.replace("_", " ")
+        self._page.set_status(f"Controller: {status}")
+        known = bool(np.isfinite(report.X_WT).all())
+        meshcat.SetProperty(TARGET, "visible", known, time_in_recording=time)
+        if known:
+            R_WT = RotationMatrix.ProjectToRotationMatrix(report.X_WT[:3, :3])
+            meshcat.SetTransform(
+                TARGET,
+                RigidTransform(R_WT, report.X_WT[:3, 3]),
+                time_in_recording=time,
+            )

@@ -1,0 +1,85 @@
+"""Shapes that Meshcat lacks: tubes (its lines are one pixel wide), triads."""
+
+import numpy as np
+from pydrake.geometry import Cylinder, Meshcat, Rgba
+from pydrake.math import RigidTransform, RotationMatrix
+
+_SIDES = 6
+_AXIS_COLORS = (
+    Rgba(0.86, 0.20, 0.18),
+    Rgba(0.20, 0.62, 0.25),
+    Rgba(0.16, 0.36, 0.85),
+)
+
+
+def tube_mesh(
+    p_WP: np.ndarray, radius: float, sides: int = _SIDES
+) -> tuple[np.ndarray, np.ndarray]:
+    """A closed tube around a polyline.
+
+    The cross-section is carried along without twist: each direction across
+    the tube is the previous one projected off the new tangent.
+
+    Args:
+        p_WP: Points, shape (n, 3) [m]; n >= 2, neighbours distinct.
+        radius: [m].
+        sides: Corners of the cross-section.
+
+    Returns:
+        Vertices (n * sides, 3) and faces (m, 3), outward by the right hand.
+    """
+    n = len(p_WP)
+    steps = np.diff(p_WP, axis=0)
+    steps /= np.linalg.norm(steps, axis=1, keepdims=True)
+    tangents = np.vstack([steps[:1], steps[:-1] + steps[1:], steps[-1:]])
+    across = np.eye(3)[np.abs(tangents[0]).argmin()]
+    angle = 2 * np.pi * np.arange(sides) / sides
+    rings = np.empty((n, sides, 3))
+    for i, tangent in enumerate(tangents):
+        # A full reversal leaves no mean direction: keep the last step's.
+        if tangent @ tangent < 1e-6:
+            tangent = steps[i - 1]
+        tangent = tangent / np.linalg.norm(tangent)
+        across = across - (across @ tangent) * tangent
+        across /= np.linalg.norm(across)
+        other = np.cross(tangent, across)
+        rings[i] = p_WP[i] + radius * (
+            np.outer(np.cos(angle), across) + np.outer(np.sin(angle), other)
+        )
+    return rings.reshape(-1, 3), _tube_faces(n, sides)
+
+
+def _tube_faces(n: int, sides: int) -> np.ndarray:
+    """Two triangles a side and step, and a fan at each end."""
+    k = np.arange(sides)
+    turn = (k + 1) % sides
+    row = sides * np.arange(n - 1)[:, None]
+    near, near_next = row + k, row + turn
+    far, far_next = near + sides, near_next + sides
+    fan = np.arange(1, sides - 1)
+    start = np.stack([0 * fan, fan + 1, fan], axis=1)
+    end = np.stack([0 * fan, fan, fan + 1], axis=1) + sides * (n - 1)
+    return np.concatenate(
+        [
+            np.stack([near, near_next, far], axis=-1).reshape(-1, 3),
+            np.stack([near_next, far_next, far], axis=-1).reshape(-1, 3),
+            start,
+            end,
+        ]
+    ).astype(np.int32)
+
+
+def draw_triad(
+    meshcat: Meshcat, path: str, length: float = 0.14, radius: float = 0.005
+):
+    """Draws a frame's axes x, y, z in red, green, blue below `path`."""
+    for i, (axis, color) in enumerate(zip("xyz", _AXIS_COLORS, strict=True)):
+        direction = np.eye(3)[i]
+        meshcat.SetObject(f"{path}/{axis}", Cylinder(radius, length), color)
+        meshcat.SetTransform(
+            f"{path}/{axis}",
+            RigidTransform(
+                RotationMatrix.MakeFromOneVector(direction, axis_index=2),
+                direction * length / 2,
+            ),
+        )

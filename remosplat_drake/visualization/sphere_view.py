@@ -1,0 +1,87 @@
+"""`SphereView`: the robot as the distance oracle sees it."""
+
+import numpy as np
+from pydrake.geometry import Rgba, Sphere
+from pydrake.math import RigidTransform
+
+from remosplat_drake.oracle.distance_field import Clearances
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.toggle import Toggle
+
+SPHERES = f"{ROOT}/spheres"
+
+_ALPHA = 0.45
+_FAR = 0.3  # Clearance from which on a sphere is blue [m].
+_COLORS = np.array([[0.85, 0.10, 0.10], [0.95, 0.70, 0.15], [0.35, 0.60, 0.90]])
+_STEPS = 16
+
+
+class SphereView:
+    """Translucent spheres, red where the scene is near; off by default.
+
+    While they are hidden, an update costs nothing.
+
+    Args:
+        page: Where to draw.
+        robot: Whose spheres.
+    """
+
+    def __init__(self, page: MeshcatPage, robot: RobotModel):
+        self._meshcat = page.meshcat
+        self._robot = robot
+        model = robot.spheres
+        self._links = tuple(dict.fromkeys(model.links))
+        self._body = [robot.tree.index(link) for link in self._links]
+        self._paths = [
+            f"{SPHERES}/{link}/{i}" for i, link in enumerate(model.links)
+        ]
+        self._shade = np.full(len(model), _STEPS - 1)
+        palette = clearance_colors(np.linspace(0.0, _FAR, _STEPS))
+        self._palette = [[*map(float, rgb), _ALPHA] for rgb in palette]
+        for i, path in enumerate(self._paths):
+            self._meshcat.SetObject(
+                path, Sphere(model.radius[i]), Rgba(*self._palette[-1])
+            )
+            self._meshcat.SetTransform(path, RigidTransform(model.p_LS[i]))
+        self._toggle = Toggle(
+            page.meshcat,
+            label="Robot spheres: off / on",
+            keycode="Digit2",
+            states=[[], [SPHERES]],
+        )
+        page.add_toggle(self._toggle)
+
+    def update(self, q: np.ndarray, clearances: Clearances, time: float):
+        """Moves and colours the spheres, if they are on show.
+
+        Args:
+            q: Measured configuration, shape (n_q,).
+            clearances: Of the last tick; spheres without a row are far.
+            time: For the recording [s].
+        """
+        if self._toggle.state == 0:
+            return
+        X_WL = self._robot.body_poses(q)
+        for link, body in zip(self._links, self._body, strict=True):
+            self._meshcat.SetTransform(
+                f"{SPHERES}/{link}",
+                RigidTransform(X_WL[body]),
+                time_in_recording=time,
+            )
+        distance = clearances.per_sphere(len(self._paths))
+        fraction = np.clip(distance / _FAR, 0.0, 1.0)
+        shade = np.rint((_STEPS - 1) * fraction).astype(int)
+        for i in np.flatnonzero(shade != self._shade):
+            self._meshcat.SetProperty(
+                f"{self._paths[i]}/<object>", "color", self._palette[shade[i]]
+            )
+        self._shade = shade
+
+
+def clearance_colors(distance: np.ndarray) -> np.ndarray:
+    """Red at contact, amber, blue when far; (n,) [m] -> RGB (n, 3)."""
+    stops = np.linspace(0.0, _FAR, len(_COLORS))
+    return np.stack(
+        [np.interp(distance, stops, channel) for channel in _COLORS.T], axis=1
+    )

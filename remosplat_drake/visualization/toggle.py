@@ -1,0 +1,55 @@
+"""`Toggle`: a page button that steps through states."""
+
+from collections.abc import Sequence
+
+from pydrake.geometry import Meshcat
+
+
+class Toggle:
+    """A button of which every click shows the next set of paths.
+
+    Meshcat counts clicks on the server's side; somebody has to `poll` them.
+
+    Args:
+        meshcat: The page.
+        label: What the button says.
+        keycode: Key that clicks it, for example "Digit1".
+        states: Paths that are visible in each state; the paths of all other
+            states are then hidden.
+        initial: Index of the first state.
+    """
+
+    def __init__(
+        self,
+        meshcat: Meshcat,
+        *,
+        label: str,
+        keycode: str,
+        states: Sequence[Sequence[str]],
+        initial: int = 0,
+    ):
+        self._meshcat = meshcat
+        self._label = label
+        self._states = tuple(tuple(paths) for paths in states)
+        self._paths = sorted({path for paths in states for path in paths})
+        self._initial = initial
+        meshcat.AddButton(label, keycode)
+        self._show(initial)
+
+    @property
+    def state(self) -> int:
+        """Index of the state on show."""
+        return self._state
+
+    def poll(self):
+        """Shows the state that the clicks so far lead to."""
+        clicks = self._meshcat.GetButtonClicks(self._label)
+        state = (self._initial + clicks) % len(self._states)
+        if state != self._state:
+            self._show(state)
+
+    def _show(self, state: int):
+        self._state = state
+        for path in self._paths:
+            visible = path in self._states[state]
+            self._meshcat.SetProperty(path, "visible", visible)

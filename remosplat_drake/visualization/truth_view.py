@@ -1,0 +1,40 @@
+"""`TruthView`: the solids that a synthetic splat was made from."""
+
+from pydrake.geometry import Box, Cylinder, Rgba
+
+from remosplat_drake.scene import primitive_scene as scenes
+from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.toggle import Toggle
+
+TRUTH = f"{ROOT}/truth"
+
+_COLOR = Rgba(0.10, 0.65, 0.60, 0.45)
+
+
+class TruthView:
+    """Translucent boxes and cylinders; off by default.
+
+    Args:
+        page: Where to draw.
+        scene: The ground truth.
+    """
+
+    def __init__(self, page: MeshcatPage, scene: scenes.PrimitiveScene):
+        meshcat = page.meshcat
+        for i, box in enumerate(scene.boxes):
+            path = f"{TRUTH}/box_{i}"
+            meshcat.SetObject(path, Box(*(2 * box.half_extents)), _COLOR)
+            meshcat.SetTransform(path, box.X_WP)
+        for i, cylinder in enumerate(scene.cylinders):
+            path = f"{TRUTH}/cylinder_{i}"
+            shape = Cylinder(cylinder.radius, 2 * cylinder.half_height)
+            meshcat.SetObject(path, shape, _COLOR)
+            meshcat.SetTransform(path, cylinder.X_WP)
+        page.add_toggle(
+            Toggle(
+                meshcat,
+                label="Ground truth: off / on",
+                keycode="Digit3",
+                states=[[], [TRUTH]],
+            )
+        )
