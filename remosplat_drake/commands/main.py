@@ -1,0 +1,57 @@
+"""The `remosplat` console script: finds the command and reports errors."""
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+
+from remosplat_drake import __version__
+from remosplat_drake.errors import RemoSplatError
+
+COMMANDS = {
+    "run": "drive the robot of a scenario to its targets",
+    "scenarios": "list the shipped scenarios",
+    "fit-spheres": "cover a robot's links with spheres",
+}
+"""Each command is the module of that name, loaded only when it is called."""
+
+USER_ERROR = 2
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs one command and returns its exit code.
+
+    0: done. 1: the robot did not get there. 2: the user can mend it; one
+    line on stderr says how. 130: interrupted.
+    """
+    argv = list(sys.argv[1:] if argv is None else argv)
+    parser = _make_parser(argv[0] if argv else None)
+    arguments = parser.parse_args(argv)
+    try:
+        return arguments.run(arguments)
+    except RemoSplatError as error:
+        print(f"remosplat: {error}", file=sys.stderr)
+        return USER_ERROR
+    except KeyboardInterrupt:
+        print("remosplat: interrupted", file=sys.stderr)
+        return 130
+
+
+def _make_parser(chosen: str | None) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="remosplat",
+        description="Reactive mobile manipulation on Gaussian splats.",
+    )
+    parser.add_argument("--version", action="version", version=__version__)
+    commands = parser.add_subparsers(
+        title="commands", metavar="COMMAND", required=True
+    )
+    for name, summary in COMMANDS.items():
+        command = commands.add_parser(name, help=summary, description=summary)
+        if name == chosen:
+            module = importlib.import_module(
+                f"remosplat_drake.commands.{name.replace('-', '_')}"
+            )
+            module.add_arguments(command)
+            command.set_defaults(run=module.run)
+    return parser

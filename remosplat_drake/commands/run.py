@@ -1,0 +1,248 @@
+"""`remosplat run`: one scenario, watched in the browser or headless."""
+
+import argparse
+import dataclasses as dc
+import json
+import math
+import sys
+import time
+from pathlib import Path
+
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from remosplat_drake import warm_up
+from remosplat_drake.atomic_file import atomic_write
+from remosplat_drake.controller.servo import PoseError
+from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.diagram import Application, MakeDiagram, load_world
+from remosplat_drake.recording.trajectory import save_trajectory
+from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.simulation import INTERRUPTED, REACHED, RunResult
+from remosplat_drake.simulation import run as simulate
+
+_FRAME = 0.1
+"""Time between two updates of the progress line [s]."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command line."""
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`)",
+    )
+    parser.add_argument(
+        "--headless",
+        action="store_true",
+        help="no browser page, as fast as possible",
+    )
+    parser.add_argument(
+        "--realtime-rate",
+        type=_rate,
+        metavar="R",
+        help="pace against the wall clock, 0 = unlimited"
+        " (default: 1 with the page, 0 headless)",
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="write metrics.json and trajectory.npz there",
+    )
+    parser.add_argument(
+        "--save-html",
+        type=Path,
+        metavar="FILE",
+        help="write the page with its replay as one static file",
+    )
+    parser.add_argument(
+        "--scenario-text",
+        default="",
+        metavar="YAML",
+        help="values laid over the scenario, e.g. '{time_limit: 5}'",
+    )
+    parser.add_argument(
+        "--graphviz",
+        type=Path,
+        metavar="FILE",
+        help="write the diagram as a Graphviz .dot file",
+    )
+    parser.add_argument(
+        "--port", type=int, help="port of the page (default: first free)"
+    )
+    parser.add_argument(
+        "--hold",
+        action=argparse.BooleanOptionalAction,
+        default=None,
+        help="keep the page open after the run (default: in a terminal)",
+    )
+
+
+def _rate(text: str) -> float:
+    rate = float(text)
+    if not (math.isfinite(rate) and rate >= 0):
+        raise argparse.ArgumentTypeError(f"{text} is not a rate >= 0")
+    return rate
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Runs the scenario; 0 if the targets were reached, else 1."""
+    console = Console(stderr=True)
+    warm_up.announce(console)
+    scenario = LoadScenario(arguments.scenario, arguments.scenario_text)
+    world = load_world(scenario)
+    page = None
+    if arguments.save_html or not arguments.headless:
+        page = _make_page(arguments.port)
+        application = MakeDiagram(scenario, world, page.AddViews)
+    else:
+        application = MakeDiagram(scenario, world)
+    if arguments.graphviz:
+        with atomic_write(arguments.graphviz) as file:
+            file.write(application.diagram.GetGraphvizString(max_depth=1))
+    if page is not None and not arguments.headless:
+        console.print(f"watch at [bold]{page.url}[/bold]")
+    rate = arguments.realtime_rate
+    if rate is None:
+        rate = 0.0 if arguments.headless else 1.0
+    if page is not None:
+        page.start_recording()
+    result = _simulate(application, rate, console)
+    if page is not None:
+        page.finish_recording()
+    _print_summary(result, console)
+    if arguments.output:
+        save_result(result, application, arguments.output)
+    if page is not None and arguments.save_html:
+        page.save_html(arguments.save_html)
+    if page is not None and not arguments.headless:
+        _hold(arguments.hold, page.url, console)
+    if result.outcome == INTERRUPTED:
+        return 130
+    return 0 if result.outcome == REACHED else 1
+
+
+def _make_page(port: int | None):
+    # Imported here: a headless run does not pay for the page.
+    from remosplat_drake.visualization.run_page import RunPage
+
+    return RunPage(port=port)
+
+
+def _simulate(
+    application: Application, rate: float, console: Console
+) -> RunResult:
+    last = -math.inf
+    with Live(console=console, auto_refresh=False, transient=True) as live:
+
+        def show(t: float, error: PoseError, report: TickReport | None):
+            nonlocal last
+            now = time.monotonic()
+            if now - last >= _FRAME and report is not None:
+                last = now
+                live.update(_progress_line(t, error, report), refresh=True)
+
+        return simulate(application, realtime_rate=rate, on_progress=show)
+
+
+def _progress_line(t: float, error: PoseError, report: TickReport) -> Text:
+    clearance = report.clearances.minimum()
+    total = report.timings.get("total", math.nan)
+    line = Text(f"t {t:5.2f} s   to target {1e3 * error.distance:6.1f} mm ")
+    line.append(f"{math.degrees(error.angle):5.1f} deg   ")
+    line.append(f"clearance {1e3 * clearance:6.1f} mm   ")
+    line.append(f"tick {1e3 * total:4.2f} ms ({1.0 / total:4.0f} Hz)   ")
+    line.append(report.status, "green" if not report.reason else "yellow")
+    if report.reason:
+        line.append(f": {report.reason}")
+    line.truncate(console_width(), overflow="ellipsis")
+    return line
+
+
+def console_width() -> int:
+    """Columns of the terminal."""
+    return Console(stderr=True).width
+
+
+def _print_summary(result: RunResult, console: Console) -> None:
+    metrics = result.metrics
+    table = Table(show_header=False, box=None, pad_edge=False)
+    style = "bold green" if result.outcome == REACHED else "bold red"
+    table.add_row("outcome", Text(describe_outcome(result), style))
+    table.add_row("time", f"{metrics.duration:.2f} s")
+    table.add_row(
+        "clearance (oracle)",
+        _millimetres(metrics.clearance_min, metrics.clearance_mean),
+    )
+    table.add_row(
+        "clearance (truth)",
+        _millimetres(metrics.truth_clearance_min, metrics.truth_clearance_mean),
+    )
+    table.add_row(
+        "path",
+        f"end effector {metrics.path_length:.3f} m,"
+        f" base {metrics.base_path_length:.3f} m",
+    )
+    table.add_row(
+        "tick",
+        f"p50 {1e3 * metrics.tick_p50:.2f} ms,"
+        f" p99 {1e3 * metrics.tick_p99:.2f} ms"
+        f" ({metrics.control_rate:.0f} Hz possible)",
+    )
+    statuses = ", ".join(f"{k} {v}" for k, v in metrics.statuses.items())
+    table.add_row("ticks", f"{metrics.ticks}: {statuses}")
+    console.print(table)
+
+
+def describe_outcome(result: RunResult) -> str:
+    """One phrase: reached, or why not and how far away it ended."""
+    if result.outcome == REACHED:
+        return REACHED
+    return (
+        f"not reached: {result.outcome} at target"
+        f" {result.targets_reached + 1} of {result.targets},"
+        f" {1e3 * result.position_error:.0f} mm and"
+        f" {math.degrees(result.angle_error):.1f} deg away"
+    )
+
+
+def _millimetres(minimum: float | None, mean: float | None) -> str:
+    if minimum is None or mean is None:
+        return "unknown"
+    return f"min {1e3 * minimum:.1f} mm, mean {1e3 * mean:.1f} mm"
+
+
+def save_result(
+    result: RunResult, application: Application, folder: Path
+) -> None:
+    """Writes metrics.json and trajectory.npz, each atomically."""
+    save_trajectory(result.trajectory, folder / "trajectory.npz")
+    document = {
+        "scenario": application.scenario.source,
+        "outcome": result.outcome,
+        "targets_reached": result.targets_reached,
+        "targets": result.targets,
+        "position_error": result.position_error,
+        "angle_error": result.angle_error,
+        "map": application.world.field.revision,
+        **dc.asdict(result.metrics),
+    }
+    with atomic_write(folder / "metrics.json") as file:
+        json.dump(document, file, indent=2)
+        file.write("\n")
+
+
+def _hold(hold: bool | None, url: str, console: Console) -> None:
+    if hold is None:
+        hold = sys.stdin.isatty()
+    if not hold:
+        return
+    console.print(f"the page stays for replay at {url}; Ctrl-C ends")
+    try:
+        while True:
+            time.sleep(1.0)
+    except KeyboardInterrupt:
+        pass

@@ -1,0 +1,1 @@
+"""What a run leaves behind: its trajectory and the numbers about it."""

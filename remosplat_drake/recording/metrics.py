@@ -1,0 +1,113 @@
+"""Numbers about a run, as pure functions of its trajectory."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.recording.trajectory import Trajectory
+from remosplat_drake.robot.robot_model import RobotModel
+
+
+@dc.dataclass(frozen=True)
+class RunMetrics:
+    """What one run is judged by; distances in metres, times in seconds.
+
+    Attributes:
+        duration: Simulated time from the first tick to the end.
+        clearance_min: Smallest clearance by the oracle, None if the scene
+            was never within its influence.
+        clearance_mean: Mean over the ticks of the smallest clearance.
+        truth_clearance_min: The same by ground truth, None if unknown.
+        truth_clearance_mean: See above (paper section V, D_avg).
+        path_length: Of the end effector (paper section V, L).
+        base_path_length: Of the base's origin.
+        ticks: Number of control ticks.
+        tick_p50: Median wall-clock time of a tick.
+        tick_p99: 99th percentile of it.
+        control_rate: 1 / tick_p50 [Hz].
+        statuses: Number of ticks by status.
+        scaled_ticks: Ticks whose command verification reduced.
+    """
+
+    duration: float
+    clearance_min: float | None
+    clearance_mean: float | None
+    truth_clearance_min: float | None
+    truth_clearance_mean: float | None
+    path_length: float
+    base_path_length: float
+    ticks: int
+    tick_p50: float
+    tick_p99: float
+    control_rate: float
+    statuses: dict[str, int]
+    scaled_ticks: int
+
+
+def run_metrics(
+    trajectory: Trajectory,
+    robot: RobotModel,
+    dt: float,
+    truth: DistanceField | None,
+) -> RunMetrics:
+    """Evaluates a finished run.
+
+    Args:
+        trajectory: What the robot did.
+        robot: Finds end effector and spheres.
+        dt: Control period [s].
+        truth: Ground truth, where it is known.
+    """
+    p_WE = np.array([robot.end_effector_pose(q)[:3, 3] for q in trajectory.q])
+    true_min, true_mean = _summary(truth_clearances(trajectory, robot, truth))
+    oracle_min, oracle_mean = _summary(trajectory.clearance)
+    p50, p99 = _percentiles(trajectory.timings.get("total"))
+    names, counts = np.unique(trajectory.status, return_counts=True)
+    return RunMetrics(
+        duration=len(trajectory) * dt,
+        clearance_min=oracle_min,
+        clearance_mean=oracle_mean,
+        truth_clearance_min=true_min,
+        truth_clearance_mean=true_mean,
+        path_length=path_length(p_WE),
+        base_path_length=(
+            path_length(trajectory.q[:, :2]) if robot.n_base else 0.0
+        ),
+        ticks=len(trajectory),
+        tick_p50=p50,
+        tick_p99=p99,
+        control_rate=1.0 / p50 if p50 > 0 else 0.0,
+        statuses={str(n): int(c) for n, c in zip(names, counts, strict=True)},
+        scaled_ticks=int((trajectory.scale < 1.0).sum()),
+    )
+
+
+def truth_clearances(
+    trajectory: Trajectory, robot: RobotModel, truth: DistanceField | None
+) -> np.ndarray:
+    """Smallest true clearance of every configuration, (T + 1,) or (0,)."""
+    if truth is None:
+        return np.zeros(0)
+    return np.array(
+        [truth.clearances(robot.spheres_at(q)).minimum() for q in trajectory.q]
+    )
+
+
+def path_length(p: np.ndarray) -> float:
+    """Length of a polyline, points of shape (T, d) [m]."""
+    return float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum())
+
+
+def _summary(clearance: np.ndarray) -> tuple[float | None, float | None]:
+    finite = clearance[np.isfinite(clearance)]
+    if not len(finite):
+        return None, None
+    return float(finite.min()), float(finite.mean())
+
+
+def _percentiles(seconds: np.ndarray | None) -> tuple[float, float]:
+    if seconds is None or not len(seconds):
+        return 0.0, 0.0
+    p50, p99 = np.percentile(seconds, [50, 99])
+    return float(p50), float(p99)

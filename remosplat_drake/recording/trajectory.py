@@ -1,0 +1,81 @@
+"""`Trajectory`: what the robot did, tick by tick, and its file."""
+
+import dataclasses as dc
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.atomic_file import atomic_write
+from remosplat_drake.controller.tick_report import TickReport
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Trajectory:
+    """T control ticks and the configuration where the last one ended.
+
+    Attributes:
+        time: Time of each tick, shape (T,) [s].
+        q: Configurations at the ticks and at the end, shape (T + 1, n_q).
+        u: Commands, each held until the next tick, shape (T, n_u).
+        status: Names from `tick_report.STATUSES`, shape (T,).
+        scale: Verification's factors, shape (T,).
+        clearance: Smallest distance the oracle saw, inf beyond its
+            influence, shape (T,) [m].
+        timings: Wall-clock seconds by phase, each of shape (T,).
+    """
+
+    time: np.ndarray
+    q: np.ndarray
+    u: np.ndarray
+    status: np.ndarray
+    scale: np.ndarray
+    clearance: np.ndarray
+    timings: dict[str, np.ndarray]
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+def make_trajectory(
+    reports: list[TickReport], q_end: np.ndarray, n_u: int
+) -> Trajectory:
+    """Stacks tick reports, and the configuration after the last one."""
+    phases = sorted({phase for report in reports for phase in report.timings})
+    q = [report.q for report in reports] + [q_end]
+    u = [report.command for report in reports]
+    return Trajectory(
+        time=np.array([report.time for report in reports]),
+        q=np.array(q),
+        u=np.array(u).reshape(len(reports), n_u),
+        status=np.array([report.status for report in reports], dtype=str),
+        scale=np.array([report.scale for report in reports]),
+        clearance=np.array([r.clearances.minimum() for r in reports]),
+        timings={
+            phase: np.array([r.timings.get(phase, np.nan) for r in reports])
+            for phase in phases
+        },
+    )
+
+
+def save_trajectory(trajectory: Trajectory, path: Path) -> None:
+    """Writes a NumPy .npz archive atomically; arrays by field name."""
+    arrays = {
+        field.name: getattr(trajectory, field.name)
+        for field in dc.fields(trajectory)
+        if field.name != "timings"
+    }
+    timings = {f"timing_{k}": v for k, v in trajectory.timings.items()}
+    with atomic_write(path, "wb") as file:
+        np.savez_compressed(file, **arrays, **timings)
+
+
+def load_trajectory(path: Path) -> Trajectory:
+    """Reads what `save_trajectory` wrote."""
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    timings = {
+        key.removeprefix("timing_"): arrays.pop(key)
+        for key in list(arrays)
+        if key.startswith("timing_")
+    }
+    return Trajectory(**arrays, timings=timings)

@@ -1,0 +1,75 @@
+"""`TrajectoryRecorder`: keeps every tick report of a run."""
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+)
+
+from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.recording.trajectory import Trajectory, make_trajectory
+
+
+class TrajectoryRecorder(LeafSystem):
+    """Collects what the controller exports; asks nobody anything.
+
+    .. pydrake_system::
+
+        name: TrajectoryRecorder
+        input_ports:
+        - configuration
+        - report
+
+    It publishes once a control period and keeps each new report.
+
+    Args:
+        n_q: Size of the configuration.
+        n_u: Size of the command.
+        period: Control period [s].
+    """
+
+    def __init__(self, *, n_q: int, n_u: int, period: float):
+        super().__init__()
+        self.set_name("recorder")
+        self._n_u = n_u
+        self._reports: list[TickReport] = []
+        self._configuration_input = self.DeclareVectorInputPort(
+            "configuration", n_q
+        )
+        self._report_input = self.DeclareAbstractInputPort(
+            "report", Value(TickReport.before_first(n_q, n_u))
+        )
+        self.DeclarePeriodicPublishEvent(period, 0.0, self._record)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder,
+        *,
+        configuration: OutputPort,
+        report: OutputPort,
+        **arguments,
+    ) -> "TrajectoryRecorder":
+        """Adds a recorder and connects it."""
+        recorder = builder.AddSystem(TrajectoryRecorder(**arguments))
+        builder.Connect(configuration, recorder.GetInputPort("configuration"))
+        builder.Connect(report, recorder.GetInputPort("report"))
+        return recorder
+
+    @property
+    def latest(self) -> TickReport | None:
+        """The latest report, if there is one."""
+        return self._reports[-1] if self._reports else None
+
+    def trajectory(self, context: Context) -> Trajectory:
+        """Everything so far, ending at the context's configuration."""
+        self._record(context)
+        q_end = np.array(self._configuration_input.Eval(context))
+        return make_trajectory(self._reports, q_end, self._n_u)
+
+    def _record(self, context: Context):
+        report = self._report_input.Eval(context)
+        if np.isfinite(report.time) and report is not self.latest:
+            self._reports.append(report)

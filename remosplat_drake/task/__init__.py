@@ -1,0 +1,1 @@
+"""The task: targets, and when one has been reached."""

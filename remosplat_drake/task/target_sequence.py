@@ -1,0 +1,125 @@
+"""`TargetSequence`: one target after the other."""
+
+import dataclasses as dc
+from collections.abc import Sequence
+
+from pydrake.common.value import AbstractValue, Value
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+    State,
+)
+
+from remosplat_drake.controller.servo import PoseError, pose_error
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
+
+
+@dc.dataclass(frozen=True)
+class TargetProgress:
+    """How far along the sequence the robot is.
+
+    Attributes:
+        index: The present target; the number of targets when all are done.
+        count: Number of targets.
+    """
+
+    index: int
+    count: int
+
+    @property
+    def finished(self) -> bool:
+        """Whether the last target has been reached."""
+        return self.index >= self.count
+
+
+class TargetSequence(LeafSystem):
+    """Hands out target poses, each until the end effector has reached it.
+
+    .. pydrake_system::
+
+        name: TargetSequence
+        input_ports:
+        - configuration
+        output_ports:
+        - target
+        - progress
+
+    After the last target it keeps handing that one out. Arrival is judged
+    once a control period.
+
+    Args:
+        robot: Finds the end effector.
+        X_WTs: The target poses, at least one.
+        arrival: The success rule.
+        period: Time between two judgements [s].
+    """
+
+    def __init__(
+        self,
+        *,
+        robot: RobotModel,
+        X_WTs: Sequence[RigidTransform],
+        arrival: ArrivalConfig,
+        period: float,
+    ):
+        super().__init__()
+        self.set_name("targets")
+        self._robot = robot
+        self._X_WTs = list(X_WTs)
+        self._arrival = arrival
+        self._configuration_input = self.DeclareVectorInputPort(
+            "configuration", robot.n_q
+        )
+        self._progress_index = self.DeclareAbstractState(
+            Value(TargetProgress(0, len(self._X_WTs)))
+        )
+        self.DeclareAbstractOutputPort(
+            "target",
+            Value(RigidTransform()).Clone,
+            self._calc_target,
+            {self.abstract_state_ticket(self._progress_index)},
+        )
+        self.DeclareStateOutputPort("progress", self._progress_index)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._judge)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder, *, configuration: OutputPort, **arguments
+    ) -> "TargetSequence":
+        """Adds a sequence fed with the measured configuration."""
+        targets = builder.AddSystem(TargetSequence(**arguments))
+        builder.Connect(configuration, targets.GetInputPort("configuration"))
+        return targets
+
+    def progress(self, context: Context) -> TargetProgress:
+        """How far along it is, from the system's own context."""
+        cell = int(self._progress_index)
+        return context.get_abstract_state(cell).get_value()
+
+    def error(self, context: Context) -> PoseError:
+        """From the end effector to the present target."""
+        X_WE = self._robot.end_effector_pose(
+            self._configuration_input.Eval(context)
+        )
+        return pose_error(X_WE, self._target(context).GetAsMatrix4())
+
+    def _target(self, context: Context) -> RigidTransform:
+        index = self.progress(context).index
+        return self._X_WTs[min(index, len(self._X_WTs) - 1)]
+
+    def _calc_target(self, context: Context, output: AbstractValue):
+        output.set_value(self._target(context))
+
+    def _judge(self, context: Context, state: State):
+        progress = self.progress(context)
+        if progress.finished or not has_arrived(
+            self.error(context), self._arrival
+        ):
+            return
+        state.get_mutable_abstract_state(int(self._progress_index)).set_value(
+            dc.replace(progress, index=progress.index + 1)
+        )
