@@ -1,21 +1,18 @@
 """`MakeHardwareStation`: the robot behind the ports of `ports.py`."""
 
 import numpy as np
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram
 
 from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.robot.robot_model import RobotModel, add_robot_model
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.station.config import (
     DynamicStationConfig,
     KinematicStationConfig,
     WristCameraConfig,
-    check_kinematic_config,
 )
-from remosplat_drake.station.export import export_ports
-from remosplat_drake.station.hand import hand_geometry
-from remosplat_drake.station.kinematic_robot import KinematicRobot
+from remosplat_drake.station.dynamic_station import make_dynamic_station
+from remosplat_drake.station.kinematic_station import make_kinematic_station
 
 
 def MakeHardwareStation(
@@ -55,32 +52,5 @@ def MakeHardwareStation(
             f" got {q0.tolist()}"
         )
     if isinstance(config, DynamicStationConfig):
-        raise RemoSplatError("there is no dynamic station yet")
-    return _make_kinematic_station(config, robot, scene, q0, wrist_camera)
-
-
-def _make_kinematic_station(
-    config: KinematicStationConfig,
-    robot: RobotModel,
-    scene: PrimitiveScene | None,
-    q0: np.ndarray,
-    wrist_camera: WristCameraConfig | None,
-) -> Diagram:
-    check_kinematic_config(config)
-    plant = MultibodyPlant(time_step=0.0)
-    add_robot_model(robot.description, plant)
-    plant.Finalize()
-    builder = DiagramBuilder()
-    system = builder.AddNamedSystem(
-        "kinematic_robot",
-        KinematicRobot(
-            robot=robot,
-            hand=hand_geometry(robot.description, plant),
-            hand_speed=config.hand_speed,
-            q0=q0,
-        ),
-    )
-    export_ports(builder, robot.description, [system])
-    station = builder.Build()
-    station.set_name("station")
-    return station
+        return make_dynamic_station(config, robot, scene, q0, wrist_camera)
+    return make_kinematic_station(config, robot, scene, q0, wrist_camera)

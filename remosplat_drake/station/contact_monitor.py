@@ -1,0 +1,99 @@
+"""`ContactMonitor`: which links touch the scene, by name (ground truth)."""
+
+import dataclasses as dc
+
+from pydrake.common.value import AbstractValue, Value
+from pydrake.geometry import GeometryId, SceneGraphInspector
+from pydrake.multibody.plant import ContactResults, MultibodyPlant
+from pydrake.multibody.tree import BodyIndex
+from pydrake.systems.framework import Context, LeafSystem
+
+from remosplat_drake.station import ports
+
+
+@dc.dataclass(frozen=True)
+class ContactReport:
+    """Who touches whom; copying returns the object itself.
+
+    Attributes:
+        scene: Pairs (robot link, scene geometry), sorted, each once.
+        robot: Pairs of robot links that touch each other, likewise.
+    """
+
+    scene: tuple[tuple[str, str], ...] = ()
+    robot: tuple[tuple[str, str], ...] = ()
+
+    def __deepcopy__(self, memo) -> "ContactReport":
+        return self
+
+
+class ContactMonitor(LeafSystem):
+    """Names the contacts of a plant.
+
+    .. pydrake_system::
+
+        name: ContactMonitor
+        input_ports:
+        - contact_results
+        output_ports:
+        - cheat.contact
+    """
+
+    def __init__(
+        self, *, plant: MultibodyPlant, inspector: SceneGraphInspector
+    ):
+        """Declares the ports.
+
+        Args:
+            plant: The finalized plant, with point contact.
+            inspector: Of the scene graph that holds its geometry.
+        """
+        super().__init__()
+        self._world = int(plant.world_body().index())
+        self._body_name = {
+            i: plant.get_body(BodyIndex(i)).name()
+            for i in range(plant.num_bodies())
+        }
+        self._scene_name: dict[GeometryId, str] = {
+            geometry: inspector.GetName(geometry).split("::")[-1]
+            for geometry in plant.GetCollisionGeometriesForBody(
+                plant.world_body()
+            )
+        }
+        self._input = self.DeclareAbstractInputPort(
+            "contact_results", AbstractValue.Make(ContactResults())
+        )
+        self.DeclareAbstractOutputPort(
+            ports.CHEAT_CONTACT,
+            lambda: Value(ContactReport()),
+            self._calc,
+            {self._input.ticket()},
+        )
+
+    def _calc(self, context: Context, output: Value) -> None:
+        results = self._input.Eval(context)
+        scene, robot = set(), set()
+        for i in range(results.num_point_pair_contacts()):
+            info = results.point_pair_contact_info(i)
+            pair = info.point_pair()
+            sides = [
+                (int(info.bodyA_index()), pair.id_A),
+                (int(info.bodyB_index()), pair.id_B),
+            ]
+            links = sorted(
+                self._body_name[body]
+                for body, _ in sides
+                if body != self._world
+            )
+            if len(links) == 2:
+                robot.add((links[0], links[1]))
+                continue
+            (obstacle,) = (
+                self._scene_name[geometry]
+                for body, geometry in sides
+                if body == self._world
+            )
+            scene.add((links[0], obstacle))
+        output.set_value(
+            ContactReport(tuple(sorted(scene)), tuple(sorted(robot)))
+        )

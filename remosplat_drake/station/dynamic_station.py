@@ -1,0 +1,122 @@
+"""The dynamic station: rigid bodies, motors with limits, contact."""
+
+import numpy as np
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.plant import (
+    AddMultibodyPlant,
+    MultibodyPlant,
+    MultibodyPlantConfig,
+)
+from pydrake.systems.framework import Diagram, DiagramBuilder
+
+from remosplat_drake.robot.robot_model import RobotModel, add_robot_model
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.station import ports
+from remosplat_drake.station.config import (
+    DynamicStationConfig,
+    WristCameraConfig,
+    check_dynamic_config,
+)
+from remosplat_drake.station.contact_monitor import ContactMonitor
+from remosplat_drake.station.export import export_ports
+from remosplat_drake.station.hand import HandGeometry, hand_geometry
+from remosplat_drake.station.motors import make_motors, set_motor_gains
+from remosplat_drake.station.robot_visuals import add_robot_visuals
+from remosplat_drake.station.scene_geometry import add_scene_geometry
+from remosplat_drake.station.state_reader import StateReader
+from remosplat_drake.station.velocity_driver import VelocityDriver
+from remosplat_drake.station.wrist_camera import add_wrist_camera
+
+
+def make_dynamic_station(
+    config: DynamicStationConfig,
+    robot: RobotModel,
+    scene: PrimitiveScene | None,
+    q0: np.ndarray,
+    wrist_camera: WristCameraConfig | None,
+) -> Diagram:
+    """Builds the station; see `MakeHardwareStation`.
+
+    Gravity does not act on the robot: the Panda compensates its own weight,
+    and the base stands on the floor by its planar joints alone.
+    """
+    check_dynamic_config(config)
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlant(
+        MultibodyPlantConfig(
+            time_step=config.time_step,
+            contact_model="point",
+            discrete_contact_approximation=(
+                config.discrete_contact_approximation
+            ),
+        ),
+        builder,
+    )
+    for instance in add_robot_model(robot.description, plant):
+        plant.set_gravity_enabled(instance, False)
+    add_scene_geometry(plant, scene, solid=config.collide_with_scene)
+    add_robot_visuals(plant, scene_graph, robot)
+    hand = hand_geometry(robot.description, plant)
+    motors = make_motors(
+        robot, hand, q0, config.velocity_time_constant, config.hand_speed
+    )
+    set_motor_gains(plant, motors)
+    _couple_fingers(plant, hand)
+    _set_start(plant, robot, q0)
+    plant.Finalize()
+
+    driver = VelocityDriver(
+        plant=plant,
+        robot=robot,
+        hand=hand,
+        motors=motors,
+        hand_speed=config.hand_speed,
+    ).AddToBuilder(builder, plant)
+    reader = builder.AddNamedSystem(
+        "state_reader", StateReader(plant=plant, robot=robot, hand=hand)
+    )
+    builder.Connect(plant.get_state_output_port(), reader.get_input_port())
+    camera = None
+    if wrist_camera is not None:
+        camera = add_wrist_camera(builder, plant, scene_graph, wrist_camera)
+    _export_ground_truth(builder, plant, scene_graph)
+    export_ports(builder, robot.description, [driver, reader], camera)
+    station = builder.Build()
+    station.set_name("station")
+    return station
+
+
+def _couple_fingers(plant: MultibodyPlant, hand: HandGeometry) -> None:
+    """The fingers are one mechanism: they open by the same amount."""
+    for name in hand.joints[1:]:
+        plant.AddCouplerConstraint(
+            plant.GetJointByName(hand.joints[0]),
+            plant.GetJointByName(name),
+            gear_ratio=1.0,
+        )
+
+
+def _set_start(
+    plant: MultibodyPlant, robot: RobotModel, q0: np.ndarray
+) -> None:
+    start = dict(zip(robot.joint_names, q0, strict=True))
+    for name, position in {**robot.description.locked, **start}.items():
+        plant.GetJointByName(name).set_default_positions([position])
+
+
+def _export_ground_truth(
+    builder: DiagramBuilder, plant: MultibodyPlant, scene_graph: SceneGraph
+) -> None:
+    monitor = builder.AddNamedSystem(
+        "contact_monitor",
+        ContactMonitor(plant=plant, inspector=scene_graph.model_inspector()),
+    )
+    builder.Connect(
+        plant.get_contact_results_output_port(), monitor.get_input_port()
+    )
+    builder.ExportOutput(
+        monitor.GetOutputPort(ports.CHEAT_CONTACT), ports.CHEAT_CONTACT
+    )
+    builder.ExportOutput(
+        scene_graph.get_query_output_port(), ports.CHEAT_QUERY_OBJECT
+    )

@@ -1,0 +1,99 @@
+"""The kinematic station: `KinematicRobot`, and geometry only for a camera."""
+
+import numpy as np
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import AffineSystem
+from pydrake.systems.rendering import MultibodyPositionToGeometryPose
+
+from remosplat_drake.robot.robot_model import RobotModel, add_robot_model
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.station import ports
+from remosplat_drake.station.config import (
+    KinematicStationConfig,
+    WristCameraConfig,
+    check_kinematic_config,
+)
+from remosplat_drake.station.export import export_ports
+from remosplat_drake.station.hand import HandGeometry, hand_geometry
+from remosplat_drake.station.kinematic_robot import KinematicRobot
+from remosplat_drake.station.robot_visuals import add_robot_visuals
+from remosplat_drake.station.scene_geometry import add_scene_geometry
+from remosplat_drake.station.wrist_camera import add_wrist_camera
+
+
+def make_kinematic_station(
+    config: KinematicStationConfig,
+    robot: RobotModel,
+    scene: PrimitiveScene | None,
+    q0: np.ndarray,
+    wrist_camera: WristCameraConfig | None,
+) -> Diagram:
+    """Builds the station; see `MakeHardwareStation`.
+
+    Without a camera there is no geometry at all, and no
+    `cheat.query_object`: the diagram is ready in two milliseconds.
+    """
+    check_kinematic_config(config)
+    builder = DiagramBuilder()
+    plant = MultibodyPlant(time_step=0.0)
+    scene_graph = None
+    if wrist_camera is not None:
+        scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
+        plant.RegisterAsSourceForSceneGraph(scene_graph)
+    add_robot_model(robot.description, plant)
+    if scene_graph is not None:
+        add_scene_geometry(plant, scene, solid=False)
+        add_robot_visuals(plant, scene_graph, robot)
+    plant.Finalize()
+    hand = hand_geometry(robot.description, plant)
+    system = builder.AddNamedSystem(
+        "kinematic_robot",
+        KinematicRobot(
+            robot=robot, hand=hand, hand_speed=config.hand_speed, q0=q0
+        ),
+    )
+    camera = None
+    if scene_graph is not None and wrist_camera is not None:
+        _connect_posture(builder, plant, scene_graph, system, robot, hand)
+        camera = add_wrist_camera(builder, plant, scene_graph, wrist_camera)
+        builder.ExportOutput(
+            scene_graph.get_query_output_port(), ports.CHEAT_QUERY_OBJECT
+        )
+    export_ports(builder, robot.description, [system], camera)
+    station = builder.Build()
+    station.set_name("station")
+    return station
+
+
+def _connect_posture(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    system: KinematicRobot,
+    robot: RobotModel,
+    hand: HandGeometry,
+) -> None:
+    """Poses the geometry by the integrated configuration."""
+    joints = [*robot.joint_names, *hand.joints]
+    D = np.zeros((plant.num_positions(), len(joints)))
+    for column, name in enumerate(joints):
+        D[plant.GetJointByName(name).position_start(), column] = 1.0
+    y0 = np.zeros(len(D))
+    for name, position in robot.description.locked.items():
+        if name not in joints:
+            y0[plant.GetJointByName(name).position_start()] = position
+    reorder = builder.AddNamedSystem(
+        "plant_positions", AffineSystem(D=D, y0=y0)
+    )
+    poses = builder.AddNamedSystem(
+        "geometry_poses", MultibodyPositionToGeometryPose(plant)
+    )
+    source_id = plant.get_source_id()
+    assert source_id is not None
+    builder.Connect(system.GetOutputPort("posture"), reorder.get_input_port())
+    builder.Connect(reorder.get_output_port(), poses.get_input_port())
+    builder.Connect(
+        poses.get_output_port(), scene_graph.get_source_pose_port(source_id)
+    )

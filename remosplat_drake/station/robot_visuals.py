@@ -1,0 +1,58 @@
+"""What a simulated camera sees of the robot itself."""
+
+from pathlib import Path
+
+import numpy as np
+from pydrake.geometry import GeometryInstance, Mesh, SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import RigidBody
+
+from remosplat_drake import resources
+from remosplat_drake.robot.meshes import link_meshes
+from remosplat_drake.robot.robot_model import RobotModel
+
+PRIMITIVE_COLOUR = np.array([0.9, 0.9, 0.9, 1.0])
+
+
+def add_robot_visuals(
+    plant: MultibodyPlant, scene_graph: SceneGraph, robot: RobotModel
+) -> None:
+    """Draws each link by its meshes or else by its collision primitives.
+
+    Links that the model file itself gave visuals are left as they are.
+
+    Args:
+        plant: Not finalized, and holding the robot.
+        scene_graph: Its scene graph.
+        robot: The robot.
+    """
+    description = robot.description
+    meshes = {}
+    if description.visuals:
+        folder = Path(description.source).parent
+        meshes = link_meshes(resources.resolve(description.visuals, folder))
+    for name in robot.tree.names[1:]:
+        body = plant.GetBodyByName(name)
+        if plant.GetVisualGeometriesForBody(body):
+            continue
+        for i, mesh in enumerate(meshes.get(name, ())):
+            plant.RegisterVisualGeometry(
+                body,
+                GeometryInstance(mesh.X_LV, Mesh(mesh.path), f"visual_{i}"),
+            )
+        if name not in meshes:
+            _draw_collision_geometry(plant, scene_graph, body)
+
+
+def _draw_collision_geometry(
+    plant: MultibodyPlant, scene_graph: SceneGraph, body: RigidBody
+) -> None:
+    inspector = scene_graph.model_inspector()
+    for i, geometry in enumerate(plant.GetCollisionGeometriesForBody(body)):
+        plant.RegisterVisualGeometry(
+            body,
+            inspector.GetPoseInFrame(geometry),
+            inspector.GetShape(geometry),
+            f"visual_{i}",
+            PRIMITIVE_COLOUR,
+        )

@@ -1,0 +1,65 @@
+"""The scene's boxes and cylinders as anchored geometry of a plant."""
+
+import numpy as np
+from pydrake.geometry import Box as BoxShape
+from pydrake.geometry import Cylinder as CylinderShape
+from pydrake.geometry import HalfSpace, Shape
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+
+from remosplat_drake.scene.primitive_scene import (
+    Box,
+    Cylinder,
+    PrimitiveScene,
+)
+
+BOX_COLOUR = np.array([0.76, 0.60, 0.42, 1.0])  # Light wood.
+CYLINDER_COLOUR = np.array([0.85, 0.42, 0.30, 1.0])  # Terracotta.
+FLOOR_COLOUR = np.array([0.82, 0.83, 0.85, 1.0])
+
+FLOOR_SIDE = 20.0
+"""Side of the square that is drawn for the floor [m]."""
+_FRICTION = CoulombFriction(0.6, 0.6)
+
+
+def add_scene_geometry(
+    plant: MultibodyPlant, scene: PrimitiveScene | None, *, solid: bool
+) -> None:
+    """Registers the scene and a floor at z = 0 with the world body.
+
+    A scene with a floor slab of its own (a box whose top is z = 0) gets no
+    second floor to draw.
+
+    Args:
+        plant: Not finalized, and a source of a scene graph.
+        scene: What stands in the world, if anything.
+        solid: Whether the robot's collision geometry bumps into it.
+    """
+    world = plant.world_body()
+    primitives = scene.primitives if scene else ()
+    for i, primitive in enumerate(primitives):
+        shape, colour, kind = _appearance(primitive)
+        name, X_WP = f"{kind}_{i}", primitive.X_WP
+        plant.RegisterVisualGeometry(world, X_WP, shape, name, colour)
+        if solid:
+            plant.RegisterCollisionGeometry(world, X_WP, shape, name, _FRICTION)
+    has_floor = any(
+        isinstance(primitive, Box) and abs(primitive.top) < 1e-3
+        for primitive in primitives
+    )
+    if not has_floor:
+        slab = BoxShape(FLOOR_SIDE, FLOOR_SIDE, 0.02)
+        plant.RegisterVisualGeometry(
+            world, RigidTransform([0, 0, -0.01]), slab, "floor", FLOOR_COLOUR
+        )
+    if solid:
+        plant.RegisterCollisionGeometry(
+            world, RigidTransform(), HalfSpace(), "floor", _FRICTION
+        )
+
+
+def _appearance(primitive: Box | Cylinder) -> tuple[Shape, np.ndarray, str]:
+    if isinstance(primitive, Box):
+        return BoxShape(*(2 * primitive.half_extents)), BOX_COLOUR, "box"
+    shape = CylinderShape(primitive.radius, 2 * primitive.half_height)
+    return shape, CYLINDER_COLOUR, "cylinder"

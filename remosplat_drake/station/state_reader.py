@@ -1,0 +1,96 @@
+"""`StateReader`: a plant's state on the measured ports of the station."""
+
+import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
+
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.station import ports
+from remosplat_drake.station.hand import HandGeometry
+
+
+class StateReader(LeafSystem):
+    """The robot's joints, read out of the whole plant's state.
+
+    .. pydrake_system::
+
+        name: StateReader
+        input_ports:
+        - plant_state
+        output_ports:
+        - base.pose_measured
+        - base.velocity_measured
+        - panda.position_measured
+        - panda.velocity_measured
+        - hand.state
+
+    `base.velocity_measured` is (v, omega) with v along the measured heading,
+    as wheel odometry has it; a fixed robot has no `base` ports, one without
+    a gripper no `hand` ports.
+    """
+
+    def __init__(
+        self, *, plant: MultibodyPlant, robot: RobotModel, hand: HandGeometry
+    ):
+        """Declares the ports.
+
+        Args:
+            plant: The finalized plant.
+            robot: The robot in it.
+            hand: Its gripper.
+        """
+        super().__init__()
+        joints = [
+            plant.GetJointByName(name)
+            for name in (*robot.joint_names, *hand.joints)
+        ]
+        self._q = np.array([joint.position_start() for joint in joints])
+        self._v = plant.num_positions() + np.array(
+            [joint.velocity_start() for joint in joints]
+        )
+        n_arm = len(robot.description.arm.joints)
+        self._arm = slice(robot.n_q - n_arm, robot.n_q)
+        self._fingers = slice(robot.n_q, None)
+        self._input = self.DeclareVectorInputPort(
+            "plant_state", plant.num_multibody_states()
+        )
+        description = robot.description
+        outputs = [
+            (ports.arm_position(description), n_arm, self._calc_arm),
+            (ports.arm_velocity(description), n_arm, self._calc_arm_velocity),
+        ]
+        if description.base:
+            outputs += [
+                (ports.BASE_POSE, 3, self._calc_base),
+                (ports.BASE_VELOCITY, 2, self._calc_base_velocity),
+            ]
+        if description.hand:
+            outputs.append((ports.hand_state(description), 2, self._calc_hand))
+        for name, size, calc in outputs:
+            self.DeclareVectorOutputPort(
+                name, size, calc, {self._input.ticket()}
+            )
+
+    def _calc_arm(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._input.Eval(context)[self._q[self._arm]])
+
+    def _calc_arm_velocity(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._input.Eval(context)[self._v[self._arm]])
+
+    def _calc_base(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._input.Eval(context)[self._q[:3]])
+
+    def _calc_base_velocity(
+        self, context: Context, output: BasicVector
+    ) -> None:
+        x = self._input.Eval(context)
+        yaw = x[self._q[2]]
+        x_dot, y_dot, omega = x[self._v[:3]]
+        forward = np.cos(yaw) * x_dot + np.sin(yaw) * y_dot
+        output.SetFromVector([forward, omega])
+
+    def _calc_hand(self, context: Context, output: BasicVector) -> None:
+        x = self._input.Eval(context)
+        output.SetFromVector(
+            [x[self._q[self._fingers]].sum(), x[self._v[self._fingers]].sum()]
+        )

@@ -1,0 +1,209 @@
+"""`VelocityDriver`: the station's commands to the motors of a plant."""
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    ValueProducer,
+)
+
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.station import ports
+from remosplat_drake.station.commands import CommandInputs, StationCommand
+from remosplat_drake.station.hand import HandGeometry, width_rate
+from remosplat_drake.station.motors import (
+    DRIVE_SHARE,
+    Motors,
+    actuator_by_joint,
+    held_to_effort,
+)
+from remosplat_drake.station.status import StationStatus
+
+
+class VelocityDriver(LeafSystem):
+    """Desired velocities of all motors, from the station's commands.
+
+    .. pydrake_system::
+
+        name: VelocityDriver
+        input_ports:
+        - base.velocity_commanded
+        - panda.velocity_commanded
+        - hand.command
+        - plant_state
+        output_ports:
+        - desired_state_<model instance>
+        - status
+
+    The base's (v, omega) becomes velocities of x, y and yaw by the map N(q)
+    at the *measured* yaw, at every step of the plant: the base cannot be
+    told to slip sideways. A command that is not finite makes the motors hold
+    still, and `status` says so.
+    """
+
+    def __init__(
+        self,
+        *,
+        plant: MultibodyPlant,
+        robot: RobotModel,
+        hand: HandGeometry,
+        motors: Motors,
+        hand_speed: float,
+    ):
+        """Declares the ports.
+
+        Args:
+            plant: The finalized plant, with gains set.
+            robot: The robot in it.
+            hand: Its gripper.
+            motors: Its motors.
+            hand_speed: Speed of the gripper's width [m/s].
+        """
+        super().__init__()
+        self._robot = robot
+        self._hand = hand
+        self._motors = motors
+        self._hand_speed = hand_speed
+        joints = [plant.GetJointByName(name) for name in motors.joints]
+        self._position = np.array([j.position_start() for j in joints])
+        self._velocity = plant.num_positions() + np.array(
+            [j.velocity_start() for j in joints]
+        )
+        self._commands = CommandInputs(self, robot)
+        self._state_input = self.DeclareVectorInputPort(
+            "plant_state", plant.num_multibody_states()
+        )
+        self._desired = self.DeclareCacheEntry(
+            "desired_velocities",
+            ValueProducer(
+                allocate=Value(np.zeros(0)).Clone, calc=self._calc_desired
+            ),
+            {self._commands.ticket, self._state_input.ticket()},
+        )
+        for instance in actuated_instances(plant):
+            self._declare_desired_state(plant, instance)
+        self.DeclareAbstractOutputPort(
+            ports.STATUS,
+            lambda: Value(StationStatus()),
+            self._calc_status,
+            {self._commands.ticket},
+        )
+
+    def _declare_desired_state(
+        self, plant: MultibodyPlant, instance: ModelInstanceIndex
+    ) -> None:
+        joint_of = {v: k for k, v in actuator_by_joint(plant).items()}
+        joints = [
+            joint_of[index] for index in plant.GetJointActuatorIndices(instance)
+        ]
+        motor = [i for i, j in enumerate(joints) if j in self._motors.joints]
+        source = [self._motors.joints.index(joints[i]) for i in motor]
+        rows = len(joints) + np.array(motor, int)
+
+        def calc(context: Context, output: BasicVector) -> None:
+            x_desired = np.zeros(output.size())
+            x_desired[rows] = self._desired.Eval(context)[source]
+            output.SetFromVector(x_desired)
+
+        self.DeclareVectorOutputPort(
+            desired_state_port(plant, instance),
+            2 * len(joints),
+            calc,
+            {self._desired.ticket()},
+        )
+
+    def AddToBuilder(
+        self, builder: DiagramBuilder, plant: MultibodyPlant
+    ) -> "VelocityDriver":
+        """Adds this system and connects it to the plant."""
+        builder.AddNamedSystem("velocity_driver", self)
+        builder.Connect(plant.get_state_output_port(), self._state_input)
+        for instance in actuated_instances(plant):
+            builder.Connect(
+                self.GetOutputPort(desired_state_port(plant, instance)),
+                plant.get_desired_state_input_port(instance),
+            )
+        return self
+
+    def _calc_desired(self, context: Context, value: Value) -> None:
+        x = self._state_input.Eval(context)
+        value.set_value(
+            desired_velocities(
+                self._commands.read(context),
+                x[self._position],
+                x[self._velocity],
+                self._robot,
+                self._hand,
+                self._motors,
+                self._hand_speed,
+            )
+        )
+
+    def _calc_status(self, context: Context, output: Value) -> None:
+        output.set_value(self._commands.read(context).status)
+
+
+def desired_velocities(
+    command: StationCommand,
+    q: np.ndarray,
+    v: np.ndarray,
+    robot: RobotModel,
+    hand: HandGeometry,
+    motors: Motors,
+    hand_speed: float,
+) -> np.ndarray:
+    """Desired velocities of all motors, shape (m,).
+
+    Args:
+        command: What the station was told.
+        q: Positions of the motors' joints, shape (m,).
+        v: Their velocities, shape (m,).
+        robot: The robot.
+        hand: Its gripper.
+        motors: Its motors.
+        hand_speed: Speed of the gripper's width [m/s].
+    """
+    desired = np.zeros(len(q))
+    configuration = q[: robot.n_q]
+    u = command.u
+    if robot.n_base:
+        heading = robot.velocity_map(configuration)[:2, 0]
+        u = u.copy()
+        u[0] = held_to_effort(
+            u[0],
+            heading @ v[:2],
+            DRIVE_SHARE * motors.effort[0],
+            motors.damping[0],
+        )
+    desired[: robot.n_q] = robot.velocity_map(configuration) @ u
+    if hand.joints and command.width is not None:
+        fingers = slice(robot.n_q, None)
+        rate = width_rate(q[fingers].sum(), command.width, hand, hand_speed)
+        desired[fingers] = held_to_effort(
+            rate / len(hand.joints),
+            v[fingers],
+            max(command.force, 0.0),
+            motors.damping[fingers],
+        )
+    return desired
+
+
+def actuated_instances(plant: MultibodyPlant) -> list[ModelInstanceIndex]:
+    """The model instances that have motors."""
+    return [
+        ModelInstanceIndex(i)
+        for i in range(plant.num_model_instances())
+        if plant.num_actuators(ModelInstanceIndex(i))
+    ]
+
+
+def desired_state_port(
+    plant: MultibodyPlant, instance: ModelInstanceIndex
+) -> str:
+    """Name of the output port that drives one model instance."""
+    return f"desired_state_{plant.GetModelInstanceName(instance)}"

@@ -1,0 +1,79 @@
+"""The simulated wrist camera: an `RgbdSensor` that renders when asked."""
+
+import numpy as np
+from pydrake.geometry import (
+    ClippingRange,
+    ColorRenderCamera,
+    DepthRange,
+    DepthRenderCamera,
+    MakeRenderEngineVtk,
+    RenderCameraCore,
+    RenderEngineVtkParams,
+    SceneGraph,
+)
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.sensors import CameraInfo, RgbdSensor
+
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.station.config import (
+    WristCameraConfig,
+    check_camera_config,
+)
+
+_RENDERER = "vtk"
+_NEAR_PLANE = 0.01
+
+
+def add_wrist_camera(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    config: WristCameraConfig,
+) -> RgbdSensor:
+    """Adds the camera to a station and connects it to the scene graph.
+
+    Args:
+        builder: Builder of the station.
+        plant: The finalized plant that poses the geometry.
+        scene_graph: What is rendered.
+        config: Where the camera is and what it can see.
+
+    Raises:
+        RemoSplatError: A setting is unusable.
+    """
+    check_camera_config(config)
+    if not plant.HasFrameNamed(config.frame):
+        raise RemoSplatError(
+            f"wrist_camera.frame: the robot has no frame {config.frame!r}"
+        )
+    frame_F = plant.GetFrameByName(config.frame)
+    X_FC = RigidTransform(
+        RollPitchYaw(np.deg2rad(config.rpy_deg)), config.translation
+    )
+    if not scene_graph.HasRenderer(_RENDERER):
+        scene_graph.AddRenderer(
+            _RENDERER, MakeRenderEngineVtk(RenderEngineVtkParams())
+        )
+    core = RenderCameraCore(
+        _RENDERER,
+        CameraInfo(config.width, config.height, np.deg2rad(config.fov_y_deg)),
+        ClippingRange(_NEAR_PLANE, config.max_depth + 1.0),
+        RigidTransform(),
+    )
+    camera = builder.AddNamedSystem(
+        "wrist_camera",
+        RgbdSensor(
+            plant.GetBodyFrameIdOrThrow(frame_F.body().index()),
+            frame_F.GetFixedPoseInBodyFrame() @ X_FC,
+            ColorRenderCamera(core, False),
+            DepthRenderCamera(
+                core, DepthRange(config.min_depth, config.max_depth)
+            ),
+        ),
+    )
+    builder.Connect(
+        scene_graph.get_query_output_port(), camera.query_object_input_port()
+    )
+    return camera
