@@ -1,0 +1,52 @@
+# Everything works from a bare checkout: each target first makes .venv.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+RUNTIME := $(VENV)/.runtime
+DEV := $(VENV)/.dev
+SOURCES := remosplat_drake apps tests
+
+.PHONY: run test test-all check lint format types bench clean help
+
+help: ## List the targets.
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
+
+run: $(RUNTIME) ## Run the default scenario and serve its page.
+	$(BIN)/remosplat run $(ARGS)
+
+test: $(DEV) ## Run the default test suite.
+	$(BIN)/pytest -n 2 --dist loadfile -m "not slow and not gpu" $(ARGS)
+
+test-all: $(DEV) ## Run the slow tests, too.
+	$(BIN)/pytest $(ARGS)
+
+check: lint types test ## What CI runs: lint, format, types, tests.
+
+lint: $(DEV) ## Check style and formatting.
+	$(BIN)/ruff check $(SOURCES)
+	$(BIN)/ruff format --check $(SOURCES)
+
+format: $(DEV) ## Mend style and formatting.
+	$(BIN)/ruff check --fix $(SOURCES)
+	$(BIN)/ruff format $(SOURCES)
+
+types: $(DEV) ## Check types.
+	$(BIN)/pyright
+
+bench: $(DEV) ## Time the control tick and print one table.
+	$(BIN)/remosplat bench $(ARGS)
+
+clean: ## Remove the environment and what was built.
+	rm -rf $(VENV) build dist *.egg-info
+
+$(VENV)/pyvenv.cfg:
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip
+
+$(RUNTIME): pyproject.toml | $(VENV)/pyvenv.cfg
+	$(BIN)/python -m pip install --quiet --editable '.[meshes]'
+	@touch $@
+
+$(DEV): pyproject.toml | $(VENV)/pyvenv.cfg
+	$(BIN)/python -m pip install --quiet --editable '.[meshes]' --group dev
+	@touch $@ $(RUNTIME)
