@@ -56,10 +56,10 @@ def make_motors(
     add_robot_model(robot.description, plant)
     plant.Finalize()
     context = plant.CreateDefaultContext()
+    q = plant.GetPositions(context)
     for name, position in zip(robot.joint_names, q0, strict=True):
-        joint = plant.GetJointByName(name)
-        index = joint.position_start()
-        plant.GetMutablePositions(context)[index] = position
+        q[plant.GetJointByName(name).position_start()] = position
+    plant.SetPositions(context, q)
     inertia = np.diag(plant.CalcMassMatrix(context))
     actuators = actuator_by_joint(plant)
     joints = (*robot.joint_names, *hand.joints)

@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.geometry import Box as BoxShape
 from pydrake.geometry import Cylinder as CylinderShape
-from pydrake.geometry import HalfSpace, Shape
+from pydrake.geometry import Shape
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
@@ -18,7 +18,9 @@ CYLINDER_COLOUR = np.array([0.85, 0.42, 0.30, 1.0])  # Terracotta.
 FLOOR_COLOUR = np.array([0.82, 0.83, 0.85, 1.0])
 
 FLOOR_SIDE = 20.0
-"""Side of the square that is drawn for the floor [m]."""
+"""Side of the square floor [m]."""
+FLOOR_THICKNESS = 0.2
+"""How far the floor reaches below z = 0 [m]."""
 _FRICTION = CoulombFriction(0.6, 0.6)
 
 
@@ -28,34 +30,39 @@ def add_scene_geometry(
     """Registers the scene and a floor at z = 0 with the world body.
 
     A scene with a floor slab of its own (a box whose top is z = 0) gets no
-    second floor to draw.
+    second one.
 
     Args:
         plant: Not finalized, and a source of a scene graph.
         scene: What stands in the world, if anything.
         solid: Whether the robot's collision geometry bumps into it.
     """
-    world = plant.world_body()
-    primitives = scene.primitives if scene else ()
+    primitives = list(scene.primitives) if scene else []
     for i, primitive in enumerate(primitives):
         shape, colour, kind = _appearance(primitive)
-        name, X_WP = f"{kind}_{i}", primitive.X_WP
-        plant.RegisterVisualGeometry(world, X_WP, shape, name, colour)
-        if solid:
-            plant.RegisterCollisionGeometry(world, X_WP, shape, name, _FRICTION)
+        _register(plant, primitive.X_WP, shape, f"{kind}_{i}", colour, solid)
     has_floor = any(
         isinstance(primitive, Box) and abs(primitive.top) < 1e-3
         for primitive in primitives
     )
     if not has_floor:
-        slab = BoxShape(FLOOR_SIDE, FLOOR_SIDE, 0.02)
-        plant.RegisterVisualGeometry(
-            world, RigidTransform([0, 0, -0.01]), slab, "floor", FLOOR_COLOUR
-        )
+        slab = BoxShape(FLOOR_SIDE, FLOOR_SIDE, FLOOR_THICKNESS)
+        X_WP = RigidTransform([0, 0, -FLOOR_THICKNESS / 2])
+        _register(plant, X_WP, slab, "floor", FLOOR_COLOUR, solid)
+
+
+def _register(
+    plant: MultibodyPlant,
+    X_WP: RigidTransform,
+    shape: Shape,
+    name: str,
+    colour: np.ndarray,
+    solid: bool,
+) -> None:
+    world = plant.world_body()
+    plant.RegisterVisualGeometry(world, X_WP, shape, name, colour)
     if solid:
-        plant.RegisterCollisionGeometry(
-            world, RigidTransform(), HalfSpace(), "floor", _FRICTION
-        )
+        plant.RegisterCollisionGeometry(world, X_WP, shape, name, _FRICTION)
 
 
 def _appearance(primitive: Box | Cylinder) -> tuple[Shape, np.ndarray, str]:
