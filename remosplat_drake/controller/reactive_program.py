@@ -6,7 +6,8 @@ the ingredients, one small class each.
 """
 
 import dataclasses as dc
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -46,6 +47,19 @@ class Tick:
         """The paper's e, kept from vanishing at the target [m]."""
         return max(self.error.distance_l1, 1e-3)
 
+    @cached_property
+    def approach_rates(self) -> np.ndarray:
+        """Rows J_d = n' Jv_WS of all clearances, shape (m, n_u).
+
+        J_d u is the rate at which a clearance shrinks (paper eq. 16).
+        """
+        clearances = self.clearances
+        return np.einsum(
+            "mi,mij->mj",
+            clearances.direction_W,
+            self.state.Jv_WS[clearances.sphere],
+        )
+
 
 @dc.dataclass(frozen=True, eq=False)
 class Rows:
@@ -54,14 +68,12 @@ class Rows:
     Attributes:
         A: Shape (m, n_u).
         b: Shape (m,).
-        labels: What each row is about, length m.
-        kept: The rows that are in the program, shape (m,) bool; the velocity
-            limits imply the others.
+        kept: The rows that are in the program, shape (m,) bool; the bounds
+            on u imply the others.
     """
 
     A: np.ndarray
     b: np.ndarray
-    labels: Sequence[str]
     kept: np.ndarray
 
 
@@ -78,12 +90,17 @@ class ReactiveProgram:
 
     Attributes:
         prog: Drake's program.
+        x: All decision variables, u then delta.
         u: Decision variables of the command.
         delta: Slack of the end-effector twist (angular, translational).
+        lower: Bounds on u, shape (n_u,); ingredients may only narrow them.
+        upper: See `lower`.
         rows: Inequality rows by ingredient name.
         use_acceleration: Whether acceleration bounds are wanted.
+        has_acceleration_bounds: Whether there are any.
         relax: Whether negative right-hand sides are raised to zero, so that
             u = 0 is feasible.
+        yielded: Names of the rows that were raised.
     """
 
     def __init__(
@@ -93,35 +110,59 @@ class ReactiveProgram:
         use_acceleration: bool = True,
         relax: bool = False,
     ):
+        n_u = len(velocity_limit)
         self.prog = MathematicalProgram()
-        self.u = self.prog.NewContinuousVariables(len(velocity_limit), "u")
-        self.delta = self.prog.NewContinuousVariables(6, "delta")
+        self.x = self.prog.NewContinuousVariables(n_u + 6, "x")
+        self.u, self.delta = self.x[:n_u], self.x[n_u:]
+        self.lower, self.upper = -velocity_limit, velocity_limit
         self.rows: dict[str, Rows] = {}
         self.use_acceleration = use_acceleration
-        self.relax = relax
         self.has_acceleration_bounds = False
+        self.relax = relax
         self.yielded: list[str] = []
-        self._velocity_limit = velocity_limit
+
+    def narrow(self, lower: np.ndarray, upper: np.ndarray):
+        """Bounds u by lower <= u <= upper, besides the present bounds."""
+        self.lower = np.maximum(self.lower, lower)
+        self.upper = np.minimum(self.upper, upper)
 
     def add_rows(
-        self, name: str, A: np.ndarray, b: np.ndarray, labels: Sequence[str]
+        self,
+        name: str,
+        A: np.ndarray,
+        b: np.ndarray,
+        label: Callable[[int], str],
     ):
-        """Adds A u <= b, less the rows that cannot bind.
+        """Adds the rows A u <= b of the ingredient called `name`.
 
-        A row whose largest value within the velocity limits,
-        sum_j |A_ij| limit_j, does not exceed b_i is redundant: leaving it
-        out changes nothing but the solver's time.
+        `label(i)` says what row i is about; asked only when it must yield.
         """
         if self.relax:
             negative = np.flatnonzero(b < 0)
-            self.yielded += [f"{name}[{labels[i]}]" for i in negative]
+            self.yielded += [f"{name}[{label(int(i))}]" for i in negative]
             b = np.maximum(b, 0.0)
-        kept = np.abs(A) @ self._velocity_limit > b
-        self.rows[name] = Rows(A, b, labels, kept)
-        if kept.any():
-            self.prog.AddLinearConstraint(
-                A[kept], np.full(kept.sum(), -np.inf), b[kept], self.u
-            ).evaluator().set_description(name)
+        self.rows[name] = Rows(A, b, np.ones(len(b), bool))
+
+    def finish(self):
+        """Puts bounds and rows into `prog`, less the rows that cannot bind.
+
+        A row whose largest value within the bounds of u does not exceed b_i
+        is redundant: leaving it out changes nothing but the solver's time.
+        """
+        self.prog.AddBoundingBoxConstraint(
+            self.lower, self.upper, self.u
+        ).evaluator().set_description("command bounds")
+        center = 0.5 * (self.upper + self.lower)
+        radius = 0.5 * (self.upper - self.lower)
+        for name, rows in self.rows.items():
+            largest = rows.A @ center + np.abs(rows.A) @ radius
+            kept = largest > rows.b
+            self.rows[name] = dc.replace(rows, kept=kept)
+            if kept.any():
+                b = rows.b[kept]
+                self.prog.AddLinearConstraint(
+                    rows.A[kept], np.full(len(b), -np.inf), b, self.u
+                ).evaluator().set_description(name)
 
 
 def build_program(
@@ -146,6 +187,7 @@ def build_program(
     )
     for ingredient in ingredients:
         ingredient.AddToProgram(program, tick)
+    program.finish()
     return program
 
 

@@ -4,7 +4,6 @@ import dataclasses as dc
 
 from remosplat_drake.controller.ingredients.collision_damper import (
     CollisionDamperConfig,
-    collision_rows,
 )
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 
@@ -38,7 +37,7 @@ class ActiveCollisionCost:
         if self._gain == 0.0 or not len(clearances):
             return
         w = (self._influence - clearances.distance) / self._range
-        mean = w @ collision_rows(tick.state, clearances) / w.sum()
+        mean = w @ tick.approach_rates / w.sum()
         nearness = (self._influence - clearances.minimum()) / self._range
         program.prog.AddLinearCost(
             self._gain * nearness**2 * mean, 0.0, program.u

@@ -50,4 +50,4 @@ class JointLimitDamper:
         )
         b = config.gain * (rho[near] - stop) / (influence - stop)
         names = robot.description.arm.joints
-        program.add_rows("joint limit", A, b, [names[i % n_arm] for i in near])
+        program.add_rows("joint limit", A, b, lambda i: names[near[i] % n_arm])

@@ -47,8 +47,8 @@ class SelfCollisionDamper:
         span = config.influence - config.stopping
         b = config.gain * (near.distance - config.stopping) / span
         links = tick.robot.spheres.links
-        labels = [
-            f"{links[i]} and {links[j]}"
-            for i, j in zip(near.first, near.second, strict=True)
-        ]
-        program.add_rows("self-collision", A, b, labels)
+
+        def label(i: int) -> str:
+            return f"{links[near.first[i]]} and {links[near.second[i]]}"
+
+        program.add_rows("self-collision", A, b, label)

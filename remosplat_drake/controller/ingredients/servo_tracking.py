@@ -36,10 +36,11 @@ class ServoTracking:
         w, v = servo_twist(tick.error, config.gain, config.max_speed)
         V_WE = np.concatenate([w, v])
         state = tick.state
-        J = np.hstack([np.vstack([state.Jw_WE, state.Jv_WE]), np.eye(6)])
-        variables = np.concatenate([program.u, program.delta])
+        J = np.eye(6, len(program.x), len(program.u))
+        J[:3, : len(program.u)] = state.Jw_WE
+        J[3:, : len(program.u)] = state.Jv_WE
         program.prog.AddLinearEqualityConstraint(
-            J, V_WE, variables
+            J, V_WE, program.x
         ).evaluator().set_description("servo tracking")
         limit = np.full(6, config.slack_limit)
         program.prog.AddBoundingBoxConstraint(

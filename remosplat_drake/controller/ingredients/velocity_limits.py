@@ -28,17 +28,13 @@ class VelocityLimits:
         self._config = config
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds one bounding box."""
+        """Narrows the bounds of u."""
         upper = self._config.fraction * tick.robot.velocity_limit
-        lower = -upper
+        program.narrow(-upper, upper)
         if self._config.acceleration and program.use_acceleration:
             step = tick.robot.acceleration_limit * tick.dt
             # A previous command outside the limits (their fraction may have
             # changed) must not turn the box inside out.
-            anchor = np.clip(tick.u_previous, lower, upper)
-            lower = np.maximum(lower, anchor - step)
-            upper = np.minimum(upper, anchor + step)
+            anchor = np.clip(tick.u_previous, -upper, upper)
+            program.narrow(anchor - step, anchor + step)
             program.has_acceleration_bounds = True
-        program.prog.AddBoundingBoxConstraint(
-            lower, upper, program.u
-        ).evaluator().set_description("velocity limits")
