@@ -6,13 +6,10 @@ from functools import cache
 import numpy as np
 
 from remosplat_drake.errors import FieldError
-from remosplat_drake.oracle.depth_rasterization_kernel import (
-    Rules,
-    nearest_pixels,
-)
+from remosplat_drake.oracle.depth_rasterization_kernel import nearest_pixels
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV, DepthSensor
 from remosplat_drake.oracle.distance_field import Clearances, DistanceField
-from remosplat_drake.oracle.footprint_tree import prepare
+from remosplat_drake.oracle.footprints import make_rules, prepare
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -60,14 +57,16 @@ class DepthRasterizationField(DistanceField):
             f"depth-rasterization-{splat_W.content_hash}-{self.sensor}"
             f"-{nearest_only}"
         )
-        self._scene = prepare(splat_W, self.sensor)
-        self._rules = _rules(self.sensor, splat_W.is_surfel)
+        self._footprints, self._hierarchy = prepare(splat_W, self.sensor)
+        self._rules = make_rules(self.sensor, splat_W.is_surfel)
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
         """The clearances of all spheres; see `DistanceField.clearances`."""
-        if self._scene is None or len(spheres) == 0:
+        if not np.isfinite(spheres.p_WS).all():
+            raise ValueError("a sphere's centre is not finite")
+        if len(spheres) == 0 or len(self._hierarchy) == 0:
             return Clearances.none(self.revision)
         # No pixel reaches beyond the corners of the far plane.
         bound = np.minimum(
@@ -83,15 +82,17 @@ class DepthRasterizationField(DistanceField):
 
     def _nearest_pixels(self, spheres, R_WD, bound):
         n = len(spheres)
+        threads = min(self.num_threads, n)
         reach = np.full((n, N_VIEWS), np.inf)
         pixel = np.full((n, N_VIEWS), -1)
         p_WS = np.ascontiguousarray(spheres.p_WS, float)
         ignore_below = np.ascontiguousarray(spheres.ignore_below, float)
-        threads = min(self.num_threads, n)
 
         def share(first: int):
             nearest_pixels(
-                *self._scene,
+                self._footprints,
+                self._hierarchy.nodes,
+                self._hierarchy.links,
                 self._rules,
                 p_WS,
                 R_WD,
@@ -127,20 +128,6 @@ class DepthRasterizationField(DistanceField):
             spheres.p_WS[sphere] + reach[:, None] * direction_W,
             self.revision,
         )
-
-
-def _rules(sensor: DepthSensor, is_surfel: bool) -> Rules:
-    return Rules(
-        sensor.resolution,
-        sensor.alpha_cutoff,
-        sensor.transmittance,
-        sensor.near,
-        sensor.far,
-        float(sensor.n_sigma) ** 2,
-        float(sensor.min_alpha),
-        is_surfel,
-        sensor.low_pass_filter,
-    )
 
 
 @cache

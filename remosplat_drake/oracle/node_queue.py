@@ -1,0 +1,39 @@
+"""A priority queue of tree nodes in two arrays, for numba kernels."""
+
+from numba import njit
+
+
+@njit(cache=True, nogil=True)
+def push(keys, items, size, key, item):
+    """Adds an item; returns the new size. The arrays must have room."""
+    place = size
+    while place > 0:
+        parent = (place - 1) // 2
+        if keys[parent] <= key:
+            break
+        keys[place], items[place] = keys[parent], items[parent]
+        place = parent
+    keys[place], items[place] = key, item
+    return size + 1
+
+
+@njit(cache=True, nogil=True)
+def pop(keys, items, size):
+    """Removes the first item, the one with the least key.
+
+    Returns its key, the item and the new size.
+    """
+    top_key, top_item = keys[0], items[0]
+    size -= 1
+    key, item = keys[size], items[size]
+    place = 0
+    while 2 * place + 1 < size:
+        child = 2 * place + 1
+        if child + 1 < size and keys[child + 1] < keys[child]:
+            child += 1
+        if keys[child] >= key:
+            break
+        keys[place], items[place] = keys[child], items[child]
+        place = child
+    keys[place], items[place] = key, item
+    return top_key, top_item, size
