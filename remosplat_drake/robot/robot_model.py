@@ -10,13 +10,13 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import (
     LoadModelDirectives,
     Parser,
     ProcessModelDirectives,
 )
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
 
 from remosplat_drake import resources
 from remosplat_drake.errors import FieldError, FileError, unknown_name
@@ -272,7 +272,9 @@ class RobotModel:
         return q_next
 
 
-def add_robot_model(description: RobotDescription, plant: MultibodyPlant):
+def add_robot_model(
+    description: RobotDescription, plant: MultibodyPlant
+) -> list[ModelInstanceIndex]:
     """Parses the robot's model file into a plant.
 
     Returns:
@@ -290,13 +292,25 @@ def add_robot_model(description: RobotDescription, plant: MultibodyPlant):
             )
             return [info.model_instance for info in added]
         instances = parser.AddModels(str(path))
-        base = plant.GetUniqueFreeBaseBodyOrThrow(instances[0])
-        plant.WeldFrames(
-            plant.world_frame(), base.body_frame(), RigidTransform()
-        )
+        _weld_roots_to_world(plant, instances)
         return instances
     except RuntimeError as error:
         raise FileError(path, " ".join(str(error).split())) from error
+
+
+def _weld_roots_to_world(
+    plant: MultibodyPlant, instances: list[ModelInstanceIndex]
+) -> None:
+    """Fixes each body without an inboard joint to the world's origin."""
+    children = {
+        plant.get_joint(joint).child_body().index()
+        for joint in plant.GetJointIndices()
+    }
+    for instance in instances:
+        for index in plant.GetBodyIndices(instance):
+            if index not in children:
+                root = plant.get_body(index).body_frame()
+                plant.WeldFrames(plant.world_frame(), root)
 
 
 def load_robot_model(
