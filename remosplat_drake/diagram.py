@@ -36,6 +36,8 @@ from remosplat_drake.splat.ply import read_ply
 from remosplat_drake.station import ports
 from remosplat_drake.station.simulated_station import MakeHardwareStation
 from remosplat_drake.task.target_sequence import TargetSequence
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.views import AddViews
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -157,14 +159,15 @@ def _check_start(world: World, where: str) -> None:
         )
 
 
-def MakeDiagram(scenario: Scenario, world: World, views=None) -> Application:
+def MakeDiagram(
+    scenario: Scenario, world: World, page: MeshcatPage | None = None
+) -> Application:
     """Wires a scenario's stages into one diagram.
 
     Args:
         scenario: The experiment.
         world: What its files hold.
-        views: Called with the builder, the configuration port, the report
-            port and the world before the diagram is built, to look on.
+        page: A browser page to draw on.
     """
     robot, dt = world.robot, scenario.control_period
     builder = DiagramBuilder()
@@ -212,8 +215,16 @@ def MakeDiagram(scenario: Scenario, world: World, views=None) -> Application:
         n_u=robot.n_u,
         period=dt,
     )
-    if views is not None:
-        views(builder, configuration, report, world)
+    if page is not None:
+        AddViews(
+            builder,
+            page,
+            robot=robot,
+            splat_W=world.splat_W,
+            truth=world.truth,
+            configuration=configuration,
+            report=report,
+        )
     diagram = builder.Build()
     diagram.set_name("remosplat")
     return Application(

@@ -22,6 +22,7 @@ from remosplat_drake.recording.trajectory import save_trajectory
 from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.simulation import INTERRUPTED, REACHED, RunResult
 from remosplat_drake.simulation import run as simulate
+from remosplat_drake.visualization.page import MeshcatPage
 
 _FRAME = 0.1
 """Time between two updates of the progress line [s]."""
@@ -96,10 +97,8 @@ def run(arguments: argparse.Namespace) -> int:
     world = load_world(scenario)
     page = None
     if arguments.save_html or not arguments.headless:
-        page = _make_page(arguments.port)
-        application = MakeDiagram(scenario, world, page.AddViews)
-    else:
-        application = MakeDiagram(scenario, world)
+        page = MeshcatPage(port=arguments.port)
+    application = MakeDiagram(scenario, world, page)
     if arguments.graphviz:
         with atomic_write(arguments.graphviz) as file:
             file.write(application.diagram.GetGraphvizString(max_depth=1))
@@ -123,13 +122,6 @@ def run(arguments: argparse.Namespace) -> int:
     if result.outcome == INTERRUPTED:
         return 130
     return 0 if result.outcome == REACHED else 1
-
-
-def _make_page(port: int | None):
-    # Imported here: a headless run does not pay for the page.
-    from remosplat_drake.visualization.run_page import RunPage
-
-    return RunPage(port=port)
 
 
 def _simulate(

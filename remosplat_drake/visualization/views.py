@@ -1,0 +1,44 @@
+"""`AddViews`: everything that looks on, connected to what it looks at."""
+
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.robot_view import AddRobotView
+from remosplat_drake.visualization.run_view import RunView
+from remosplat_drake.visualization.splat_view import SplatView
+from remosplat_drake.visualization.truth_view import TruthView
+
+
+def AddViews(
+    builder: DiagramBuilder,
+    page: MeshcatPage,
+    *,
+    robot: RobotModel,
+    splat_W: GaussianSplat | None,
+    truth: PrimitiveScene | None,
+    configuration: OutputPort,
+    report: OutputPort,
+) -> None:
+    """Draws the scene, and adds the systems that draw robot and control.
+
+    Args:
+        builder: Of the diagram that is looked at.
+        page: Where to draw.
+        robot: The robot.
+        splat_W: The scene's splat in W, if there is one.
+        truth: The scene's true geometry, if it is known.
+        configuration: The measured configuration.
+        report: The controller's tick reports.
+    """
+    if splat_W is not None:
+        SplatView(page, splat_W)
+    run_view = RunView.AddToBuilder(builder, page=page, robot=robot)
+    builder.Connect(configuration, run_view.GetInputPort("configuration"))
+    builder.Connect(report, run_view.GetInputPort("report"))
+    robot_input = AddRobotView(builder, robot, page.meshcat)
+    builder.Connect(configuration, robot_input)
+    if truth is not None:
+        TruthView(page, truth)
