@@ -26,7 +26,7 @@ class GrowingPath:
     """
 
     def __init__(
-        self, meshcat: Meshcat, path: str, color: Rgba, radius: float = 0.006
+        self, meshcat: Meshcat, path: str, color: Rgba, radius: float = 0.008
     ):
         self._meshcat = meshcat
         self._path = path

@@ -21,24 +21,22 @@ LIVE = f"{ROOT}/live"
 _FLOOR_RADIUS = 30.0
 _FLOOR_DROP = 0.006  # A captured floor must not fight with the drawn one.
 _CAMERA = "/Cameras/default/rotated/<object>"
-_SKY = [0.98, 0.98, 0.99]
-_HORIZON = [0.80, 0.84, 0.88]
-_FLOOR = Rgba(0.93, 0.94, 0.95)
+_SKY = [0.94, 0.96, 0.98]
+_NADIR = [0.50, 0.52, 0.54]
+_FLOOR = Rgba(0.70, 0.73, 0.77)
 _LIGHTS = {
-    "AmbientLight": {"intensity": 1.0},
-    "FillLight": {"intensity": 0.5},
+    "AmbientLight": {"intensity": 0.7},
     "PointLightNegativeX": {"visible": False},
     "PointLightPositiveX": {"visible": False},
-    # The one light with a shadow: above and behind the camera's shoulder.
-    "SpotLight": {
-        "visible": True,
+    # A sun over the camera's shoulder: light without a horizon, and the
+    # only one with a shadow.
+    "FillLight": {
+        "position": [-4.5, -2.2, 7.0],
+        "intensity": 2.3,
         "castShadow": True,
-        "position": [-2.0, -4.0, 7.0],
-        "intensity": 1.6,
-        "decay": 0.0,
-        "angle": 0.9,
-        "penumbra": 1.0,
-        "shadow.radius": 3.0,
+        "shadow.radius": 4.0,
+        "shadow.bias": -0.0005,
+        "shadow.normalBias": 0.01,
         "shadow.mapSize.width": 4096.0,
         "shadow.mapSize.height": 4096.0,
     },
@@ -72,7 +70,7 @@ class MeshcatPage:
         self._toggles: list[Toggle] = []
         self._status = ""
         self._dress(floor)
-        self.look_from(p_WC=(-1.6, -3.0, 1.9), p_WT=(0.7, 0.1, 0.5))
+        self.look_from(p_WC=(-1.2, -2.8, 2.0), p_WT=(0.75, 0.1, 0.48))
 
     @property
     def url(self) -> str:
@@ -148,7 +146,10 @@ class MeshcatPage:
     def _dress(self, floor: bool):
         meshcat = self.meshcat
         meshcat.SetProperty("/Background/<object>", "top_color", _SKY)
-        meshcat.SetProperty("/Background/<object>", "bottom_color", _HORIZON)
+        meshcat.SetProperty("/Background/<object>", "bottom_color", _NADIR)
+        meshcat.SetProperty(
+            "/Background/<object>", "render_environment_map", False
+        )
         for path in ("/Grid", "/Axes"):
             meshcat.SetProperty(path, "visible", False)
         for light, properties in _LIGHTS.items():
@@ -158,7 +159,7 @@ class MeshcatPage:
                 if name != "visible":
                     node += "/<object>"
                 meshcat.SetProperty(node, name, value)
-        meshcat.SetProperty(_CAMERA, "zoom", 2.0)
+        meshcat.SetProperty(_CAMERA, "zoom", 2.2)
         if floor:
             path = f"{ROOT}/floor"
             meshcat.SetObject(path, Cylinder(_FLOOR_RADIUS, 0.01), _FLOOR)
