@@ -7,6 +7,7 @@ the dataclasses first, on PyYAML's node tree, which knows line numbers.
 
 import dataclasses as dc
 import math
+import re
 import types
 import typing
 from pathlib import Path
@@ -63,7 +64,7 @@ def read_text(path: Path) -> str:
 def entries(path: Path) -> list[str]:
     """The keys of a YAML mapping, in order."""
     node = _compose(read_text(path), str(path))
-    return [key.value for key, _ in _mapping(node, str(path), "the document")]
+    return [key.value for key, _ in _mapping(node, str(path), "")]
 
 
 def _load(
@@ -76,10 +77,7 @@ def _load(
     root = _compose(text, where)
     node = root
     if child is not None:
-        found = {
-            key.value: value
-            for key, value in _mapping(root, where, "the document")
-        }
+        found = {key.value: value for key, value in _mapping(root, where, "")}
         if child not in found:
             raise FileError(where, unknown_name("entry", child, found))
         node = found[child]
@@ -93,7 +91,7 @@ def _load(
             defaults=defaults,
             retain_map_defaults=False,
         )
-    except RuntimeError as error:
+    except (RuntimeError, yaml.YAMLError) as error:
         raise FileError(where, " ".join(str(error).split())) from error
 
 
@@ -118,7 +116,9 @@ def check_node(node: yaml.Node, expected: Any, where: str, field: str) -> None:
     origin = typing.get_origin(expected)
     if origin in (typing.Union, types.UnionType):
         _check_union(node, typing.get_args(expected), where, field)
-    elif dc.is_dataclass(expected):
+        return
+    _check_tag(node, where, field)
+    if dc.is_dataclass(expected):
         _check_dataclass(node, typing.cast(type, expected), where, field)
     elif origin is list:
         if not isinstance(node, yaml.SequenceNode):
@@ -146,89 +146,105 @@ def _check_union(node: yaml.Node, options, where: str, field: str) -> None:
     if len(classes) == 1:
         return check_node(node, classes[0], where, field)
     tag = node.tag.removeprefix("!")
-    if node.tag.startswith("tag:yaml.org"):
+    if node.tag.startswith(_YAML_TAG):
         return check_node(node, classes[0], where, field)
     by_name = {option.__name__: option for option in classes}
     if tag not in by_name:
         _fail(node, where, field, unknown_name("tag", tag, by_name))
-    check_node(node, by_name[tag], where, field)
+    _check_dataclass(node, by_name[tag], where, field)
+
+
+def _check_tag(node: yaml.Node, where: str, field: str) -> None:
+    """Only a choice between classes takes a tag."""
+    if not node.tag.startswith(_YAML_TAG):
+        _fail(node, where, field, f"takes no tag, got {node.tag!r}")
 
 
 def _check_dataclass(node: yaml.Node, schema: type, where: str, field: str):
     hints = typing.get_type_hints(schema)
     names = [f.name for f in dc.fields(schema)]
-    seen: set[str] = set()
-    for key, value in _mapping(node, where, field or "the document"):
+    for key, value in _mapping(node, where, field):
         path = _join(field, key.value)
         if key.value not in names:
             _fail(key, where, path, unknown_name("field", key.value, names))
-        if key.value in seen:
-            _fail(key, where, path, "appears twice")
-        seen.add(key.value)
         check_node(value, hints[key.value], where, path)
 
 
-_TAGS = {
-    float: ("float", "int"),
-    int: ("int",),
-    bool: ("bool",),
+_YAML_TAG = "tag:yaml.org,2002:"
+_KINDS = {
+    float: ("a number", ("float", "int")),
+    int: ("a whole number", ("int",)),
+    bool: ("true or false", ("bool",)),
+    str: ("text", ("str",)),
+    Path: ("a path", ("str",)),
 }
+_OCTAL = re.compile(r"[-+]?0[0-9_]+")
 
 
 def _check_scalar(node: yaml.Node, expected: Any, where: str, field: str):
-    name = getattr(expected, "__name__", str(expected))
+    name, kinds = _KINDS.get(expected, (str(expected), ()))
     if not isinstance(node, yaml.ScalarNode):
-        _fail(node, where, field, f"expected a {name}")
-    if expected in (str, Path):
-        if _is_null(node):
-            _fail(node, where, field, "expected text")
-        return
-    kind = node.tag.rsplit(":", 1)[-1]
-    number = expected is float and _parses_as_float(node)
-    if kind not in _TAGS.get(expected, ()) and not number:
-        quoted = " (a quoted number is text)" if node.style else ""
-        _fail(
-            node,
-            where,
-            field,
-            f"expected a {name}, got {node.value!r}{quoted}",
-        )
-    if expected is float and not math.isfinite(_to_float(node.value)):
+        _fail(node, where, field, f"expected {name}")
+    is_kind = node.tag.removeprefix(_YAML_TAG) in kinds
+    number = _number(node)
+    if expected is float:
+        is_kind = number is not None
+    if not is_kind:
+        hint = ""
+        if expected in (float, int, bool) and node.style:
+            hint = " (in quotes it is text)"
+        elif expected is str and not _is_null(node):
+            hint = " (put it in quotes)"
+        problem = f"expected {name}, got {node.value!r}{hint}"
+        _fail(node, where, field, problem)
+    if expected in (float, int) and _OCTAL.fullmatch(node.value):
+        _fail(node, where, field, f"{node.value}: YAML reads this as octal")
+    if expected is float and not math.isfinite(number or 0.0):
         _fail(node, where, field, f"must be finite, got {node.value}")
 
 
-def _parses_as_float(node: yaml.ScalarNode) -> bool:
-    """Plain 1e-3 is a number to people and YAML 1.2, not to YAML 1.1."""
+def _number(node: yaml.ScalarNode) -> float | None:
+    """The number that a plain scalar stands for.
+
+    Plain 1e-3 is a number to people and YAML 1.2, not to YAML 1.1.
+    """
     if node.style:
-        return False
+        return None
     try:
-        float(node.value)
+        return float(_SPECIAL.sub(r"\1", node.value))
     except ValueError:
-        return False
-    return True
+        return None
 
 
-def _to_float(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:  # YAML's own spellings: .nan, .inf, -.inf.
-        return math.nan
+_SPECIAL = re.compile(r"^([-+]?)\.(?=inf|nan)", re.IGNORECASE)
+"""The dot of YAML's own spellings .inf, -.inf and .nan."""
 
 
 def _mapping(node: yaml.Node, where: str, field: str) -> list[tuple]:
+    """The key and value nodes of a mapping; each key occurs once."""
+    name = field or "the document"
     if not isinstance(node, yaml.MappingNode):
-        _fail(node, where, field, "expected a mapping `key: value`")
+        _fail(node, where, name, "expected a mapping `key: value`")
+    seen: set[str] = set()
+    for key, _ in node.value:
+        if not isinstance(key, yaml.ScalarNode):
+            _fail(key, where, name, "a key must be plain text")
+        if key.value in seen:
+            _fail(key, where, _join(field, key.value), "appears twice")
+        seen.add(key.value)
     return node.value
 
 
 def _is_null(node: yaml.Node) -> bool:
-    return node.tag == "tag:yaml.org,2002:null"
+    return node.tag == _YAML_TAG + "null"
 
 
 def _join(field: str, key: str) -> str:
     return f"{field}.{key}" if field else key
 
 
-def _fail(node: yaml.Node, where: str, field: str, problem: str):
+def _fail(
+    node: yaml.Node, where: str, field: str, problem: str
+) -> typing.NoReturn:
     line = node.start_mark.line + 1 if node.start_mark else 0
     raise FieldError(f"{where}:{line}", field, problem)
