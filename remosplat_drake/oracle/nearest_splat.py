@@ -6,6 +6,7 @@ three semi-axes (the last 0 for a disc) and the splat's index.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
@@ -24,51 +25,53 @@ _CHUNK = 8
 """Neighbouring spheres that one thread answers in a row."""
 
 
-@njit(cache=True, nogil=True)
-def query(nodes, links, records, is_surfel, steps, spheres, answer):
-    """Finds the nearest splat of every sphere.
+class SplatTree(NamedTuple):
+    """What a query searches.
 
-    Args:
+    Attributes:
         nodes: As in `BoundingVolumeHierarchy`.
         links: As in `BoundingVolumeHierarchy`.
         records: Splats in leaf order, shape (N, 16).
         is_surfel: The splats are discs, not ellipsoids.
         steps: Bisection steps, or CONVERGE.
+    """
+
+    nodes: np.ndarray
+    links: np.ndarray
+    records: np.ndarray
+    is_surfel: bool
+    steps: int
+
+
+@njit(cache=True, nogil=True)
+def query(tree, spheres, answer):
+    """Finds the nearest splat of every sphere.
+
+    Args:
+        tree: A `SplatTree`.
         spheres: (n, 5): centre p_WS, the distance from the centre that an
             answer must undercut, the height below which splats are unseen.
         answer: (n, 8), filled: splat index or -1, signed distance from the
             centre, p_WC, n_W.
     """
-    _query_range(
-        nodes, links, records, is_surfel, steps, spheres, answer, 0, len(answer)
-    )
+    _query_range(tree, spheres, answer, 0, len(answer))
 
 
 @njit(cache=True, parallel=True)
-def query_parallel(nodes, links, records, is_surfel, steps, spheres, answer):
+def query_parallel(tree, spheres, answer):
     """The same as `query` on several threads, with equal answers."""
     n = len(answer)
     for chunk in prange((n + _CHUNK - 1) // _CHUNK):
         start = chunk * _CHUNK
-        _query_range(
-            nodes,
-            links,
-            records,
-            is_surfel,
-            steps,
-            spheres,
-            answer,
-            start,
-            min(start + _CHUNK, n),
-        )
+        _query_range(tree, spheres, answer, start, min(start + _CHUNK, n))
 
 
 @njit(cache=True)
 def query_every_splat(records, is_surfel, steps, spheres, answer):
     """The same as `query` by trying all pairs: what the hierarchy must equal.
 
-    The records are by splat index here, so the first of several nearest
-    splats has the lowest one.
+    The records are sorted by splat index, so of several nearest splats the
+    first has the lowest one.
     """
     for i in range(len(answer)):
         p = (spheres[i, 0], spheres[i, 1], spheres[i, 2])
@@ -87,97 +90,89 @@ def query_every_splat(records, is_surfel, steps, spheres, answer):
 
 
 @njit(cache=True, nogil=True)
-def _query_range(
-    nodes, links, records, is_surfel, steps, spheres, answer, start, stop
-):
-    stack = np.empty(MAX_DEPTH + 1, np.int64)
-    bounds = np.empty(MAX_DEPTH + 1)
+def _query_range(tree, spheres, answer, start, stop):
+    stack = np.empty(MAX_DEPTH + 1, np.int64), np.empty(MAX_DEPTH + 1)
     place = -1
     for i in range(start, stop):
         p = (spheres[i, 0], spheres[i, 1], spheres[i, 2])
-        limit, floor = spheres[i, 3], spheres[i, 4]
-        best = (limit, -1)
+        floor = spheres[i, 4]
+        best = (spheres[i, 3], -1)
         # Neighbouring spheres often share their splat, so try it first.
         if place >= 0:
-            best = _nearer(records, place, is_surfel, steps, p, floor, best)
-        best = _descend(
-            nodes,
-            links,
-            records,
-            is_surfel,
-            steps,
-            p,
-            floor,
-            best,
-            stack,
-            bounds,
-        )
+            best = _nearer(tree, place, p, floor, best)
+        best = _descend(tree, p, floor, best, stack)
         answer[i, 0] = -1.0
         if best[1] >= 0:
             place = best[1]
-            _write_answer(records[place], is_surfel, steps, p, answer[i])
+            splat = tree.records[place]
+            _write_answer(splat, tree.is_surfel, tree.steps, p, answer[i])
 
 
 @njit(cache=True)
-def _descend(
-    nodes, links, records, is_surfel, steps, p, floor, best, stack, bounds
-):
+def _descend(tree, p, floor, best, stack):
     """Visits boxes nearest first while they may hold a nearer splat."""
-    stack[0], bounds[0] = 0, 0.0
+    nodes = tree.nodes
+    links, bounds = stack
+    links[0], bounds[0] = 0, 0.0
     height = 1
     while height:
         height -= 1
-        link = stack[height]
-        reach = max(best[0], 0.0)
-        limit = reach * reach * _SLACK
+        link = links[height]
+        limit = _limit(best)
         if bounds[height] > limit:
             continue
         if link < 0:
             first, end = leaf_range(link)
             for place in range(first, end):
-                best = _nearer(records, place, is_surfel, steps, p, floor, best)
+                best = _nearer(tree, place, p, floor, best)
             continue
-        left = _node_distance_squared(nodes, link, 0, p)
-        right = _node_distance_squared(nodes, link, 6, p)
+        node = nodes[link]
+        left = _node_distance_squared(node, 0, p)
+        right = _node_distance_squared(node, 6, p)
         far = 1 if left <= right else 0
         for side in (far, 1 - far):
             bound = right if side else left
-            if bound <= limit and nodes[link, 12 + side] >= floor:
-                stack[height], bounds[height] = links[link, 14 + side], bound
+            if bound <= limit and node[12 + side] >= floor:
+                links[height] = tree.links[link, 14 + side]
+                bounds[height] = bound
                 height += 1
     return best
 
 
 @njit(cache=True)
-def _node_distance_squared(nodes, node, column, p) -> float:
-    total = 0.0
-    for k in range(3):
-        below = nodes[node, column + k] - p[k]
-        above = p[k] - nodes[node, column + 3 + k]
-        outside = max(below, above, 0.0)
-        total += outside * outside
-    return total
+def _limit(best) -> float:
+    """Squared distance beyond which nothing can be as near as `best`.
+
+    A negative distance is met only inside boxes that hold the point.
+    """
+    reach = max(best[0], 0.0)
+    return reach * reach * _SLACK
 
 
 @njit(cache=True)
-def _nearer(records, place, is_surfel, steps, p, floor, best):
+def _node_distance_squared(node, column, p) -> float:
+    """Squared distance to a child's box, whose corners start at a column."""
+    x = max(node[column] - p[0], p[0] - node[column + 3], 0.0)
+    y = max(node[column + 1] - p[1], p[1] - node[column + 4], 0.0)
+    z = max(node[column + 2] - p[2], p[2] - node[column + 5], 0.0)
+    return x * x + y * y + z * z
+
+
+@njit(cache=True)
+def _nearer(tree, place, p, floor, best):
     """The better of `best` = (signed distance, place) and one splat."""
-    splat = records[place]
+    splat = tree.records[place]
     if splat[2] < floor:
         return best
     y, e = _in_splat_frame(splat, p)
-    reach = max(best[0], 0.0)
-    if box_distance_squared(y, e) > reach * reach * _SLACK:
+    if box_distance_squared(y, e) > _limit(best):
         return best
-    distance, _ = _closest_on_splat(y, e, is_surfel, steps)
+    distance, _ = _closest_on_splat(y, e, tree.is_surfel, tree.steps)
     if distance < best[0]:
         return distance, place
     # A tie goes to the lowest index, whatever the order of the visits.
-    if (
-        distance == best[0]
-        and best[1] >= 0
-        and splat[15] < records[best[1], 15]
-    ):
+    tie = distance == best[0] and best[1] >= 0
+    if tie and splat[15] < tree.records[best[1], 15]:
         return distance, place
     return best
 
@@ -235,6 +230,8 @@ def _direction(y, x, e, distance):
         w = -x[2] / e[2]
         length = math.sqrt(u * u + v * v + w * w)
         return u / length, v / length, w / length
-    u, v, w = x[0] - y[0], x[1] - y[1], x[2] - y[2]
-    length = math.copysign(math.sqrt(u * u + v * v + w * w), distance)
-    return u / length, v / length, w / length
+    return (
+        (x[0] - y[0]) / distance,
+        (x[1] - y[1]) / distance,
+        (x[2] - y[2]) / distance,
+    )

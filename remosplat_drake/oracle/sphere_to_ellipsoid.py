@@ -5,7 +5,11 @@ import numpy as np
 
 from remosplat_drake.oracle.distance_field import Clearances, DistanceField
 from remosplat_drake.oracle.ellipsoid_distance import CONVERGE
-from remosplat_drake.oracle.nearest_splat import query, query_parallel
+from remosplat_drake.oracle.nearest_splat import (
+    SplatTree,
+    query,
+    query_parallel,
+)
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.bvh import build_hierarchy
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -46,16 +50,31 @@ class SphereToEllipsoidField(DistanceField):
                 precision. A number stops bisecting after as many steps (the
                 authors' benchmark used 3): then a distance may be off by a
                 good part of the splat, but stays a distance to its box.
-            num_threads: Threads of a query.
+            num_threads: Threads of a query. One is steady; two are a little
+                faster in the median and far slower when the cores are busy.
+
+        Raises:
+            ValueError: A parameter is out of range.
         """
+        if not (np.isfinite(n_sigma) and n_sigma > 0):
+            raise ValueError(f"{n_sigma=} is not positive")
+        if bisection_steps is not None and bisection_steps < 0:
+            raise ValueError(f"{bisection_steps=} is negative")
+        if not 1 <= num_threads <= numba.config.NUMBA_NUM_THREADS:
+            raise ValueError(f"{num_threads=} is more than there are, or none")
         records = splat_records(splat_W, min_opacity, n_sigma)
         p_WK = records[:, :3]
         half = _half_extents(records, solved=bisection_steps is None)
-        self._hierarchy = build_hierarchy(p_WK - half, p_WK + half, p_WK[:, 2])
-        self._records = records[self._hierarchy.order]
-        self._records.flags.writeable = False
-        self._is_surfel = splat_W.is_surfel
-        self._steps = CONVERGE if bisection_steps is None else bisection_steps
+        hierarchy = build_hierarchy(p_WK - half, p_WK + half, p_WK[:, 2])
+        records = records[hierarchy.order]
+        records.flags.writeable = False
+        self._tree = SplatTree(
+            hierarchy.nodes,
+            hierarchy.links,
+            records,
+            splat_W.is_surfel,
+            CONVERGE if bisection_steps is None else bisection_steps,
+        )
         self._num_threads = num_threads
         self.revision = (
             f"sphere_to_ellipsoid:{splat_W.content_hash}:n_sigma={n_sigma}"
@@ -64,7 +83,7 @@ class SphereToEllipsoidField(DistanceField):
 
     def __len__(self) -> int:
         """How many splats are opaque enough to count."""
-        return len(self._records)
+        return len(self._tree.records)
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
@@ -101,22 +120,13 @@ class SphereToEllipsoidField(DistanceField):
         question[:, :3] = spheres.p_WS
         question[:, 3] = spheres.radius + max_distance
         question[:, 4] = spheres.ignore_below
-        arguments = (
-            self._hierarchy.nodes,
-            self._hierarchy.links,
-            self._records,
-            self._is_surfel,
-            self._steps,
-            question,
-            answer,
-        )
         if self._num_threads == 1:
-            query(*arguments)
+            query(self._tree, question, answer)
             return answer
         threads = numba.get_num_threads()
         numba.set_num_threads(self._num_threads)
         try:
-            query_parallel(*arguments)
+            query_parallel(self._tree, question, answer)
         finally:
             numba.set_num_threads(threads)
         return answer

@@ -10,11 +10,12 @@ import numpy as np
 from numba import njit
 
 LEAF_SIZE = 4
-"""The most boxes a leaf holds."""
+"""The most boxes a leaf holds; below 16, see `leaf_range`."""
 
 MAX_DEPTH = 96
 """Deepest node; far below it splits go by count, so it is never reached."""
 
+_LEAF_STRIDE = 16
 _BINS = 16
 _BALANCE_DEPTH = 48
 
@@ -56,11 +57,10 @@ def build_hierarchy(
         center_z: The height by which queries may ignore a box, shape (n,);
             it lies inside the box [m].
     """
-    nodes, order = _build(
-        np.ascontiguousarray(lower, np.float64),
-        np.ascontiguousarray(upper, np.float64),
-        np.ascontiguousarray(center_z, np.float64),
-    )
+    n = len(lower)
+    table = np.column_stack([lower, upper, center_z, np.arange(n)])
+    nodes = _build(np.ascontiguousarray(table, np.float64))
+    order = table[:, 7].astype(np.int64)
     for array in (nodes, order):
         array.flags.writeable = False
     return BoundingVolumeHierarchy(nodes, nodes.view(np.int32), order)
@@ -70,122 +70,128 @@ def build_hierarchy(
 def leaf_range(link: int) -> tuple[int, int]:
     """First and one-past-last place in leaf order of a leaf's boxes."""
     code = -1 - link
-    first = code // (LEAF_SIZE + 1)
-    return first, first + code % (LEAF_SIZE + 1)
+    first = code // _LEAF_STRIDE
+    return first, first + code % _LEAF_STRIDE
 
 
 @njit(cache=True)
-def _build(lower, upper, center_z):
-    n = len(lower)
-    order = np.arange(n)
-    nodes = np.zeros((max(1, n), 16), np.float32)
+def _build(table):
+    """Sorts the boxes into leaf order in place and returns the nodes.
+
+    A row of the table is a box: lower, upper, z of the centre, index.
+    """
+    nodes = np.zeros((max(1, len(table)), 16), np.float32)
     links = nodes.view(np.int32)
     count = 1
     # Work items: node, first, end, depth.
     stack = np.empty((MAX_DEPTH + 1, 4), np.int64)
-    stack[0] = 0, 0, n, 0
+    stack[0] = 0, 0, len(table), 0
     height = 1
     while height:
         height -= 1
         node, first, end, depth = stack[height]
-        middle = _split(lower, upper, order, first, end, depth)
+        middle = first + _split(table[first:end], depth)
         for side in range(2):
             a, b = (first, middle) if side == 0 else (middle, end)
-            _write_child(nodes, node, side, lower, upper, center_z, order[a:b])
+            _write_child(nodes[node], side, table[a:b])
             if b - a <= LEAF_SIZE:
-                links[node, 14 + side] = -1 - (a * (LEAF_SIZE + 1) + b - a)
+                links[node, 14 + side] = -1 - (a * _LEAF_STRIDE + b - a)
             else:
                 links[node, 14 + side] = count
                 stack[height] = count, a, b, depth + 1
                 height += 1
                 count += 1
-    return nodes[:count].copy(), order
+    return nodes[:count].copy()
 
 
 @njit(cache=True)
-def _split(lower, upper, order, first, end, depth) -> int:
-    """Partitions order[first:end] in place; returns the place of the cut."""
-    if end - first <= LEAF_SIZE:
-        return end
+def _split(boxes, depth) -> int:
+    """Partitions the boxes in place; returns how many go left."""
+    n = len(boxes)
+    if n <= LEAF_SIZE:
+        return n
     low = np.full(3, np.inf)
     high = np.full(3, -np.inf)
-    for i in range(first, end):
+    for i in range(n):
         for k in range(3):
-            c = lower[order[i], k] + upper[order[i], k]
+            c = boxes[i, k] + boxes[i, 3 + k]
             low[k] = min(low[k], c)
             high[k] = max(high[k], c)
     axis = np.argmax(high - low)
     extent = high[axis] - low[axis]
-    middle = (first + end) // 2
-    if not extent > 0.0 or depth >= _BALANCE_DEPTH:
-        return middle
+    # Boxes around one point cannot be told apart by their place.
+    if not extent > 1e-200 or depth >= _BALANCE_DEPTH:
+        return n // 2
     scale = _BINS * (1 - 1e-9) / extent
-    cut = _best_cut(lower, upper, order[first:end], axis, low[axis], scale)
-    i, j = first, end - 1
+    cut = _best_cut(boxes, axis, low[axis], scale)
+    i, j = 0, n - 1
     while i <= j:
-        k = order[i]
-        if int((lower[k, axis] + upper[k, axis] - low[axis]) * scale) < cut:
+        c = boxes[i, axis] + boxes[i, 3 + axis] - low[axis]
+        if int(c * scale) < cut:
             i += 1
-        else:
-            order[i], order[j] = order[j], k
-            j -= 1
-    return i if first < i < end else middle
+            continue
+        for k in range(8):
+            boxes[i, k], boxes[j, k] = boxes[j, k], boxes[i, k]
+        j -= 1
+    return i if 0 < i < n else n // 2
 
 
 @njit(cache=True)
-def _best_cut(lower, upper, members, axis, origin, scale) -> int:
+def _best_cut(boxes, axis, origin, scale) -> int:
     """The bin border with the least surface area times count on both sides."""
     counts = np.zeros(_BINS, np.int64)
-    boxes = np.empty((_BINS, 6))
-    boxes[:, :3] = np.inf
-    boxes[:, 3:] = -np.inf
-    for k in members:
-        b = int((lower[k, axis] + upper[k, axis] - origin) * scale)
+    bins = np.empty((_BINS, 6))
+    bins[:, :3] = np.inf
+    bins[:, 3:] = -np.inf
+    for i in range(len(boxes)):
+        b = int((boxes[i, axis] + boxes[i, 3 + axis] - origin) * scale)
         counts[b] += 1
-        for j in range(3):
-            boxes[b, j] = min(boxes[b, j], lower[k, j])
-            boxes[b, 3 + j] = max(boxes[b, 3 + j], upper[k, j])
+        _grow(bins[b], boxes[i])
     right_cost = np.empty(_BINS)
-    box = np.array([np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf])
+    grown = bins[_BINS - 1].copy()
     total = 0
     for b in range(_BINS - 1, 0, -1):
         total += counts[b]
-        right_cost[b] = total * _grow(box, boxes[b])
-    box[:3] = np.inf
-    box[3:] = -np.inf
+        _grow(grown, bins[b])
+        right_cost[b] = total * _half_surface(grown)
+    grown[:] = bins[0]
     total = 0
     best, best_cost = 1, np.inf
     for b in range(1, _BINS):
         total += counts[b - 1]
-        cost = total * _grow(box, boxes[b - 1]) + right_cost[b]
+        _grow(grown, bins[b - 1])
+        cost = total * _half_surface(grown) + right_cost[b]
         if cost < best_cost:
             best, best_cost = b, cost
     return best
 
 
 @njit(cache=True)
-def _grow(box, other) -> float:
-    """Enlarges `box` by `other` in place and returns half its surface."""
-    for j in range(3):
-        box[j] = min(box[j], other[j])
-        box[3 + j] = max(box[3 + j], other[3 + j])
+def _grow(box, other):
+    """Enlarges a box (lower, upper) in place until it holds the other."""
+    for k in range(3):
+        box[k] = min(box[k], other[k])
+        box[3 + k] = max(box[3 + k], other[3 + k])
+
+
+@njit(cache=True)
+def _half_surface(box) -> float:
     x, y, z = box[3] - box[0], box[4] - box[1], box[5] - box[2]
     return x * y + y * z + z * x if x >= 0.0 else 0.0
 
 
 @njit(cache=True)
-def _write_child(nodes, node, side, lower, upper, center_z, members):
+def _write_child(node, side, boxes):
     """Stores the box of one child, rounded outwards to single precision."""
-    box = np.array([np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf])
+    box = np.empty(6)
+    box[:3] = np.inf
+    box[3:] = -np.inf
     top = -np.inf
-    for k in members:
-        for j in range(3):
-            box[j] = min(box[j], lower[k, j])
-            box[3 + j] = max(box[3 + j], upper[k, j])
-        top = max(top, center_z[k])
+    for i in range(len(boxes)):
+        _grow(box, boxes[i])
+        top = max(top, boxes[i, 6])
     down, up = np.float32(-np.inf), np.float32(np.inf)
-    column = 6 * side
-    for j in range(3):
-        nodes[node, column + j] = np.nextafter(np.float32(box[j]), down)
-        nodes[node, column + 3 + j] = np.nextafter(np.float32(box[3 + j]), up)
-    nodes[node, 12 + side] = np.nextafter(np.float32(top), up)
+    for k in range(3):
+        node[6 * side + k] = np.nextafter(np.float32(box[k]), down)
+        node[6 * side + 3 + k] = np.nextafter(np.float32(box[3 + k]), up)
+    node[12 + side] = np.nextafter(np.float32(top), up)

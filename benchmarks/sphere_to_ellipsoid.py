@@ -1,0 +1,132 @@
+"""What the sphere-to-ellipsoid oracle costs: building it and asking it.
+
+The scene is a table with cylinders and a wall, made of surfels; the 77 spheres
+stand like the robot's in front of it. Everything is seeded.
+"""
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from remosplat_drake.oracle.ellipsoid_distance import CONVERGE
+from remosplat_drake.oracle.nearest_splat import query_every_splat
+from remosplat_drake.oracle.sphere_to_ellipsoid import (
+    SphereToEllipsoidField,
+    splat_records,
+)
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+MAX_DISTANCE = 0.5
+"""The controller's influence distance [m]."""
+
+
+def cases() -> list[tuple[str, Callable[[], object]]]:
+    """Named closures; each call is one measurement."""
+    spheres = robot_spheres()
+    result: list[tuple[str, Callable[[], object]]] = []
+    for n in (10_000, 60_000, 300_000, 1_000_000):
+        splat = table_scene(n)
+        field = SphereToEllipsoidField(splat)
+        label = f"sphere_to_ellipsoid/{n // 1000}k"
+        result.append(
+            (
+                f"{label}/query",
+                partial(field.clearances, spheres, MAX_DISTANCE),
+            )
+        )
+        if n <= 60_000:
+            result.append(
+                (f"{label}/build", partial(SphereToEllipsoidField, splat))
+            )
+    splat = table_scene(60_000)
+    truncated = SphereToEllipsoidField(splat, bisection_steps=3)
+    two = SphereToEllipsoidField(splat, num_threads=2)
+    return [
+        *result,
+        (
+            "sphere_to_ellipsoid/60k/query, everywhere",
+            partial(SphereToEllipsoidField(splat).clearances, spheres),
+        ),
+        (
+            "sphere_to_ellipsoid/60k/query, 2 threads",
+            partial(two.clearances, spheres, MAX_DISTANCE),
+        ),
+        (
+            "sphere_to_ellipsoid/60k/query, 3 bisection steps",
+            partial(truncated.clearances, spheres, MAX_DISTANCE),
+        ),
+        (
+            "sphere_to_ellipsoid/60k/every splat",
+            partial(try_every_splat, splat, spheres),
+        ),
+    ]
+
+
+def try_every_splat(splat: GaussianSplat, spheres: Spheres) -> np.ndarray:
+    """The compiled loop over all pairs that the hierarchy replaces."""
+    question = np.column_stack(
+        [spheres.p_WS, spheres.radius + MAX_DISTANCE, spheres.ignore_below]
+    )
+    answer = np.empty((len(spheres), 8))
+    records = splat_records(splat, min_opacity=0.1, n_sigma=1.0)
+    query_every_splat(records, splat.is_surfel, CONVERGE, question, answer)
+    return answer
+
+
+def table_scene(n: int) -> GaussianSplat:
+    """A table top, four cylinders on it and a wall, as n surfels in W."""
+    rng = np.random.default_rng(0)
+    part = rng.choice(3, n, p=[0.5, 0.2, 0.3])
+    a, b = rng.uniform(-1, 1, (2, n))
+    angle = np.pi * a
+    corner = rng.choice([-1.0, 1.0], (2, n))
+    top = np.stack([1.5 + 0.5 * a, 2 * b, np.full(n, 0.53)], axis=1)
+    cylinder = np.stack(
+        [
+            1.2 + 0.1 * corner[0] + 0.05 * np.cos(angle),
+            0.25 * corner[1] + 0.05 * np.sin(angle),
+            0.8 + 0.27 * b,
+        ],
+        axis=1,
+    )
+    wall = np.stack([np.full(n, 2.0), 2 * a, 1 + b], axis=1)
+    zero, one = np.zeros(n), np.ones(n)
+    x, y, z = np.choose(
+        part,
+        [
+            np.stack([zero, zero, one]),
+            np.stack([np.cos(angle), np.sin(angle), zero]),
+            np.stack([-one, zero, zero]),
+        ],
+    )
+    # The shortest turn from z to the surface's normal.
+    quaternions = np.stack([1 + z, -y, x, zero], axis=1)
+    spacing = np.sqrt(8.0 / n)
+    return GaussianSplat(
+        p_GK=np.choose(part[:, None], [top, cylinder, wall])
+        + rng.normal(scale=0.003, size=(n, 3)),
+        quaternions=quaternions + rng.normal(scale=0.05, size=(n, 4)),
+        scales=spacing * rng.uniform(0.3, 1.2, (n, 2)),
+        opacities=rng.uniform(0.02, 1, n),
+        colors=rng.uniform(0, 1, (n, 3)),
+    )
+
+
+def robot_spheres() -> Spheres:
+    """16 spheres of a base, 61 along an arm that reaches over the table."""
+    base = np.stack(
+        np.meshgrid([-0.2, -0.1, 0.1, 0.2], [-0.12, 0.12], [0.12, 0.26]), -1
+    ).reshape(-1, 3)
+    bend = [[0.45, 0, 0.38], [0.45, 0, 0.75], [1.0, 0, 1.0], [1.1, 0, 0.66]]
+    along = np.linspace(0, 3, 61)
+    arm = np.stack(
+        [np.interp(along, range(4), np.array(bend)[:, k]) for k in range(3)], 1
+    )
+    spheres = Spheres.at(
+        np.concatenate([base + np.array([0.3, 0, 0]), arm]),
+        np.repeat([0.155, 0.07], [16, 61]),
+    )
+    spheres.ignore_below[:16] = 0.03
+    return spheres
