@@ -5,6 +5,7 @@ import math
 
 from remosplat_drake.controller import ingredients as ing
 from remosplat_drake.controller.reactive_program import Ingredient
+from remosplat_drake.controller.solvers import make_solver
 from remosplat_drake.errors import FieldError, unknown_name
 from remosplat_drake.robot.robot_model import RobotModel
 
@@ -96,6 +97,7 @@ def check_config(config: ReactiveControllerConfig, where: str) -> None:
         if not ok:
             raise FieldError(where, f"controller.{field}", problem)
 
+    make_solver(config.solver, where)
     positive = {
         "servo.gain": config.servo.gain,
         "servo.max_speed": config.servo.max_speed,

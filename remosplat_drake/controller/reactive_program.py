@@ -204,12 +204,12 @@ def solve(
 
 @dc.dataclass(frozen=True, eq=False)
 class Decision:
-    """A command, how it came about, and the program behind it."""
+    """A command, how it came about, and the program behind it, if any."""
 
     u: np.ndarray
     status: str
     reason: str
-    program: ReactiveProgram
+    program: ReactiveProgram | None = None
 
 
 def decide(
@@ -252,7 +252,10 @@ def decide(
             ", ".join(program.yielded) or "nothing"
         )
         return Decision(u, tick_report.RELAXED, reason, program)
+    return brake(tick, "no feasible command found")
+
+
+def brake(tick: Tick, reason: str) -> Decision:
+    """The next step of the ramp to a standstill."""
     u = braking_command(tick.u_previous, tick.robot.acceleration_limit, tick.dt)
-    return Decision(
-        u, tick_report.BRAKING, "no feasible command found", program
-    )
+    return Decision(u, tick_report.BRAKING, reason)

@@ -17,6 +17,7 @@ from remosplat_drake.controller.reactive_program import (
     Decision,
     Ingredient,
     Tick,
+    brake,
     build_program,
     decide,
 )
@@ -85,9 +86,9 @@ def run_tick(
         u_previous: The command being executed, shape (n_u,).
     """
     start = perf_counter()
-    problem = _unusable(q, X_WT, clearances)
+    problem = _unknown_surroundings(q, clearances)
     if problem:
-        return _braking_report(law, time, q, X_WT, u_previous, problem)
+        return _blind_report(law, time, q, X_WT, u_previous, problem)
     clearances = clearances.within(law.config.collision.influence)
     state = law.robot.state(q)
     after_kinematics = perf_counter()
@@ -100,9 +101,14 @@ def run_tick(
         u_previous,
         law.dt,
     )
-    program = build_program(tick, law.ingredients)
+    program = None
+    if np.isfinite(X_WT).all():
+        program = build_program(tick, law.ingredients)
     after_build = perf_counter()
-    decision = decide(tick, law.ingredients, law.solver, program)
+    if program is None:
+        decision = brake(tick, "target is not finite")
+    else:
+        decision = decide(tick, law.ingredients, law.solver, program)
     after_solve = perf_counter()
     scale = _verified_scale(law, field, state, decision.u, clearances)
     end = perf_counter()
@@ -127,17 +133,17 @@ def run_tick(
     )
 
 
-def _unusable(q: np.ndarray, X_WT: np.ndarray, clearances: Clearances) -> str:
+def _unknown_surroundings(q: np.ndarray, clearances: Clearances) -> str:
     if not np.isfinite(q).all():
         return "measured configuration is not finite"
-    if not np.isfinite(X_WT).all():
-        return "target is not finite"
-    if np.isnan(clearances.distance).any():
+    # Infinitely far is an answer, infinitely deep is none.
+    known = (clearances.distance > -np.inf).all()
+    if not (known and np.isfinite(clearances.direction_W).all()):
         return "clearances are not finite"
     return ""
 
 
-def _braking_report(
+def _blind_report(
     law: ReactiveLaw,
     time: float,
     q: np.ndarray,
@@ -145,6 +151,7 @@ def _braking_report(
     u_previous: np.ndarray,
     reason: str,
 ) -> TickReport:
+    """A braking ramp that nothing can verify."""
     none = np.zeros(0, bool)
     return TickReport(
         time=time,
@@ -186,8 +193,9 @@ def _verified_scale(
 
 
 def _row_flags(decision: Decision, m: int) -> tuple[np.ndarray, np.ndarray]:
-    rows = decision.program.rows.get(collision_damper.NAME)
-    if rows is None:
+    program = decision.program
+    rows = program and program.rows.get(collision_damper.NAME)
+    if not rows:
         return np.zeros(m, bool), np.zeros(m, bool)
     tight = rows.kept & (rows.A @ decision.u >= rows.b - _TIGHT)
     return rows.kept, tight

@@ -113,7 +113,7 @@ def _make_depth_field(
             far=config.far,
         ),
         nearest_only=config.nearest_only,
-        threads=config.threads,
+        num_threads=config.threads,
     )
 
 

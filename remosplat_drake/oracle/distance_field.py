@@ -75,6 +75,12 @@ class Clearances:
             np.zeros(0, np.int64), np.zeros(0), empty, empty.copy(), revision
         )
 
+    @staticmethod
+    def unknown(n: int) -> "Clearances":
+        """NaN for each of n spheres: nobody knows where they are."""
+        direction_W, p_WC = np.full((n, 3), np.nan), np.full((n, 3), np.nan)
+        return Clearances(np.arange(n), np.full(n, np.nan), direction_W, p_WC)
+
 
 class DistanceField(ABC):
     """An immutable map that answers distance queries for any robot state.

@@ -1,5 +1,6 @@
 """`DistanceOracle`: any distance field as a Drake system."""
 
+import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
     Context,
@@ -27,7 +28,8 @@ class DistanceOracle(LeafSystem):
 
     `clearances` is cached: it is computed once for a configuration and a
     map, whoever asks. The optional input carries a map that changes while
-    the diagram runs; a new one takes effect between ticks, never half.
+    the diagram runs; a new one takes effect between ticks, never half. Of a
+    configuration that is not finite it answers `Clearances.unknown`.
 
     Args:
         robot: Places the spheres.
@@ -89,6 +91,9 @@ class DistanceOracle(LeafSystem):
 
     def _calc_clearances(self, context: Context, output: AbstractValue):
         q = self._configuration_input.Eval(context)
+        if not np.isfinite(q).all():
+            output.set_value(Clearances.unknown(len(self._robot.spheres)))
+            return
         spheres = self._robot.spheres_at(q)
         field = self._current_field(context)
         output.set_value(field.clearances(spheres, self._max_distance))

@@ -16,7 +16,8 @@ class ServoTrackingConfig:
     gain: float = 4.0
     # Bound on the translational speed [m/s].
     max_speed: float = 0.35
-    # Bound on each entry of the slack [m/s, rad/s].
+    # Bound on each entry of the slack, or the servo's twist where that is
+    # faster [m/s, rad/s].
     slack_limit: float = 10.0
 
 
@@ -42,7 +43,8 @@ class ServoTracking:
         program.prog.AddLinearEqualityConstraint(
             J, V_WE, program.x
         ).evaluator().set_description("servo tracking")
-        limit = np.full(6, config.slack_limit)
+        # Standing still must stay feasible, however fast the servo's twist.
+        limit = np.maximum(config.slack_limit, np.abs(V_WE))
         program.prog.AddBoundingBoxConstraint(
             -limit, limit, program.delta
         ).evaluator().set_description("slack limit")
