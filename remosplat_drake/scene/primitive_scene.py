@@ -114,7 +114,7 @@ class PrimitiveScene:
     def with_floor(
         self,
         center: tuple[float, float] = (0.6, 0.0),
-        half_extent: float = 2.5,
+        half_extent: float = 2.0,
         thickness: float = 0.04,
     ) -> "PrimitiveScene":
         """The same scene on a square floor slab whose top is z = 0.

@@ -1,0 +1,1 @@
+"""From posed RGB-D images to a splat."""

@@ -1,0 +1,163 @@
+"""`Capture`: posed RGB-D images, kept in a nerfstudio folder.
+
+The folder holds `transforms.json`, colour images and depth images (PNG, 16
+bit, millimetres, 0 where there is none). That format's cameras look along
+their -z axis (OpenGL); ours look along +z (OpenCV). Both put the centre of
+the first pixel at (0.5, 0.5).
+"""
+
+import dataclasses as dc
+import json
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.errors import FieldError, FileError, MissingExtraError
+
+DEPTH_UNIT = 1e-3
+"""One step of a stored depth image [m]."""
+
+TRANSFORMS = "transforms.json"
+_INTRINSICS = ("fl_x", "fl_y", "cx", "cy")
+_FLIP_YZ = np.diag([1.0, -1.0, -1.0, 1.0])
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Capture:
+    """n images of one size from one camera C in a world frame W.
+
+    Attributes:
+        K: Intrinsic matrix, shape (3, 3) [pixels]; pixel (row i, column j)
+            has its centre at (j + 0.5, i + 0.5).
+        X_WC: Camera poses (OpenCV axes), shape (n, 4, 4).
+        rgb: Colours, shape (n, h, w, 3), uint8.
+        depth: z in C, shape (n, h, w), float32 [m]; 0 where unknown.
+    """
+
+    K: np.ndarray
+    X_WC: np.ndarray
+    rgb: np.ndarray
+    depth: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.X_WC)
+
+    def points_W(self, view: int) -> np.ndarray:
+        """Scene points of a view's pixels, (h, w, 3) [m]; NaN if unknown."""
+        return back_project(self.K, self.depth[view], self.X_WC[view])
+
+
+def back_project(
+    K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray
+) -> np.ndarray:
+    """Points in W of a depth image, (h, w, 3) [m]; NaN where depth is 0."""
+    height, width = depth.shape
+    u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    z = np.where(depth > 0, depth, np.nan).astype(float)
+    p_C = np.stack(
+        [(u - K[0, 2]) / K[0, 0] * z, (v - K[1, 2]) / K[1, 1] * z, z], axis=-1
+    )
+    return p_C @ X_WC[:3, :3].T + X_WC[:3, 3]
+
+
+def write_capture(folder: str | Path, capture: Capture):
+    """Writes a nerfstudio folder; `transforms.json` comes last.
+
+    Raises:
+        MissingExtraError: Pillow is not installed.
+    """
+    image = _image_module()
+    folder = Path(folder)
+    for name in ("images", "depth"):
+        (folder / name).mkdir(parents=True, exist_ok=True)
+    frames = []
+    for i, X_WC in enumerate(capture.X_WC):
+        millimetres = np.rint(capture.depth[i] / DEPTH_UNIT)
+        frame = {
+            "file_path": f"images/{i:04d}.png",
+            "depth_file_path": f"depth/{i:04d}.png",
+            "transform_matrix": (X_WC @ _FLIP_YZ).tolist(),
+        }
+        image.fromarray(capture.rgb[i]).save(folder / frame["file_path"])
+        image.fromarray(millimetres.clip(0, 65535).astype(np.uint16)).save(
+            folder / frame["depth_file_path"]
+        )
+        frames.append(frame)
+    height, width = capture.depth.shape[1:]
+    K = capture.K
+    document = {
+        "camera_model": "OPENCV",
+        "w": width,
+        "h": height,
+        **dict(zip(_INTRINSICS, K[[0, 1, 0, 1], [0, 1, 2, 2]], strict=True)),
+        "depth_unit_scale_factor": DEPTH_UNIT,
+        "frames": frames,
+    }
+    (folder / TRANSFORMS).write_text(json.dumps(document, indent=1) + "\n")
+
+
+def read_capture(folder: str | Path) -> Capture:
+    """Reads a nerfstudio folder of undistorted RGB-D images of one camera.
+
+    Raises:
+        MissingExtraError: Pillow is not installed.
+        FileError: A file is missing or unreadable.
+        FieldError: A field is missing or unusable.
+    """
+    path = Path(folder) / TRANSFORMS
+    try:
+        document = json.loads(path.read_text())
+    except (OSError, ValueError) as error:
+        raise FileError(path, " ".join(str(error).split())) from error
+    frames = document.get("frames") if isinstance(document, dict) else None
+    if not isinstance(frames, list) or not frames:
+        raise FieldError(str(path), "frames", "expected a list of frames")
+    fl_x, fl_y, cx, cy = (_number(path, document, k) for k in _INTRINSICS)
+    unit = document.get("depth_unit_scale_factor", DEPTH_UNIT)
+    poses, colors, depths = [], [], []
+    for i, frame in enumerate(frames):
+        field = f"frames[{i}]"
+        for key in ("transform_matrix", "file_path", "depth_file_path"):
+            if key not in frame:
+                raise FieldError(str(path), f"{field}.{key}", "is missing")
+        X = np.array(frame["transform_matrix"], float)
+        if X.shape != (4, 4) or not np.isfinite(X).all():
+            raise FieldError(
+                str(path), f"{field}.transform_matrix", "expected a 4x4 pose"
+            )
+        poses.append(X @ _FLIP_YZ)
+        colors.append(_read_image(path.parent / frame["file_path"])[..., :3])
+        depth = _read_image(path.parent / frame["depth_file_path"])
+        depths.append(depth.astype(np.float32) * np.float32(unit))
+    shapes = {a.shape[:2] for a in (*colors, *depths)}
+    if len(shapes) != 1:
+        raise FileError(path, f"images differ in size: {sorted(shapes)}")
+    return Capture(
+        K=np.array([[fl_x, 0, cx], [0, fl_y, cy], [0, 0, 1]]),
+        X_WC=np.array(poses),
+        rgb=np.array(colors, np.uint8),
+        depth=np.array(depths),
+    )
+
+
+def _number(path: Path, document: dict, key: str) -> float:
+    value = document.get(key)
+    if not isinstance(value, (int, float)) or not np.isfinite(value):
+        raise FieldError(str(path), key, f"expected a number, got {value!r}")
+    return float(value)
+
+
+def _read_image(path: Path) -> np.ndarray:
+    try:
+        with _image_module().open(path) as image:
+            return np.asarray(image)
+    except OSError as error:
+        raise FileError(path, f"unreadable image: {error}") from error
+
+
+def _image_module():
+    try:
+        from PIL import Image
+    except ImportError as error:
+        raise MissingExtraError("RGB-D images", "reconstruction") from error
+    return Image

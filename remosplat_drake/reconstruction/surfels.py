@@ -1,0 +1,189 @@
+"""Surfels from RGB-D images: where the training of a splat starts.
+
+Every pixel with a depth is a point on a surface, with a normal from its
+neighbours. Pooling those points in voxels gives an even cover of what the
+camera saw, as fine as a wanted number of surfels allows.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.reconstruction.capture import Capture
+
+_REACHES = (4, 2, 1)
+"""Pixels to the neighbours that span a normal, best first: depth comes in
+millimetres, and near neighbours turn its steps into slopes."""
+
+_MAX_BEND = 0.25
+"""Where opposite neighbours are off a straight line by more than this
+fraction of their distance there is an edge, and no normal."""
+
+_FINE_RADIUS = 0.6
+"""Voxels are finest within this distance of the focus [m]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Surfels:
+    """n oriented, coloured points on surfaces.
+
+    Attributes:
+        p_WK: Centres, shape (n, 3) [m].
+        normal_W: Unit normals on the side the camera saw, shape (n, 3).
+        colors: RGB in [0, 1], shape (n, 3).
+        spacing: Mean distance to the three nearest others, shape (n,) [m].
+    """
+
+    p_WK: np.ndarray
+    normal_W: np.ndarray
+    colors: np.ndarray
+    spacing: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.p_WK)
+
+
+def surfels_from_capture(
+    capture: Capture,
+    count: int = 60_000,
+    focus: np.ndarray | None = None,
+    stride: int = 2,
+) -> Surfels:
+    """An even cover of the captured surfaces with at most `count` surfels.
+
+    Args:
+        capture: Posed RGB-D images.
+        count: The number of surfels to come close to from below.
+        focus: A point in W around which the cover is finest; its spacing
+            doubles with every doubling of the distance beyond 0.6 m. Without
+            it the cover is equally fine everywhere.
+        stride: Every stride-th row and column of the images is used.
+
+    Raises:
+        RemoSplatError: The capture has no depth with a normal.
+    """
+    views = [_view_samples(capture, i, stride) for i in range(len(capture))]
+    samples = np.concatenate(views)
+    if not len(samples):
+        raise RemoSplatError("the capture has no depth to start from")
+    level = np.zeros(len(samples), np.int64)
+    if focus is not None:
+        distance = np.linalg.norm(samples[:, :3] - focus, axis=1)
+        doublings = np.log2(np.maximum(distance / _FINE_RADIUS, 1))
+        level = np.ceil(doublings).astype(np.int64)
+    # Ten halvings of the (logarithmic) interval settle the size to 0.5 %.
+    fine, coarse = 0.001, 0.128
+    for _ in range(10):
+        voxel = np.sqrt(fine * coarse)
+        keys = _voxel_keys(samples, level, voxel)
+        fine, coarse = (
+            (voxel, coarse) if len(np.unique(keys)) > count else (fine, voxel)
+        )
+    pooled = _pool(samples, _voxel_keys(samples, level, coarse))
+    p_WK, normal_W = pooled[:, :3], pooled[:, 3:6]
+    neighbors, _ = KDTree(p_WK).query(p_WK, k=min(4, len(p_WK)))
+    return Surfels(
+        p_WK=p_WK,
+        normal_W=normal_W / np.linalg.norm(normal_W, axis=1, keepdims=True),
+        colors=pooled[:, 6:],
+        spacing=neighbors[:, 1:].mean(axis=1),
+    )
+
+
+def normals_from_points(p_W: np.ndarray, p_WC: np.ndarray) -> np.ndarray:
+    """Normals of an organised point image, towards the camera centre.
+
+    Args:
+        p_W: Points of the pixels, shape (h, w, 3) [m], NaN where unknown.
+        p_WC: Camera centre, shape (3,) [m].
+
+    Returns:
+        Unit normals, shape (h, w, 3); NaN at the border and at edges.
+    """
+    normal = np.full(p_W.shape, np.nan)
+    for reach in _REACHES:
+        spanned = _spanned_normals(p_W, p_WC, reach)
+        normal = np.where(np.isfinite(normal), normal, spanned)
+    return normal
+
+
+def _spanned_normals(
+    p_W: np.ndarray, p_WC: np.ndarray, reach: int
+) -> np.ndarray:
+    """Normals from the pixels `reach` away; NaN where they span an edge."""
+    r = reach
+    center = p_W[r:-r, r:-r]
+    steps = []
+    smooth = np.ones(center.shape[:2], bool)
+    for ahead, behind in (
+        (p_W[r:-r, 2 * r :], p_W[r:-r, : -2 * r]),
+        (p_W[2 * r :, r:-r], p_W[: -2 * r, r:-r]),
+    ):
+        step = ahead - behind
+        bend = np.linalg.norm(ahead + behind - 2 * center, axis=-1)
+        smooth &= bend < _MAX_BEND * np.linalg.norm(step, axis=-1)
+        steps.append(step)
+    inner = np.cross(steps[1], steps[0])
+    facing = np.sign((inner * (p_WC - center)).sum(axis=-1, keepdims=True))
+    length = np.linalg.norm(inner, axis=-1, keepdims=True)
+    normal = np.full(p_W.shape, np.nan)
+    normal[r:-r, r:-r] = np.where(
+        smooth[..., None], inner * facing / np.maximum(length, 1e-12), np.nan
+    )
+    return normal
+
+
+def quaternions_onto(normals: np.ndarray) -> np.ndarray:
+    """Shortest rotations of the z axis onto unit normals, (n, 4) wxyz."""
+    x, y, z = normals.T
+    zero = np.zeros_like(x)
+    quaternions = np.stack([1 + z, -y, x, zero], axis=1)
+    # Straight down there is no shortest rotation; half a turn about x will do.
+    quaternions[1 + z < 1e-8] = [0, 1, 0, 0]
+    return quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
+
+
+def _view_samples(capture: Capture, view: int, stride: int) -> np.ndarray:
+    """Rows [point, normal, colour] of a view's usable pixels, (m, 9)."""
+    p_W = capture.points_W(view)
+    normal = normals_from_points(p_W, capture.X_WC[view, :3, 3])
+    samples = np.concatenate([p_W, normal, capture.rgb[view] / 255.0], axis=-1)[
+        ::stride, ::stride
+    ].reshape(-1, 9)
+    return samples[np.isfinite(samples).all(axis=1)].astype(np.float32)
+
+
+def _voxel_keys(
+    samples: np.ndarray, level: np.ndarray, voxel: float
+) -> np.ndarray:
+    """One integer a sample: its voxel, level and the way it faces.
+
+    The facing keeps the two sides of a thin board, and the faces that meet
+    at an edge, from being averaged into a surface that is not there.
+    """
+    cell = np.floor(samples[:, :3] / (voxel * 2.0**level)[:, None])
+    cell = cell.astype(np.int64) + (1 << 15)
+    normal = samples[:, 3:6]
+    axis = np.abs(normal).argmax(axis=1)
+    positive = np.take_along_axis(normal, axis[:, None], axis=1)[:, 0] > 0
+    face = 2 * axis + positive
+    key = cell[:, 0]
+    for part, size in (
+        (cell[:, 1], 1 << 16),
+        (cell[:, 2], 1 << 16),
+        (face, 8),
+        (level, 8),
+    ):
+        key = key * size + part
+    return key
+
+
+def _pool(samples: np.ndarray, keys: np.ndarray) -> np.ndarray:
+    """The mean of the samples that share a key, (n, 9)."""
+    _, group, counts = np.unique(keys, return_inverse=True, return_counts=True)
+    sums = np.stack(
+        [np.bincount(group, weights=column) for column in samples.T], axis=1
+    )
+    return sums / counts[:, None]
