@@ -56,10 +56,6 @@ class SplatView:
     def draw(self, splat: GaussianSplat):
         """Shows another splat in the place of the present one."""
         splat = splat.select(splat.opacities >= self._min_opacity)
-        if len(splat) == 0:
-            self._meshcat.Delete(SURFELS)
-            self._meshcat.Delete(POINTS)
-            return
         _draw_points(self._meshcat, splat)
         vertices, faces, colors = surfel_mesh(
             largest(splat, MAX_SURFELS), self._n_sigma

@@ -1,0 +1,68 @@
+import os
+
+import pytest
+from pydrake.geometry import Box
+from pydrake.math import RigidTransform
+
+from remosplat_drake.errors import FileError, RemoSplatError
+from remosplat_drake.visualization.page import LIVE, MeshcatPage
+
+
+def test_taken_port_is_named():
+    first = MeshcatPage(port=17_431)
+    with pytest.raises(RemoSplatError, match="port 17431 is taken"):
+        MeshcatPage(port=17_431)
+    assert first.url.endswith(":17431")
+
+
+# Drake aborts the process at 1 and wraps 80000 around.
+@pytest.mark.parametrize("port", [0, 1, 80_000])
+def test_port_out_of_range_is_rejected(port):
+    with pytest.raises(RemoSplatError, match=f"port {port} is out of range"):
+        MeshcatPage(port=port)
+
+
+def test_page_is_dressed(page, is_visible):
+    assert page.meshcat.HasPath("/remosplat/floor")
+    assert not is_visible(page.meshcat, "/Grid")
+    assert not is_visible(page.meshcat, "/Axes")
+    assert not MeshcatPage(floor=False).meshcat.HasPath("/remosplat/floor")
+
+
+def test_status_replaces_the_previous_one(page):
+    page.set_status("Controller: optimal")
+    page.set_status("Controller: relaxed")
+    assert page.meshcat.GetButtonNames() == ["Controller: relaxed"]
+    page.set_status("")
+    assert page.meshcat.GetButtonNames() == []
+
+
+def test_save_html_replaces_the_file_whole(page, tmp_path):
+    path = tmp_path / "run.html"
+    path.write_text("old")
+    page.save_html(path)
+    assert path.read_text().lstrip().lower().startswith("<!doctype html>")
+    assert os.listdir(tmp_path) == ["run.html"]
+
+
+def test_save_html_names_a_folder_that_is_absent(page, tmp_path):
+    with pytest.raises(FileError, match="absent/run.html: No such file"):
+        page.save_html(tmp_path / "absent" / "run.html")
+
+
+def test_recording_is_part_of_the_saved_page(page, tmp_path, is_visible):
+    page.meshcat.SetObject("/remosplat/thing", Box(1, 1, 1))
+    page.save_html(tmp_path / "still.html")
+    page.start_recording()
+    for k in range(10):
+        page.meshcat.SetTransform(
+            "/remosplat/thing",
+            RigidTransform([0.1 * k, 0, 0]),
+            time_in_recording=k / 32,
+        )
+    page.finish_recording()
+    page.save_html(tmp_path / "moving.html")
+    still = (tmp_path / "still.html").stat().st_size
+    # Ten keys of a position and a quaternion, at least four bytes a number.
+    assert (tmp_path / "moving.html").stat().st_size > still + 10 * 7 * 4
+    assert is_visible(page.meshcat, LIVE)

@@ -1,0 +1,137 @@
+import dataclasses as dc
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.math import RigidTransform
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+
+from remosplat_drake.controller.tick_report import (
+    OPTIMAL,
+    RELAXED,
+    TickReport,
+)
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.robot_model import load_robot_model
+from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.visualization.clearance_lines import TIGHT
+from remosplat_drake.visualization.run_view import PATHS, TARGET, RunView
+
+THREE_LINK = Path(__file__).parents[1] / "data" / "three_link.yaml"
+SCENE = PrimitiveScene(
+    boxes=(Box(RigidTransform([1.0, 0.0, 0.5]), np.array([0.3, 0.3, 0.02])),)
+)
+
+
+class CountingField(SignedDistanceField):
+    queries = 0
+
+    def clearances(self, spheres, max_distance=np.inf):
+        self.queries += 1
+        return super().clearances(spheres, max_distance)
+
+
+@pytest.fixture
+def q(frankie) -> np.ndarray:
+    return np.array([0.0, 0.0, 0.0, *frankie.home])
+
+
+def make_report(robot, field, q, time=0.0):
+    clearances = field.clearances(robot.spheres_at(q), 0.5)
+    return dc.replace(
+        TickReport.before_first(robot.n_q, robot.n_u),
+        time=time,
+        q=q,
+        status=OPTIMAL,
+        clearances=clearances,
+        kept=np.ones(len(clearances), bool),
+        tight=clearances.distance == clearances.minimum(),
+        X_WT=RigidTransform([1.1, 0.0, 0.7]).GetAsMatrix4(),
+    )
+
+
+def make_dut(page, robot, q, report):
+    """A view on its own, with a function that feeds it."""
+    dut = RunView(page=page, robot=robot)
+    context = dut.CreateDefaultContext()
+
+    def show(q, report, time):
+        context.SetTime(time)
+        dut.GetInputPort("configuration").FixValue(context, q)
+        dut.GetInputPort("report").FixValue(context, AbstractValue.Make(report))
+        dut.ForcedPublish(context)
+
+    show(q, report, 0.0)
+    return show
+
+
+def test_shows_what_the_report_says(page, frankie, q, pose_of, is_visible):
+    report = make_report(frankie, SignedDistanceField(SCENE), q)
+    show = make_dut(page, frankie, q, report)
+    np.testing.assert_allclose(pose_of(page.meshcat, TARGET), report.X_WT)
+    assert is_visible(page.meshcat, TARGET)
+    assert is_visible(page.meshcat, f"{TIGHT}/0")
+    assert "Controller: optimal" in page.meshcat.GetButtonNames()
+
+    show(q, dc.replace(report, status=RELAXED), 0.1)
+    assert "Controller: relaxed" in page.meshcat.GetButtonNames()
+    assert "Controller: optimal" not in page.meshcat.GetButtonNames()
+
+
+def test_before_the_first_tick_there_is_no_target(page, frankie, q, is_visible):
+    make_dut(
+        page, frankie, q, TickReport.before_first(frankie.n_q, frankie.n_u)
+    )
+    assert not is_visible(page.meshcat, TARGET)
+
+
+def test_looking_asks_no_oracle(page, frankie, q):
+    field = CountingField(SCENE)
+    report = make_report(frankie, field, q)
+    show = make_dut(page, frankie, q, report)
+    for k in range(20):
+        show(q, report, 0.01 * k)
+    assert field.queries == 1
+
+
+def test_traces_grow_and_restart_when_time_does(page, frankie, q):
+    report = make_report(frankie, SignedDistanceField(SCENE), q)
+    show = make_dut(page, frankie, q, report)
+    for k in range(1, 4):
+        q[0] += 0.05
+        show(q, report, 0.1 * k)
+    for trace in ("end_effector", "base"):
+        assert page.meshcat.HasPath(f"{PATHS}/{trace}/0")
+    show(q, report, 0.0)
+    assert not page.meshcat.HasPath(f"{PATHS}/base/0")
+
+
+def test_serves_the_buttons(page, frankie, q, click, is_visible):
+    report = make_report(frankie, SignedDistanceField(SCENE), q)
+    show = make_dut(page, frankie, q, report)
+    click(page.meshcat, "Robot spheres: off / on")
+    show(q, report, 0.1)
+    assert is_visible(page.meshcat, "/remosplat/spheres")
+
+
+def test_publishes_at_its_own_rate_in_a_diagram(page, monkeypatch):
+    polls = []
+    monkeypatch.setattr(page, "poll", lambda: polls.append(None))
+    robot = load_robot_model(THREE_LINK)  # No base, so no trace of it.
+    builder = DiagramBuilder()
+    dut = RunView.AddToBuilder(builder, page=page, robot=robot)
+    for port in ("configuration", "report"):
+        builder.ExportInput(dut.GetInputPort(port), port)
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    context = simulator.get_mutable_context()
+    diagram.GetInputPort("configuration").FixValue(context, robot.home)
+    diagram.GetInputPort("report").FixValue(
+        context,
+        AbstractValue.Make(TickReport.before_first(robot.n_q, robot.n_u)),
+    )
+    simulator.AdvanceTo(0.99)
+    assert len(polls) == 32
+    assert not page.meshcat.HasPath(f"{PATHS}/base/0")

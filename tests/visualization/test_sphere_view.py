@@ -1,0 +1,64 @@
+import numpy as np
+import pytest
+
+from remosplat_drake.oracle.distance_field import Clearances
+from remosplat_drake.visualization.sphere_view import (
+    SPHERES,
+    SphereView,
+    clearance_colors,
+)
+
+BUTTON = "Robot spheres: off / on"
+
+
+@pytest.fixture
+def q(frankie) -> np.ndarray:
+    return np.array([1.0, 2.0, 0.5, *frankie.home])
+
+
+def test_hidden_spheres_are_not_moved(page, frankie, q, is_visible):
+    dut = SphereView(page, frankie)
+    dut.update(q, Clearances.none(), time=0.0)
+    assert not is_visible(page.meshcat, SPHERES)
+    assert page.meshcat._GetPackedTransform(f"{SPHERES}/panda_hand") == b""
+
+
+def test_shown_spheres_are_where_the_model_has_them(
+    page, frankie, q, click, pose_of
+):
+    dut = SphereView(page, frankie)
+    click(page.meshcat, BUTTON)
+    page.poll()
+    dut.update(q, Clearances.none(), time=0.0)
+    p_WS = frankie.spheres_at(q).p_WS
+    for i, link in enumerate(frankie.spheres.links):
+        X_WL = pose_of(page.meshcat, f"{SPHERES}/{link}")
+        X_LS = pose_of(page.meshcat, f"{SPHERES}/{link}/{i}")
+        np.testing.assert_allclose((X_WL @ X_LS)[:3, 3], p_WS[i], atol=1e-12)
+
+
+def test_near_sphere_changes_its_colour(page, frankie, q, click):
+    dut = SphereView(page, frankie)
+    click(page.meshcat, BUTTON)
+    page.poll()
+    near = Clearances(
+        np.array([5]), np.array([0.01]), np.eye(3)[:1], np.zeros((1, 3))
+    )
+    dut.update(q, near, time=0.0)
+
+    def color(i):
+        path = f"{SPHERES}/{frankie.spheres.links[i]}/{i}/<object>"
+        return page.meshcat._GetPackedProperty(path, "color")
+
+    assert color(5) != b""
+    assert color(6) == b""
+    red = color(5)
+    dut.update(q, Clearances.none(), time=0.1)
+    assert color(5) != red
+
+
+def test_colours_run_from_red_to_blue():
+    near, far, beyond = clearance_colors(np.array([-0.1, 0.3, np.inf]))
+    assert near.argmax() == 0
+    assert far.argmax() == 2
+    np.testing.assert_array_equal(far, beyond)
