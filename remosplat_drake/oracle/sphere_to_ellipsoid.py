@@ -81,7 +81,8 @@ class SphereToEllipsoidField(DistanceField):
             f":min_opacity={min_opacity}:bisection_steps={bisection_steps}"
         )
 
-    def __len__(self) -> int:
+    @property
+    def num_splats(self) -> int:
         """How many splats are opaque enough to count."""
         return len(self._tree.records)
 
@@ -91,7 +92,7 @@ class SphereToEllipsoidField(DistanceField):
         """The nearest splat of each sphere that has one within the distance.
 
         Raises:
-            ValueError: A sphere's centre is not finite.
+            ValueError: A centre is not finite, or a radius or floor is NaN.
         """
         answer = self._answer(spheres, max_distance)
         found = np.flatnonzero(answer[:, 0] >= 0)
@@ -111,15 +112,17 @@ class SphereToEllipsoidField(DistanceField):
         return self._answer(spheres, max_distance)[:, 0].astype(np.int64)
 
     def _answer(self, spheres: Spheres, max_distance: float) -> np.ndarray:
-        if not np.isfinite(spheres.p_WS).all():
-            raise ValueError("a sphere's centre is not finite")
-        answer = np.full((len(spheres), 8), -1.0)
-        if len(self) == 0:
-            return answer
         question = np.empty((len(spheres), 5))
         question[:, :3] = spheres.p_WS
         question[:, 3] = spheres.radius + max_distance
         question[:, 4] = spheres.ignore_below
+        # NaN compares as false everywhere: it would look like a free path.
+        finite = np.isfinite(question[:, :3]).all()
+        if not finite or np.isnan(question[:, 3:]).any():
+            raise ValueError("a sphere's centre, radius or floor is undefined")
+        answer = np.full((len(spheres), 8), -1.0)
+        if self.num_splats == 0:
+            return answer
         if self._num_threads == 1:
             query(self._tree, question, answer)
             return answer

@@ -19,7 +19,7 @@ from remosplat_drake.oracle.ellipsoid_distance import (
     closest_on_disc,
     closest_on_ellipsoid,
 )
-from remosplat_drake.oracle.nearest_splat import query_every_splat
+from remosplat_drake.oracle.nearest_splat import query, query_every_splat
 from remosplat_drake.oracle.sphere_to_ellipsoid import (
     SphereToEllipsoidField,
     splat_records,
@@ -145,7 +145,7 @@ def test_min_opacity_ignores_floaters():
     assert one_row(splat, [0, 0, 0])[0] == pytest.approx(1.9)
     assert one_row(splat, [0, 0, 0], min_opacity=0.0)[0] == pytest.approx(0.9)
     none = SphereToEllipsoidField(splat, min_opacity=0.9)
-    assert len(none) == 0
+    assert none.num_splats == 0
     assert len(none.clearances(Spheres.at(np.zeros(3)))) == 0
 
 
@@ -244,6 +244,25 @@ def test_equals_trying_every_splat_in_a_large_scene(scales):
     splat = random_splat(rng, 5000, scales, spread=2.0)
     spheres = Spheres.at(rng.normal(size=(100, 3)) * 3, 0.1, ignore_below=-1.0)
     assert_equal_to_every_splat(splat, spheres, 0.5)
+
+
+def test_far_splats_are_never_looked_at():
+    rng = np.random.default_rng(9)
+    splat = random_splat(rng, 5000, 2, spread=3.0)
+    field = SphereToEllipsoidField(splat)
+    tree = field._tree
+    question = np.array([[0, 0, 0, 0.5, -np.inf]])
+    answer = np.empty((1, 8))
+    query(tree, question, answer)
+    # Were a far splat read, it would now be the nearest.
+    moved = tree.records.copy()
+    far = np.linalg.norm(moved[:, :3], axis=1) > 2.0
+    assert far.sum() > 3000
+    moved[far, :3] = 0
+    again = np.empty((1, 8))
+    query(tree._replace(records=moved), question, again)
+    assert 0 < answer[0, 1] < 0.5
+    np.testing.assert_array_equal(again, answer)
 
 
 @pytest.mark.parametrize("scales", [2, 3])
@@ -357,10 +376,13 @@ def test_is_shared_not_copied():
     assert copy.deepcopy(field) is field
 
 
-def test_rejects_a_centre_that_is_not_finite():
+@pytest.mark.parametrize("name", ["p_WS", "radius", "ignore_below"])
+def test_rejects_undefined_spheres(name):
     field = SphereToEllipsoidField(make_splat([0, 0, 0], [1.0, 1.0]))
-    with pytest.raises(ValueError, match="not finite"):
-        field.clearances(Spheres.at(np.array([0, np.nan, 0])))
+    spheres = Spheres.at(np.zeros((2, 3)))
+    getattr(spheres, name)[1] = np.nan
+    with pytest.raises(ValueError, match="undefined"):
+        field.clearances(spheres)
 
 
 @pytest.mark.parametrize(
