@@ -21,9 +21,9 @@ class DynamicStationConfig:
 
     # Period of the physics [s].
     time_step: float = 0.001
-    # Time in which a joint's velocity error falls to 1/e, while its motor is
-    # strong enough [s].
-    velocity_time_constant: float = 0.002
+    # Time in which a joint's velocity error falls to 1/e while its motor is
+    # strong enough [s]. It may be shorter than a step: motors are implicit.
+    velocity_time_constant: float = 1e-4
     # Speed at which the gripper's width changes [m/s].
     hand_speed: float = 0.1
     # Whether the robot bumps into the scene; otherwise it passes through.

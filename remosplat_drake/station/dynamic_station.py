@@ -57,9 +57,7 @@ def make_dynamic_station(
     add_scene_geometry(plant, scene, solid=config.collide_with_scene)
     add_robot_visuals(plant, scene_graph, robot)
     hand = hand_geometry(robot.description, plant)
-    motors = make_motors(
-        robot, hand, q0, config.velocity_time_constant, config.hand_speed
-    )
+    motors = make_motors(robot, hand, q0, config)
     set_motor_gains(plant, motors)
     _couple_fingers(plant, hand)
     _set_start(plant, robot, q0)

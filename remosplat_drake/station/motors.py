@@ -4,7 +4,8 @@ Each joint is held to its commanded velocity by a damper that the contact
 solver treats implicitly: torque = d (v_desired - v), never more than the
 joint's effort limit. d is the joint's inertia over the time constant, so that
 one number serves every joint of every robot. There is no position gain: the
-command is a velocity, and a blocked joint must not wind up.
+command is a velocity, and a blocked joint must not wind up. The price is that
+a joint under load creeps, by torque / d; the constant is short for that.
 """
 
 import dataclasses as dc
@@ -15,6 +16,7 @@ from pydrake.multibody.tree import JointActuatorIndex, PdControllerGains
 
 from remosplat_drake.errors import FileError
 from remosplat_drake.robot.robot_model import RobotModel, add_robot_model
+from remosplat_drake.station.config import DynamicStationConfig
 from remosplat_drake.station.hand import HandGeometry
 
 DRIVE_SHARE = 0.8
@@ -29,20 +31,21 @@ class Motors:
     Attributes:
         joints: Joint names, length m.
         damping: Gains d, shape (m,) [N s/m or N m s/rad].
-        effort: Effort limits, shape (m,) [N or N m].
+        drive_error: How far the base's forward velocity may be asked to
+            differ from the measured one, so that x and y keep some effort to
+            hold the base sideways; infinite for a fixed base [m/s].
     """
 
     joints: tuple[str, ...]
     damping: np.ndarray
-    effort: np.ndarray
+    drive_error: float
 
 
 def make_motors(
     robot: RobotModel,
     hand: HandGeometry,
     q0: np.ndarray,
-    time_constant: float,
-    hand_speed: float,
+    config: DynamicStationConfig,
 ) -> Motors:
     """Sizes the gains from the robot's inertia at q0.
 
@@ -55,15 +58,45 @@ def make_motors(
     plant = MultibodyPlant(time_step=0.0)
     add_robot_model(robot.description, plant)
     plant.Finalize()
+    joints = (*robot.joint_names, *hand.joints)
+    inertia = _inertia(plant, robot, joints, q0)
+    effort = _effort_limits(plant, robot, joints)
+    damping = inertia / config.velocity_time_constant
+    if hand.joints:
+        fingers = slice(robot.n_q, None)
+        finger_speed = config.hand_speed / len(hand.joints)
+        stiff = np.where(np.isfinite(effort), effort, 0.0) / finger_speed
+        damping[fingers] = np.maximum(damping, stiff)[fingers]
+    drive_error = np.inf
+    if robot.n_base:
+        # In one step, force f closes the error e = f / d + f dt / M.
+        f = DRIVE_SHARE * effort[:2].min()
+        drive_error = f / damping[0] + f * config.time_step / inertia[0]
+    return Motors(joints, damping, float(drive_error))
+
+
+def _inertia(
+    plant: MultibodyPlant,
+    robot: RobotModel,
+    joints: tuple[str, ...],
+    q0: np.ndarray,
+) -> np.ndarray:
+    """Diagonal of the mass matrix at q0, rotors included, by joint."""
     context = plant.CreateDefaultContext()
     q = plant.GetPositions(context)
     for name, position in zip(robot.joint_names, q0, strict=True):
         q[plant.GetJointByName(name).position_start()] = position
     plant.SetPositions(context, q)
-    inertia = np.diag(plant.CalcMassMatrix(context))
+    M = plant.CalcMassMatrix(context)
+    return np.diag(M)[
+        [plant.GetJointByName(name).velocity_start() for name in joints]
+    ]
+
+
+def _effort_limits(
+    plant: MultibodyPlant, robot: RobotModel, joints: tuple[str, ...]
+) -> np.ndarray:
     actuators = actuator_by_joint(plant)
-    joints = (*robot.joint_names, *hand.joints)
-    damping, effort = [], []
     for name in joints:
         if name not in actuators:
             raise FileError(
@@ -71,16 +104,9 @@ def make_motors(
                 f"joint {name!r} has no actuator (<transmission>), which the"
                 " dynamic station needs",
             )
-        actuator = plant.get_joint_actuator(actuators[name])
-        M = inertia[plant.GetJointByName(name).velocity_start()]
-        effort.append(actuator.effort_limit())
-        damping.append(M / time_constant)
-        if name in hand.joints and np.isfinite(actuator.effort_limit()):
-            finger_speed = hand_speed / len(hand.joints)
-            damping[-1] = max(
-                damping[-1], actuator.effort_limit() / finger_speed
-            )
-    return Motors(joints, np.array(damping), np.array(effort))
+    return np.array(
+        [plant.get_joint_actuator(actuators[n]).effort_limit() for n in joints]
+    )
 
 
 def set_motor_gains(plant: MultibodyPlant, motors: Motors) -> None:
@@ -97,14 +123,3 @@ def actuator_by_joint(plant: MultibodyPlant) -> dict[str, JointActuatorIndex]:
         plant.get_joint_actuator(index).joint().name(): index
         for index in plant.GetJointActuatorIndices()
     }
-
-
-def held_to_effort(
-    desired: np.ndarray | float,
-    measured: np.ndarray | float,
-    effort: np.ndarray | float,
-    damping: np.ndarray | float,
-) -> np.ndarray | float:
-    """The desired velocity at which a damper pushes with `effort` at most."""
-    bound = effort / damping
-    return measured + np.clip(desired - measured, -bound, bound)

@@ -17,10 +17,8 @@ from remosplat_drake.station import ports
 from remosplat_drake.station.commands import CommandInputs, StationCommand
 from remosplat_drake.station.hand import HandGeometry, width_rate
 from remosplat_drake.station.motors import (
-    DRIVE_SHARE,
     Motors,
     actuator_by_joint,
-    held_to_effort,
 )
 from remosplat_drake.station.status import StationStatus
 
@@ -174,23 +172,20 @@ def desired_velocities(
     if robot.n_base:
         heading = robot.velocity_map(configuration)[:2, 0]
         u = u.copy()
-        u[0] = held_to_effort(
-            u[0],
-            heading @ v[:2],
-            DRIVE_SHARE * motors.effort[0],
-            motors.damping[0],
-        )
+        u[0] = near(u[0], heading @ v[:2], motors.drive_error)
     desired[: robot.n_q] = robot.velocity_map(configuration) @ u
     if hand.joints and command.width is not None:
         fingers = slice(robot.n_q, None)
         rate = width_rate(q[fingers].sum(), command.width, hand, hand_speed)
-        desired[fingers] = held_to_effort(
-            rate / len(hand.joints),
-            v[fingers],
-            max(command.force, 0.0),
-            motors.damping[fingers],
-        )
+        # A damper that pushes with this force at most, moving or blocked.
+        error = max(command.force, 0.0) / motors.damping[fingers]
+        desired[fingers] = near(rate / len(hand.joints), v[fingers], error)
     return desired
+
+
+def near(desired, measured, error):
+    """`desired`, held to within `error` of `measured`; scalars or arrays."""
+    return measured + np.clip(desired - measured, -error, error)
 
 
 def actuated_instances(plant: MultibodyPlant) -> list[ModelInstanceIndex]:

@@ -1,0 +1,154 @@
+"""Every station has the ports of the table, names and sizes alike."""
+
+import numpy as np
+import pytest
+from pydrake.systems.framework import Diagram, PortDataType
+
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.station import ports
+from remosplat_drake.station.config import (
+    DynamicStationConfig,
+    KinematicStationConfig,
+    WristCameraConfig,
+)
+from remosplat_drake.station.simulated_station import MakeHardwareStation
+
+CONFIGS = [KinematicStationConfig(), DynamicStationConfig()]
+
+
+def make(robot, config, camera=None, **kwargs) -> Diagram:
+    q0 = np.zeros(robot.n_q)
+    q0[robot.n_q - len(robot.home) :] = robot.home
+    return MakeHardwareStation(
+        config=config,
+        robot=robot,
+        scene=None,
+        q0=kwargs.pop("q0", q0),
+        wrist_camera=camera,
+        **kwargs,
+    )
+
+
+def exported(station: Diagram) -> set[tuple[str, str, int | None]]:
+    """(name, direction, size) of all ports that are not ground truth."""
+    found = set()
+    for direction, count, get in (
+        (ports.INPUT, station.num_input_ports(), station.get_input_port),
+        (ports.OUTPUT, station.num_output_ports(), station.get_output_port),
+    ):
+        for i in range(count):
+            port = get(i)
+            vector = port.get_data_type() == PortDataType.kVectorValued
+            size = port.size() if vector else None
+            if not port.get_name().startswith("cheat."):
+                found.add((port.get_name(), direction, size))
+    return found
+
+
+def table(robot, camera: bool) -> set[tuple[str, str, int | None]]:
+    return {
+        (port.name, port.direction, port.size)
+        for port in ports.station_ports(robot.description, camera)
+    }
+
+
+@pytest.mark.parametrize("config", CONFIGS)
+def test_frankies_ports_are_those_of_the_table(frankie, config):
+    assert exported(make(frankie, config)) == table(frankie, camera=False)
+
+
+@pytest.mark.parametrize("config", CONFIGS)
+def test_the_camera_adds_its_ports(frankie, config):
+    station = make(frankie, config, WristCameraConfig(width=8, height=6))
+    assert exported(station) == table(frankie, camera=True)
+    assert station.HasOutputPort("cheat.query_object")
+
+
+@pytest.mark.parametrize("config", CONFIGS)
+def test_a_plain_arm_has_only_an_arms_ports(three_link, config):
+    assert exported(make(three_link, config)) == {
+        ("arm.velocity_commanded", ports.INPUT, 3),
+        ("arm.position_measured", ports.OUTPUT, 3),
+        ("arm.velocity_measured", ports.OUTPUT, 3),
+        ("status", ports.OUTPUT, None),
+    }
+
+
+def test_the_table_for_frankie(frankie):
+    """The names and sizes that the README and the drivers rely on."""
+    assert table(frankie, camera=True) == {
+        ("base.velocity_commanded", "input", 2),
+        ("panda.velocity_commanded", "input", 7),
+        ("hand.command", "input", 2),
+        ("base.pose_measured", "output", 3),
+        ("base.velocity_measured", "output", 2),
+        ("panda.position_measured", "output", 7),
+        ("panda.velocity_measured", "output", 7),
+        ("hand.state", "output", 2),
+        ("wrist_camera.rgb", "output", None),
+        ("wrist_camera.depth", "output", None),
+        ("status", "output", None),
+    }
+
+
+def test_ground_truth_is_marked_as_cheating(frankie):
+    station = make(frankie, DynamicStationConfig())
+    names = {
+        station.get_output_port(i).get_name()
+        for i in range(station.num_output_ports())
+    } - {name for name, _, _ in table(frankie, camera=False)}
+    assert names == {"cheat.query_object", "cheat.contact"}
+
+
+def test_without_a_camera_there_is_no_geometry(frankie):
+    station = make(frankie, KinematicStationConfig())
+    assert [s.get_name() for s in station.GetSystems()] == ["kinematic_robot"]
+
+
+def test_hardware_says_that_it_is_to_come(frankie):
+    with pytest.raises(RemoSplatError, match="no hardware station") as caught:
+        make(frankie, KinematicStationConfig(), hardware=True)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("q0", [np.zeros(9), np.full(10, np.nan)])
+def test_a_bad_start_is_refused(frankie, q0):
+    with pytest.raises(RemoSplatError, match="q0: expected 10 finite"):
+        make(frankie, KinematicStationConfig(), q0=q0)
+
+
+@pytest.mark.parametrize(
+    ("config", "camera", "field"),
+    [
+        (KinematicStationConfig(hand_speed=0), None, "station.hand_speed"),
+        (DynamicStationConfig(time_step=-1), None, "station.time_step"),
+        (
+            DynamicStationConfig(discrete_contact_approximation="tamsi"),
+            None,
+            "station.discrete_contact_approximation",
+        ),
+        (
+            KinematicStationConfig(),
+            WristCameraConfig(frame="elbow_camera"),
+            "wrist_camera.frame",
+        ),
+        (
+            KinematicStationConfig(),
+            WristCameraConfig(fov_y_deg=180),
+            "wrist_camera.fov_y_deg",
+        ),
+        (
+            KinematicStationConfig(),
+            WristCameraConfig(max_depth=0.01),
+            "wrist_camera.max_depth",
+        ),
+        (
+            KinematicStationConfig(),
+            WristCameraConfig(translation=[1.0]),
+            "wrist_camera.translation",
+        ),
+    ],
+)
+def test_bad_settings_are_named(frankie, config, camera, field):
+    with pytest.raises(RemoSplatError, match=field):
+        make(frankie, config, camera)
