@@ -50,8 +50,9 @@ class SphereToEllipsoidField(DistanceField):
                 precision. A number stops bisecting after as many steps (the
                 authors' benchmark used 3): then a distance may be off by a
                 good part of the splat, but stays a distance to its box.
-            num_threads: Threads of a query. One is steady; two are a little
-                faster in the median and far slower when the cores are busy.
+            num_threads: Threads of a query, at most as many as there are
+                cores. One is steady; two are a little faster in the median
+                and far slower when the cores are busy.
 
         Raises:
             ValueError: A parameter is out of range.
@@ -60,8 +61,8 @@ class SphereToEllipsoidField(DistanceField):
             raise ValueError(f"{n_sigma=} is not positive")
         if bisection_steps is not None and bisection_steps < 0:
             raise ValueError(f"{bisection_steps=} is negative")
-        if not 1 <= num_threads <= numba.config.NUMBA_NUM_THREADS:
-            raise ValueError(f"{num_threads=} is more than there are, or none")
+        if num_threads < 1:
+            raise ValueError(f"{num_threads=} is not positive")
         records = splat_records(splat_W, min_opacity, n_sigma)
         p_WK = records[:, :3]
         half = _half_extents(records, solved=bisection_steps is None)
@@ -75,7 +76,7 @@ class SphereToEllipsoidField(DistanceField):
             splat_W.is_surfel,
             CONVERGE if bisection_steps is None else bisection_steps,
         )
-        self._num_threads = num_threads
+        self._num_threads = min(num_threads, numba.config.NUMBA_NUM_THREADS)
         self.revision = (
             f"sphere_to_ellipsoid:{splat_W.content_hash}:n_sigma={n_sigma}"
             f":min_opacity={min_opacity}:bisection_steps={bisection_steps}"

@@ -7,7 +7,6 @@ to rounding with the NumPy reference; directions with finite differences.
 
 import copy
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -345,8 +344,6 @@ def test_truncated_bisection_approaches_the_solution():
 
 
 def test_threads_answer_alike():
-    if numba.config.NUMBA_NUM_THREADS < 2:
-        pytest.skip("needs two threads")
     rng = np.random.default_rng(6)
     splat = random_splat(rng, 500, 2)
     spheres = Spheres.at(rng.normal(size=(37, 3)), 0.05)
