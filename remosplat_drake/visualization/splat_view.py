@@ -5,6 +5,7 @@ from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
 from pydrake.perception import BaseField, Fields, PointCloud
 
+from remosplat_drake.colors import linear_rgb
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.toggle import Toggle
@@ -105,17 +106,6 @@ def largest(splat: GaussianSplat, count: int) -> GaussianSplat:
     two = np.sort(splat.scales, axis=1)[:, -2:]
     cover = two[:, 0] * two[:, 1] * splat.opacities
     return splat.select(np.sort(np.argsort(-cover, kind="stable")[:count]))
-
-
-def linear_rgb(srgb: np.ndarray) -> np.ndarray:
-    """Display colours to the linear light that mesh colours are given in.
-
-    IEC 61966-2-1. A photo's colours, and so a splat's, are display colours.
-    """
-    srgb = np.clip(srgb.astype(np.float64), 0.0, 1.0)
-    return np.where(
-        srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4
-    )
 
 
 def _draw_points(meshcat: Meshcat, splat: GaussianSplat):

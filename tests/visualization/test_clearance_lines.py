@@ -1,3 +1,5 @@
+"""Tests of the red lines of a tick report."""
+
 import dataclasses as dc
 
 import numpy as np

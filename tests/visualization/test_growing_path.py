@@ -1,3 +1,5 @@
+"""Tests of traces that are sent piece by piece."""
+
 import numpy as np
 import pytest
 from pydrake.geometry import Rgba

@@ -1,3 +1,5 @@
+"""Tests of the Meshcat page itself."""
+
 import os
 
 import pytest
@@ -46,7 +48,7 @@ def test_save_html_replaces_the_file_whole(page, tmp_path):
 
 
 def test_save_html_names_a_folder_that_is_absent(page, tmp_path):
-    with pytest.raises(FileError, match="absent/run.html: No such file"):
+    with pytest.raises(FileError, match=r"absent/run\.html: No such file"):
         page.save_html(tmp_path / "absent" / "run.html")
 
 

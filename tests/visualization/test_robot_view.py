@@ -1,3 +1,5 @@
+"""Tests of the robot drawn from q alone."""
+
 from pathlib import Path
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""Tests of the view of a running controller."""
+
 import dataclasses as dc
 from pathlib import Path
 

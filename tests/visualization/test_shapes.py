@@ -1,3 +1,5 @@
+"""Tests of tubes and triads."""
+
 from collections import Counter
 
 import numpy as np

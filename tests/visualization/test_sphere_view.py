@@ -1,3 +1,5 @@
+"""Tests of the robot's spheres."""
+
 import numpy as np
 import pytest
 

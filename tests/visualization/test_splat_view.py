@@ -1,3 +1,5 @@
+"""Tests of surfels and points of a splat."""
+
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
@@ -8,7 +10,6 @@ from remosplat_drake.visualization.splat_view import (
     SURFELS,
     SplatView,
     largest,
-    linear_rgb,
     surfel_mesh,
 )
 
@@ -63,13 +64,6 @@ def test_polygons_share_no_vertices_and_lie_in_their_planes():
     np.testing.assert_allclose(
         np.einsum("nsx,nx->ns", offsets, normals), 0, atol=1e-9
     )
-
-
-def test_display_colours_become_linear():
-    # IEC 61966-2-1 by hand: 0.5 -> ((0.5 + 0.055) / 1.055)^2.4 = 0.2140.
-    srgb = np.array([-0.1, 0.0, 0.02, 0.5, 1.0, 1.3])
-    expected = [0.0, 0.0, 0.02 / 12.92, 0.214041, 1.0, 1.0]
-    np.testing.assert_allclose(linear_rgb(srgb), expected, atol=1e-6)
 
 
 def test_largest_keeps_what_covers_most():

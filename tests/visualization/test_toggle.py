@@ -1,3 +1,5 @@
+"""Tests of buttons that step through states."""
+
 from pydrake.geometry import Sphere
 
 from remosplat_drake.visualization.toggle import Toggle

@@ -1,3 +1,5 @@
+"""Tests of the ground-truth solids."""
+
 import numpy as np
 from pydrake.math import RigidTransform
 
