@@ -136,7 +136,12 @@ class ReactiveProgram:
         """Adds the rows A u <= b of the ingredient called `name`.
 
         `label(i)` says what row i is about; asked only when it must yield.
+
+        Raises:
+            ValueError: Another ingredient has added rows of that name.
         """
+        if name in self.rows:
+            raise ValueError(f"there are rows called {name!r} already")
         if self.relax:
             negative = np.flatnonzero(b < 0)
             self.yielded += [f"{name}[{label(int(i))}]" for i in negative]

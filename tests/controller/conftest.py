@@ -1,0 +1,34 @@
+"""What one tick knows, made from as little as a test wants to say."""
+
+import numpy as np
+import pytest
+
+from remosplat_drake.controller.reactive_program import Tick
+from remosplat_drake.controller.servo import pose_error
+from remosplat_drake.oracle.distance_field import Clearances
+
+
+@pytest.fixture(scope="session")
+def make_tick():
+    """A function (robot, q, ...) -> Tick; the default target is 0.1 m up."""
+
+    def make(
+        robot, q, *, X_WT=None, clearances=None, u_previous=None, dt=0.01
+    ) -> Tick:
+        state = robot.state(np.array(q, float))
+        if X_WT is None:
+            X_WT = state.X_WE.copy()
+            X_WT[2, 3] += 0.1
+        return Tick(
+            robot=robot,
+            state=state,
+            X_WT=X_WT,
+            error=pose_error(state.X_WE, X_WT),
+            clearances=Clearances.none() if clearances is None else clearances,
+            u_previous=np.zeros(robot.n_u)
+            if u_previous is None
+            else u_previous,
+            dt=dt,
+        )
+
+    return make
