@@ -1,0 +1,36 @@
+"""Surfels: on the surface, facing out of it, finest near the focus."""
+
+import numpy as np
+
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.reconstruction.surfels import (
+    quaternions_onto,
+    surfels_from_capture,
+)
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.splat.gaussian_splat import rotation_matrices
+
+
+def test_surfels_lie_on_the_surface_and_face_out_of_it(scene, scene_capture):
+    surfels = surfels_from_capture(
+        scene_capture, count=3000, focus=np.array([1, 0, 0.6]), stride=1
+    )
+    assert 2000 < len(surfels) <= 3000
+    truth = SignedDistanceField(scene).clearances(Spheres.at(surfels.p_WK))
+    assert np.percentile(np.abs(truth.distance), 99) < 2e-3
+    cosine = -(truth.direction_W * surfels.normal_W).sum(axis=1)
+    # Just inside an edge the nearest face may be the other one.
+    assert np.percentile(np.abs(cosine), 5) > 0.95
+    near = np.linalg.norm(surfels.p_WK - [1, 0, 0.6], axis=1) < 0.6
+    far = np.linalg.norm(surfels.p_WK - [1, 0, 0.6], axis=1) > 1.2
+    spacing = surfels.spacing
+    assert np.median(spacing[near]) < 0.5 * np.median(spacing[far])
+
+
+def test_quaternions_turn_z_onto_normals():
+    rng = np.random.default_rng(0)
+    normals = rng.normal(size=(50, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    normals[0], normals[1] = [0, 0, 1], [0, 0, -1]
+    R = rotation_matrices(quaternions_onto(normals))
+    np.testing.assert_allclose(R[:, :, 2], normals, atol=1e-12)
