@@ -97,6 +97,10 @@ def _check_positive(where: str, name: str, value: float) -> None:
         raise RemoSplatError(f"{where}.{name}: must be positive, got {value!r}")
 
 
+MAX_STEP = 0.05
+"""Longest integrator step [s]: the settling time of the gripper's law."""
+
+
 def kinematic_simulator_config(control_period: float) -> SimulatorConfig:
     """Integrator settings with which the kinematic station is exact.
 
@@ -112,7 +116,3 @@ def kinematic_simulator_config(control_period: float) -> SimulatorConfig:
         max_step_size=min(control_period, MAX_STEP),
         use_error_control=False,
     )
-
-
-MAX_STEP = 0.05
-"""Longest integrator step [s]: half of what the gripper's law can bear."""

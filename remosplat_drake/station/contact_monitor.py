@@ -37,6 +37,8 @@ class ContactMonitor(LeafSystem):
         - contact_results
         output_ports:
         - cheat.contact
+
+    Contacts are those of the plant's last step; there are none before it.
     """
 
     def __init__(
