@@ -6,9 +6,7 @@ module is the border: outside it only activated values exist.
 """
 
 import math
-import os
 import re
-import tempfile
 from pathlib import Path
 from typing import IO
 
@@ -108,10 +106,12 @@ def write_ply(
     table = np.concatenate(list(blocks.values()), axis=1).astype("<f4")
     names = [name for block in blocks for name in block]
     rows = table.view([(name, "<f4") for name in names])[:, 0]
-    _replace_file(
-        Path(path),
-        PlyData([PlyElement.describe(rows, "vertex")], byte_order="<"),
-    )
+    document = PlyData([PlyElement.describe(rows, "vertex")], byte_order="<")
+    try:
+        with atomic_write(Path(path), "wb") as stream:
+            document.write(stream)
+    except OSError as error:
+        raise FileError(path, f"cannot be written: {error}") from error
 
 
 def _read_vertices(path: Path) -> np.ndarray:
@@ -217,19 +217,3 @@ def _activated(
         )
     except RemoSplatError as error:
         raise FileError(path, str(error)) from error
-
-
-def _replace_file(path: Path, document: PlyData) -> None:
-    temporary = None
-    try:
-        with tempfile.NamedTemporaryFile(
-            dir=path.parent, prefix=f".{path.name}.", delete=False
-        ) as stream:
-            temporary = stream.name
-            document.write(stream)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except OSError as error:
-        if temporary is not None:
-            Path(temporary).unlink(missing_ok=True)
-        raise FileError(path, f"cannot be written: {error}") from error

@@ -216,8 +216,8 @@ def test_failed_write_leaves_nothing(tmp_path):
     with pytest.raises(FileError, match="cannot be written"):
         write_ply(target, random_splat(2, 0))
     assert os.listdir(tmp_path) == ["folder"]
-    with pytest.raises(FileError, match="cannot be written"):
-        write_ply(tmp_path / "no" / "such.ply", random_splat(2, 0))
+    with pytest.raises(FileError, match=r"Not a directory|File exists"):
+        write_ply(target / "kept" / "s.ply", random_splat(2, 0))
 
 
 @pytest.mark.parametrize(
