@@ -13,6 +13,7 @@ from typing import IO
 import numpy as np
 from plyfile import PlyData, PlyElement, PlyListProperty, PlyParseError
 
+from remosplat_drake.atomic_file import atomic_write
 from remosplat_drake.errors import FileError, RemoSplatError
 from remosplat_drake.splat.gaussian_splat import SH_C0, GaussianSplat
 
