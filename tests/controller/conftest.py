@@ -19,12 +19,16 @@ def make_tick():
         if X_WT is None:
             X_WT = state.X_WE.copy()
             X_WT[2, 3] += 0.1
+        if clearances is None:
+            clearances = Clearances.none()
+        if u_previous is None:
+            u_previous = np.zeros(robot.n_u)
         return Tick(
             robot=robot,
             state=state,
             X_WT=X_WT,
             error=pose_error(state.X_WE, X_WT),
-            clearances=Clearances.none() if clearances is None else clearances,
+            clearances=clearances,
             u_previous=np.zeros(robot.n_u)
             if u_previous is None
             else u_previous,

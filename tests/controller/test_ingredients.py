@@ -1,0 +1,446 @@
+"""Each cost and constraint: a case worked by hand, then the general truth.
+
+The three-link arm at q = 0 lies along the world's x axis at z = 1: shoulder
+at x = 0, elbow at x = 0.5, wrist at x = 0.9. A positive rate of its first
+two joints lowers whatever is further out.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+from remosplat_drake.benchmark.scene_generators import generate
+from remosplat_drake.controller import ingredients as ing
+from remosplat_drake.controller.ingredients.manipulability_cost import (
+    manipulability,
+)
+from remosplat_drake.controller.reactive_program import ReactiveProgram
+from remosplat_drake.oracle.distance_field import Clearances
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.self_collision import self_collision_pairs
+
+STEP = 1e-6
+FOREARM = 3
+"""The sphere on the forearm, 0.1 m beyond the elbow."""
+
+
+def added(ingredient, tick, **flags) -> ReactiveProgram:
+    program = ReactiveProgram(tick.robot.velocity_limit, **flags)
+    ingredient.AddToProgram(program, tick)
+    return program
+
+
+def linear_cost(program: ReactiveProgram) -> np.ndarray:
+    (binding,) = program.prog.linear_costs()
+    index = program.prog.FindDecisionVariableIndices(binding.variables())
+    assert list(index) == list(range(len(program.u)))
+    return binding.evaluator().a()
+
+
+def one_row(sphere: int, distance: float, direction_W) -> Clearances:
+    return Clearances(
+        np.array([sphere]),
+        np.array([distance]),
+        np.array([direction_W], float),
+        np.zeros((1, 3)),
+    )
+
+
+def random_state(robot, rng) -> tuple[np.ndarray, np.ndarray]:
+    """A configuration near home, and a command."""
+    q = np.array([*rng.uniform(-0.3, 0.3, 3), *robot.home])
+    q[3:] += rng.uniform(-0.3, 0.3, len(robot.home))
+    return q, rng.uniform(-0.5, 0.5, robot.n_u)
+
+
+def rate_along(robot, f, q, u):
+    """df/dt while the command u is held, by central differences."""
+    ahead = f(robot.advance(q, u, STEP))
+    return (ahead - f(robot.advance(q, u, -STEP))) / (2 * STEP)
+
+
+# Servo tracking
+
+
+def test_servo_tracking_asks_for_the_twist(three_link, make_tick):
+    tick = make_tick(three_link, [0.3, -0.8, 0.2])
+    program = added(ing.ServoTracking(ing.ServoTrackingConfig(gain=2.0)), tick)
+    (equality,) = program.prog.linear_equality_constraints()
+    A = equality.evaluator().GetDenseA()
+    np.testing.assert_allclose(A[:3, :3], tick.state.Jw_WE)
+    np.testing.assert_allclose(A[3:, :3], tick.state.Jv_WE)
+    np.testing.assert_allclose(A[:, 3:], np.eye(6))
+    # The target is 0.1 m up.
+    np.testing.assert_allclose(
+        equality.evaluator().upper_bound(), [0, 0, 0, 0, 0, 0.2], atol=1e-12
+    )
+
+
+def test_the_slack_grows_dear_near_the_target(three_link, make_tick):
+    state = three_link.state(np.zeros(3))
+    for distance, e in ((0.1, 0.1), (0.0, 1e-3)):
+        X_WT = state.X_WE.copy()
+        # One axis of E, so that the L1 norm is the distance.
+        X_WT[:3, 3] += distance * state.X_WE[:3, 1]
+        tick = make_tick(three_link, np.zeros(3), X_WT=X_WT)
+        program = added(ing.ServoTracking(ing.ServoTrackingConfig()), tick)
+        (cost,) = program.prog.quadratic_costs()
+        np.testing.assert_allclose(cost.evaluator().Q(), np.eye(6) / e)
+
+
+def test_standing_still_is_feasible_however_far_the_target_is_turned(
+    three_link, make_tick
+):
+    X_WT = three_link.end_effector_pose(np.zeros(3))
+    X_WT[:3, :3] = X_WT[:3, :3] @ np.diag([1.0, -1, -1])
+    tick = make_tick(three_link, np.zeros(3), X_WT=X_WT)
+    config = ing.ServoTrackingConfig(gain=4.0, slack_limit=10.0)
+    program = added(ing.ServoTracking(config), tick)
+    (equality,) = program.prog.linear_equality_constraints()
+    V_WE = equality.evaluator().upper_bound()
+    assert np.abs(V_WE).max() > config.slack_limit
+    x = np.concatenate([np.zeros(3), V_WE])
+    assert program.prog.CheckSatisfied(program.prog.GetAllConstraints(), x)
+
+
+# Velocity cost and limits
+
+
+def test_the_base_is_cheap_far_from_the_target(frankie, make_tick):
+    q = np.array([0, 0, 0, *frankie.home])
+    X_WT = frankie.end_effector_pose(q)
+    X_WT[:3, 3] += 0.5 * X_WT[:3, 2]
+    tick = make_tick(frankie, q, X_WT=X_WT)
+    program = added(ing.VelocityCost(ing.VelocityCostConfig(weight=0.02)), tick)
+    (cost,) = program.prog.quadratic_costs()
+    np.testing.assert_allclose(
+        cost.evaluator().Q(), np.diag([0.04, 0.04] + [0.02] * 7)
+    )
+
+
+def test_velocity_limits_are_a_fraction_of_the_robots(three_link, make_tick):
+    config = ing.VelocityLimitsConfig(fraction=0.5, acceleration=False)
+    program = added(
+        ing.VelocityLimits(config), make_tick(three_link, np.zeros(3))
+    )
+    np.testing.assert_allclose(program.lower, [-1, -1, -1])
+    np.testing.assert_allclose(program.upper, [1, 1, 1])
+    assert not program.has_acceleration_bounds
+
+
+def test_acceleration_bounds_surround_the_previous_command(
+    three_link, make_tick
+):
+    # At most 10 rad/s^2 for 0.01 s from (0, 1, 1.95), and 2 rad/s.
+    tick = make_tick(three_link, np.zeros(3), u_previous=[0, 1, 1.95])
+    program = added(ing.VelocityLimits(ing.VelocityLimitsConfig()), tick)
+    np.testing.assert_allclose(program.lower, [-0.1, 0.9, 1.85])
+    np.testing.assert_allclose(program.upper, [0.1, 1.1, 2])
+    assert program.has_acceleration_bounds
+
+
+def test_a_previous_command_beyond_the_limits_leaves_room(
+    three_link, make_tick
+):
+    tick = make_tick(three_link, np.zeros(3), u_previous=[3, -3, 0])
+    config = ing.VelocityLimitsConfig(fraction=0.5)
+    program = added(ing.VelocityLimits(config), tick)
+    np.testing.assert_allclose(program.lower, [0.9, -1, -0.1])
+    np.testing.assert_allclose(program.upper, [1, -0.9, 0.1])
+
+
+def test_acceleration_bounds_can_be_dropped(three_link, make_tick):
+    program = added(
+        ing.VelocityLimits(ing.VelocityLimitsConfig()),
+        make_tick(three_link, np.zeros(3)),
+        use_acceleration=False,
+    )
+    np.testing.assert_allclose(program.upper, [2, 2, 2])
+    assert not program.has_acceleration_bounds
+
+
+# Joint limits
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_joint_near_its_limit_is_slowed(three_link, make_tick, side):
+    # The shoulder's limits are +-2 rad. 20 degrees before one of them the
+    # damper allows (20 - 10) / (50 - 10) of its gain towards it.
+    tick = make_tick(three_link, [side * (2 - math.radians(20)), 0, 0])
+    config = ing.JointLimitDamperConfig(gain=2.0, influence=50, stop=10)
+    rows = added(ing.JointLimitDamper(config), tick).rows["joint limit"]
+    np.testing.assert_array_equal(rows.A, [[side, 0, 0]])
+    np.testing.assert_allclose(rows.b, [0.5])
+
+
+def test_a_joint_in_the_stop_zone_must_retreat(three_link, make_tick):
+    tick = make_tick(three_link, [0, math.radians(2) - 2.5, 0])
+    rows = added(ing.JointLimitDamper(ing.JointLimitDamperConfig()), tick).rows[
+        "joint limit"
+    ]
+    np.testing.assert_array_equal(rows.A, [[0, -1, 0]])
+    np.testing.assert_allclose(rows.b, [-0.2])
+
+
+def test_a_joint_far_from_its_limits_is_free(three_link, make_tick):
+    damper = ing.JointLimitDamper(ing.JointLimitDamperConfig())
+    assert not added(damper, make_tick(three_link, np.zeros(3))).rows
+
+
+def test_joint_limit_rows_skip_the_base(frankie, make_tick):
+    q = np.array([5, 5, 5, *frankie.home])
+    q[4] = frankie.position_upper[4] - 0.2
+    rows = added(
+        ing.JointLimitDamper(ing.JointLimitDamperConfig()),
+        make_tick(frankie, q),
+    ).rows["joint limit"]
+    columns = np.abs(rows.A).argmax(axis=1)
+    assert (columns >= 2).all()
+    assert rows.A[columns == 3].sum() == 1.0
+
+
+# Collision rows and the active cost
+
+
+def test_an_obstacle_below_slows_the_way_down(three_link, make_tick):
+    # The sphere is 0.6 m from the shoulder and 0.1 m from the elbow; its
+    # clearance is half way between stopping and influence.
+    tick = make_tick(
+        three_link,
+        np.zeros(3),
+        clearances=one_row(FOREARM, 0.26, (0, 0, -1)),
+    )
+    config = ing.CollisionDamperConfig(influence=0.5, stopping=0.02, gain=1.0)
+    rows = added(ing.CollisionDamper(config), tick).rows["collision"]
+    np.testing.assert_allclose(rows.A, [[0.6, 0.1, 0]], atol=1e-15)
+    np.testing.assert_allclose(rows.b, [0.5])
+
+
+def test_the_active_cost_pays_for_getting_away(three_link, make_tick):
+    tick = make_tick(
+        three_link,
+        np.zeros(3),
+        clearances=one_row(FOREARM, 0.26, (0, 0, -1)),
+    )
+    damper = ing.CollisionDamperConfig(influence=0.5, stopping=0.02)
+    cost = ing.ActiveCollisionCost(
+        ing.ActiveCollisionCostConfig(gain=2.0), damper
+    )
+    # One row: its weight cancels, and the gain is 2 * 0.5^2.
+    np.testing.assert_allclose(
+        linear_cost(added(cost, tick)), [0.3, 0.05, 0], atol=1e-15
+    )
+
+
+def test_near_obstacles_weigh_more(three_link, make_tick):
+    up, down = (0, 0, 1), (0, 0, -1)
+    near, far = one_row(FOREARM, 0.14, down), one_row(FOREARM, 0.38, up)
+    clearances = Clearances(
+        *(
+            np.concatenate([getattr(near, name), getattr(far, name)])
+            for name in ("sphere", "distance", "direction_W", "p_WC")
+        )
+    )
+    tick = make_tick(three_link, np.zeros(3), clearances=clearances)
+    damper = ing.CollisionDamperConfig(influence=0.5, stopping=0.02)
+    cost = ing.ActiveCollisionCost(
+        ing.ActiveCollisionCostConfig(gain=1.0), damper
+    )
+    # Weights 3/4 and 1/4; d_min is the near one.
+    expected = 0.75**2 * (0.75 - 0.25) * np.array([0.6, 0.1, 0])
+    np.testing.assert_allclose(
+        linear_cost(added(cost, tick)), expected, atol=1e-15
+    )
+
+
+def test_nothing_near_adds_nothing(three_link, make_tick):
+    tick = make_tick(three_link, np.zeros(3))
+    damper = ing.CollisionDamperConfig()
+    for ingredient in (
+        ing.CollisionDamper(damper),
+        ing.ActiveCollisionCost(ing.ActiveCollisionCostConfig(), damper),
+    ):
+        program = added(ingredient, tick)
+        assert not program.rows
+        assert not program.prog.linear_costs()
+
+
+@pytest.mark.parametrize("family", ["table", "bookshelf"])
+def test_collision_rows_are_the_rates_of_the_clearances(
+    frankie, make_tick, family
+):
+    scene = generate(family, 3)
+    field = SignedDistanceField(scene, rows="per_primitive")
+    rng = np.random.default_rng(5)
+    for _ in range(5):
+        q, u = random_state(frankie, rng)
+
+        def distances(q):
+            return field.clearances(frankie.spheres_at(q)).distance
+
+        clearances = field.clearances(frankie.spheres_at(q))
+        tick = make_tick(frankie, q, clearances=clearances)
+        rates = -rate_along(frankie, distances, q, u)
+        # Inside a solid the nearest face may change within the step.
+        outside = clearances.p_WC - tick.state.spheres.p_WS[clearances.sphere]
+        outside = (outside * clearances.direction_W).sum(axis=1) > 1e-3
+        assert outside.sum() > 100
+        np.testing.assert_allclose(
+            (tick.approach_rates @ u)[outside], rates[outside], atol=1e-6
+        )
+
+
+def test_the_active_cost_is_the_mean_rate_of_the_clearances(frankie, make_tick):
+    field = SignedDistanceField(generate("table", 3))
+    damper = ing.CollisionDamperConfig()
+    cost = ing.ActiveCollisionCost(
+        ing.ActiveCollisionCostConfig(gain=0.6), damper
+    )
+    rng = np.random.default_rng(6)
+    for _ in range(5):
+        q, u = random_state(frankie, rng)
+        q[0] += 0.5
+        clearances = field.clearances(frankie.spheres_at(q), damper.influence)
+        w = damper.influence - clearances.distance
+
+        def weighted(q, w=w, sphere=clearances.sphere):
+            d = field.clearances(frankie.spheres_at(q))
+            return w @ d.per_sphere(len(frankie.spheres))[sphere] / w.sum()
+
+        nearness = (damper.influence - clearances.minimum()) / (
+            damper.influence - damper.stopping
+        )
+        tick = make_tick(frankie, q, clearances=clearances)
+        assert linear_cost(added(cost, tick)) @ u == pytest.approx(
+            -0.6 * nearness**2 * rate_along(frankie, weighted, q, u), abs=1e-5
+        )
+
+
+# Manipulability
+
+
+def test_manipulability_gradient_is_the_measures(frankie):
+    def measure(q):
+        return manipulability_at(frankie, q)[0]
+
+    rng = np.random.default_rng(7)
+    for _ in range(5):
+        q, _ = random_state(frankie, rng)
+        gradient = manipulability_at(frankie, q)[1]
+        numeric = [
+            rate_along(frankie, measure, q, u) for u in np.eye(frankie.n_u)[2:]
+        ]
+        np.testing.assert_allclose(gradient, numeric, atol=1e-7)
+        J = arm_jacobian(frankie, q)
+        assert measure(q) == pytest.approx(math.sqrt(np.linalg.det(J @ J.T)))
+
+
+def arm_jacobian(robot, q) -> np.ndarray:
+    state = robot.state(q)
+    return np.vstack([state.Jw_WE, state.Jv_WE])[:, robot.n_base :]
+
+
+def manipulability_at(robot, q):
+    J = arm_jacobian(robot, q)
+    return manipulability(J[:3].copy(), J[3:].copy())
+
+
+def test_the_cost_rewards_manipulability_with_the_arm_alone(frankie, make_tick):
+    q = np.array([0, 0, 0, *frankie.home])
+    cost = ing.ManipulabilityCost(ing.ManipulabilityCostConfig(gain=0.3))
+    c = linear_cost(added(cost, make_tick(frankie, q)))
+    np.testing.assert_array_equal(c[:2], 0)
+    np.testing.assert_allclose(c[2:], -0.3 * manipulability_at(frankie, q)[1])
+
+
+def test_a_singular_arm_has_no_gradient(frankie, three_link):
+    # A stretched Panda: all of its joint axes meet the vertical line.
+    q = np.zeros(frankie.n_q)
+    q[3:] = (0, 0, 0, 0, 0, 0, 0)
+    m, gradient = manipulability_at(frankie, q)
+    assert m == pytest.approx(0, abs=1e-6)
+    assert np.isfinite(gradient).all()
+    m, gradient = manipulability_at(three_link, np.zeros(3))
+    assert m == 0
+    np.testing.assert_array_equal(gradient, 0)
+
+
+# Base orientation
+
+
+def test_the_base_turns_towards_the_end_effector(frankie, make_tick):
+    q = np.array([0.3, -0.2, 1.1, *frankie.home])
+    p_BE_B = frankie.end_effector_pose(np.array([0, 0, 0, *frankie.home]))[:, 3]
+    q[3] = 0.4
+    reach = p_BE_B[0] - 0.15  # The arm's mount is 0.15 m before B.
+    bearing = math.atan2(reach * math.sin(0.4), 0.15 + reach * math.cos(0.4))
+    cost = ing.BaseOrientationCost(ing.BaseOrientationCostConfig(gain=0.5))
+    c = linear_cost(added(cost, make_tick(frankie, q)))
+    np.testing.assert_allclose(c, [0, -0.5 * bearing] + [0] * 7, atol=1e-12)
+
+
+def test_an_arm_without_base_has_no_base_orientation(three_link, make_tick):
+    cost = ing.BaseOrientationCost(ing.BaseOrientationCostConfig())
+    program = added(cost, make_tick(three_link, np.zeros(3)))
+    assert not program.prog.linear_costs()
+
+
+def test_a_zero_gain_leaves_a_cost_out(frankie, make_tick):
+    q = np.array([0, 0, 0, *frankie.home])
+    clearances = one_row(0, 0.1, (1, 0, 0))
+    tick = make_tick(frankie, q, clearances=clearances)
+    for cost in (
+        ing.ManipulabilityCost(ing.ManipulabilityCostConfig(gain=0.0)),
+        ing.BaseOrientationCost(ing.BaseOrientationCostConfig(gain=0.0)),
+        ing.ActiveCollisionCost(
+            ing.ActiveCollisionCostConfig(gain=0.0),
+            ing.CollisionDamperConfig(),
+        ),
+    ):
+        assert not added(cost, tick).prog.GetAllCosts()
+
+
+# Self-collision
+
+
+def test_self_collision_watches_links_two_joints_apart(three_link):
+    pairs = self_collision_pairs(three_link, margin=0.0)
+    links = {
+        frozenset((three_link.spheres.links[i], three_link.spheres.links[j]))
+        for i, j in zip(pairs.first, pairs.second, strict=True)
+    }
+    assert links == {frozenset(("upper_arm", "wrist"))}
+
+
+def test_self_collision_row_is_the_rate_of_the_distance(three_link, make_tick):
+    config = ing.SelfCollisionDamperConfig(
+        influence=0.5, stopping=0.01, gain=0.7
+    )
+    pairs = self_collision_pairs(three_link, config.stopping)
+    rng = np.random.default_rng(8)
+    for _ in range(5):
+        q = np.array([0.2, 2.0, 0.1]) + rng.uniform(-0.3, 0.3, 3)
+        u = rng.uniform(-1, 1, 3)
+
+        def distance(q):
+            near = pairs.nearest(three_link.spheres_at(q), config.influence)
+            return near.distance[0]
+
+        damper = ing.SelfCollisionDamper(config, three_link)
+        rows = added(damper, make_tick(three_link, q)).rows["self-collision"]
+        assert len(rows.b) == 1
+        assert rows.A[0] @ u == pytest.approx(
+            -rate_along(three_link, distance, q, u), abs=1e-6
+        )
+        assert rows.b[0] == pytest.approx(0.7 * (distance(q) - 0.01) / 0.49)
+
+
+@pytest.mark.parametrize("enabled", [True, False])
+def test_a_stretched_or_unwatched_arm_has_no_self_collision_rows(
+    three_link, make_tick, enabled
+):
+    q = [0, 0, 0] if enabled else [0, 2.3, 0]
+    config = ing.SelfCollisionDamperConfig(enabled=enabled)
+    damper = ing.SelfCollisionDamper(config, three_link)
+    assert not added(damper, make_tick(three_link, q)).rows
