@@ -24,8 +24,8 @@ from remosplat_drake.oracle.config import (
     SphereToEllipsoid,
 )
 from remosplat_drake.station.config import (
-    DynamicStationConfig,
-    KinematicStationConfig,
+    DynamicStation,
+    KinematicStation,
     WristCameraConfig,
 )
 from remosplat_drake.strict_yaml import entries, load_strict
@@ -99,8 +99,8 @@ class Scenario:
     controller: ReactiveControllerConfig = dc.field(
         default_factory=ReactiveControllerConfig
     )
-    station: KinematicStationConfig | DynamicStationConfig = dc.field(
-        default_factory=KinematicStationConfig
+    station: KinematicStation | DynamicStation = dc.field(
+        default_factory=KinematicStation
     )
     wrist_camera: WristCameraConfig | None = None
     # Time between two control ticks [s].

@@ -8,7 +8,7 @@ from remosplat_drake.errors import RemoSplatError, unknown_name
 
 
 @dc.dataclass
-class KinematicStationConfig:
+class KinematicStation:
     """The paper's setting: commanded velocities are reached at once."""
 
     # Speed at which the gripper's width changes [m/s].
@@ -16,7 +16,7 @@ class KinematicStationConfig:
 
 
 @dc.dataclass
-class DynamicStationConfig:
+class DynamicStation:
     """Rigid bodies with inertia, motors with torque limits, and contact."""
 
     # Period of the physics [s].
@@ -54,7 +54,7 @@ class WristCameraConfig:
 CONTACT_APPROXIMATIONS = ("lagged", "similar", "sap")
 
 
-def check_dynamic_config(config: DynamicStationConfig) -> None:
+def check_dynamic_config(config: DynamicStation) -> None:
     """Raises `RemoSplatError` where a value is unusable."""
     for name in ("time_step", "velocity_time_constant", "hand_speed"):
         _check_positive("station", name, getattr(config, name))
@@ -68,7 +68,7 @@ def check_dynamic_config(config: DynamicStationConfig) -> None:
         )
 
 
-def check_kinematic_config(config: KinematicStationConfig) -> None:
+def check_kinematic_config(config: KinematicStation) -> None:
     """Raises `RemoSplatError` where a value is unusable."""
     _check_positive("station", "hand_speed", config.hand_speed)
 

@@ -13,7 +13,7 @@ from remosplat_drake.robot.robot_model import RobotModel, add_robot_model
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.station import ports
 from remosplat_drake.station.config import (
-    DynamicStationConfig,
+    DynamicStation,
     WristCameraConfig,
     check_dynamic_config,
 )
@@ -29,7 +29,7 @@ from remosplat_drake.station.wrist_camera import add_wrist_camera
 
 
 def make_dynamic_station(
-    config: DynamicStationConfig,
+    config: DynamicStation,
     robot: RobotModel,
     scene: PrimitiveScene | None,
     q0: np.ndarray,

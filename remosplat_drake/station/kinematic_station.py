@@ -11,7 +11,7 @@ from remosplat_drake.robot.robot_model import RobotModel, add_robot_model
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.station import ports
 from remosplat_drake.station.config import (
-    KinematicStationConfig,
+    KinematicStation,
     WristCameraConfig,
     check_kinematic_config,
 )
@@ -24,7 +24,7 @@ from remosplat_drake.station.wrist_camera import add_wrist_camera
 
 
 def make_kinematic_station(
-    config: KinematicStationConfig,
+    config: KinematicStation,
     robot: RobotModel,
     scene: PrimitiveScene | None,
     q0: np.ndarray,

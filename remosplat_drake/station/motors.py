@@ -16,7 +16,7 @@ from pydrake.multibody.tree import JointActuatorIndex, PdControllerGains
 
 from remosplat_drake.errors import FileError
 from remosplat_drake.robot.robot_model import RobotModel, add_robot_model
-from remosplat_drake.station.config import DynamicStationConfig
+from remosplat_drake.station.config import DynamicStation
 from remosplat_drake.station.hand import HandGeometry
 
 DRIVE_SHARE = 0.8
@@ -45,7 +45,7 @@ def make_motors(
     robot: RobotModel,
     hand: HandGeometry,
     q0: np.ndarray,
-    config: DynamicStationConfig,
+    config: DynamicStation,
 ) -> Motors:
     """Sizes the gains from the robot's inertia at q0.
 

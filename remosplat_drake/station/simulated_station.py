@@ -7,8 +7,8 @@ from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.station.config import (
-    DynamicStationConfig,
-    KinematicStationConfig,
+    DynamicStation,
+    KinematicStation,
     WristCameraConfig,
 )
 from remosplat_drake.station.dynamic_station import make_dynamic_station
@@ -17,7 +17,7 @@ from remosplat_drake.station.kinematic_station import make_kinematic_station
 
 def MakeHardwareStation(
     *,
-    config: KinematicStationConfig | DynamicStationConfig,
+    config: KinematicStation | DynamicStation,
     robot: RobotModel,
     scene: PrimitiveScene | None,
     q0: np.ndarray,
@@ -51,6 +51,6 @@ def MakeHardwareStation(
             f"q0: expected {robot.n_q} finite numbers (base pose, then arm),"
             f" got {q0.tolist()}"
         )
-    if isinstance(config, DynamicStationConfig):
+    if isinstance(config, DynamicStation):
         return make_dynamic_station(config, robot, scene, q0, wrist_camera)
     return make_kinematic_station(config, robot, scene, q0, wrist_camera)

@@ -7,8 +7,8 @@ import pytest
 from remosplat_drake.errors import FieldError
 from remosplat_drake.station.config import (
     MAX_STEP,
-    DynamicStationConfig,
-    KinematicStationConfig,
+    DynamicStation,
+    KinematicStation,
     WristCameraConfig,
     kinematic_simulator_config,
 )
@@ -18,8 +18,8 @@ from remosplat_drake.strict_yaml import load_strict
 
 @dc.dataclass
 class Schema:
-    station: KinematicStationConfig | DynamicStationConfig = dc.field(
-        default_factory=KinematicStationConfig
+    station: KinematicStation | DynamicStation = dc.field(
+        default_factory=KinematicStation
     )
     wrist_camera: WristCameraConfig | None = None
 
@@ -33,21 +33,21 @@ def load(tmp_path, text: str) -> Schema:
 def test_the_tag_chooses_the_station(tmp_path):
     schema = load(
         tmp_path,
-        "station: !DynamicStationConfig {time_step: 0.002}\n"
+        "station: !DynamicStation {time_step: 0.002}\n"
         "wrist_camera: {width: 64, translation: [0, 0, 0.01]}\n",
     )
-    assert schema.station == DynamicStationConfig(time_step=0.002)
+    assert schema.station == DynamicStation(time_step=0.002)
     assert schema.wrist_camera is not None
     assert schema.wrist_camera.translation == [0, 0, 0.01]
 
 
 def test_the_kinematic_station_is_the_default(tmp_path):
-    assert load(tmp_path, "{}").station == KinematicStationConfig()
+    assert load(tmp_path, "{}").station == KinematicStation()
 
 
 def test_another_station_is_refused(tmp_path):
     with pytest.raises(FieldError, match="did you mean 'KinematicStation"):
-        load(tmp_path, "station: !KinematicStation {}")
+        load(tmp_path, "station: !KinematicStatoin {}")
 
 
 @pytest.mark.parametrize("control_period", [0.002, 0.02, 0.5])

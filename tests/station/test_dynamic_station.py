@@ -5,13 +5,13 @@ import pytest
 from pydrake.math import RigidTransform
 
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-from remosplat_drake.station.config import DynamicStationConfig
+from remosplat_drake.station.config import DynamicStation
 from remosplat_drake.station.simulated_station import MakeHardwareStation
 
 
 def make(robot, harness, q0, scene=None, hand=None, **settings):
     station = MakeHardwareStation(
-        config=DynamicStationConfig(**settings),
+        config=DynamicStation(**settings),
         robot=robot,
         scene=scene,
         q0=q0,

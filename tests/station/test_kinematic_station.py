@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.station.config import KinematicStationConfig
+from remosplat_drake.station.config import KinematicStation
 from remosplat_drake.station.simulated_station import MakeHardwareStation
 
 EXACT = 1e-10
@@ -11,7 +11,7 @@ EXACT = 1e-10
 
 def make(robot, harness, q0, **kwargs):
     station = MakeHardwareStation(
-        config=KinematicStationConfig(hand_speed=0.1),
+        config=KinematicStation(hand_speed=0.1),
         robot=robot,
         scene=None,
         q0=q0,

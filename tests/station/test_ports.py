@@ -7,13 +7,13 @@ from pydrake.systems.framework import Diagram, PortDataType
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.station import ports
 from remosplat_drake.station.config import (
-    DynamicStationConfig,
-    KinematicStationConfig,
+    DynamicStation,
+    KinematicStation,
     WristCameraConfig,
 )
 from remosplat_drake.station.simulated_station import MakeHardwareStation
 
-CONFIGS = [KinematicStationConfig(), DynamicStationConfig()]
+CONFIGS = [KinematicStation(), DynamicStation()]
 
 
 def make(robot, config, camera=None, **kwargs) -> Diagram:
@@ -92,7 +92,7 @@ def test_the_table_for_frankie(frankie):
 
 
 def test_ground_truth_is_marked_as_cheating(frankie):
-    station = make(frankie, DynamicStationConfig())
+    station = make(frankie, DynamicStation())
     names = {
         station.get_output_port(i).get_name()
         for i in range(station.num_output_ports())
@@ -101,49 +101,49 @@ def test_ground_truth_is_marked_as_cheating(frankie):
 
 
 def test_without_a_camera_there_is_no_geometry(frankie):
-    station = make(frankie, KinematicStationConfig())
+    station = make(frankie, KinematicStation())
     assert [s.get_name() for s in station.GetSystems()] == ["kinematic_robot"]
 
 
 def test_hardware_says_that_it_is_to_come(frankie):
     with pytest.raises(RemoSplatError, match="no hardware station") as caught:
-        make(frankie, KinematicStationConfig(), hardware=True)
+        make(frankie, KinematicStation(), hardware=True)
     assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("q0", [np.zeros(9), np.full(10, np.nan)])
 def test_a_bad_start_is_refused(frankie, q0):
     with pytest.raises(RemoSplatError, match="q0: expected 10 finite"):
-        make(frankie, KinematicStationConfig(), q0=q0)
+        make(frankie, KinematicStation(), q0=q0)
 
 
 @pytest.mark.parametrize(
     ("config", "camera", "field"),
     [
-        (KinematicStationConfig(hand_speed=0), None, "station.hand_speed"),
-        (DynamicStationConfig(time_step=-1), None, "station.time_step"),
+        (KinematicStation(hand_speed=0), None, "station.hand_speed"),
+        (DynamicStation(time_step=-1), None, "station.time_step"),
         (
-            DynamicStationConfig(discrete_contact_approximation="tamsi"),
+            DynamicStation(discrete_contact_approximation="tamsi"),
             None,
             "station.discrete_contact_approximation",
         ),
         (
-            KinematicStationConfig(),
+            KinematicStation(),
             WristCameraConfig(frame="elbow_camera"),
             "wrist_camera.frame",
         ),
         (
-            KinematicStationConfig(),
+            KinematicStation(),
             WristCameraConfig(fov_y_deg=180),
             "wrist_camera.fov_y_deg",
         ),
         (
-            KinematicStationConfig(),
+            KinematicStation(),
             WristCameraConfig(max_depth=0.01),
             "wrist_camera.max_depth",
         ),
         (
-            KinematicStationConfig(),
+            KinematicStation(),
             WristCameraConfig(translation=[1.0]),
             "wrist_camera.translation",
         ),

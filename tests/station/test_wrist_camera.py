@@ -8,14 +8,14 @@ from pydrake.multibody.plant import MultibodyPlant
 from remosplat_drake.robot.robot_model import add_robot_model
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.station.config import (
-    DynamicStationConfig,
-    KinematicStationConfig,
+    DynamicStation,
+    KinematicStation,
     WristCameraConfig,
 )
 from remosplat_drake.station.scene_geometry import BOX_COLOUR
 from remosplat_drake.station.simulated_station import MakeHardwareStation
 
-CONFIGS = [KinematicStationConfig(), DynamicStationConfig()]
+CONFIGS = [KinematicStation(), DynamicStation()]
 
 
 def camera_pose(robot, q0, frame="wrist_camera") -> RigidTransform:
@@ -80,7 +80,7 @@ def test_the_camera_looks_along_its_z_axis_with_y_down(frankie):
         )
     )
     camera = WristCameraConfig(width=40, height=30)
-    depth, _ = look(frankie, KinematicStationConfig(), q0, scene, camera)
+    depth, _ = look(frankie, KinematicStation(), q0, scene, camera)
     rows, columns = np.nonzero(np.abs(depth[..., 0] - 0.25) < 1e-3)
     f = 15 / np.tan(np.deg2rad(29))
     np.testing.assert_allclose(
@@ -93,7 +93,7 @@ def test_hand_eye_calibration_moves_the_camera(frankie):
     q0 = np.r_[0, 0, 0, frankie.home]
     scene = box_in_front(camera_pose(frankie, q0), 0.25)
     camera = WristCameraConfig(width=8, height=6, translation=[0, 0, 0.1])
-    depth, _ = look(frankie, KinematicStationConfig(), q0, scene, camera)
+    depth, _ = look(frankie, KinematicStation(), q0, scene, camera)
     np.testing.assert_allclose(depth[3, 4, 0], 0.15, atol=1e-4)
 
 
@@ -104,7 +104,7 @@ def test_out_of_range_is_zero_or_infinite(frankie):
         camera = WristCameraConfig(
             width=8, height=6, min_depth=limits[0], max_depth=limits[1]
         )
-        depth, _ = look(frankie, KinematicStationConfig(), q0, scene, camera)
+        depth, _ = look(frankie, KinematicStation(), q0, scene, camera)
         assert depth[3, 4, 0] == value
 
 
@@ -124,7 +124,7 @@ def test_the_camera_moves_with_the_base(frankie):
     q0 = np.r_[0, 0, 0, frankie.home]
     X_WC = camera_pose(frankie, q0)
     station = MakeHardwareStation(
-        config=KinematicStationConfig(),
+        config=KinematicStation(),
         robot=frankie,
         scene=box_in_front(X_WC, 0.25),
         q0=q0,
