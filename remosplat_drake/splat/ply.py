@@ -44,9 +44,8 @@ def read_ply(path: str | Path) -> GaussianSplat:
     if len(scales) > 3:
         raise FileError(path, f"{len(scales)} scales a splat; expected 2 or 3")
     rest = _numbered(path, names, "f_rest_")
-    if len(rest) % 3 or math.isqrt(len(rest) // 3 + 1) ** 2 != (
-        len(rest) // 3 + 1
-    ):
+    bands = math.isqrt(len(rest) // 3 + 1)
+    if len(rest) != 3 * (bands**2 - 1):
         raise FileError(
             path,
             f"{len(rest)} f_rest properties; expected 0, 9, 24, 45 or 72",
