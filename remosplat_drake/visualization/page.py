@@ -70,7 +70,7 @@ class MeshcatPage:
         self._toggles: list[Toggle] = []
         self._status = ""
         self._dress(floor)
-        self.look_from(p_WC=(-1.2, -2.8, 2.0), p_WT=(0.75, 0.1, 0.48))
+        self.look_from(p_WC=(-1.2, -2.8, 2.0), p_WT=(0.65, 0.1, 0.38))
 
     @property
     def url(self) -> str:
@@ -159,7 +159,7 @@ class MeshcatPage:
                 if name != "visible":
                     node += "/<object>"
                 meshcat.SetProperty(node, name, value)
-        meshcat.SetProperty(_CAMERA, "zoom", 2.2)
+        meshcat.SetProperty(_CAMERA, "zoom", 2.6)
         if floor:
             path = f"{ROOT}/floor"
             meshcat.SetObject(path, Cylinder(_FLOOR_RADIUS, 0.01), _FLOOR)

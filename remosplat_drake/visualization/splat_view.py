@@ -15,7 +15,9 @@ POINTS = f"{ROOT}/splat/points"
 MAX_SURFELS = 150_000
 """More discs than this make the page heavy (about 250 bytes each)."""
 
-_POINT_SIZE = 0.006
+_POINT_SIZE = 0.015
+# A splat's colours hold their light already; the page's dims them again.
+_EXPOSURE = 1.5
 _SIDES = 6
 
 
@@ -37,7 +39,7 @@ class SplatView:
         splat: GaussianSplat,
         X_WG: RigidTransform | None = None,
         *,
-        n_sigma: float = 1.3,
+        n_sigma: float = 1.4,
         min_opacity: float = 0.1,
     ):
         self._meshcat = page.meshcat
@@ -62,7 +64,7 @@ class SplatView:
             largest(splat, MAX_SURFELS), self._n_sigma
         )
         self._meshcat.SetTriangleColorMesh(
-            SURFELS, vertices.T, faces.T, colors.T
+            SURFELS, vertices.T, faces.T, _EXPOSURE * colors.T
         )
 
 
