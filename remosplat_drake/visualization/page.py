@@ -1,7 +1,5 @@
 """`MeshcatPage`: the browser page that all views draw on."""
 
-import os
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,7 +7,8 @@ import numpy as np
 from pydrake.geometry import Cylinder, Meshcat, MeshcatParams, Rgba
 from pydrake.math import RigidTransform
 
-from remosplat_drake.errors import FileError, RemoSplatError
+from remosplat_drake.atomic_file import atomic_write
+from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.visualization.toggle import Toggle
 
 ROOT = "/remosplat"
@@ -127,21 +126,8 @@ class MeshcatPage:
         Raises:
             FileError: The file cannot be written.
         """
-        path = Path(path)
-        html = self.meshcat.StaticHtml()
-        temporary = None
-        try:
-            descriptor, temporary = tempfile.mkstemp(
-                dir=path.parent, prefix=f".{path.name}."
-            )
-            with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-                file.write(html)
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, path)
-        except OSError as error:
-            if temporary is not None:
-                Path(temporary).unlink(missing_ok=True)
-            raise FileError(path, error.strerror or str(error)) from error
+        with atomic_write(Path(path)) as file:
+            file.write(self.meshcat.StaticHtml())
 
     def _dress(self, floor: bool):
         meshcat = self.meshcat
