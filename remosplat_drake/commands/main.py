@@ -11,7 +11,10 @@ from remosplat_drake.errors import RemoSplatError
 COMMANDS = {
     "run": "drive the robot of a scenario to its targets",
     "scenarios": "list the shipped scenarios",
+    "bench": "time the oracle and the control tick on this machine",
     "fit-spheres": "cover a robot's links with spheres",
+    "render-capture": "render RGB-D views of a scene of primitives",
+    "reconstruct": "make a splat from an RGB-D capture",
 }
 """Each command is the module of that name, loaded only when it is called."""
 

@@ -113,19 +113,12 @@ def read_capture(folder: str | Path) -> Capture:
     if not isinstance(frames, list) or not frames:
         raise FieldError(str(path), "frames", "expected a list of frames")
     fl_x, fl_y, cx, cy = (_number(path, document, k) for k in _INTRINSICS)
-    unit = document.get("depth_unit_scale_factor", DEPTH_UNIT)
+    document.setdefault("depth_unit_scale_factor", DEPTH_UNIT)
+    unit = _number(path, document, "depth_unit_scale_factor")
     poses, colors, depths = [], [], []
     for i, frame in enumerate(frames):
-        field = f"frames[{i}]"
-        for key in ("transform_matrix", "file_path", "depth_file_path"):
-            if key not in frame:
-                raise FieldError(str(path), f"{field}.{key}", "is missing")
-        X = np.array(frame["transform_matrix"], float)
-        if X.shape != (4, 4) or not np.isfinite(X).all():
-            raise FieldError(
-                str(path), f"{field}.transform_matrix", "expected a 4x4 pose"
-            )
-        poses.append(X @ _FLIP_YZ)
+        _check_frame(path, frame, f"frames[{i}]")
+        poses.append(np.array(frame["transform_matrix"], float) @ _FLIP_YZ)
         colors.append(_read_image(path.parent / frame["file_path"])[..., :3])
         depth = _read_image(path.parent / frame["depth_file_path"])
         depths.append(depth.astype(np.float32) * np.float32(unit))
@@ -142,9 +135,30 @@ def read_capture(folder: str | Path) -> Capture:
 
 def _number(path: Path, document: dict, key: str) -> float:
     value = document.get(key)
-    if not isinstance(value, (int, float)) or not np.isfinite(value):
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, (int, float))
+        or not np.isfinite(value)
+    ):
         raise FieldError(str(path), key, f"expected a number, got {value!r}")
     return float(value)
+
+
+def _check_frame(path: Path, frame: object, field: str):
+    """Raises a FieldError unless a frame has a pose and two files."""
+    if not isinstance(frame, dict):
+        raise FieldError(str(path), field, "expected an object")
+    for key in ("file_path", "depth_file_path"):
+        if not isinstance(frame.get(key), str):
+            raise FieldError(str(path), f"{field}.{key}", "expected a file")
+    try:
+        X = np.array(frame.get("transform_matrix"), float)
+    except (TypeError, ValueError):
+        X = np.array(np.nan)
+    if X.shape != (4, 4) or not np.isfinite(X).all():
+        raise FieldError(
+            str(path), f"{field}.transform_matrix", "expected a 4x4 pose"
+        )
 
 
 def _read_image(path: Path) -> np.ndarray:

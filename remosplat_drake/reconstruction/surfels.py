@@ -12,6 +12,7 @@ from scipy.spatial import KDTree
 
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.reconstruction.capture import Capture
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _REACHES = (4, 2, 1)
 """Pixels to the neighbours that span a normal, best first: depth comes in
@@ -133,6 +134,27 @@ def _spanned_normals(
         smooth[..., None], inner * facing / np.maximum(length, 1e-12), np.nan
     )
     return normal
+
+
+def splat_of_surfels(
+    surfels: Surfels, scale: float = 0.6, opacity: float = 0.95
+) -> GaussianSplat:
+    """One disc a surfel: a splat without training, which needs no GPU.
+
+    Args:
+        surfels: Where the discs are.
+        scale: Standard deviation of a disc over its surfel's spacing; with
+            0.6 discs overlap just enough for a view to find no gaps.
+        opacity: Of every disc.
+    """
+    n = len(surfels)
+    return GaussianSplat(
+        p_GK=surfels.p_WK,
+        quaternions=quaternions_onto(surfels.normal_W),
+        scales=np.repeat(scale * surfels.spacing[:, None], 2, axis=1),
+        opacities=np.full(n, opacity),
+        colors=surfels.colors,
+    )
 
 
 def quaternions_onto(normals: np.ndarray) -> np.ndarray:

@@ -3,8 +3,11 @@
 import numpy as np
 
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.reconstruction.quality import distance_quality
 from remosplat_drake.reconstruction.surfels import (
     quaternions_onto,
+    splat_of_surfels,
     surfels_from_capture,
 )
 from remosplat_drake.robot.sphere_model import Spheres
@@ -25,6 +28,24 @@ def test_surfels_lie_on_the_surface_and_face_out_of_it(scene, scene_capture):
     far = np.linalg.norm(surfels.p_WK - [1, 0, 0.6], axis=1) > 1.2
     spacing = surfels.spacing
     assert np.median(spacing[near]) < 0.5 * np.median(spacing[far])
+
+
+def test_untrained_splat_measures_distances(scene, scene_capture):
+    splat = splat_of_surfels(
+        surfels_from_capture(scene_capture, count=5000, stride=1)
+    )
+    assert splat.is_surfel
+    quality = distance_quality(
+        SphereToEllipsoidField(splat),
+        SignedDistanceField(scene),
+        np.array([0.5, -0.5, 0.5]),
+        np.array([1.5, 0.5, 1.0]),
+        count=1000,
+        nearest=0.1,
+    )
+    # Twelve small images see the scene in pixels of one to two centimetres.
+    assert quality.median < 4e-3
+    assert quality.percentile_99 < 0.02
 
 
 def test_quaternions_turn_z_onto_normals():
