@@ -257,10 +257,14 @@ def decide(
             ", ".join(program.yielded) or "nothing"
         )
         return Decision(u, tick_report.RELAXED, reason, program)
-    return brake(tick, "no feasible command found")
+    return brake(
+        tick.robot, tick.u_previous, tick.dt, "no feasible command found"
+    )
 
 
-def brake(tick: Tick, reason: str) -> Decision:
+def brake(
+    robot: RobotModel, u_previous: np.ndarray, dt: float, reason: str
+) -> Decision:
     """The next step of the ramp to a standstill."""
-    u = braking_command(tick.u_previous, tick.robot.acceleration_limit, tick.dt)
+    u = braking_command(u_previous, robot.acceleration_limit, dt)
     return Decision(u, tick_report.BRAKING, reason)

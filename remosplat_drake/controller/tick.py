@@ -7,7 +7,6 @@ from time import perf_counter
 import numpy as np
 from pydrake.solvers import SolverInterface
 
-from remosplat_drake.controller import tick_report
 from remosplat_drake.controller.config import (
     ReactiveControllerConfig,
     make_ingredients,
@@ -26,7 +25,6 @@ from remosplat_drake.controller.solvers import make_solver
 from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.oracle.distance_field import Clearances, DistanceField
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
-from remosplat_drake.safety.braking import braking_command
 from remosplat_drake.safety.verify import safe_scale
 
 _TIGHT = 1e-4
@@ -92,23 +90,22 @@ def run_tick(
     clearances = clearances.within(law.config.collision.influence)
     state = law.robot.state(q)
     after_kinematics = perf_counter()
-    tick = Tick(
-        law.robot,
-        state,
-        X_WT,
-        pose_error(state.X_WE, X_WT),
-        clearances,
-        u_previous,
-        law.dt,
-    )
-    program = None
     if np.isfinite(X_WT).all():
+        tick = Tick(
+            law.robot,
+            state,
+            X_WT,
+            pose_error(state.X_WE, X_WT),
+            clearances,
+            u_previous,
+            law.dt,
+        )
         program = build_program(tick, law.ingredients)
-    after_build = perf_counter()
-    if program is None:
-        decision = brake(tick, "target is not finite")
-    else:
+        after_build = perf_counter()
         decision = decide(tick, law.ingredients, law.solver, program)
+    else:
+        after_build = perf_counter()
+        decision = brake(law.robot, u_previous, law.dt, "target is not finite")
     after_solve = perf_counter()
     scale = _verified_scale(law, field, state, decision.u, clearances)
     end = perf_counter()
@@ -153,14 +150,13 @@ def _blind_report(
 ) -> TickReport:
     """A braking ramp that nothing can verify."""
     none = np.zeros(0, bool)
+    decision = brake(law.robot, u_previous, law.dt, reason)
     return TickReport(
         time=time,
         q=q,
-        command=braking_command(
-            u_previous, law.robot.acceleration_limit, law.dt
-        ),
-        status=tick_report.BRAKING,
-        reason=reason,
+        command=decision.u,
+        status=decision.status,
+        reason=decision.reason,
         scale=1.0,
         clearances=Clearances.none(),
         kept=none,
