@@ -29,13 +29,16 @@ class TrajectoryRecorder(LeafSystem):
         n_q: Size of the configuration.
         n_u: Size of the command.
         period: Control period [s].
+
+    Attributes:
+        reports: All reports so far, in order.
     """
 
     def __init__(self, *, n_q: int, n_u: int, period: float):
         super().__init__()
         self.set_name("recorder")
         self._n_u = n_u
-        self._reports: list[TickReport] = []
+        self.reports: list[TickReport] = []
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", n_q
         )
@@ -61,15 +64,15 @@ class TrajectoryRecorder(LeafSystem):
     @property
     def latest(self) -> TickReport | None:
         """The latest report, if there is one."""
-        return self._reports[-1] if self._reports else None
+        return self.reports[-1] if self.reports else None
 
     def trajectory(self, context: Context) -> Trajectory:
         """Everything so far, ending at the context's configuration."""
         self._record(context)
         q_end = np.array(self._configuration_input.Eval(context))
-        return make_trajectory(self._reports, q_end, self._n_u)
+        return make_trajectory(self.reports, q_end, self._n_u)
 
     def _record(self, context: Context):
         report = self._report_input.Eval(context)
         if np.isfinite(report.time) and report is not self.latest:
-            self._reports.append(report)
+            self.reports.append(report)

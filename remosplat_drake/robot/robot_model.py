@@ -6,6 +6,7 @@ without a mobile base has neither part, and everything here works the same.
 """
 
 import dataclasses as dc
+import math
 from functools import cached_property
 from pathlib import Path
 
@@ -264,10 +265,13 @@ class RobotModel:
         q_next = q.astype(float)
         q_next[self._base_q :] += u[self.n_base :] * dt
         if self.n_base:
-            half_turn = 0.5 * u[1] * dt
-            chord = u[0] * dt * np.sinc(half_turn / np.pi)
-            q_next[0] += chord * np.cos(q[2] + half_turn)
-            q_next[1] += chord * np.sin(q[2] + half_turn)
+            half_turn = 0.5 * float(u[1]) * dt
+            chord = float(u[0]) * dt
+            if half_turn != 0.0:
+                chord *= math.sin(half_turn) / half_turn
+            heading = float(q[2]) + half_turn
+            q_next[0] += chord * math.cos(heading)
+            q_next[1] += chord * math.sin(heading)
             q_next[2] += u[1] * dt
         return q_next
 

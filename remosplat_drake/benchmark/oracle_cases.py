@@ -4,11 +4,11 @@ The scene is a table with cylinders and a wall, made of surfels; the 77 spheres
 stand like the robot's in front of it. Everything is seeded.
 """
 
-from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 
+from remosplat_drake.benchmark.timing import Case
 from remosplat_drake.oracle.ellipsoid_distance import CONVERGE
 from remosplat_drake.oracle.nearest_splat import query_every_splat
 from remosplat_drake.oracle.sphere_to_ellipsoid import (
@@ -22,43 +22,32 @@ MAX_DISTANCE = 0.5
 """The controller's influence distance [m]."""
 
 
-def cases() -> list[tuple[str, Callable[[], object]]]:
-    """Named closures; each call is one measurement."""
+def oracle_cases() -> list[Case]:
+    """Queries of 77 spheres against ever larger scenes, and brute force."""
     spheres = robot_spheres()
-    result: list[tuple[str, Callable[[], object]]] = []
+    cases = []
     for n in (10_000, 60_000, 300_000, 1_000_000):
-        splat = table_scene(n)
-        field = SphereToEllipsoidField(splat)
-        label = f"sphere_to_ellipsoid/{n // 1000}k"
-        result.append(
-            (
-                f"{label}/query",
+        field = SphereToEllipsoidField(table_scene(n))
+        cases.append(
+            Case(
+                f"oracle: query, {n // 1000}k splats",
                 partial(field.clearances, spheres, MAX_DISTANCE),
             )
         )
-        if n <= 60_000:
-            result.append(
-                (f"{label}/build", partial(SphereToEllipsoidField, splat))
-            )
     splat = table_scene(60_000)
-    truncated = SphereToEllipsoidField(splat, bisection_steps=3)
     two = SphereToEllipsoidField(splat, num_threads=2)
     return [
-        *result,
-        (
-            "sphere_to_ellipsoid/60k/query, everywhere",
-            partial(SphereToEllipsoidField(splat).clearances, spheres),
-        ),
-        (
-            "sphere_to_ellipsoid/60k/query, 2 threads",
+        *cases,
+        Case(
+            "oracle: query, 60k splats, 2 threads",
             partial(two.clearances, spheres, MAX_DISTANCE),
         ),
-        (
-            "sphere_to_ellipsoid/60k/query, 3 bisection steps",
-            partial(truncated.clearances, spheres, MAX_DISTANCE),
+        Case(
+            "oracle: build, 60k splats",
+            partial(SphereToEllipsoidField, splat),
         ),
-        (
-            "sphere_to_ellipsoid/60k/every splat",
+        Case(
+            "oracle: brute force, 60k splats, compiled",
             partial(try_every_splat, splat, spheres),
         ),
     ]

@@ -1,0 +1,112 @@
+"""What one control tick is made of, timed along a real run."""
+
+from collections.abc import Callable, Iterator
+from itertools import cycle, pairwise
+
+from remosplat_drake.benchmark.timing import Case
+from remosplat_drake.controller.reactive_program import (
+    Tick,
+    build_program,
+    solve,
+)
+from remosplat_drake.controller.servo import pose_error
+from remosplat_drake.controller.tick import ReactiveLaw, run_tick
+from remosplat_drake.diagram import MakeDiagram, World, load_world
+from remosplat_drake.scenario import LoadScenario, Scenario
+from remosplat_drake.simulation import run
+
+_EVERY = 4
+"""Every so many ticks of the run are timed."""
+
+
+def tick_cases(scenario_name: str | None = None) -> list[Case]:
+    """Cases for the states that a scenario's run goes through.
+
+    Args:
+        scenario_name: As on the command line; None for the default one.
+    """
+    scenario = LoadScenario(scenario_name)
+    world = load_world(scenario)
+    ticks = _recorded_ticks(scenario, world)
+    laws = {}
+    for verify in (False, True):
+        config = LoadScenario(scenario_name).controller
+        config.verify = verify
+        laws[verify] = ReactiveLaw.make(
+            config, world.robot, scenario.control_period
+        )
+    law = laws[True]
+    programs = cycle([build_program(tick, law.ingredients) for tick in ticks])
+    reach = scenario.controller.collision.influence
+
+    def whole_tick(law: ReactiveLaw) -> Callable[[Tick], object]:
+        def body(tick: Tick) -> object:
+            spheres = world.robot.spheres_at(tick.state.q)
+            return run_tick(
+                law,
+                0.0,
+                tick.state.q,
+                tick.X_WT,
+                world.field.clearances(spheres, reach),
+                world.field,
+                tick.u_previous,
+            )
+
+        return body
+
+    n = len(world.robot.spheres)
+    return [
+        Case(
+            f"tick: oracle query, {n} spheres",
+            _over(
+                ticks,
+                lambda tick: world.field.clearances(tick.state.spheres, reach),
+            ),
+        ),
+        Case(
+            "tick: kinematics and all Jacobians",
+            _over(ticks, lambda tick: world.robot.state(tick.state.q)),
+        ),
+        Case(
+            "tick: program build",
+            _over(ticks, lambda tick: build_program(tick, law.ingredients)),
+        ),
+        Case(
+            "tick: program solve",
+            lambda: solve(next(programs), law.solver),
+        ),
+        Case(
+            "tick: whole, no verification",
+            _over(ticks, whole_tick(laws[False])),
+        ),
+        Case("tick: whole, verified", _over(ticks, whole_tick(laws[True]))),
+    ]
+
+
+def _over(
+    ticks: list[Tick], body: Callable[[Tick], object]
+) -> Callable[[], object]:
+    states: Iterator[Tick] = cycle(ticks)
+    return lambda: body(next(states))
+
+
+def _recorded_ticks(scenario: Scenario, world: World) -> list[Tick]:
+    """The ticks of a headless run, as the controller saw them."""
+    application = MakeDiagram(scenario, world)
+    run(application)
+    ticks = []
+    reports = application.recorder.reports
+    for before, report in pairwise(reports):
+        state = world.robot.state(report.q)
+        ticks.append(
+            Tick(
+                world.robot,
+                state,
+                report.X_WT,
+                pose_error(state.X_WE, report.X_WT),
+                report.clearances,
+                before.command,
+                scenario.control_period,
+            )
+        )
+    return ticks[::_EVERY]

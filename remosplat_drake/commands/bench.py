@@ -1,0 +1,94 @@
+"""`remosplat bench`: how long things take on this machine."""
+
+import argparse
+import dataclasses as dc
+import json
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from remosplat_drake.atomic_file import atomic_write
+from remosplat_drake.benchmark.oracle_cases import oracle_cases
+from remosplat_drake.benchmark.tick_cases import tick_cases
+from remosplat_drake.benchmark.timing import Timing, measure
+from remosplat_drake.errors import FileError
+
+GROUPS = ("tick", "oracle")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command line."""
+    parser.add_argument(
+        "group",
+        nargs="?",
+        choices=GROUPS,
+        help="only this group of cases (default: all)",
+    )
+    parser.add_argument(
+        "--scenario", help="scenario whose run the tick cases follow"
+    )
+    parser.add_argument(
+        "--json", type=Path, metavar="FILE", help="also write the timings"
+    )
+    parser.add_argument(
+        "--compare",
+        type=Path,
+        metavar="FILE",
+        help="show ratios to timings written earlier",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measures every case and prints one table."""
+    console = Console()
+    earlier = _read(arguments.compare) if arguments.compare else {}
+    cases = []
+    if arguments.group in (None, "tick"):
+        cases += tick_cases(arguments.scenario)
+    if arguments.group in (None, "oracle"):
+        cases += oracle_cases()
+    timings = [
+        measure(case)
+        for case in track(
+            cases, "measuring", console=Console(stderr=True), transient=True
+        )
+    ]
+    console.print(_table(timings, earlier))
+    if arguments.json:
+        with atomic_write(arguments.json) as file:
+            json.dump([dc.asdict(timing) for timing in timings], file, indent=1)
+    return 0
+
+
+def _read(path: Path) -> dict[str, float]:
+    try:
+        rows = json.loads(path.read_text())
+        return {row["name"]: float(row["p50"]) for row in rows}
+    except OSError as error:
+        raise FileError(path, error.strerror or str(error)) from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise FileError(
+            path, "is not a file that --json has written"
+        ) from error
+
+
+def _table(timings: list[Timing], earlier: dict[str, float]) -> Table:
+    table = Table("case")
+    for heading in ("p50 [ms]", "p99 [ms]", "calls"):
+        table.add_column(heading, justify="right")
+    if earlier:
+        table.add_column("p50 / earlier", justify="right")
+    for timing in timings:
+        row = [
+            timing.name,
+            f"{1e3 * timing.p50:.3f}",
+            f"{1e3 * timing.p99:.3f}",
+            str(timing.calls),
+        ]
+        if earlier:
+            before = earlier.get(timing.name)
+            row.append(f"{timing.p50 / before:.2f}" if before else "")
+        table.add_row(*row)
+    return table
