@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from remosplat_drake.errors import FieldError, FileError, MissingExtraError
+from remosplat_drake.files import write_atomically
 
 DEPTH_UNIT = 1e-3
 """One step of a stored depth image [m]."""
@@ -93,7 +94,7 @@ def write_capture(folder: str | Path, capture: Capture):
         "depth_unit_scale_factor": DEPTH_UNIT,
         "frames": frames,
     }
-    (folder / TRANSFORMS).write_text(json.dumps(document, indent=1) + "\n")
+    write_atomically(folder / TRANSFORMS, json.dumps(document, indent=1) + "\n")
 
 
 def read_capture(folder: str | Path) -> Capture:

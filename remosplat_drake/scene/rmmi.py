@@ -6,8 +6,6 @@ and have a `position`, a `radius` and a half-height, which the format spells
 """
 
 import json
-import os
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +17,7 @@ from remosplat_drake.errors import (
     RemoSplatError,
     unknown_name,
 )
+from remosplat_drake.files import write_atomically
 from remosplat_drake.scene.primitive_scene import (
     Box,
     Cylinder,
@@ -93,7 +92,7 @@ def write_rmmi(path: str | Path, scene: PrimitiveScene):
         x, y, yaw = scene.X_WB_start
         X_WB = RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0])
         document["robot_base"] = X_WB.GetAsMatrix4().tolist()
-    _write_atomically(path, json.dumps(document, indent=1) + "\n")
+    write_atomically(path, json.dumps(document, indent=1) + "\n")
 
 
 def _position(primitive: Box | Cylinder) -> list[float]:
@@ -105,15 +104,6 @@ def _position(primitive: Box | Cylinder) -> list[float]:
             f" this one is rotated: {primitive}"
         )
     return primitive.X_WP.translation().tolist()
-
-
-def _write_atomically(path: Path, text: str):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
-    with os.fdopen(descriptor, "w") as file:
-        file.write(text)
-    os.chmod(temporary, 0o644)
-    os.replace(temporary, path)
 
 
 class _Reader:
