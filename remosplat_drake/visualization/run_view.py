@@ -18,7 +18,7 @@ from remosplat_drake.visualization.sphere_view import SphereView
 TARGET = f"{ROOT}/target"
 PATHS = f"{ROOT}/paths"
 
-_YELLOW = Rgba(0.98, 0.74, 0.05)
+_YELLOW = Rgba(1.0, 0.86, 0.0)
 _BLUE = Rgba(0.10, 0.42, 0.92)
 _TRACE_HEIGHT = 0.012  # The base's trace lies on the floor, not in it [m].
 
