@@ -20,15 +20,18 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
 from remosplat_drake import resources
+from remosplat_drake.colors import linear_rgb
 from remosplat_drake.robot.visuals import load_visuals
 
 if TYPE_CHECKING:
     import trimesh
 
 # Raised when the conversion changes, so that old cache files are left alone.
-_VERSION = 1
+_VERSION = 2
 _MAX_FACES = 32_000
 _SMOOTHING_ANGLE = np.deg2rad(30)
+# Full white would leave no room for light and shade.
+_WHITE = 0.93
 _EXTRA = ("rtbdata", "trimesh", "collada", "fast_simplification", "PIL")
 
 # glTF is y-up, the meshes are z-up; Drake turns glTF files back.
@@ -151,7 +154,7 @@ def _convert(source: Path) -> bytes:
         part.apply_transform(_R_YZ)
         part.visual = trimesh.visual.TextureVisuals(
             material=trimesh.visual.material.PBRMaterial(
-                baseColorFactor=list(colour),
+                baseColorFactor=_linear(colour),
                 metallicFactor=0.1,
                 roughnessFactor=0.6,
             )
@@ -161,6 +164,13 @@ def _convert(source: Path) -> bytes:
         scene, include_normals=True, merge_buffers=True, embed_buffers=True
     )
     return files["model.gltf"]
+
+
+def _linear(colour: tuple) -> list[float]:
+    """A display colour in 0..255 as glTF's linear one; alpha stays."""
+    rgba = np.array(colour) / 255
+    rgba[:3] = linear_rgb(_WHITE * rgba[:3])
+    return rgba.tolist()
 
 
 def _by_colour(scene: "trimesh.Scene") -> dict[tuple, "trimesh.Trimesh"]:
