@@ -41,3 +41,13 @@ def _umask() -> int:
     umask = os.umask(0)
     os.umask(umask)
     return umask
+
+
+def write_atomically(path: Path, data: bytes | str) -> None:
+    """Writes a whole file at once; text as UTF-8.
+
+    Raises:
+        FileError: The folder cannot be made or written.
+    """
+    with atomic_write(path, "wb") as file:
+        file.write(data.encode() if isinstance(data, str) else data)

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from remosplat_drake.atomic_file import write_atomically
 from remosplat_drake.errors import FieldError, FileError, MissingExtraError
-from remosplat_drake.files import write_atomically
 
 DEPTH_UNIT = 1e-3
 """One step of a stored depth image [m]."""

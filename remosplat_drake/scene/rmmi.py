@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
+from remosplat_drake.atomic_file import write_atomically
 from remosplat_drake.errors import (
     FieldError,
     FileError,
     RemoSplatError,
     unknown_name,
 )
-from remosplat_drake.files import write_atomically
 from remosplat_drake.scene.primitive_scene import (
     Box,
     Cylinder,
