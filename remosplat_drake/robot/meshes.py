@@ -9,8 +9,6 @@ collision primitives instead.
 
 import dataclasses as dc
 import importlib.util
-import os
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +18,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
 from remosplat_drake import resources
+from remosplat_drake.atomic_file import write_atomically
 from remosplat_drake.colors import linear_rgb
 from remosplat_drake.robot.visuals import load_visuals
 
@@ -117,7 +116,7 @@ def _cached(mesh: str) -> Path | None:
     source = _source_path(mesh)
     if source is None:
         return None
-    _write_atomically(path, _convert(source))
+    write_atomically(path, _convert(source))
     return path
 
 
@@ -189,16 +188,3 @@ def _by_colour(scene: "trimesh.Scene") -> dict[tuple, "trimesh.Trimesh"]:
         colour: trimesh.util.concatenate(parts)
         for colour, parts in groups.items()
     }
-
-
-def _write_atomically(path: Path, data: bytes):
-    """Writes so that no other process ever sees half a file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, scratch = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(data)
-        os.replace(scratch, path)
-    except BaseException:
-        Path(scratch).unlink(missing_ok=True)
-        raise
