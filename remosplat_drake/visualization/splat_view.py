@@ -39,7 +39,7 @@ class SplatView:
         splat: GaussianSplat,
         X_WG: RigidTransform | None = None,
         *,
-        n_sigma: float = 1.4,
+        n_sigma: float = 1.6,
         min_opacity: float = 0.1,
     ):
         self._meshcat = page.meshcat
