@@ -17,7 +17,7 @@ from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.controller.config import gain_set
 from remosplat_drake.controller.tick import ReactiveLaw, run_tick
 from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.diagram import MakeDiagram, load_world
+from remosplat_drake.diagram import MakeDiagram
 from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
@@ -31,6 +31,7 @@ from remosplat_drake.scene.primitive_scene import (
 from remosplat_drake.scene.rmmi import write_rmmi
 from remosplat_drake.simulation import run
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.world import load_world
 
 ROUNDING = 1e-9
 DT = 0.05

@@ -11,9 +11,10 @@ from remosplat_drake.controller.reactive_program import (
 )
 from remosplat_drake.controller.servo import pose_error
 from remosplat_drake.controller.tick import ReactiveLaw, run_tick
-from remosplat_drake.diagram import MakeDiagram, World, load_world
+from remosplat_drake.diagram import MakeDiagram
 from remosplat_drake.scenario import LoadScenario, Scenario
 from remosplat_drake.simulation import run
+from remosplat_drake.world import World, load_world
 
 _EVERY = 4
 """Every so many ticks of the run are timed."""

@@ -17,12 +17,13 @@ from remosplat_drake import warm_up
 from remosplat_drake.atomic_file import atomic_write
 from remosplat_drake.controller.servo import PoseError
 from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.diagram import Application, MakeDiagram, load_world
+from remosplat_drake.diagram import Application, MakeDiagram
 from remosplat_drake.recording.trajectory import save_trajectory
 from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.simulation import INTERRUPTED, REACHED, RunResult
 from remosplat_drake.simulation import run as simulate
 from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.world import load_world
 
 _FRAME = 0.1
 """Time between two updates of the progress line [s]."""
