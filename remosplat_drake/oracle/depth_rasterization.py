@@ -9,7 +9,7 @@ from remosplat_drake.errors import FieldError
 from remosplat_drake.oracle.depth_rasterization_kernel import nearest_pixels
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV, DepthSensor
 from remosplat_drake.oracle.distance_field import Clearances, DistanceField
-from remosplat_drake.oracle.footprints import make_rules, prepare
+from remosplat_drake.oracle.footprints import make_footprints, make_rules
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -57,7 +57,7 @@ class DepthRasterizationField(DistanceField):
             f"depth-rasterization-{splat_W.content_hash}-{self.sensor}"
             f"-{nearest_only}"
         )
-        self._footprints, self._hierarchy = prepare(splat_W, self.sensor)
+        self._footprints = make_footprints(splat_W, self.sensor)
         self._rules = make_rules(self.sensor, splat_W.is_surfel)
 
     def clearances(
@@ -66,13 +66,13 @@ class DepthRasterizationField(DistanceField):
         """The clearances of all spheres; see `DistanceField.clearances`."""
         if not np.isfinite(spheres.p_WS).all():
             raise ValueError("a sphere's centre is not finite")
-        if len(spheres) == 0 or len(self._hierarchy) == 0:
+        if len(spheres) == 0 or len(self._footprints.records) == 0:
             return Clearances.none(self.revision)
         # No pixel reaches beyond the corners of the far plane.
         bound = np.minimum(
             self.sensor.far * np.sqrt(3), spheres.radius + max_distance
         )
-        R_WD = np.ascontiguousarray(self.sensor.R_WD(spheres.R_WL), float)
+        R_WD = np.array(self.sensor.R_WD(spheres.R_WL), float, order="C")
         reach, pixel = self._nearest_pixels(spheres, R_WD, bound)
         if self.nearest_only:
             others = np.ones(reach.shape, bool)
@@ -85,14 +85,12 @@ class DepthRasterizationField(DistanceField):
         threads = min(self.num_threads, n)
         reach = np.full((n, N_VIEWS), np.inf)
         pixel = np.full((n, N_VIEWS), -1)
-        p_WS = np.ascontiguousarray(spheres.p_WS, float)
-        ignore_below = np.ascontiguousarray(spheres.ignore_below, float)
+        p_WS = np.array(spheres.p_WS, float, order="C")
+        ignore_below = np.array(spheres.ignore_below, float)
 
         def share(first: int):
             nearest_pixels(
                 self._footprints,
-                self._hierarchy.nodes,
-                self._hierarchy.links,
                 self._rules,
                 p_WS,
                 R_WD,

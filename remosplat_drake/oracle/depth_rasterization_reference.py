@@ -75,7 +75,8 @@ def render(
     for view in range(N_VIEWS):
         R_WV = R_WD @ R_DV[view]
         fragments = [
-            _fragments(splat, k, p_WS, R_WV, rays_V, sensor) for k in splats
+            _fragments(splat, k, p_WS, R_WV, rays_V, sensor)
+            for k in splats.tolist()
         ]
         z, a = (np.array(values) for values in zip(*fragments, strict=True))
         center_z = p_SK_W @ R_WV[:, 2]
@@ -100,10 +101,11 @@ def composite(
     """
     after = np.cumprod(1 - alpha)
     before = np.concatenate([[1.0], after[:-1]])
-    accumulated = 1 - after[-1]
+    accumulated = float(1 - after[-1])
     if accumulated < sensor.alpha_cutoff:
         return np.inf, accumulated
-    return z[np.flatnonzero(before > sensor.transmittance)[-1]], accumulated
+    median = np.flatnonzero(before > sensor.transmittance)[-1]
+    return float(z[median]), accumulated
 
 
 def _fragments(

@@ -13,17 +13,20 @@ import numpy as np
 from numba import njit
 
 from remosplat_drake.oracle.depth_sensor import FILTER_SCALE, DepthSensor
-from remosplat_drake.splat.bvh import (
-    BoundingVolumeHierarchy,
-    build_hierarchy,
-)
+from remosplat_drake.splat.bvh import build_hierarchy
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 kernel = njit(cache=True, nogil=True, error_model="numpy")
 """Compiles a function as all kernels of the depth views are compiled."""
 
-PROJECTION_SIZE = 21
-"""Length of the array that `project` fills."""
+inlined = njit(inline="always", error_model="numpy")
+"""The same for a function whose arguments cost more to pass than its work."""
+
+PROJECTION_SIZE = 27
+"""Length of the array that holds a projected splat."""
+
+OUTLINE, NEAR = 15, 21
+"""Where that array holds the splat's outlines."""
 
 # Pixels at an outline are tested one by one; this widens the spans by far
 # more than rounding can move them [px].
@@ -31,22 +34,22 @@ _MARGIN = 1e-6
 
 
 class Footprints(NamedTuple):
-    """The m splats that can be seen at all, in the order of their hierarchy.
+    """The m splats that can be seen at all, and the hierarchy over them.
 
     Attributes:
-        center: Centres in W, shape (m, 3) [m].
-        whiten: Rows map W to the splat's axes in standard deviations, shape
-            (m, 3, 3). A disc's third row is its unit normal.
-        opacity: Shape (m,).
-        weight_cut: Largest squared Mahalanobis distance that is seen, (m,).
-        radius: Of the ball around everything that is seen, shape (m,) [m].
+        nodes: As in `BoundingVolumeHierarchy`.
+        links: As in `BoundingVolumeHierarchy`.
+        records: The splats in leaf order, shape (m, 16), two cache lines
+            each. Columns 0 to 2 hold the centre in W [m]; 3 to 11 the rows
+            that map W to the splat's axes in standard deviations (a disc's
+            third row is its unit normal); 12 the opacity, 13 the largest
+            squared Mahalanobis distance that is seen, 14 the radius of the
+            ball around everything that is seen [m].
     """
 
-    center: np.ndarray
-    whiten: np.ndarray
-    opacity: np.ndarray
-    weight_cut: np.ndarray
-    radius: np.ndarray
+    nodes: np.ndarray
+    links: np.ndarray
+    records: np.ndarray
 
 
 class Rules(NamedTuple):
@@ -82,10 +85,8 @@ def make_rules(sensor: DepthSensor, is_surfel: bool) -> Rules:
     )
 
 
-def prepare(
-    splat_W: GaussianSplat, sensor: DepthSensor
-) -> tuple[Footprints, BoundingVolumeHierarchy]:
-    """What a sensor can see of a splat, and the hierarchy over it."""
+def make_footprints(splat_W: GaussianSplat, sensor: DepthSensor) -> Footprints:
+    """What a sensor can see of a splat that is expressed in W."""
     opacity = splat_W.opacities.astype(float)
     with np.errstate(divide="ignore"):
         # alpha >= min_alpha is weight <= 2 ln(opacity / min_alpha).
@@ -102,29 +103,28 @@ def prepare(
     hierarchy = build_hierarchy(center - half, center + half, center[:, 2])
     whiten = np.swapaxes(axes, 1, 2).copy()
     whiten[:, :n_axes] /= scales[:, :, None]
-    order = hierarchy.order
-    footprints = Footprints(
-        center[order],
-        whiten[order],
-        opacity[seen][order],
-        weight_cut[seen][order],
-        (reach * scales.max(axis=1, initial=0.0))[order],
+    records = np.zeros((len(seen), 16))
+    records[:, 0:3] = center
+    records[:, 3:12] = whiten.reshape(-1, 9)
+    records[:, 12] = opacity[seen]
+    records[:, 13] = weight_cut[seen]
+    records[:, 14] = reach * scales.max(axis=1, initial=0.0)
+    return Footprints(
+        hierarchy.nodes, hierarchy.links, records[hierarchy.order]
     )
-    return footprints, hierarchy
 
 
 @kernel
-def nearest_range(splats, k, rules, p_WV):
-    """Lower bound of the ranges at which a camera can see a splat."""
-    x = splats.center[k, 0] - p_WV[0]
-    y = splats.center[k, 1] - p_WV[1]
-    z = splats.center[k, 2] - p_WV[2]
+def nearest_range(records, k, rules, x, y, z):
+    """Lower bound of the ranges at which a camera sees splat k.
+
+    (x, y, z) is the vector from the camera to the centre, in W [m].
+    """
     square = x * x + y * y + z * z
     distance = np.sqrt(square)
-    radius = splats.radius[k]
+    radius = records[k, 14]
     if rules.is_surfel:
-        normal = splats.whiten[k, 2]
-        height = normal[0] * x + normal[1] * y + normal[2] * z
+        height = records[k, 9] * x + records[k, 10] * y + records[k, 11] * z
         along = np.sqrt(max(square - height * height, 0.0))
         along = max(along - radius, 0.0)
         bound = np.sqrt(height * height + along * along)
@@ -136,26 +136,26 @@ def nearest_range(splats, k, rules, p_WV):
 
 
 @kernel
-def project(splats, k, rules, p_WV, R_WV, s):
+def project(records, k, rules, p_WV, R_WV, s):
     """Writes splat k in the ray coordinates of a view into s.
 
     s[0:9] are the forms A, B, C and, for a disc, s[9] its height. For an
     ellipsoid the forms whiten the ray, and s[9:12] is its whitened centre.
-    s[12:15] is the centre in V and s[15:21] is free for `outline`.
+    s[12:15] is the centre in V; the rest is left to the outlines.
     """
+    x = records[k, 0] - p_WV[0]
+    y = records[k, 1] - p_WV[1]
+    z = records[k, 2] - p_WV[2]
     for i in range(3):
-        s[9 + i] = 0.0
-        s[12 + i] = 0.0
-    for i in range(3):
+        a, b, c = (
+            records[k, 3 + 3 * i],
+            records[k, 4 + 3 * i],
+            records[k, 5 + 3 * i],
+        )
         for j in range(3):
-            s[3 * i + j] = (
-                splats.whiten[k, i, 0] * R_WV[0, j]
-                + splats.whiten[k, i, 1] * R_WV[1, j]
-                + splats.whiten[k, i, 2] * R_WV[2, j]
-            )
-            offset = splats.center[k, j] - p_WV[j]
-            s[9 + i] += splats.whiten[k, i, j] * offset
-            s[12 + i] += R_WV[j, i] * offset
+            s[3 * i + j] = a * R_WV[0, j] + b * R_WV[1, j] + c * R_WV[2, j]
+        s[9 + i] = a * x + b * y + c * z
+        s[12 + i] = R_WV[0, i] * x + R_WV[1, i] * y + R_WV[2, i] * z
     if rules.is_surfel:
         u, v, height = s[9], s[10], s[11]
         for j in range(3):
@@ -200,13 +200,13 @@ def fragment_alpha(z, weight, opacity, rules):
 
 @kernel
 def outline(s, rules, cut):
-    """Writes the outline weight = cut of the projected splat into s[15:21].
+    """Writes the outline weight = cut of the projected splat into s[OUTLINE:].
 
     It is a quadratic form of the ray, <= 0 inside: entries xx, xy, xz, yy,
     yz, zz.
     """
     inside = s[9] * s[9] + s[10] * s[10] + s[11] * s[11] - cut
-    entry = 15
+    entry = OUTLINE
     for i in range(3):
         for j in range(i, 3):
             ab = s[i] * s[j] + s[3 + i] * s[3 + j]
@@ -221,64 +221,76 @@ def outline(s, rules, cut):
 
 
 @kernel
-def row_span(s):
-    """Rows y that the outline meets: all of them unless it is an ellipse."""
-    xx, xy, xz, yy, yz, zz = s[15], s[16], s[17], s[18], s[19], s[20]
-    area = xx * yy - xy * xy
-    if not (xx > 0 and area > 0):
-        return -1.0, 1.0
-    middle = xy * xz - xx * yz
-    square = middle * middle + area * (xz * xz - xx * zz)
-    half = np.sqrt(max(square, 0.0))
-    return (middle - half) / area, (middle + half) / area
+def near_outline(s, reach):
+    """Writes where a disc's plane is nearer than `reach` into s[NEAR:].
 
-
-@kernel
-def column_span(s, rules, y):
-    """Columns x inside the outline in row y; empty where low > high."""
-    side = s[9] * s[6] if rules.is_surfel else 0.0
-    return _quadratic_span(
-        s[15],
-        s[16] * y + s[17],
-        (s[18] * y + 2 * s[19]) * y + s[20],
-        side,
-    )
-
-
-@kernel
-def near_span(s, reach, y):
-    """Columns x of row y where a disc's plane is nearer than `reach`.
-
-    Its range there is h |(x, y, 1)| / C.
+    The range of the plane along a ray is height |ray| / C.
     """
-    h, c = s[9], s[7] * y + s[8]
-    return _quadratic_span(
-        h * h - reach * reach * s[6] * s[6],
-        -reach * reach * s[6] * c,
-        h * h * (y * y + 1) - reach * reach * c * c,
-        h * s[6],
-    )
+    entry = NEAR
+    for i in range(3):
+        for j in range(i, 3):
+            s[entry] = -reach * reach * s[6 + i] * s[6 + j]
+            if i == j:
+                s[entry] += s[9] * s[9]
+            entry += 1
 
 
 @kernel
-def _quadratic_span(xx, x, one, side):
-    """Where xx t^2 + 2 x t + one <= 0, as a closed interval of t.
-
-    Where xx < 0 that is two half-lines: one before and one behind the
-    camera. `side` > 0 selects the upper one, < 0 the lower one, 0 everything.
-    """
-    square = x * x - xx * one
+def row_span(s, rules, at):
+    """Rows y of the image that the outline s[at:] meets."""
+    xx, xy, xz = s[at], s[at + 1], s[at + 2]
+    yy, yz, zz = s[at + 3], s[at + 4], s[at + 5]
     if xx > 0:
+        # Where the row's columns have a discriminant >= 0.
+        return _quadratic_span(
+            xx * yy - xy * xy,
+            xx * yz - xy * xz,
+            xx * zz - xz * xz,
+            s[9] * (s[7] * xx - s[6] * xy) if rules.is_surfel else 0.0,
+        )
+    if rules.is_surfel:
+        # A branch of a hyperbola that opens along x: it is convex, and
+        # widest where it leaves the image.
+        x = 1.0 if s[9] * s[6] > 0 else -1.0
+        return _quadratic_span(
+            yy, xy * x + yz, xx + 2 * xz * x + zz, s[9] * s[7]
+        )
+    return -1.0, 1.0
+
+
+@kernel
+def column_span(s, rules, at, y):
+    """Columns x of row y inside the outline s[at:]; empty if low > high."""
+    return _quadratic_span(
+        s[at],
+        s[at + 1] * y + s[at + 2],
+        (s[at + 3] * y + 2 * s[at + 4]) * y + s[at + 5],
+        s[9] * s[6] if rules.is_surfel else 0.0,
+    )
+
+
+@kernel
+def _quadratic_span(tt, t, one, side):
+    """Where tt x^2 + 2 t x + one <= 0, as an interval that holds it all.
+
+    Where tt < 0 that is two half-lines: one before and one behind the
+    camera. `side` > 0 selects the upper one, < 0 the lower one; 0 and forms
+    that are linear but for rounding give the whole image.
+    """
+    square = t * t - tt * one
+    if abs(tt) <= 1e-9 * (abs(t) + abs(one)):
+        return -1.0, 1.0
+    if tt > 0:
         if square < 0:
             return 2.0, -2.0
         half = np.sqrt(square)
-        return (-x - half) / xx, (-x + half) / xx
-    if square < 0 or side == 0 or xx == 0:
+        return (-t - half) / tt, (-t + half) / tt
+    if square < 0 or side == 0:
         return -1.0, 1.0
     half = np.sqrt(square)
     if side > 0:
-        return (-x - half) / xx, 1.0
-    return -1.0, (-x + half) / xx
+        return (-t - half) / tt, 1.0
+    return -1.0, (-t + half) / tt
 
 
 @kernel

@@ -1,0 +1,129 @@
+"""Fragments of the pixels of one view, in linked lists (numba)."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from remosplat_drake.oracle.footprints import PROJECTION_SIZE, kernel
+
+ROUNDING = 1e-9
+"""Products of the same factors in another order differ by much less."""
+
+
+class Canvas(NamedTuple):
+    """Scratch memory of one thread, reused from view to view.
+
+    A pixel's entries are valid where `stamp` is the current view's number.
+
+    Attributes:
+        length: Length of each pixel's ray (x, y, 1).
+        stamp: Number of the view that last wrote to the pixel.
+        clear: Transmittance of its kept fragments nearer than the best range.
+        total: Transmittance of all its kept fragments.
+        head: Latest fragment of the pixel.
+        touched: The pixels written to in this view.
+        link: Next fragment of the same pixel, -1 at the end.
+        reach: Range of each fragment [m].
+        alpha: Alpha of each fragment.
+        order: Room to sort the fragments of a pixel.
+        count: Number of touched pixels, number of fragments.
+        projection: The projected splat, see `footprints.project`.
+        keys: Lower bounds of the ranges in the nodes that wait [m].
+        waiting: Links of those nodes, as a queue with `keys`.
+    """
+
+    length: np.ndarray
+    stamp: np.ndarray
+    clear: np.ndarray
+    total: np.ndarray
+    head: np.ndarray
+    touched: np.ndarray
+    link: np.ndarray
+    reach: np.ndarray
+    alpha: np.ndarray
+    order: np.ndarray
+    count: np.ndarray
+    projection: np.ndarray
+    keys: np.ndarray
+    waiting: np.ndarray
+
+
+@kernel
+def new_canvas(resolution, n_nodes, capacity):
+    """A canvas for views of a tree's nodes with room for so many fragments."""
+    n = resolution * resolution
+    length = np.empty(n)
+    for row in range(resolution):
+        y = (row + 0.5) * 2 / resolution - 1
+        for column in range(resolution):
+            x = (column + 0.5) * 2 / resolution - 1
+            length[row * resolution + column] = np.sqrt(x * x + y * y + 1)
+    return Canvas(
+        length,
+        np.full(n, -1),
+        np.empty(n),
+        np.empty(n),
+        np.empty(n, np.int64),
+        np.empty(n, np.int64),
+        np.empty(capacity, np.int64),
+        np.empty(capacity),
+        np.empty(capacity),
+        np.empty(capacity, np.int64),
+        np.zeros(2, np.int64),
+        np.empty(PROJECTION_SIZE),
+        np.empty(2 * n_nodes + 1),
+        np.empty(2 * n_nodes + 1, np.int64),
+    )
+
+
+@kernel
+def add_fragment(canvas, pixel, stamp, reach, alpha):
+    """Keeps a fragment that is nearer than the best range."""
+    if canvas.stamp[pixel] != stamp:
+        canvas.stamp[pixel] = stamp
+        canvas.clear[pixel] = 1.0
+        canvas.total[pixel] = 1.0
+        canvas.head[pixel] = -1
+        canvas.touched[canvas.count[0]] = pixel
+        canvas.count[0] += 1
+    f = canvas.count[1]
+    canvas.count[1] += 1
+    canvas.link[f] = canvas.head[pixel]
+    canvas.reach[f] = reach
+    canvas.alpha[f] = alpha
+    canvas.head[pixel] = f
+    canvas.clear[pixel] *= 1 - alpha
+    canvas.total[pixel] *= 1 - alpha
+
+
+@kernel
+def has_median(canvas, pixel, rules):
+    """Whether the pixel's kept fragments may have a median nearer than best."""
+    return canvas.clear[pixel] <= rules.transmittance + ROUNDING
+
+
+@kernel
+def median_range(canvas, pixel, rules, best):
+    """Median range and accumulated alpha of a pixel's kept fragments.
+
+    Fragments at or beyond `best` no longer count towards `canvas.clear`.
+    """
+    order, n = canvas.order, 0
+    f = canvas.head[pixel]
+    while f >= 0:
+        j = n
+        while j > 0 and canvas.reach[order[j - 1]] > canvas.reach[f]:
+            order[j] = order[j - 1]
+            j -= 1
+        order[j] = f
+        n += 1
+        f = canvas.link[f]
+    median, clear, clear_before_best = np.inf, 1.0, 1.0
+    for f in order[:n]:
+        clear *= 1 - canvas.alpha[f]
+        if canvas.reach[f] < best:
+            clear_before_best = clear
+        if median == np.inf and clear <= rules.transmittance:
+            median = canvas.reach[f]
+    canvas.clear[pixel] = clear_before_best
+    return median, 1 - clear
