@@ -93,8 +93,8 @@ def _rate(text: str) -> float:
 def run(arguments: argparse.Namespace) -> int:
     """Runs the scenario; 0 if the targets were reached, else 1."""
     console = Console(stderr=True)
-    warm_up.announce(console)
     scenario = LoadScenario(arguments.scenario, arguments.scenario_text)
+    warm_up.announce(console)
     world = load_world(scenario)
     page = None
     if arguments.save_html or not arguments.headless:
@@ -111,6 +111,7 @@ def run(arguments: argparse.Namespace) -> int:
     if page is not None:
         page.start_recording()
     result = _simulate(application, rate, console)
+    warm_up.remember()
     if page is not None:
         page.finish_recording()
     _print_summary(result, console)
