@@ -1,0 +1,106 @@
+"""Trajectories: stacked from reports, saved whole or not at all."""
+
+import dataclasses as dc
+
+import numpy as np
+import pytest
+
+from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.errors import FileError
+from remosplat_drake.oracle.distance_field import Clearances
+from remosplat_drake.recording import trajectory as module
+from remosplat_drake.recording.trajectory import (
+    Trajectory,
+    load_trajectory,
+    make_trajectory,
+    save_trajectory,
+)
+
+
+def report(k: int, status: str = "optimal", **fields) -> TickReport:
+    distance = np.array([0.5 - 0.1 * k, 0.6])
+    clearances = Clearances(
+        np.array([0, 1]), distance, np.zeros((2, 3)), np.zeros((2, 3))
+    )
+    values = {
+        "time": 0.1 * k,
+        "q": np.full(3, float(k)),
+        "command": np.full(2, 10.0 * k),
+        "status": status,
+        "scale": 1.0 / (1 + k),
+        "clearances": clearances,
+        "timings": {"solve": 1e-3 * k},
+    }
+    return dc.replace(TickReport.before_first(3, 2), **{**values, **fields})
+
+
+@pytest.fixture
+def trajectory() -> Trajectory:
+    reports = [
+        report(0),
+        report(1, status="acceleration_dropped"),
+        report(2, clearances=Clearances.none(), timings={"total": 2e-3}),
+    ]
+    return make_trajectory(reports, np.full(3, 3.0), n_u=2)
+
+
+def test_reports_are_stacked_and_the_end_is_appended(trajectory):
+    assert len(trajectory) == 3
+    np.testing.assert_allclose(trajectory.time, [0, 0.1, 0.2])
+    np.testing.assert_array_equal(trajectory.q[:, 0], [0, 1, 2, 3])
+    np.testing.assert_array_equal(trajectory.u[:, 1], [0, 10, 20])
+    assert trajectory.status.tolist() == [
+        "optimal",
+        "acceleration_dropped",
+        "optimal",
+    ]
+    np.testing.assert_allclose(trajectory.clearance, [0.5, 0.4, np.inf])
+    # A phase that a tick did not have is not a number.
+    np.testing.assert_allclose(trajectory.timings["solve"], [0, 1e-3, np.nan])
+    np.testing.assert_allclose(
+        trajectory.timings["total"], [np.nan, np.nan, 2e-3]
+    )
+
+
+def test_no_report_is_a_trajectory_too():
+    empty = make_trajectory([], np.zeros(3), n_u=2)
+    assert len(empty) == 0
+    assert empty.q.shape == (1, 3)
+    assert empty.u.shape == (0, 2)
+
+
+def assert_equal(a: Trajectory, b: Trajectory) -> None:
+    for field in dc.fields(Trajectory):
+        x, y = getattr(a, field.name), getattr(b, field.name)
+        if field.name == "timings":
+            assert x.keys() == y.keys()
+            for phase in x:
+                np.testing.assert_array_equal(x[phase], y[phase])
+        else:
+            np.testing.assert_array_equal(x, y)
+            assert x.dtype == y.dtype
+
+
+def test_a_saved_trajectory_is_loaded_again(trajectory, tmp_path):
+    path = tmp_path / "deep" / "trajectory.npz"
+    save_trajectory(trajectory, path)
+    assert_equal(load_trajectory(path), trajectory)
+    empty = make_trajectory([], np.zeros(3), n_u=2)
+    save_trajectory(empty, path)
+    assert_equal(load_trajectory(path), empty)
+
+
+def test_a_failed_save_leaves_the_old_file(trajectory, tmp_path, monkeypatch):
+    path = tmp_path / "trajectory.npz"
+    save_trajectory(trajectory, path)
+
+    def fail_half_way(file, **arrays):
+        file.write(b"half")
+        raise OSError("disk full")
+
+    monkeypatch.setattr(module.np, "savez_compressed", fail_half_way)
+    with pytest.raises((OSError, FileError)):
+        save_trajectory(make_trajectory([], np.zeros(3), n_u=2), path)
+    monkeypatch.undo()
+    assert_equal(load_trajectory(path), trajectory)
+    assert [p.name for p in tmp_path.iterdir()] == ["trajectory.npz"]
