@@ -1,0 +1,123 @@
+"""`SolidGrid`: how deep inside or far outside a body a point is."""
+
+import dataclasses as dc
+
+import numpy as np
+from scipy import ndimage
+
+# Voxels around a link in which its neighbours are looked at, at most.
+_MAX_PAD = 24
+
+
+@dc.dataclass(frozen=True, eq=False)
+class SolidGrid:
+    """Signed depth of a solid on a voxel grid.
+
+    Attributes:
+        origin: Centre of the first voxel, shape (3,) [m].
+        pitch: Edge of a voxel [m]; depths are good to about half of it.
+        depth: Distance to the surface, positive inside, negative outside,
+            one value a voxel [m].
+    """
+
+    origin: np.ndarray
+    pitch: float
+    depth: np.ndarray
+
+    def depth_at(self, p: np.ndarray) -> np.ndarray:
+        """Depth at points, shape (..., 3) to (...), by interpolation."""
+        cell = (np.asarray(p) - self.origin) / self.pitch
+        # Beyond the grid, count the way to its border as well.
+        last = np.array(self.depth.shape) - 1
+        inside = np.clip(cell, 0, last)
+        beyond = self.pitch * np.linalg.norm(cell - inside, axis=-1)
+        flat = inside.reshape(-1, 3).T
+        value = ndimage.map_coordinates(self.depth, flat, order=1)
+        return value.reshape(cell.shape[:-1]) - beyond
+
+    def contains(self, p: np.ndarray) -> np.ndarray:
+        """Whether points are inside, shape (n, 3) to (n,): nearest voxel."""
+        cell = np.rint((p - self.origin) / self.pitch).astype(int)
+        on_grid = (cell >= 0) & (cell < self.depth.shape)
+        result = np.asarray(on_grid.all(axis=1))
+        result[result] = self.depth[tuple(cell[result].T)] >= 0
+        return result
+
+
+def make_solid_grid(
+    surface: np.ndarray, pitch: float, floor: bool = False
+) -> SolidGrid:
+    """Fills the body that surface points enclose.
+
+    Drawings of robots are rarely watertight: links are open where the next
+    one is plugged in. So a voxel counts as inside when the surface is seen
+    from it in at least four of the six axis directions; a tube with open
+    ends passes, the hollow of an L or a U does not.
+
+    Args:
+        surface: Points denser than `pitch`, shape (n, 3) [m].
+        pitch: Edge of a voxel [m].
+        floor: The body stands on the plane z = 0, and how far anything
+            stands out of it downwards does not matter. The body then counts
+            as one with its mirror image below the floor.
+    """
+    if floor:
+        surface = np.vstack([surface, surface * [1, 1, -1]])
+    # Two empty layers all around leave room for depths outside.
+    origin = surface.min(0) - 2 * pitch
+    cell = np.round((surface - origin) / pitch).astype(int)
+    occupied = np.zeros(cell.max(0) + 3, bool)
+    occupied[tuple(cell.T)] = True
+    seen = np.zeros(occupied.shape, np.int8)
+    for axis in range(3):
+        seen += np.logical_or.accumulate(occupied, axis)
+        back = np.flip(occupied, axis)
+        seen += np.flip(np.logical_or.accumulate(back, axis), axis)
+    solid = ndimage.binary_closing(occupied | (seen >= 4))
+    solid |= occupied
+    # The surface runs through the middle of the occupied voxels.
+    shell = occupied & ndimage.binary_dilation(~solid)
+    return SolidGrid(origin, pitch, _depth(solid & ~shell, pitch))
+
+
+def join_solids(
+    solid: SolidGrid, neighbours: list[tuple[SolidGrid, list[np.ndarray]]]
+) -> SolidGrid:
+    """A link together with the parts of its neighbours that never leave it.
+
+    Robots look this way: two links meet at the end of a cylinder around
+    their joint. What stands out of the one there is hidden in the other, at
+    any joint angle.
+
+    Args:
+        solid: The link L.
+        neighbours: For each neighbour N its solid and its poses X_LN, 4x4,
+            at some joint positions; only what is inside N at all of them
+            counts.
+
+    Returns:
+        A grid that reaches about one thickness of the link beyond it.
+    """
+    thickness = int(np.ceil(solid.depth.max() / solid.pitch))
+    pad = min(thickness, _MAX_PAD) + 2
+    cells = np.indices([n + 2 * pad for n in solid.depth.shape])
+    origin = solid.origin - pad * solid.pitch
+    p_L = origin + solid.pitch * np.moveaxis(cells, 0, -1)
+    inside = np.pad(solid.depth >= 0, pad)
+    for neighbour, poses in neighbours:
+        hidden = ~inside
+        for X_LN in poses:
+            p_N = (p_L[hidden] - X_LN[:3, 3]) @ X_LN[:3, :3]
+            hidden[hidden] = neighbour.contains(p_N)
+        inside |= hidden
+    # Joints have gaps of a millimetre or two.
+    inside = ndimage.binary_closing(inside, iterations=2)
+    core = ndimage.binary_erosion(inside)
+    return SolidGrid(origin, solid.pitch, _depth(core, solid.pitch))
+
+
+def _depth(core: np.ndarray, pitch: float) -> np.ndarray:
+    """Depth [m], zero on the voxels just outside of `core`."""
+    inside = np.asarray(ndimage.distance_transform_edt(core))
+    outside = np.asarray(ndimage.distance_transform_edt(~core))
+    return pitch * np.where(core, inside, 1.0 - outside)

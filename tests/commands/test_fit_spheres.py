@@ -1,0 +1,54 @@
+"""`fit-spheres` from flags to file."""
+
+import argparse
+
+import pytest
+
+from remosplat_drake.commands import fit_spheres
+from remosplat_drake.errors import FieldError, RemoSplatError
+from remosplat_drake.robot.sphere_model import load_sphere_model
+
+URDF = """
+<robot name="toy"><link name="ball"><collision>
+  <geometry><sphere radius="0.5"/></geometry>
+</collision></link></robot>
+"""
+
+
+def run(*flags):
+    parser = argparse.ArgumentParser()
+    fit_spheres.add_arguments(parser)
+    return fit_spheres.run(parser.parse_args([str(flag) for flag in flags]))
+
+
+@pytest.fixture
+def model(tmp_path):
+    path = tmp_path / "toy.urdf"
+    path.write_text(URDF)
+    return path
+
+
+def test_writes_a_model_that_loads(model, tmp_path, capsys):
+    output = tmp_path / "out" / "ball.yaml"
+    assert run(model, "--count", 1, "--output", output) == 0
+    spheres = load_sphere_model(output)
+    assert spheres.links == ("ball",)
+    assert spheres.radius[0] == pytest.approx(0.5, abs=0.02)
+    assert "ball" in capsys.readouterr().out
+
+
+def test_fits_one_link_of_a_shipped_robot(capsys):
+    flags = ("--links", "panda_leftfinger", "--count", 4)
+    assert run("frankie", *flags) == 0
+    assert "panda_leftfinger" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("weight", ["ball", "ball=", "ball=-1", "ball=nan"])
+def test_bad_weight_is_named(model, weight):
+    with pytest.raises(FieldError, match="LINK=FACTOR"):
+        run(model, "--weight", weight)
+
+
+def test_a_bare_model_file_has_no_meshes(model):
+    with pytest.raises(RemoSplatError, match="names no meshes"):
+        run(model, "--meshes")
