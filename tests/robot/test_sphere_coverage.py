@@ -7,8 +7,8 @@ import pytest
 
 from remosplat_drake import resources
 from remosplat_drake.errors import MissingExtraError
+from remosplat_drake.robot.link_spheres import LinkSpheres, measure_bulge
 from remosplat_drake.robot.model_surfaces import SurfaceOptions, model_surfaces
-from remosplat_drake.robot.sphere_fitting import LinkSpheres, measure_bulge
 from remosplat_drake.robot.sphere_model import load_sphere_model
 
 FOLDER = resources.models_dir() / "frankie"
