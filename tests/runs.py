@@ -1,0 +1,57 @@
+"""Helpers of the tests that drive whole scenarios or real processes."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from remosplat_drake.diagram import Application, MakeDiagram
+from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.simulation import RunResult, run
+from remosplat_drake.world import load_world
+
+
+def load_application(spec: str | Path, text: str = "") -> Application:
+    """The diagram of a scenario, with `text` laid over it."""
+    scenario = LoadScenario(str(spec), text)
+    return MakeDiagram(scenario, load_world(scenario))
+
+
+def run_scenario(spec: str | Path, text: str = "") -> RunResult:
+    """Drives a scenario to its end."""
+    return run(load_application(spec, text))
+
+
+def command_line(*arguments: str | Path) -> list[str]:
+    """What starts `remosplat` in a process of its own."""
+    launcher = "import sys; from remosplat_drake.commands.main import main"
+    return [
+        sys.executable,
+        "-c",
+        f"{launcher}; sys.exit(main())",
+        *map(str, arguments),
+    ]
+
+
+def remosplat(
+    *arguments: str | Path, cwd: Path | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Runs `remosplat` in a process of its own and waits for it."""
+    return subprocess.run(
+        command_line(*arguments),
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+
+
+def assert_one_line(result: subprocess.CompletedProcess[str], *mentions: str):
+    """A user's mistake: exit code 2, one line, all mentions in it."""
+    assert result.returncode == 2, result.stderr
+    assert result.stdout == ""
+    lines = [
+        line for line in result.stderr.splitlines() if "compil" not in line
+    ]
+    assert len(lines) == 1, result.stderr
+    assert lines[0].startswith("remosplat: ")
+    assert all(mention in lines[0] for mention in mentions), lines[0]
