@@ -16,6 +16,8 @@ from remosplat_drake.scenario import (
 )
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.ply import write_ply
 from remosplat_drake.world import load_world
 
 TWO = """
@@ -106,6 +108,30 @@ def test_the_gain_set_may_come_from_the_shell(folder):
 def test_an_oracle_is_chosen_by_its_tag(folder):
     oracle = LoadScenario(f"{folder}/two.yaml:Second").oracle
     assert oracle == GroundTruth(rows="per_primitive")
+
+
+@pytest.mark.parametrize(
+    "oracle",
+    [
+        "!SphereToEllipsoid {min_opacity: 0, bisection_steps: 3, threads: 2}",
+        "!DepthRasterization {resolution: 20, threads: 2}",
+    ],
+)
+def test_an_oracle_is_built_with_its_parameters(folder, oracle):
+    disc = GaussianSplat(
+        p_GK=np.array([[1.0, 0, 0.9]]),
+        quaternions=np.array([[1.0, 0, 0, 0]]),
+        scales=np.array([[0.3, 0.3]]),
+        opacities=np.array([0.95]),
+        colors=np.array([[0.5, 0.5, 0.5]]),
+    )
+    write_ply(folder / "disc.ply", disc)
+    text = f"{{scene: {{splat: disc.ply}}, oracle: {oracle}}}"
+    world = load_world(LoadScenario(str(folder / "two.yaml"), text))
+    assert world.splat_W is not None
+    assert len(world.splat_W) == 1
+    spheres = world.robot.spheres_at(world.q0)
+    assert 0 < world.field.clearances(spheres, 0.5).minimum() < 0.5
 
 
 def test_numbers_may_be_written_as_people_do(folder):

@@ -151,6 +151,12 @@ def test_equal_runs_are_equal(folder):
     np.testing.assert_array_equal(first.trajectory.u, second.trajectory.u)
 
 
+def test_an_application_can_be_run_again(folder):
+    application = make_application(folder, "One")
+    first, second = run(application), run(application)
+    np.testing.assert_array_equal(first.trajectory.q, second.trajectory.q)
+
+
 # The command
 
 

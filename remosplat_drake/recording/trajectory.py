@@ -66,7 +66,7 @@ def save_trajectory(trajectory: Trajectory, path: Path) -> None:
     }
     timings = {f"timing_{k}": v for k, v in trajectory.timings.items()}
     with atomic_write(path, "wb") as file:
-        np.savez_compressed(file, **arrays, **timings)
+        np.savez_compressed(file, **arrays, **timings)  # pyright: ignore
 
 
 def load_trajectory(path: Path) -> Trajectory:

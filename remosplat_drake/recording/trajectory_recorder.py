@@ -23,7 +23,8 @@ class TrajectoryRecorder(LeafSystem):
         - configuration
         - report
 
-    It publishes once a control period and keeps each new report.
+    It publishes once a control period and keeps each new report; another
+    simulation starts over.
 
     Args:
         n_q: Size of the configuration.
@@ -45,6 +46,7 @@ class TrajectoryRecorder(LeafSystem):
         self._report_input = self.DeclareAbstractInputPort(
             "report", Value(TickReport.before_first(n_q, n_u))
         )
+        self.DeclareInitializationPublishEvent(self._forget)
         self.DeclarePeriodicPublishEvent(period, 0.0, self._record)
 
     @staticmethod
@@ -71,6 +73,9 @@ class TrajectoryRecorder(LeafSystem):
         self._record(context)
         q_end = np.array(self._configuration_input.Eval(context))
         return make_trajectory(self.reports, q_end, self._n_u)
+
+    def _forget(self, context: Context):
+        self.reports.clear()
 
     def _record(self, context: Context):
         report = self._report_input.Eval(context)
