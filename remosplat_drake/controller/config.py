@@ -148,7 +148,7 @@ def make_ingredients(
 ) -> list[Ingredient]:
     """The ingredients that a configuration stands for."""
     return [
-        ing.ServoTracking(config.servo),
+        ing.ServoTracking(config.servo, config.collision),
         ing.VelocityCost(config.velocity_cost),
         ing.VelocityLimits(config.velocity_limits),
         ing.JointLimitDamper(config.joint_limits),

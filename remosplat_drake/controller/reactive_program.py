@@ -14,6 +14,7 @@ import numpy as np
 from pydrake.solvers import MathematicalProgram, SolverInterface
 
 from remosplat_drake.controller import tick_report
+from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
 from remosplat_drake.controller.servo import PoseError
 from remosplat_drake.oracle.distance_field import Clearances
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
@@ -32,6 +33,7 @@ class Tick:
         clearances: Distances within the influence distance.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
+        guidance: How the tick is bent.
     """
 
     robot: RobotModel
@@ -41,6 +43,7 @@ class Tick:
     clearances: Clearances
     u_previous: np.ndarray
     dt: float
+    guidance: Guidance = DIRECT
 
     @property
     def error_scale(self) -> float:

@@ -11,6 +11,7 @@ from remosplat_drake.controller.config import (
     ReactiveControllerConfig,
     make_ingredients,
 )
+from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
 from remosplat_drake.controller.ingredients import collision_damper
 from remosplat_drake.controller.reactive_program import (
     Decision,
@@ -71,6 +72,7 @@ def run_tick(
     clearances: Clearances,
     field: DistanceField,
     u_previous: np.ndarray,
+    guidance: Guidance = DIRECT,
 ) -> TickReport:
     """Runs one tick (paper eq. 1 to 4, then verify-then-scale).
 
@@ -82,6 +84,7 @@ def run_tick(
         clearances: The oracle's answer at q.
         field: The map, for verification.
         u_previous: The command being executed, shape (n_u,).
+        guidance: How the tick is bent.
     """
     start = perf_counter()
     problem = _unknown_surroundings(q, clearances)
@@ -99,6 +102,7 @@ def run_tick(
             clearances,
             u_previous,
             law.dt,
+            guidance,
         )
         program = build_program(tick, law.ingredients)
         after_build = perf_counter()
@@ -107,7 +111,8 @@ def run_tick(
         after_build = perf_counter()
         decision = brake(law.robot, u_previous, law.dt, "target is not finite")
     after_solve = perf_counter()
-    scale = _verified_scale(law, field, state, decision.u, clearances)
+    stopping = law.config.collision.stopping_for(guidance)
+    scale = _verified_scale(law, field, state, decision.u, clearances, stopping)
     end = perf_counter()
     kept, tight = _row_flags(decision, len(clearances))
     return TickReport(
@@ -171,20 +176,19 @@ def _verified_scale(
     state: RobotState,
     u: np.ndarray,
     clearances: Clearances,
+    stopping: float,
 ) -> float:
     if not law.config.verify:
         return 1.0
-    collision = law.config.collision
+    influence = law.config.collision.influence
     return safe_scale(
         law.robot,
         field,
         state,
         u,
         law.dt,
-        collision.stopping,
-        np.minimum(
-            clearances.per_sphere(len(state.spheres)), collision.influence
-        ),
+        stopping,
+        np.minimum(clearances.per_sphere(len(state.spheres)), influence),
     )
 
 

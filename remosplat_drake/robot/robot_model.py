@@ -186,6 +186,14 @@ class RobotModel:
             self._moves[body] = [s in chain for s in self._screw_body]
 
     @cached_property
+    def leading_spheres(self) -> np.ndarray:
+        """Whether each sphere moves with the arm's last joint, (n,) bool."""
+        last = self._screw_body[-1]
+        return np.array(
+            [last in self.tree.chain(body) for body in self._body_S], bool
+        )
+
+    @cached_property
     def home(self) -> np.ndarray:
         """The arm's home configuration, shape (n_arm,) [rad]."""
         return np.array(self.description.home, float)

@@ -65,7 +65,12 @@ def rate_along(robot, f, q, u):
 
 def test_servo_tracking_asks_for_the_twist(three_link, make_tick):
     tick = make_tick(three_link, [0.3, -0.8, 0.2])
-    program = added(ing.ServoTracking(ing.ServoTrackingConfig(gain=2.0)), tick)
+    program = added(
+        ing.ServoTracking(
+            ing.ServoTrackingConfig(gain=2.0), ing.CollisionDamperConfig()
+        ),
+        tick,
+    )
     (equality,) = program.prog.linear_equality_constraints()
     A = equality.evaluator().GetDenseA()
     np.testing.assert_allclose(A[:3, :3], tick.state.Jw_WE)
@@ -84,7 +89,12 @@ def test_the_slack_grows_dear_near_the_target(three_link, make_tick):
         # One axis of E, so that the L1 norm is the distance.
         X_WT[:3, 3] += distance * state.X_WE[:3, 1]
         tick = make_tick(three_link, np.zeros(3), X_WT=X_WT)
-        program = added(ing.ServoTracking(ing.ServoTrackingConfig()), tick)
+        program = added(
+            ing.ServoTracking(
+                ing.ServoTrackingConfig(), ing.CollisionDamperConfig()
+            ),
+            tick,
+        )
         (cost,) = program.prog.quadratic_costs()
         np.testing.assert_allclose(cost.evaluator().Q(), np.eye(6) / e)
 
@@ -96,7 +106,9 @@ def test_standing_still_is_feasible_however_far_the_target_is_turned(
     X_WT[:3, :3] = X_WT[:3, :3] @ np.diag([1.0, -1, -1])
     tick = make_tick(three_link, np.zeros(3), X_WT=X_WT)
     config = ing.ServoTrackingConfig(gain=4.0, slack_limit=10.0)
-    program = added(ing.ServoTracking(config), tick)
+    program = added(
+        ing.ServoTracking(config, ing.CollisionDamperConfig()), tick
+    )
     (equality,) = program.prog.linear_equality_constraints()
     V_WE = equality.evaluator().upper_bound()
     assert np.abs(V_WE).max() > config.slack_limit

@@ -144,7 +144,10 @@ def test_without_limits_it_is_damped_least_squares(three_link, make_tick):
         build_program(
             tick,
             [
-                ing.ServoTracking(ing.ServoTrackingConfig(2.0, HUGE, HUGE)),
+                ing.ServoTracking(
+                    ing.ServoTrackingConfig(2.0, HUGE, HUGE),
+                    ing.CollisionDamperConfig(),
+                ),
                 ing.VelocityCost(ing.VelocityCostConfig(weight=0.02)),
             ],
         ),

@@ -28,17 +28,19 @@ class ActiveCollisionCost:
         self, config: ActiveCollisionCostConfig, damper: CollisionDamperConfig
     ):
         self._gain = config.gain
-        self._influence = damper.influence
-        self._range = damper.influence - damper.stopping
+        self._damper = damper
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
         """Adds the cost if anything is within the influence distance."""
         clearances = tick.clearances
-        if self._gain == 0.0 or not len(clearances):
+        gain = self._gain * tick.guidance.active_scale
+        if gain == 0.0 or not len(clearances):
             return
-        w = (self._influence - clearances.distance) / self._range
+        influence = self._damper.influence
+        span = influence - self._damper.stopping_for(tick.guidance)
+        w = (influence - clearances.distance) / span
         mean = w @ tick.approach_rates / w.sum()
-        nearness = (self._influence - clearances.minimum()) / self._range
+        nearness = (influence - clearances.minimum()) / span
         program.prog.AddLinearCost(
-            self._gain * nearness**2 * mean, 0.0, program.u
+            gain * nearness**2 * mean, 0.0, program.u
         ).evaluator().set_description("active collision")

@@ -17,10 +17,10 @@ class BaseOrientationCostConfig:
 
 
 class BaseOrientationCost:
-    """-gain theta on the yaw rate, theta the bearing of E in B.
+    """-gain (theta - psi) on the yaw rate, theta the bearing of E in B.
 
-    After Haviland's holistic controller (paper eq. 6, J_o). A robot without
-    a mobile base is left alone.
+    psi is the guidance's bearing, normally zero. After Haviland's holistic
+    controller (paper eq. 6, J_o). A robot without a base is left alone.
     """
 
     def __init__(self, config: BaseOrientationCostConfig):
@@ -33,7 +33,8 @@ class BaseOrientationCost:
         X_WB, X_WE = tick.state.X_WB, tick.state.X_WE
         p_BE_B = X_WB[:3, :3].T @ (X_WE[:3, 3] - X_WB[:3, 3])
         c = np.zeros(len(program.u))
-        c[1] = -self._gain * math.atan2(p_BE_B[1], p_BE_B[0])
+        theta = math.atan2(p_BE_B[1], p_BE_B[0])
+        c[1] = -self._gain * (theta - tick.guidance.bearing)
         program.prog.AddLinearCost(
             c, 0.0, program.u
         ).evaluator().set_description("base orientation")

@@ -2,6 +2,7 @@
 
 import dataclasses as dc
 
+from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 
 NAME = "collision"
@@ -18,6 +19,12 @@ class CollisionDamperConfig:
     # Largest approach speed xi at the influence distance [m/s].
     gain: float = 1.0
 
+    def stopping_for(self, guidance: Guidance) -> float:
+        """The stopping distance of a tick with that guidance [m]."""
+        if guidance.stopping is None:
+            return self.stopping
+        return guidance.stopping
+
 
 class CollisionDamper:
     """n' Jv_WS u <= xi (d - d_s) / (d_i - d_s) (paper section IV-D)."""
@@ -30,8 +37,9 @@ class CollisionDamper:
         config, clearances = self._config, tick.clearances
         if not len(clearances):
             return
-        margin = clearances.distance - config.stopping
-        b = config.gain * margin / (config.influence - config.stopping)
+        stopping = config.stopping_for(tick.guidance)
+        margin = clearances.distance - stopping
+        b = config.gain * margin / (config.influence - stopping)
 
         def label(i: int) -> str:
             sphere = clearances.sphere[i]

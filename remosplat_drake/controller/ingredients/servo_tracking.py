@@ -4,6 +4,12 @@ import dataclasses as dc
 
 import numpy as np
 
+from remosplat_drake.controller.guidance.deflection import (
+    deflected_velocity,
+)
+from remosplat_drake.controller.ingredients.collision_damper import (
+    CollisionDamperConfig,
+)
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 from remosplat_drake.controller.servo import servo_twist
 
@@ -24,17 +30,31 @@ class ServoTrackingConfig:
 class ServoTracking:
     """J_E u + delta = v_E with the cost |delta|^2 / (2 e) (paper eq. 2).
 
+    The translational part of v_E is bent by the tick's guidance.
+
     The price 1/e of the slack grows near the target, so that the end
     effector first gets there roughly and then exactly.
     """
 
-    def __init__(self, config: ServoTrackingConfig):
+    def __init__(
+        self, config: ServoTrackingConfig, damper: CollisionDamperConfig
+    ):
         self._config = config
+        self._damper = damper
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
         """Adds the equality, the slack's bounds and its cost."""
         config = self._config
         w, v = servo_twist(tick.error, config.gain, config.max_speed)
+        v = deflected_velocity(
+            v,
+            tick.error,
+            tick.clearances,
+            tick.robot.leading_spheres,
+            tick.guidance,
+            self._damper.stopping_for(tick.guidance),
+            config.max_speed,
+        )
         V_WE = np.concatenate([w, v])
         state = tick.state
         J = np.eye(6, len(program.x), len(program.u))

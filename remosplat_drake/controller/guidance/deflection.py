@@ -1,0 +1,71 @@
+"""Bend the servo's velocity round what is in the hand's way."""
+
+import numpy as np
+
+from remosplat_drake.controller.guidance.guidance import Guidance
+from remosplat_drake.controller.servo import PoseError
+from remosplat_drake.oracle.distance_field import Clearances
+
+NEAR = 0.10
+"""Clearance within which an obstacle bends the path, d_c [m]."""
+
+_PASSED = 0.05
+"""How deep a sphere would stand in the obstacle at the target for the
+obstacle to count in full [m]."""
+
+
+def deflected_velocity(
+    v_WE: np.ndarray,
+    error: PoseError,
+    clearances: Clearances,
+    leading: np.ndarray,
+    guidance: Guidance,
+    stopping: float,
+    max_speed: float,
+) -> np.ndarray:
+    """The translational servo velocity, bent to the guidance's side.
+
+    An obstacle counts if it is near a leading sphere (w), ahead of it (a)
+    and still in its way at the target (b): without b, the table top on which
+    the target lies would count as something to go round. The direction then
+    turns from straight ahead to along the obstacle, horizontally.
+
+    Args:
+        v_WE: Desired velocity of E in W, shape (3,) [m/s].
+        error: From E to the target.
+        clearances: The oracle's answer.
+        leading: Whether each sphere moves with the hand, shape (n,).
+        guidance: Which side to take.
+        stopping: Stopping distance d_s of this tick [m].
+        max_speed: The servo's bound on |v_WE| [m/s].
+
+    Returns:
+        Desired velocity in W, shape (3,) [m/s].
+    """
+    speed = float(np.linalg.norm(v_WE))
+    rows = np.flatnonzero(
+        leading[clearances.sphere] & (clearances.distance < NEAR)
+    )
+    if guidance.side == 0.0 or speed == 0.0 or not len(rows):
+        return v_WE
+    ahead_W = v_WE / speed
+    d = clearances.distance[rows]
+    away_W = -clearances.direction_W[rows]
+    w = np.clip((NEAR - d) / (NEAR - stopping), 0.0, 1.0)
+    a = np.clip((0.1 - away_W @ ahead_W) / 0.4, 0.0, 1.0)
+    b = np.clip(-(d + away_W @ error.p_ET_W) / _PASSED, 0.0, 1.0)
+    f = w * a * b
+    strength = float(f.max())
+    if strength == 0.0:
+        return v_WE
+    mean_W = f**3 @ away_W
+    norm = float(np.linalg.norm(mean_W))
+    if norm == 0.0:
+        return v_WE
+    n_W = mean_W / norm
+    along_W = guidance.side * np.array([n_W[1], -n_W[0], 0.0])  # n x z
+    direction = (1.0 - strength) * ahead_W + strength * along_W
+    length = float(np.linalg.norm(direction))
+    if length < 1e-9:
+        return v_WE
+    return max(speed, 0.6 * strength * max_speed) * direction / length

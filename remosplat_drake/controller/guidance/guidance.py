@@ -1,0 +1,56 @@
+"""`Guidance`: how a tick is bent, and the candidates to choose among."""
+
+import dataclasses as dc
+from collections.abc import Sequence
+
+
+@dc.dataclass(frozen=True)
+class Guidance:
+    """A bend of the control law; the default bends nothing.
+
+    Attributes:
+        name: For people.
+        side: +1 passes obstacles on the left, -1 on the right, 0 goes
+            straight.
+        bearing: Angle that the base leads the end effector by, positive to
+            the left [rad].
+        active_scale: Factor on the active collision cost.
+        stopping: Stopping distance d_s [m]; None keeps the configured one.
+    """
+
+    name: str = "direct"
+    side: float = 0.0
+    bearing: float = 0.0
+    active_scale: float = 1.0
+    stopping: float | None = None
+
+    def __deepcopy__(self, memo) -> "Guidance":
+        return self
+
+
+DIRECT = Guidance()
+
+
+def make_candidates(
+    tiers: Sequence[float], bearing: float = 0.8, active_scale: float = 0.5
+) -> tuple[tuple[Guidance, ...], ...]:
+    """Direct, left and right, for every stopping distance.
+
+    Args:
+        tiers: Stopping distances in the order in which they may be tried,
+            largest first [m].
+        bearing: The base turns away from the side that is taken, which makes
+            room for the arm [rad].
+        active_scale: Factor on the active collision cost of both sides.
+
+    Returns:
+        One tuple of candidates a tier.
+    """
+    return tuple(
+        (
+            Guidance("direct", stopping=tier),
+            Guidance("left", 1.0, -bearing, active_scale, tier),
+            Guidance("right", -1.0, bearing, active_scale, tier),
+        )
+        for tier in tiers
+    )

@@ -1,0 +1,233 @@
+"""Which guidance to follow: the selector's rule, as a pure function.
+
+The present guidance is rolled out from the present state. If it arrives, it
+stays, and nothing is computed for a while. If not, the other candidates are
+tried tier by tier, a few steps a tick, while the robot keeps moving; the
+cheapest one takes over if it is better by a margin.
+"""
+
+import dataclasses as dc
+from collections.abc import Callable
+
+import numpy as np
+
+from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
+from remosplat_drake.controller.guidance.rollout import (
+    REACHED,
+    RUNNING,
+    Rollout,
+    step_rollout,
+)
+from remosplat_drake.controller.servo import PoseError
+from remosplat_drake.controller.tick import ReactiveLaw
+from remosplat_drake.oracle.distance_field import DistanceField
+
+IDLE = 1.0
+"""How long a guidance that arrives is trusted before it is checked again
+[s]."""
+
+_MARGIN = 0.5
+"""A candidate must be better by so much to take over [s]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class SelectionRule:
+    """What stays the same from tick to tick.
+
+    Attributes:
+        law: The control law of rollouts: their step is its period.
+        candidates: See `make_candidates`; the first tier's first one is
+            where a task starts.
+        arrived: Whether a pose error counts as arrival.
+        horizon: Longest simulated time of a rollout [s].
+    """
+
+    law: ReactiveLaw
+    candidates: tuple[tuple[Guidance, ...], ...]
+    arrived: Callable[[PoseError], bool]
+    horizon: float
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Selection:
+    """Where the selector stands; copying returns the object itself.
+
+    Attributes:
+        guidance: What to follow now.
+        reason: Why, for people.
+        running: The rollout in progress, if any.
+        waiting: Candidates of the present tier still to be tried.
+        tier: The present tier.
+        finished: Rollouts of the present round, the incumbent's first.
+        latest: Rollouts of the latest complete round.
+        idle_until: Nothing is computed before this time [s].
+        revision: Of the map that the round looks at.
+        X_WT: Target that the round goes for, shape (4, 4).
+    """
+
+    guidance: Guidance
+    reason: str = "start"
+    running: Rollout | None = None
+    waiting: tuple[Guidance, ...] = ()
+    tier: int = 0
+    finished: tuple[Rollout, ...] = ()
+    latest: tuple[Rollout, ...] = ()
+    idle_until: float = -np.inf
+    revision: str = ""
+    X_WT: np.ndarray | None = None
+
+    def __deepcopy__(self, memo) -> "Selection":
+        return self
+
+
+def start_selection(rule: SelectionRule) -> Selection:
+    """The selection before anything is known."""
+    return Selection(rule.candidates[0][0] if rule.candidates else DIRECT)
+
+
+def advance_selection(
+    rule: SelectionRule,
+    selection: Selection,
+    *,
+    time: float,
+    q: np.ndarray,
+    u: np.ndarray,
+    X_WT: np.ndarray,
+    field: DistanceField,
+    budget: int,
+) -> Selection:
+    """Looks ahead by at most `budget` rollout steps and decides if it can.
+
+    A new target or a new map aborts the round: what was simulated is about
+    another world.
+
+    Args:
+        rule: The rule.
+        selection: Where it stands.
+        time: Present time [s].
+        q: Measured configuration, shape (n_q,).
+        u: Command being executed, shape (n_u,).
+        X_WT: Target pose, shape (4, 4).
+        field: The map.
+        budget: Number of rollout steps that may be spent.
+    """
+    if not (np.isfinite(q).all() and np.isfinite(X_WT).all()):
+        return selection
+    selection = _on_the_same_world(rule, selection, field.revision, X_WT)
+    for _ in range(budget):
+        if selection.running is None:
+            if time < selection.idle_until:
+                break
+            first = Rollout(selection.guidance, q, u)
+            selection = dc.replace(selection, running=first)
+        assert selection.running is not None
+        running = step_rollout(
+            rule.law,
+            selection.running,
+            field,
+            X_WT,
+            rule.arrived,
+            rule.horizon,
+        )
+        if running.status == RUNNING:
+            selection = dc.replace(selection, running=running)
+        else:
+            selection = _file(rule, selection, running, time, q, u)
+    return selection
+
+
+def _on_the_same_world(
+    rule: SelectionRule, selection: Selection, revision: str, X_WT: np.ndarray
+) -> Selection:
+    known = selection.X_WT
+    if known is None or not np.array_equal(known, X_WT):
+        start = start_selection(rule)
+        return dc.replace(
+            start, revision=revision, X_WT=X_WT, reason="new target"
+        )
+    if selection.revision != revision:
+        return Selection(
+            selection.guidance, "new map", revision=revision, X_WT=X_WT
+        )
+    return selection
+
+
+def _file(
+    rule: SelectionRule,
+    selection: Selection,
+    rollout: Rollout,
+    time: float,
+    q: np.ndarray,
+    u: np.ndarray,
+) -> Selection:
+    """Files a finished rollout and starts the next, or decides."""
+    finished = (*selection.finished, rollout)
+    if len(finished) == 1:  # The incumbent's.
+        if rollout.status == REACHED:
+            return _end_round(
+                selection,
+                rollout.guidance,
+                finished,
+                f"{rollout.guidance.name} arrives",
+                time + IDLE,
+            )
+        waiting, tier = _others(rule, 0, rollout.guidance), 0
+    else:
+        waiting, tier = selection.waiting, selection.tier
+    arrives = any(r.status == REACHED for r in finished)
+    while not waiting and not arrives and tier + 1 < len(rule.candidates):
+        tier += 1
+        waiting = _others(rule, tier, finished[0].guidance)
+    if not waiting:
+        return _decide(rule, selection, finished, time)
+    return dc.replace(
+        selection,
+        running=Rollout(waiting[0], q, u),
+        waiting=waiting[1:],
+        tier=tier,
+        finished=finished,
+    )
+
+
+def _others(
+    rule: SelectionRule, tier: int, incumbent: Guidance
+) -> tuple[Guidance, ...]:
+    return tuple(g for g in rule.candidates[tier] if g != incumbent)
+
+
+def _decide(
+    rule: SelectionRule,
+    selection: Selection,
+    finished: tuple[Rollout, ...],
+    time: float,
+) -> Selection:
+    first_tier = rule.candidates[0][0].stopping or 0.0
+    incumbent = finished[0]
+    best = min(finished, key=lambda rollout: rollout.score(first_tier))
+    gain = incumbent.score(first_tier) - best.score(first_tier)
+    if best is incumbent or gain <= _MARGIN:
+        reason = f"{incumbent.guidance.name} {incumbent.status}, none better"
+        return _end_round(selection, incumbent.guidance, finished, reason, time)
+    reason = (
+        f"{incumbent.guidance.name} {incumbent.status},"
+        f" {best.guidance.name} {best.status}"
+    )
+    idle = IDLE if best.status == REACHED else 0.0
+    return _end_round(selection, best.guidance, finished, reason, time + idle)
+
+
+def _end_round(
+    selection: Selection,
+    guidance: Guidance,
+    finished: tuple[Rollout, ...],
+    reason: str,
+    idle_until: float,
+) -> Selection:
+    return Selection(
+        guidance=guidance,
+        reason=reason,
+        latest=finished,
+        idle_until=idle_until,
+        revision=selection.revision,
+        X_WT=selection.X_WT,
+    )
