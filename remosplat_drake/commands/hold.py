@@ -1,0 +1,32 @@
+"""Keep a browser page alive after a command has done its work."""
+
+import sys
+import time
+
+from rich.console import Console
+
+from remosplat_drake.visualization.page import MeshcatPage
+
+_PERIOD = 0.05
+"""Time between two looks at the page's buttons [s]."""
+
+
+def hold(wanted: bool | None, page: MeshcatPage, console: Console) -> None:
+    """Serves a page and its buttons until Ctrl-C.
+
+    Args:
+        wanted: Whether to; None: if somebody sits at a terminal.
+        page: To be kept.
+        console: To say so.
+    """
+    if wanted is None:
+        wanted = sys.stdin.isatty()
+    if not wanted:
+        return
+    console.print(f"the page stays at {page.url}; Ctrl-C ends")
+    try:
+        while True:
+            page.poll()
+            time.sleep(_PERIOD)
+    except KeyboardInterrupt:
+        pass
