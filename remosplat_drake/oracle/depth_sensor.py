@@ -50,6 +50,11 @@ class DepthSensor:
     meaningful centre depth there, and a centre order lets a slanted far disc
     hide a near one, so that the distance is over-estimated.
 
+    The filter is off by default: on four trained scenes it moved the median
+    absolute error of a sphere's distance by at most 0.1 mm (1.1 to 1.6 mm
+    either way; largest over-estimate 6.2 mm without, 5.7 mm with it), and it
+    doubles the time of a query.
+
     Attributes:
         resolution: Pixels along each side of a view; the field of view is 90
             degrees (the authors' code: 80).
