@@ -17,6 +17,10 @@ from pydrake.systems.primitives import (
     Multiplexer,
 )
 
+from remosplat_drake.controller.guidance.guidance_selector import (
+    GuidanceSelector,
+    make_selection_rule,
+)
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.controller.tick import ReactiveLaw
 from remosplat_drake.errors import FieldError, RemoSplatError
@@ -26,6 +30,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scenario import Scenario, make_transform
 from remosplat_drake.station import ports
 from remosplat_drake.station.simulated_station import MakeHardwareStation
+from remosplat_drake.task.arrival import has_arrived
 from remosplat_drake.task.target_sequence import TargetSequence
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.views import AddViews
@@ -85,6 +90,11 @@ def MakeDiagram(
     builder.Connect(
         targets.GetOutputPort("target"), controller.GetInputPort("target")
     )
+    selector = None
+    if scenario.controller.guidance.enabled:
+        selector = _AddGuidance(
+            builder, scenario, robot, controller, oracle, targets, configuration
+        )
     _ConnectCommand(builder, robot, controller, station)
     report = controller.GetOutputPort("report")
     recorder = TrajectoryRecorder.AddToBuilder(
@@ -104,6 +114,7 @@ def MakeDiagram(
             truth=world.truth,
             configuration=configuration,
             report=report,
+            selection=selector and selector.GetOutputPort("selection"),
         )
     diagram = builder.Build()
     diagram.set_name("remosplat")
@@ -118,6 +129,35 @@ def MakeDiagram(
         recorder,
         configuration,
     )
+
+
+def _AddGuidance(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    robot: RobotModel,
+    controller: ReactiveController,
+    oracle: DistanceOracle,
+    targets: TargetSequence,
+    configuration: OutputPort,
+) -> GuidanceSelector:
+    """Adds the look-ahead beside the controller."""
+    selector = GuidanceSelector.AddToBuilder(
+        builder,
+        controller=controller,
+        oracle=oracle,
+        rule=make_selection_rule(
+            scenario.controller,
+            robot,
+            lambda error: has_arrived(error, scenario.arrival),
+        ),
+        budget=scenario.controller.guidance.budget,
+        period=scenario.control_period,
+    )
+    builder.Connect(configuration, selector.GetInputPort("configuration"))
+    builder.Connect(
+        targets.GetOutputPort("target"), selector.GetInputPort("target")
+    )
+    return selector
 
 
 def _MakeStation(scenario: Scenario, world: World) -> Diagram:

@@ -65,6 +65,9 @@ class SceneConfig:
     crop: CropConfig | None = None
     # True geometry (RMMI JSON) for metrics, contact and !GroundTruth.
     truth: str = ""
+    # Largest over-estimate of a distance by the splat, from its quality
+    # report; absent: unknown. Small stopping distances need it [m].
+    map_error: float | None = None
     # The robot's floor links do not see the scene below this height [m].
     floor_height: float = 0.03
 
@@ -178,6 +181,7 @@ def check_scenario(scenario: Scenario) -> None:
         if not value > 0:
             raise FieldError(where, field, f"must be positive, got {value}")
     check_config(scenario.controller, where)
+    _check_map_error(scenario, where)
     check_arrival(scenario.arrival, where)
     make_transform(scenario.scene.X_WG, where, "scene.X_WG")
     for i, target in enumerate(scenario.targets):
@@ -188,6 +192,30 @@ def check_scenario(scenario: Scenario) -> None:
         for side in ("lower", "upper"):
             values = getattr(scenario.scene.crop, side)
             _check_length(values, 3, where, f"scene.crop.{side}")
+
+
+MAP_ERROR_MARGIN = 0.002
+"""A stopping distance must exceed the map's error by so much [m]."""
+
+
+def _check_map_error(scenario: Scenario, where: str) -> None:
+    tiers = scenario.controller.guidance.tiers
+    if not tiers or isinstance(scenario.oracle, GroundTruth):
+        return
+    error = scenario.scene.map_error
+    if error is None:
+        raise FieldError(
+            where,
+            "controller.guidance.tiers",
+            "need scene.map_error, from the splat's quality report",
+        )
+    if min(tiers) < error + MAP_ERROR_MARGIN:
+        raise FieldError(
+            where,
+            "controller.guidance.tiers",
+            f"{min(tiers)} is too small for a map that is wrong by up to"
+            f" {error}; valid: at least {error + MAP_ERROR_MARGIN:.4f}",
+        )
 
 
 def make_transform(

@@ -28,6 +28,7 @@ ALLOWED = {
     "recording": {"controller.tick_report", "oracle", "robot"},
     "reconstruction": {"oracle", "robot", "scene", "splat"},
     "visualization": {
+        "controller.guidance",
         "controller.tick_report",
         "controller.ingredients.collision_damper",
         "controller.servo",

@@ -2,8 +2,11 @@
 
 import dataclasses as dc
 import math
+from collections.abc import Callable
+from itertools import pairwise
 
 from remosplat_drake.controller import ingredients as ing
+from remosplat_drake.controller.guidance.config import GuidanceConfig
 from remosplat_drake.controller.reactive_program import Ingredient
 from remosplat_drake.controller.solvers import make_solver
 from remosplat_drake.errors import FieldError, unknown_name
@@ -50,6 +53,7 @@ class ReactiveControllerConfig:
     base_orientation: ing.BaseOrientationCostConfig = dc.field(
         default_factory=ing.BaseOrientationCostConfig
     )
+    guidance: GuidanceConfig = dc.field(default_factory=GuidanceConfig)
 
 
 def _paper_gains() -> ReactiveControllerConfig:
@@ -64,6 +68,7 @@ def _paper_gains() -> ReactiveControllerConfig:
         active_collision=ing.ActiveCollisionCostConfig(gain=1.0),
         manipulability=ing.ManipulabilityCostConfig(gain=1.0),
         base_orientation=ing.BaseOrientationCostConfig(gain=0.5),
+        guidance=GuidanceConfig(enabled=False),
     )
 
 
@@ -123,6 +128,7 @@ def check_config(config: ReactiveControllerConfig, where: str) -> None:
         "velocity_limits.fraction",
         f"must lie in (0, 1], got {config.velocity_limits.fraction}",
     )
+    _check_guidance(config, require)
     for name, near, far in (
         ("collision", config.collision.stopping, config.collision.influence),
         (
@@ -141,6 +147,40 @@ def check_config(config: ReactiveControllerConfig, where: str) -> None:
             f"{name}.influence",
             f"must exceed the stopping distance {near}, got {far}",
         )
+
+
+def _check_guidance(
+    config: ReactiveControllerConfig,
+    require: Callable[[bool, str, str], None],
+) -> None:
+    guidance = config.guidance
+    require(
+        guidance.budget >= 0,
+        "guidance.budget",
+        f"must not be negative, got {guidance.budget}",
+    )
+    require(
+        guidance.step > 0,
+        "guidance.step",
+        f"must be positive, got {guidance.step}",
+    )
+    require(
+        guidance.horizon > guidance.step,
+        "guidance.horizon",
+        f"must exceed the step, got {guidance.horizon}",
+    )
+    require(
+        guidance.active_scale >= 0,
+        "guidance.active_scale",
+        f"must not be negative, got {guidance.active_scale}",
+    )
+    tiers = [config.collision.stopping, *guidance.tiers, 0.0]
+    require(
+        all(a > b for a, b in pairwise(tiers)),
+        "guidance.tiers",
+        "must fall from below the stopping distance"
+        f" {config.collision.stopping}, got {guidance.tiers}",
+    )
 
 
 def make_ingredients(

@@ -13,6 +13,8 @@ from pydrake.systems.framework import (
     State,
 )
 
+from remosplat_drake.controller.guidance.guidance import DIRECT
+from remosplat_drake.controller.guidance.selection import Selection
 from remosplat_drake.controller.tick import ReactiveLaw, run_tick
 from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.oracle.distance_field import Clearances
@@ -29,6 +31,7 @@ class ReactiveController(LeafSystem):
         - clearances
         - distance_field
         - target
+        - selection (optional)
         output_ports:
         - velocity_commanded
         - report
@@ -36,7 +39,8 @@ class ReactiveController(LeafSystem):
     The command is state, updated every control period: a plant that steps
     faster does not solve more programs, and station and controller form no
     algebraic loop. `report` is the `TickReport` of the latest tick; viewers
-    and loggers read it instead of asking the oracle again.
+    and loggers read it instead of asking the oracle again. `selection` is a
+    `GuidanceSelector`'s; without it the controller goes straight.
 
     Args:
         law: The control law; its `dt` is the period of the updates [s].
@@ -58,6 +62,9 @@ class ReactiveController(LeafSystem):
         )
         self._target_input = self.DeclareAbstractInputPort(
             "target", Value(RigidTransform())
+        )
+        self._selection_input = self.DeclareAbstractInputPort(
+            "selection", Value(Selection(DIRECT))
         )
         self._report_index = self.DeclareAbstractState(
             Value(TickReport.before_first(n_q, n_u))
@@ -90,6 +97,7 @@ class ReactiveController(LeafSystem):
     def _tick(self, context: Context, state: State):
         cell = int(self._report_index)
         previous = context.get_abstract_state(cell).get_value()
+        selection = self._selection(context)
         start = perf_counter()
         clearances = self._clearances_input.Eval(context)
         after_oracle = perf_counter()
@@ -101,12 +109,19 @@ class ReactiveController(LeafSystem):
             clearances,
             self._field_input.Eval(context),
             previous.command,
+            selection.guidance,
         )
         timings = {
+            "guidance": selection.seconds,
             "oracle": after_oracle - start,
             **report.timings,
-            "total": perf_counter() - start,
+            "total": selection.seconds + perf_counter() - start,
         }
         state.get_mutable_abstract_state(cell).set_value(
             dc.replace(report, timings=timings)
         )
+
+    def _selection(self, context: Context) -> Selection:
+        if self._selection_input.HasValue(context):
+            return self._selection_input.Eval(context)
+        return Selection(DIRECT)

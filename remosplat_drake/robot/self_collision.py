@@ -82,8 +82,8 @@ def self_collision_pairs(
             for j in on_link[link_b]:
                 gap = np.linalg.norm(spheres.p_WS[i] - spheres.p_WS[j])
                 if gap - spheres.radius[i] - spheres.radius[j] > margin:
-                    first.append(i)
-                    second.append(j)
+                    first.append(int(i))
+                    second.append(int(j))
                     pair_of.append(number)
         number += 1
     return SelfCollisionPairs(

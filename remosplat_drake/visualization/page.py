@@ -67,7 +67,7 @@ class MeshcatPage:
     ):
         self.meshcat = _start_server(port, host)
         self._toggles: list[Toggle] = []
-        self._status = ""
+        self._status: dict[str, str] = {}
         self._dress(floor)
         self.look_from(p_WC=(-1.2, -2.8, 2.0), p_WT=(0.65, 0.1, 0.38))
 
@@ -92,19 +92,20 @@ class MeshcatPage:
         for toggle in self._toggles:
             toggle.poll()
 
-    def set_status(self, text: str):
-        """Shows a line of text among the controls.
+    def set_status(self, text: str, topic: str = "controller"):
+        """Shows a line of text among the controls, one line a topic.
 
         Meshcat has no text, so the line is the label of a button without a
         function. Sent only when it changes.
         """
-        if text == self._status:
+        shown = self._status.get(topic, "")
+        if text == shown:
             return
-        if self._status:
-            self.meshcat.DeleteButton(self._status)
+        if shown:
+            self.meshcat.DeleteButton(shown)
         if text:
             self.meshcat.AddButton(text)
-        self._status = text
+        self._status[topic] = text
 
     def start_recording(self):
         """Records all motion from now on, for replay in the page."""

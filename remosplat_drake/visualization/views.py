@@ -5,6 +5,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.visualization.guidance_view import GuidanceView
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import AddRobotView
 from remosplat_drake.visualization.run_view import RunView
@@ -21,6 +22,7 @@ def AddViews(
     truth: PrimitiveScene | None,
     configuration: OutputPort,
     report: OutputPort,
+    selection: OutputPort | None = None,
 ) -> None:
     """Draws the scene, and adds the systems that draw robot and control.
 
@@ -32,12 +34,16 @@ def AddViews(
         truth: The scene's true geometry, if it is known.
         configuration: The measured configuration.
         report: The controller's tick reports.
+        selection: The guidance selector's choice, if there is one.
     """
     if splat_W is not None:
         SplatView(page, splat_W)
     run_view = RunView.AddToBuilder(builder, page=page, robot=robot)
     builder.Connect(configuration, run_view.GetInputPort("configuration"))
     builder.Connect(report, run_view.GetInputPort("report"))
+    if selection is not None:
+        guidance_view = GuidanceView.AddToBuilder(builder, page=page)
+        builder.Connect(selection, guidance_view.GetInputPort("selection"))
     robot_input = AddRobotView(builder, robot, page.meshcat)
     builder.Connect(configuration, robot_input)
     if truth is not None:

@@ -251,7 +251,8 @@ def test_pruning_changes_no_command(frankie, make_tick, seed, use_acceleration):
     if u[0] is None:
         assert u[1] is None
     else:
-        np.testing.assert_allclose(u[0], u[1], atol=1e-5)
+        # The solver's tolerance, along directions that cost little.
+        np.testing.assert_allclose(u[0], u[1], atol=5e-4)
 
 
 @given(
@@ -296,7 +297,7 @@ def test_tighter_bounds_prune_more_rows(frankie, make_tick):
 
 def test_a_row_is_pruned_exactly_when_the_bounds_imply_it(tick):
     # Within +-2 rad/s the row's left side reaches 3 at most.
-    for b, kept in ((2.9, True), (3.0, False), (3.1, False), (-4.0, True)):
+    for b, kept in ((2.999_999, True), (3.0, False), (3.1, False), (-4.0, True)):
         program = build_program(tick, [Wall([[1, -0.5, 0]], [b])])
         assert program.rows["wall"].kept.tolist() == [kept]
 

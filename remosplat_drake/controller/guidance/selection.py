@@ -63,6 +63,7 @@ class Selection:
         idle_until: Nothing is computed before this time [s].
         revision: Of the map that the round looks at.
         X_WT: Target that the round goes for, shape (4, 4).
+        seconds: Wall-clock time of the latest update [s].
     """
 
     guidance: Guidance
@@ -75,6 +76,7 @@ class Selection:
     idle_until: float = -np.inf
     revision: str = ""
     X_WT: np.ndarray | None = None
+    seconds: float = 0.0
 
     def __deepcopy__(self, memo) -> "Selection":
         return self
@@ -113,7 +115,7 @@ def advance_selection(
     """
     if not (np.isfinite(q).all() and np.isfinite(X_WT).all()):
         return selection
-    selection = _on_the_same_world(rule, selection, field.revision, X_WT)
+    selection = on_the_same_world(rule, selection, field.revision, X_WT)
     for _ in range(budget):
         if selection.running is None:
             if time < selection.idle_until:
@@ -136,9 +138,10 @@ def advance_selection(
     return selection
 
 
-def _on_the_same_world(
+def on_the_same_world(
     rule: SelectionRule, selection: Selection, revision: str, X_WT: np.ndarray
 ) -> Selection:
+    """The selection itself, or a fresh one for a new target or a new map."""
     known = selection.X_WT
     if known is None or not np.array_equal(known, X_WT):
         start = start_selection(rule)

@@ -1,0 +1,26 @@
+"""`GuidanceConfig`: how far and how much the selector looks ahead."""
+
+import dataclasses as dc
+
+
+@dc.dataclass
+class GuidanceConfig:
+    """Rollout-selected guidance; without it the controller is reactive."""
+
+    # Whether guidance is selected at all.
+    enabled: bool = True
+    # Rollout steps that a control tick may spend. With 0 nothing is
+    # simulated: whenever the robot stalls, the next candidate is tried.
+    budget: int = 10
+    # Time that one rollout step simulates [s].
+    step: float = 0.1
+    # Longest time that a rollout simulates [s].
+    horizon: float = 8.0
+    # Angle by which the base turns away from the side that is taken [rad].
+    bearing: float = 0.8
+    # Factor on the active collision cost while passing on a side.
+    active_scale: float = 0.5
+    # Smaller stopping distances that may be tried when nothing arrives with
+    # the usual one, largest first [m]. Needs a map that is accurate enough:
+    # scene.map_error.
+    tiers: list[float] = dc.field(default_factory=list)

@@ -1,0 +1,87 @@
+"""`GuidanceView`: the futures that were simulated, and the chosen one."""
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.geometry import Rgba
+from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
+
+from remosplat_drake.controller.guidance.guidance import DIRECT
+from remosplat_drake.controller.guidance.rollout import Rollout
+from remosplat_drake.controller.guidance.selection import Selection
+from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
+from remosplat_drake.visualization.shapes import tube_mesh
+
+FUTURES = f"{ROOT}/futures"
+
+_CHOSEN = Rgba(0.55, 0.20, 0.85, 0.95)
+_OTHER = Rgba(0.55, 0.20, 0.85, 0.25)
+_MIN_STEP = 0.004  # Shorter steps of a path are skipped [m].
+
+
+class GuidanceView(LeafSystem):
+    """Draws the predicted end-effector paths of the latest round.
+
+    .. pydrake_system::
+
+        name: GuidanceView
+        input_ports:
+        - selection
+
+    The chosen candidate's path is solid, the others' are faint; a label
+    among the controls says why it was chosen.
+
+    Args:
+        page: Where to draw.
+    """
+
+    def __init__(self, *, page: MeshcatPage):
+        super().__init__()
+        self.set_name("guidance_view")
+        self._page = page
+        self._drawn: tuple[Rollout, ...] = ()
+        self._selection_input = self.DeclareAbstractInputPort(
+            "selection", Value(Selection(DIRECT))
+        )
+        self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder, *, page: MeshcatPage
+    ) -> "GuidanceView":
+        """Adds a view; the caller connects its port."""
+        return builder.AddSystem(GuidanceView(page=page))
+
+    def _publish(self, context: Context):
+        selection = self._selection_input.Eval(context)
+        if selection.latest is self._drawn:
+            return
+        self._drawn = selection.latest
+        self._page.set_status(
+            f"Guidance: {selection.guidance.name} ({selection.reason})",
+            "guidance",
+        )
+        self._page.meshcat.Delete(FUTURES)
+        for i, rollout in enumerate(selection.latest):
+            self._draw(i, rollout, rollout.guidance == selection.guidance)
+
+    def _draw(self, i: int, rollout: Rollout, chosen: bool):
+        points = spaced_points(np.array(rollout.path), _MIN_STEP)
+        if len(points) < 2:
+            return
+        vertices, faces = tube_mesh(points, 0.006 if chosen else 0.004)
+        self._page.meshcat.SetTriangleMesh(
+            f"{FUTURES}/{i}_{rollout.guidance.name}",
+            vertices.T,
+            faces.T,
+            _CHOSEN if chosen else _OTHER,
+        )
+
+
+def spaced_points(p: np.ndarray, step: float) -> np.ndarray:
+    """The points of a path that are at least `step` from the one before."""
+    kept: list[np.ndarray] = []
+    for point in p:
+        if not kept or np.linalg.norm(point - kept[-1]) >= step:
+            kept.append(point)
+    return np.array(kept)
