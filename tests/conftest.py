@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from remosplat_drake.kernel_cache import drop_stale_kernels
+
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
 
 THREE_LINK = Path(__file__).resolve().parent / "data" / "three_link.yaml"
@@ -28,3 +30,9 @@ def frankie() -> RobotModel:
 def three_link() -> RobotModel:
     """An arm in the x-z plane on a fixed base, small enough to work by hand."""
     return load_robot_model(THREE_LINK)
+
+
+def pytest_configure(config):
+    # Only the controller of parallel workers, before any of them starts.
+    if not hasattr(config, "workerinput"):
+        drop_stale_kernels()
