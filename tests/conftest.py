@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 
 from remosplat_drake.kernel_cache import drop_stale_kernels
-
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
 
 THREE_LINK = Path(__file__).resolve().parent / "data" / "three_link.yaml"
