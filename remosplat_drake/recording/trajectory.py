@@ -2,11 +2,13 @@
 
 import dataclasses as dc
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
 from remosplat_drake.atomic_file import atomic_write
 from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.errors import FileError
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -70,12 +72,24 @@ def save_trajectory(trajectory: Trajectory, path: Path) -> None:
 
 
 def load_trajectory(path: Path) -> Trajectory:
-    """Reads what `save_trajectory` wrote."""
-    with np.load(path) as archive:
-        arrays = dict(archive)
+    """Reads what `save_trajectory` wrote.
+
+    Raises:
+        FileError: The file cannot be read or holds something else.
+    """
+    try:
+        with np.load(path) as archive:
+            arrays = dict(archive)
+    except OSError as error:
+        raise FileError(path, error.strerror or str(error)) from error
+    except (ValueError, EOFError, BadZipFile) as error:
+        raise FileError(path, "is not a recorded trajectory") from error
     timings = {
         key.removeprefix("timing_"): arrays.pop(key)
         for key in list(arrays)
         if key.startswith("timing_")
     }
-    return Trajectory(**arrays, timings=timings)
+    try:
+        return Trajectory(**arrays, timings=timings)
+    except TypeError as error:
+        raise FileError(path, "is not a recorded trajectory") from error

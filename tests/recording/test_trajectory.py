@@ -104,3 +104,19 @@ def test_a_failed_save_leaves_the_old_file(trajectory, tmp_path, monkeypatch):
     monkeypatch.undo()
     assert_equal(load_trajectory(path), trajectory)
     assert [p.name for p in tmp_path.iterdir()] == ["trajectory.npz"]
+
+
+@pytest.mark.parametrize("content", [None, b"", b"nonsense", b"PK\x05\x06"])
+def test_what_is_no_trajectory_is_an_error_of_the_user(tmp_path, content):
+    path = tmp_path / "trajectory.npz"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(FileError, match=r"trajectory\.npz"):
+        load_trajectory(path)
+
+
+def test_an_archive_of_other_arrays_is_no_trajectory(tmp_path):
+    path = tmp_path / "other.npz"
+    np.savez(path, other=np.zeros(3))
+    with pytest.raises(FileError, match="not a recorded trajectory"):
+        load_trajectory(path)

@@ -1,0 +1,215 @@
+"""`remosplat inspect`: what one robot sphere sees of the splat."""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from pydrake.systems.framework import DiagramBuilder
+from rich.console import Console
+
+from remosplat_drake.commands.hold import hold
+from remosplat_drake.errors import FieldError, unknown_name
+from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
+from remosplat_drake.oracle.depth_sensor import DepthSensor
+from remosplat_drake.oracle.view_images import SphereViews, look_around
+from remosplat_drake.recording.trajectory import load_trajectory
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.visualization.depth_views import (
+    draw_depth_views,
+    format_length,
+    save_picture,
+)
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.robot_view import AddRobotView
+from remosplat_drake.visualization.sensor_view import SensorView
+from remosplat_drake.visualization.splat_view import SplatView
+from remosplat_drake.world import World, load_world
+
+_BEHIND = (-1.0, -1.2, 0.7)
+"""Where the page's camera stands, from the sphere, in W [m]."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command line."""
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`)",
+    )
+    parser.add_argument(
+        "--sphere",
+        metavar="INDEX|LINK",
+        help="which sphere, or the one of that link that is nearest to the"
+        " scene (default: the nearest of all)",
+    )
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--configuration",
+        type=float,
+        nargs="+",
+        metavar="Q",
+        help="look from there, not from the start [m, rad]",
+    )
+    where.add_argument(
+        "--trajectory",
+        type=Path,
+        metavar="FILE",
+        help="look from a recorded trajectory.npz, at --tick",
+    )
+    parser.add_argument(
+        "--tick", type=int, default=-1, help="negative: from the end (-1)"
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        metavar="FILE.png",
+        default=Path("results/depth_views.png"),
+        help="the picture (default: results/depth_views.png)",
+    )
+    parser.add_argument(
+        "--page",
+        action="store_true",
+        help="show robot, splat and the sensor's rays in the browser",
+    )
+    parser.add_argument(
+        "--save-html", type=Path, metavar="FILE", help="write that page"
+    )
+    parser.add_argument(
+        "--scenario-text",
+        default="",
+        metavar="YAML",
+        help="values laid over the scenario",
+    )
+    parser.add_argument(
+        "--port", type=int, help="port of the page (default: first free)"
+    )
+    parser.add_argument(
+        "--hold",
+        action=argparse.BooleanOptionalAction,
+        default=None,
+        help="keep the page open (default: in a terminal)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Writes the picture, and shows the page if it is asked for."""
+    console = Console(stderr=True)
+    scenario = LoadScenario(arguments.scenario, arguments.scenario_text)
+    world = load_world(scenario)
+    if world.splat_W is None:
+        raise FieldError(scenario.source, "scene.splat", "inspect needs one")
+    q, place = _configuration(arguments, world)
+    # Of the scenario's own depth oracle, if it has one.
+    sensor = getattr(world.field, "sensor", DepthSensor())
+    spheres = world.robot.spheres_at(q)
+    candidates = _candidates(arguments.sphere, world.robot.spheres.links)
+    i = _nearest(world.splat_W, sensor, spheres, candidates)
+    views = look_around(world.splat_W, sensor, spheres, i)
+    title = f"Sphere {i} on {world.robot.spheres.links[i]}"
+    where = scenario.source.rpartition(":")[2] + place
+    save_picture(
+        draw_depth_views(views, title, f"{where}   ·   {_facts(views)}"),
+        arguments.output,
+    )
+    console.print(f"{title}: {_facts(views)}; see {arguments.output}")
+    if arguments.page or arguments.save_html:
+        page = show(world.robot, world.splat_W, q, views, arguments.port)
+        if arguments.save_html:
+            page.save_html(arguments.save_html)
+        if arguments.page:
+            console.print(f"watch at [bold]{page.url}[/bold]")
+            hold(arguments.hold, page, console)
+    return 0
+
+
+def _configuration(
+    arguments: argparse.Namespace, world: World
+) -> tuple[np.ndarray, str]:
+    """The configuration to look from, and what to call it."""
+    n_q = world.robot.n_q
+    if arguments.configuration is not None:
+        if len(arguments.configuration) != n_q:
+            raise FieldError(
+                "inspect", "--configuration", f"expected {n_q} numbers"
+            )
+        return np.array(arguments.configuration), ""
+    if arguments.trajectory is None:
+        return world.q0, " at the start"
+    trajectory = load_trajectory(arguments.trajectory)
+    ticks = len(trajectory.q)
+    if trajectory.q.shape[1] != n_q:
+        raise FieldError(
+            "inspect", "--trajectory", f"is of a robot without {n_q} joints"
+        )
+    if not -ticks <= arguments.tick < ticks:
+        raise FieldError("inspect", "--tick", f"there are {ticks} ticks")
+    tick = range(ticks)[arguments.tick]
+    return trajectory.q[tick], f" at tick {tick}"
+
+
+def _nearest(
+    splat_W: GaussianSplat,
+    sensor: DepthSensor,
+    spheres: Spheres,
+    candidates: list[int],
+) -> int:
+    """Which of the candidates is nearest to what it sees."""
+    field = DepthRasterizationField(splat_W, sensor, nearest_only=True)
+    asked = spheres.select(np.array(candidates))
+    distance = field.clearances(asked).per_sphere(len(candidates))
+    return candidates[int(distance.argmin())]
+
+
+def _facts(views: SphereViews) -> str:
+    nearest = views.clearances.min()
+    sight = (
+        f"clearance {format_length(nearest)}"
+        if np.isfinite(nearest)
+        else "nothing in sight"
+    )
+    return f"radius {format_length(views.radius)}, {sight}"
+
+
+def _candidates(chosen: str | None, links: tuple[str, ...]) -> list[int]:
+    """The spheres that INDEX, LINK or nothing stands for."""
+    n = len(links)
+    if chosen is None:
+        return list(range(n))
+    if chosen.lstrip("-").isdigit():
+        if not 0 <= int(chosen) < n:
+            raise FieldError(
+                "inspect", "--sphere", f"{chosen} is not in 0 to {n - 1}"
+            )
+        return [int(chosen)]
+    if chosen not in links:
+        raise FieldError(
+            "inspect", "--sphere", unknown_name("link", chosen, set(links))
+        )
+    return [i for i in range(n) if links[i] == chosen]
+
+
+def show(
+    robot: RobotModel,
+    splat_W: GaussianSplat,
+    q: np.ndarray,
+    views: SphereViews,
+    port: int | None = None,
+) -> MeshcatPage:
+    """A page with the robot at q, the splat and the sensor's rays."""
+    page = MeshcatPage(port=port)
+    SplatView(page, splat_W)
+    SensorView(page, views)
+    builder = DiagramBuilder()
+    configuration = AddRobotView(builder, robot, page.meshcat)
+    builder.ExportInput(configuration, "configuration")
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    diagram.GetInputPort("configuration").FixValue(context, q)
+    diagram.ForcedPublish(context)
+    page.look_from(
+        p_WC=(views.p_WS + _BEHIND).tolist(), p_WT=views.p_WS.tolist()
+    )
+    return page
