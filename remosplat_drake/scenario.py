@@ -113,7 +113,7 @@ class Scenario:
     # Seed of everything random.
     seed: int = 0
     # File and name it was read from, filled in by the loader.
-    source: str = ""
+    source: str = dc.field(default="", metadata={"yaml": False})
 
     @property
     def folder(self) -> Path:

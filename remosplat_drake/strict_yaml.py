@@ -162,7 +162,7 @@ def _check_tag(node: yaml.Node, where: str, field: str) -> None:
 
 def _check_dataclass(node: yaml.Node, schema: type, where: str, field: str):
     hints = typing.get_type_hints(schema)
-    names = [f.name for f in dc.fields(schema)]
+    names = [f.name for f in dc.fields(schema) if f.metadata.get("yaml", True)]
     for key, value in _mapping(node, where, field):
         path = _join(field, key.value)
         if key.value not in names:

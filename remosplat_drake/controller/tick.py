@@ -26,7 +26,7 @@ from remosplat_drake.controller.solvers import make_solver
 from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.oracle.distance_field import Clearances, DistanceField
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
-from remosplat_drake.safety.verify import safe_scale
+from remosplat_drake.safety.verify import Surroundings, verified_command
 
 _TIGHT = 1e-4
 """Rows this close to equality count as tight [m/s]."""
@@ -111,14 +111,15 @@ def run_tick(
         after_build = perf_counter()
         decision = brake(law.robot, u_previous, law.dt, "target is not finite")
     after_solve = perf_counter()
-    stopping = law.config.collision.stopping_for(guidance)
-    scale = _verified_scale(law, field, state, decision.u, clearances, stopping)
+    command, scale = _verified(
+        law, field, state, decision.u, u_previous, clearances, guidance
+    )
     end = perf_counter()
     kept, tight = _row_flags(decision, len(clearances))
     return TickReport(
         time=time,
         q=q,
-        command=scale * decision.u,
+        command=command,
         status=decision.status,
         reason=decision.reason,
         scale=scale,
@@ -170,26 +171,32 @@ def _blind_report(
     )
 
 
-def _verified_scale(
+def _verified(
     law: ReactiveLaw,
     field: DistanceField,
     state: RobotState,
     u: np.ndarray,
+    u_previous: np.ndarray,
     clearances: Clearances,
-    stopping: float,
-) -> float:
+    guidance: Guidance,
+) -> tuple[np.ndarray, float]:
+    """The command that may be applied, and its fraction."""
     if not law.config.verify:
-        return 1.0
-    influence = law.config.collision.influence
-    return safe_scale(
-        law.robot,
+        return u, 1.0
+    robot, collision = law.robot, law.config.collision
+    bounded = law.config.velocity_limits.acceleration
+    around = Surroundings(
+        robot,
         field,
         state,
-        u,
+        np.minimum(
+            clearances.per_sphere(len(state.spheres)), collision.influence
+        ),
+        collision.stopping_for(guidance),
         law.dt,
-        stopping,
-        np.minimum(clearances.per_sphere(len(state.spheres)), influence),
+        robot.acceleration_limit if bounded else np.full(robot.n_u, np.inf),
     )
+    return verified_command(around, u, u_previous)
 
 
 def _row_flags(decision: Decision, m: int) -> tuple[np.ndarray, np.ndarray]:

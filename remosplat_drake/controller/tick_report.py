@@ -29,11 +29,13 @@ class TickReport:
         status: One of `STATUSES`.
         reason: Why the status is not `optimal`; empty otherwise. Names the
             constraints that had to yield.
-        scale: Factor that verification applied to the command, in [0, 1].
+        scale: How far verification let the command go from braking (0) to
+            what the program wanted (1).
         clearances: What the oracle said, all rows within influence.
         kept: Rows of `clearances` that could bind, shape (m,) bool: the
             others are implied by the velocity bounds.
-        tight: Rows that hold with equality at the command, shape (m,) bool.
+        tight: Rows that hold with equality at the program's optimum, before
+            verification, shape (m,) bool.
         X_WT: Target pose of this tick, shape (4, 4).
         timings: Wall-clock seconds by phase: oracle, kinematics, build,
             solve, verify, total.

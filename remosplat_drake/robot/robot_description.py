@@ -67,7 +67,7 @@ class RobotDescription:
     # Table of visual meshes, relative to this file; may be absent.
     visuals: str = ""
     # Path of this file, filled in by the loader.
-    source: str = ""
+    source: str = dc.field(default="", metadata={"yaml": False})
 
     @property
     def model_path(self) -> Path:

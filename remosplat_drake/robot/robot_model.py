@@ -283,6 +283,53 @@ class RobotModel:
             q_next[2] += u[1] * dt
         return q_next
 
+    def advance_along(
+        self, q: np.ndarray, u: np.ndarray, fractions: np.ndarray, dt: float
+    ) -> list[np.ndarray]:
+        """The configurations after each of several ticks of fractions of u.
+
+        Args:
+            q: Configuration to start from, shape (n_q,).
+            u: Command, shape (n_u,).
+            fractions: Factor on u in each tick, shape (k,).
+            dt: Length of a tick [s].
+        """
+        states = []
+        for fraction in fractions:
+            q = self.advance(q, fraction * u, dt)
+            states.append(q)
+        return states
+
+    @cached_property
+    def reach(self) -> np.ndarray:
+        """Bound on |dp_WS/du_j| over all configurations, shape (n, n_u).
+
+        A turning joint moves a sphere by no more than the length of the
+        links between them; a slide moves it one to one.
+        """
+        reach = np.zeros((len(self.spheres), self.n_u))
+        p_LS = np.linalg.norm(self._p_LS, axis=1)
+        for i, body in enumerate(self._body_S):
+            length = p_LS[i]
+            for link in reversed(self.tree.chain(body)):
+                length += np.linalg.norm(self.tree.X_MB[link, :3, 3])
+                columns = np.flatnonzero(self._screw_body == link)
+                turning = self._screw_revolute[columns]
+                reach[i, columns] = np.where(turning, length, 1.0)
+                length += self._travel(link)
+                length += np.linalg.norm(self.tree.X_PF[link, :3, 3])
+        return reach
+
+    def _travel(self, link: int) -> float:
+        """How far a link's inboard joint can slide from zero [m]."""
+        if self.tree.kind[link] != kin.PRISMATIC:
+            return 0.0
+        position = self.tree.position[link]
+        if position < 0:
+            return abs(self.tree.offset[link])
+        limits = self.position_lower[position], self.position_upper[position]
+        return float(np.abs(limits).max())
+
 
 def add_robot_model(
     description: RobotDescription, plant: MultibodyPlant

@@ -1,70 +1,127 @@
-"""Verify-then-scale: no command reaches a state that the map forbids.
+"""Verify-then-scale: every command leaves a way to stop that the map allows.
 
-The damper rows of the program are linear in u and hold at the tick's start;
-the state one tick later is checked against the map itself.
+The program's damper rows are linear in u and hold where the tick starts.
+Before a command is applied, the states that follow are checked against the
+map itself: the one at the end of the tick, and those along the braking ramp
+from there to a standstill.
+
+The guarantee. Let d_0 be a sphere's clearance when control starts. Then its
+clearance at the end of every tick is at least min(d_s, d_0), where d_s is the
+smallest stopping distance used, if
+
+- the scene does not move and the map is the truth (what the map misses is
+  not seen here either),
+- the robot executes commands exactly, each for one control period, and
+- the arithmetic is exact (it is so to about 1e-14 m).
+
+Between tick ends nothing is checked. Proof: when a command is applied, its
+braking ramp has been checked, at a level not below min(d_s, d_0); the next
+tick either finds a better command whose ramp passes the check, or takes the
+first step of the ramp that has passed it already.
 """
+
+import dataclasses as dc
 
 import numpy as np
 
 from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.safety.braking import braking_command, braking_fractions
 
 SCALES = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
-"""Fractions of a command that are tried before standing still."""
+"""Fractions of the way from braking to the command that are tried."""
 
 
-def safe_scale(
-    robot: RobotModel,
-    field: DistanceField,
-    state: RobotState,
-    u: np.ndarray,
-    dt: float,
-    stopping_distance: float,
-    clearance: np.ndarray,
-) -> float:
-    """The largest tried fraction of u that every sphere survives.
+@dc.dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What verification knows of the present tick.
 
-    A fraction passes if, after holding it for dt, each sphere is at least
-    min(stopping_distance, its present clearance) from the scene. There is no
-    tolerance, which would let the clearance creep down tick by tick; zero
-    always passes, because the scene is static and the map deterministic.
-
-    Args:
-        robot: Predicts the next state.
+    Attributes:
+        robot: Predicts states.
         field: The map.
         state: Kinematics at the present configuration.
-        u: The command, shape (n_u,).
-        dt: Control period [s].
-        stopping_distance: d_s [m].
         clearance: Present clearance of each sphere, or a lower bound of it
             that is at least d_s, shape (n,) [m].
+        stopping: d_s [m].
+        dt: Control period [s].
+        acceleration_limit: Bounds on |du/dt|; infinite where the robot may
+            stop at once, shape (n_u,).
+    """
+
+    robot: RobotModel
+    field: DistanceField
+    state: RobotState
+    clearance: np.ndarray
+    stopping: float
+    dt: float
+    acceleration_limit: np.ndarray
+
+
+def verified_command(
+    around: Surroundings, u: np.ndarray, u_previous: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """The command closest to u, towards braking, that may be applied.
+
+    Commands on the way from the braking ramp's next step (fraction 0) to u
+    (fraction 1) are tried; all of them respect the acceleration bounds if u
+    does. One passes if at the end of the tick, and of every tick of its own
+    braking ramp, each sphere is at least min(d_s, its present clearance)
+    from the scene. There is no tolerance, which would let the clearance
+    creep down tick by tick. Fraction 0 needs no check: it was checked when
+    the command being executed was.
+
+    Args:
+        around: Robot, map and present state.
+        u: The wanted command, shape (n_u,).
+        u_previous: The command being executed, shape (n_u,).
 
     Returns:
-        A factor in [0, 1] for the whole vector u.
+        The command and its fraction.
     """
-    floor = np.minimum(stopping_distance, clearance)
+    brake = braking_command(u_previous, around.acceleration_limit, around.dt)
     for scale in SCALES:
-        q_next = robot.advance(state.q, scale * u, dt)
-        if _clears(robot, field, state, q_next, floor, clearance):
-            return scale
-    return 0.0
+        command = u if scale == 1.0 else brake + scale * (u - brake)
+        if _survives(around, command):
+            return command, scale
+    return brake, 0.0
 
 
-def _clears(
-    robot: RobotModel,
-    field: DistanceField,
-    state: RobotState,
-    q_next: np.ndarray,
-    floor: np.ndarray,
-    clearance: np.ndarray,
-) -> bool:
-    spheres = robot.spheres_at(q_next)
+def _survives(around: Surroundings, u: np.ndarray) -> bool:
+    """Whether every state of this tick and its braking ramp is allowed."""
+    robot, field, dt = around.robot, around.field, around.dt
+    floor = np.minimum(around.stopping, around.clearance)
+    ramp = braking_fractions(u, around.acceleration_limit, dt)
+    fractions = np.concatenate([[1.0], ramp])
+    near = np.arange(len(floor))
     if field.is_lipschitz:
-        moved = np.linalg.norm(spheres.p_WS - state.spheres.p_WS, axis=1)
-        index = np.flatnonzero(clearance - moved <= floor)
-        if not len(index):
+        travel = robot.reach @ np.abs(u) * (fractions.sum() * dt)
+        near = np.flatnonzero(around.clearance - travel <= floor)
+        if not len(near):
             return True
-        spheres, floor = spheres.select(index), floor[index]
-    reach = float(floor.max())
-    near = field.clearances(spheres, np.nextafter(reach, np.inf))
-    return bool((near.per_sphere(len(spheres)) >= floor).all())
+    spheres = [
+        robot.spheres_at(q).select(near)
+        for q in robot.advance_along(around.state.q, u, fractions, dt)
+    ]
+    asked = _stacked(spheres)
+    level = np.tile(floor[near], len(spheres))
+    if field.is_lipschitz:
+        start = np.tile(around.state.spheres.p_WS[near], (len(spheres), 1))
+        moved = np.linalg.norm(asked.p_WS - start, axis=1)
+        known = np.tile(around.clearance[near], len(spheres))
+        rows = np.flatnonzero(known - moved <= level)
+        if not len(rows):
+            return True
+        asked, level = asked.select(rows), level[rows]
+    found = field.clearances(asked, np.nextafter(level.max(), np.inf))
+    return bool((found.per_sphere(len(asked)) >= level).all())
+
+
+def _stacked(parts: list[Spheres]) -> Spheres:
+    """The spheres of several states as one set."""
+    return Spheres(
+        *(
+            np.concatenate([getattr(part, field.name) for part in parts])
+            for field in dc.fields(Spheres)
+        )
+    )

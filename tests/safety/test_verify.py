@@ -12,7 +12,11 @@ from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import SphereModel
-from remosplat_drake.safety.verify import SCALES, safe_scale
+from remosplat_drake.safety.verify import (
+    SCALES,
+    Surroundings,
+    verified_command,
+)
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 
 STOPPING = 0.02
@@ -47,12 +51,28 @@ def pendulum(three_link) -> RobotModel:
     return RobotModel(three_link.description, sphere)
 
 
-def scale_of(robot, field, q, u, *, stopping=STOPPING, dt=DT) -> float:
+def around(
+    robot, field, q, *, stopping=STOPPING, dt=DT, limit=np.inf, bound=None
+):
+    """Surroundings at q; without a limit the robot stops at once."""
     state = robot.state(np.array(q, float))
     clearance = field.clearances(state.spheres).per_sphere(len(state.spheres))
-    return safe_scale(
-        robot, field, state, np.array(u, float), dt, stopping, clearance
+    return Surroundings(
+        robot,
+        field,
+        state,
+        clearance if bound is None else bound,
+        stopping,
+        dt,
+        np.broadcast_to(np.asarray(limit, float), (robot.n_u,)),
     )
+
+
+def scale_of(robot, field, q, u, **settings) -> float:
+    u = np.array(u, float)
+    return verified_command(
+        around(robot, field, q, **settings), u, np.zeros_like(u)
+    )[1]
 
 
 def descent(scale: float, rate: float = 1.0) -> float:
@@ -99,21 +119,16 @@ def test_standing_still_is_allowed_anywhere(pendulum):
 
 def test_far_spheres_are_not_asked_about(three_link):
     field = Slab(0.0)
-    q, u = np.zeros(3), np.ones(3)
-    state = three_link.state(q)
-    clearance = field.clearances(state.spheres).per_sphere(len(state.spheres))
+    here = around(three_link, field, np.zeros(3), limit=10.0)
     field.asked = 0
-    safe_scale(three_link, field, state, u, DT, STOPPING, clearance)
-    assert field.asked == 0
+    _, scale = verified_command(here, 0.3 * np.ones(3), np.zeros(3))
+    assert (field.asked, scale) == (0, 1.0)
 
 
 def test_a_lower_bound_of_far_clearances_is_enough(three_link):
     """As the controller does: clearances are known up to the influence."""
-    field = Slab(0.0)
-    state = three_link.state(np.zeros(3))
-    bound = np.full(len(state.spheres), 0.5)
-    u = np.ones(3)
-    assert safe_scale(three_link, field, state, u, DT, STOPPING, bound) == 1.0
+    bound = np.full(len(three_link.spheres), 0.5)
+    assert scale_of(three_link, Slab(0.0), np.zeros(3), np.ones(3), bound=bound)
 
 
 @given(
@@ -162,6 +177,56 @@ def test_a_map_that_knows_nothing_allows_nothing(pendulum):
 
     box = Box(RigidTransform([0, 0, -5]), np.array([9.0, 9.0, 5.0]))
     field = Unknown(PrimitiveScene(boxes=(box,)))
-    state = pendulum.state(np.zeros(3))
-    u, far = np.array([1.0, 0, 0]), np.ones(1)
-    assert safe_scale(pendulum, field, state, u, DT, STOPPING, far) == 0.0
+    here = around(pendulum, field, np.zeros(3), bound=np.ones(1))
+    _, scale = verified_command(here, np.array([1.0, 0, 0]), np.zeros(3))
+    assert scale == 0.0
+
+
+def test_the_braking_distance_counts(pendulum):
+    # At 1 rad/s and 2 rad/s^2, after the tick of 0.1 s the ramp goes on at
+    # 0.8, 0.6, 0.4, 0.2: 0.3 rad in all, although the tick ends at 0.1 rad.
+    fall = 0.5 * np.sin(0.3)
+    enough = Slab(1.0 - 0.1 - STOPPING - fall - 1e-9)
+    short = Slab(1.0 - 0.1 - STOPPING - fall + 1e-6)
+    settings = {"limit": 2.0}
+    assert scale_of(pendulum, enough, [0, 0, 0], [1, 0, 0], **settings) == 1.0
+    assert scale_of(pendulum, short, [0, 0, 0], [1, 0, 0], **settings) < 1.0
+
+
+def test_a_refused_command_gives_way_to_the_braking_ramp(pendulum):
+    # Falling at 1 rad/s with room for no more than the ramp: 0.8 rad/s next.
+    u = np.array([1.0, 0.0, 0.0])
+    room = 0.5 * np.sin(0.2)
+    field = Slab(1.0 - 0.1 - STOPPING - room - 1e-9)
+    here = around(pendulum, field, [0, 0, 0], limit=2.0)
+    command, scale = verified_command(here, u, u)
+    assert scale == 0.0
+    np.testing.assert_allclose(command, [0.8, 0, 0])
+
+
+@given(
+    seed=st.integers(0, 1000),
+    joint=st.tuples(*[st.floats(-1, 1)] * 9),
+    before=st.tuples(*[st.floats(-1, 1)] * 9),
+)
+@settings(max_examples=30, deadline=None)
+def test_tried_commands_keep_the_acceleration_bounds(
+    frankie, seed, joint, before
+):
+    scene = generate("table" if seed % 2 else "bookshelf", seed)
+    q = np.array([0.3, *scene.X_WB_start[1:], *frankie.home])
+    limit, dt = frankie.acceleration_limit, 0.02
+    u_previous = np.array(before) * frankie.velocity_limit
+    u = u_previous + np.array(joint) * limit * dt
+    here = around(frankie, SignedDistanceField(scene), q, limit=limit, dt=dt)
+    command, _ = verified_command(here, u, u_previous)
+    assert (np.abs(command - u_previous) <= limit * dt * (1 + 1e-9)).all()
+
+
+def test_reach_bounds_every_jacobian(frankie):
+    rng = np.random.default_rng(0)
+    lower, upper = frankie.position_lower[3:], frankie.position_upper[3:]
+    for _ in range(50):
+        q = np.array([*rng.uniform(-1, 1, 3), *rng.uniform(lower, upper)])
+        speeds = np.linalg.norm(frankie.state(q).Jv_WS, axis=1)
+        assert (speeds <= frankie.reach + 1e-12).all()
