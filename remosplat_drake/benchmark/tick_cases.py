@@ -20,11 +20,14 @@ _EVERY = 4
 """Every so many ticks of the run are timed."""
 
 
-def tick_cases(scenario_name: str | None = None) -> list[Case]:
+def tick_cases(
+    scenario_name: str | None = None, group: str = "tick"
+) -> list[Case]:
     """Cases for the states that a scenario's run goes through.
 
     Args:
         scenario_name: As on the command line; None for the default one.
+        group: What the cases' names begin with.
     """
     scenario = LoadScenario(scenario_name)
     world = load_world(scenario)
@@ -58,29 +61,29 @@ def tick_cases(scenario_name: str | None = None) -> list[Case]:
     n = len(world.robot.spheres)
     return [
         Case(
-            f"tick: oracle query, {n} spheres",
+            f"{group}: oracle query, {n} spheres",
             _over(
                 ticks,
                 lambda tick: world.field.clearances(tick.state.spheres, reach),
             ),
         ),
         Case(
-            "tick: kinematics and all Jacobians",
+            f"{group}: kinematics and all Jacobians",
             _over(ticks, lambda tick: world.robot.state(tick.state.q)),
         ),
         Case(
-            "tick: program build",
+            f"{group}: program build",
             _over(ticks, lambda tick: build_program(tick, law.ingredients)),
         ),
         Case(
-            "tick: program solve",
+            f"{group}: program solve",
             lambda: solve(next(programs), law.solver),
         ),
         Case(
-            "tick: whole, no verification",
+            f"{group}: whole, no verification",
             _over(ticks, whole_tick(laws[False])),
         ),
-        Case("tick: whole, verified", _over(ticks, whole_tick(laws[True]))),
+        Case(f"{group}: whole, verified", _over(ticks, whole_tick(laws[True]))),
     ]
 
 

@@ -10,12 +10,13 @@ from rich.progress import track
 from rich.table import Table
 
 from remosplat_drake.atomic_file import atomic_write
+from remosplat_drake.benchmark.depth_cases import depth_cases
 from remosplat_drake.benchmark.oracle_cases import oracle_cases
 from remosplat_drake.benchmark.tick_cases import tick_cases
 from remosplat_drake.benchmark.timing import Timing, measure
 from remosplat_drake.errors import FileError
 
-GROUPS = ("tick", "oracle")
+GROUPS = ("tick", "oracle", "depth")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -49,6 +50,8 @@ def run(arguments: argparse.Namespace) -> int:
         cases += tick_cases(arguments.scenario)
     if arguments.group in (None, "oracle"):
         cases += oracle_cases()
+    if arguments.group in (None, "depth"):
+        cases += depth_cases()
     timings = [
         measure(case)
         for case in track(

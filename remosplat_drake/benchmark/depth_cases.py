@@ -1,0 +1,61 @@
+"""What the depth rasterisation oracle costs: 77 spheres, views of 80 x 80.
+
+Scene and spheres are those of the sphere-to-ellipsoid oracle's cases.
+"""
+
+from functools import partial
+
+from remosplat_drake.benchmark.oracle_cases import (
+    MAX_DISTANCE,
+    robot_spheres,
+    table_scene,
+)
+from remosplat_drake.benchmark.tick_cases import tick_cases
+from remosplat_drake.benchmark.timing import Case
+from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
+from remosplat_drake.oracle.depth_sensor import DepthSensor
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+STOPPING_DISTANCE = 0.021
+"""How far verification asks [m]."""
+
+SCENARIO = "TableDepth"
+"""The shipped scenario whose control ticks use this oracle."""
+
+
+def depth_cases() -> list[Case]:
+    """Queries of 77 spheres, and the control ticks of a run on them."""
+    splat = table_scene(60_000)
+    growth = [
+        _query(f"{n // 1000}k splats", table_scene(n))
+        for n in (10_000, 60_000, 300_000, 1_000_000)
+    ]
+    return [
+        *growth,
+        _query("60k splats, 2 threads", splat, num_threads=2),
+        _query("60k splats, nearest only", splat, nearest_only=True),
+        _query(
+            "60k splats, low-pass filter",
+            splat,
+            sensor=DepthSensor(low_pass_filter=True),
+        ),
+        _query("60k splats, verification", splat, reach=STOPPING_DISTANCE),
+        Case(
+            "depth: build, 60k splats", partial(DepthRasterizationField, splat)
+        ),
+        *tick_cases(SCENARIO, "depth tick"),
+    ]
+
+
+def _query(
+    name: str,
+    splat: GaussianSplat,
+    reach: float = MAX_DISTANCE,
+    sensor: DepthSensor | None = None,
+    **options,
+) -> Case:
+    field = DepthRasterizationField(splat, sensor, **options)
+    return Case(
+        f"depth: query, {name}",
+        partial(field.clearances, robot_spheres(), reach),
+    )
