@@ -10,10 +10,10 @@ from remosplat_drake.robot.sphere_model import Spheres
 
 @dc.dataclass(frozen=True)
 class DistanceQuality:
-    """Errors of measured distances, over free points near a scene.
+    """Errors of measured distances, over points or spheres near a scene.
 
     Attributes:
-        count: Number of points.
+        count: Number of them.
         median: Of the absolute error [m].
         percentile_99: Of the absolute error [m].
         over: Largest over-estimate, which hides an obstacle [m].
@@ -54,9 +54,13 @@ def distance_quality(
     expected = truth.clearances(spheres).per_sphere(count)
     keep = (expected > nearest) & (expected < farthest)
     measured = field.clearances(spheres.select(keep)).per_sphere(keep.sum())
-    error = measured - expected[keep]
+    return summarize(measured - expected[keep])
+
+
+def summarize(error: np.ndarray) -> DistanceQuality:
+    """The quality that errors, measured minus true distance, (n,) [m], mean."""
     return DistanceQuality(
-        count=int(keep.sum()),
+        count=len(error),
         median=float(np.median(np.abs(error))),
         percentile_99=float(np.percentile(np.abs(error), 99)),
         over=float(error.max(initial=0.0)),

@@ -1,0 +1,76 @@
+"""Random states of a robot in a known scene, and distance errors there."""
+
+import numpy as np
+
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.sphere_model import Spheres
+
+BASE_LOWER, BASE_UPPER = (-0.5, -1.2, -np.pi / 2), (0.8, 1.2, np.pi / 2)
+"""Where a mobile base stands: x, y, yaw before the scene [m, rad]."""
+
+INFLUENCE = 0.5
+"""Distances beyond it do not matter to the controller [m]."""
+
+
+def free_states(
+    robot: RobotModel, truth: DistanceField, count: int, seed: int = 0
+) -> np.ndarray:
+    """Random configurations that touch nothing, shape (count, n_q).
+
+    Joints are uniform within their limits, a base within `BASE_LOWER` and
+    `BASE_UPPER`. Only states of which some sphere is within `INFLUENCE`
+    count.
+
+    Args:
+        robot: The robot.
+        truth: The true scene.
+        count: How many to draw.
+        seed: Of the random numbers.
+    """
+    rng = np.random.default_rng(seed)
+    lower, upper = robot.position_lower.copy(), robot.position_upper.copy()
+    if robot.n_base:
+        lower[:3], upper[:3] = BASE_LOWER, BASE_UPPER
+    states = []
+    while len(states) < count:
+        q = rng.uniform(lower, upper)
+        clearance = truth.clearances(robot.spheres_at(q)).minimum()
+        if 0 < clearance < INFLUENCE:
+            states.append(q)
+    return np.array(states)
+
+
+def distance_errors(
+    robot: RobotModel,
+    field: DistanceField,
+    truth: DistanceField,
+    states: np.ndarray,
+) -> tuple[np.ndarray, Spheres]:
+    """Errors of a map's distances, over all spheres that matter.
+
+    Args:
+        robot: The robot.
+        field: The map. A sphere that it finds nothing near is taken to be
+            `INFLUENCE` away: that is all the controller would know.
+        truth: The true scene.
+        states: Configurations, shape (k, n_q).
+
+    Returns:
+        Measured minus true distance of the spheres that are truly within
+        `INFLUENCE`, shape (m,) [m], and those spheres.
+    """
+    n = len(robot.spheres)
+    placed = [robot.spheres_at(q) for q in states]
+    spheres = Spheres(
+        np.concatenate([s.p_WS for s in placed]),
+        np.concatenate([s.R_WL for s in placed]),
+        np.concatenate([s.radius for s in placed]),
+        np.concatenate([s.ignore_below for s in placed]),
+    )
+    total = n * len(states)
+    expected = truth.clearances(spheres).per_sphere(total)
+    near = expected < INFLUENCE
+    spheres = spheres.select(near)
+    measured = field.clearances(spheres, INFLUENCE).per_sphere(len(spheres))
+    return np.minimum(measured, INFLUENCE) - expected[near], spheres
