@@ -18,6 +18,8 @@ from remosplat_drake.controller.config import gain_set
 from remosplat_drake.controller.tick import ReactiveLaw, run_tick
 from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.diagram import MakeDiagram
+from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
+from remosplat_drake.oracle.depth_sensor import DepthSensor
 from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
@@ -156,6 +158,26 @@ def test_the_true_clearance_is_kept(frankie, seed, gains):
 def test_the_clearance_by_a_splat_is_kept(frankie, seed):
     rng = np.random.default_rng(seed)
     field = SphereToEllipsoidField(splat_of(random_scene(rng), rng))
+    q = safe_start(frankie, field, rng)
+    if q is None:
+        return
+    law = law_with(frankie, "tuned")
+    path, _ = drive(law, field, q, random_target(rng), ticks=60)
+    d = clearances_along(frankie, field, path)
+    assert_kept_clear(d, law.config.collision.stopping)
+
+
+@given(seed=st.integers(0, 2**32 - 1), nearest_only=st.booleans())
+@settings(max_examples=6, deadline=None)
+def test_the_clearance_by_depth_views_is_kept(frankie, seed, nearest_only):
+    """Views are no true distance: what they see may jump between ticks."""
+    rng = np.random.default_rng(seed)
+    field = DepthRasterizationField(
+        splat_of(random_scene(rng), rng),
+        DepthSensor(resolution=16),
+        nearest_only=nearest_only,
+    )
+    assert not field.is_lipschitz
     q = safe_start(frankie, field, rng)
     if q is None:
         return
