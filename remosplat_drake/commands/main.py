@@ -11,7 +11,9 @@ from remosplat_drake.errors import RemoSplatError
 COMMANDS = {
     "run": "drive the robot of a scenario to its targets",
     "scenarios": "list the shipped scenarios",
+    "inspect": "show what a sphere's depth views see",
     "bench": "time the oracle and the control tick on this machine",
+    "noise-experiment": "measure what floaters do to the distance methods",
     "fit-spheres": "cover a robot's links with spheres",
     "render-capture": "render RGB-D views of a scene of primitives",
     "reconstruct": "make a splat from an RGB-D capture",
