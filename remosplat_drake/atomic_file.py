@@ -17,7 +17,8 @@ def atomic_write(path: Path, mode: str = "w") -> Iterator[IO]:
     An exception inside leaves whatever was at `path` before.
 
     Raises:
-        FileError: The folder cannot be made or written.
+        FileError: The folder cannot be made or written, `path` is a folder,
+            or the disk is full.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -32,9 +33,32 @@ def atomic_write(path: Path, mode: str = "w") -> Iterator[IO]:
             os.fsync(file.fileno())
         os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        problem = error.strerror or str(error)
+        raise FileError(path, f"cannot be written: {problem}") from error
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+def check_writable(path: Path) -> None:
+    """Tells in advance whether `atomic_write` could put a file there.
+
+    For what takes long to make and is written at its end. Nothing is made.
+
+    Raises:
+        FileError: `path` is a folder, or no file can be made there.
+    """
+    if path.is_dir():
+        raise FileError(path, "is a folder")
+    folder = path.absolute().parent
+    while not os.path.exists(folder):
+        folder = folder.parent
+    if not folder.is_dir():
+        raise FileError(path, f"{folder} is not a folder")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise FileError(path, f"{folder} cannot be written")
 
 
 def _umask() -> int:

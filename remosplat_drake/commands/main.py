@@ -6,7 +6,9 @@ import sys
 from collections.abc import Sequence
 
 from remosplat_drake import __version__
+from remosplat_drake.commands.interrupts import interrupts_deferred
 from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.kernel_cache import drop_stale_kernels
 
 COMMANDS = {
     "run": "drive the robot of a scenario to its targets",
@@ -30,9 +32,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     line on stderr says how. 130: interrupted.
     """
     argv = list(sys.argv[1:] if argv is None else argv)
-    parser = _make_parser(argv[0] if argv else None)
-    arguments = parser.parse_args(argv)
     try:
+        drop_stale_kernels()
+        parser = _make_parser(argv[0] if argv else None)
+        arguments = parser.parse_args(argv)
         return arguments.run(arguments)
     except RemoSplatError as error:
         print(f"remosplat: {error}", file=sys.stderr)
@@ -54,9 +57,10 @@ def _make_parser(chosen: str | None) -> argparse.ArgumentParser:
     for name, summary in COMMANDS.items():
         command = commands.add_parser(name, help=summary, description=summary)
         if name == chosen:
-            module = importlib.import_module(
-                f"remosplat_drake.commands.{name.replace('-', '_')}"
-            )
+            with interrupts_deferred():
+                module = importlib.import_module(
+                    f"remosplat_drake.commands.{name.replace('-', '_')}"
+                )
             module.add_arguments(command)
             command.set_defaults(run=module.run)
     return parser

@@ -4,7 +4,6 @@ import argparse
 import dataclasses as dc
 import json
 import math
-import sys
 import time
 from pathlib import Path
 
@@ -14,7 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from remosplat_drake import warm_up
-from remosplat_drake.atomic_file import atomic_write
+from remosplat_drake.atomic_file import atomic_write, check_writable
+from remosplat_drake.commands.hold import hold
 from remosplat_drake.controller.servo import PoseError
 from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.diagram import Application, MakeDiagram
@@ -24,6 +24,9 @@ from remosplat_drake.simulation import INTERRUPTED, REACHED, RunResult
 from remosplat_drake.simulation import run as simulate
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.world import load_world
+
+METRICS, TRAJECTORY = "metrics.json", "trajectory.npz"
+"""What a run leaves in its output folder."""
 
 _FRAME = 0.1
 """Time between two updates of the progress line [s]."""
@@ -93,6 +96,7 @@ def _rate(text: str) -> float:
 def run(arguments: argparse.Namespace) -> int:
     """Runs the scenario; 0 if the targets were reached, else 1."""
     console = Console(stderr=True)
+    _check_outputs(arguments)
     scenario = LoadScenario(arguments.scenario, arguments.scenario_text)
     warm_up.announce(console)
     world = load_world(scenario)
@@ -120,10 +124,19 @@ def run(arguments: argparse.Namespace) -> int:
     if page is not None and arguments.save_html:
         page.save_html(arguments.save_html)
     if page is not None and not arguments.headless:
-        _hold(arguments.hold, page.url, console)
+        hold(arguments.hold, page, console)
     if result.outcome == INTERRUPTED:
         return 130
     return 0 if result.outcome == REACHED else 1
+
+
+def _check_outputs(arguments: argparse.Namespace) -> None:
+    """Refuses what could not be written after the run before it starts."""
+    paths = [arguments.graphviz, arguments.save_html]
+    if arguments.output:
+        paths += [arguments.output / name for name in (METRICS, TRAJECTORY)]
+    for path in filter(None, paths):
+        check_writable(path)
 
 
 def _simulate(
@@ -213,7 +226,7 @@ def save_result(
     result: RunResult, application: Application, folder: Path
 ) -> None:
     """Writes metrics.json and trajectory.npz, each atomically."""
-    save_trajectory(result.trajectory, folder / "trajectory.npz")
+    save_trajectory(result.trajectory, folder / TRAJECTORY)
     document = {
         "scenario": application.scenario.source,
         "outcome": result.outcome,
@@ -224,19 +237,6 @@ def save_result(
         "map": application.world.field.revision,
         **dc.asdict(result.metrics),
     }
-    with atomic_write(folder / "metrics.json") as file:
+    with atomic_write(folder / METRICS) as file:
         json.dump(document, file, indent=2)
         file.write("\n")
-
-
-def _hold(hold: bool | None, url: str, console: Console) -> None:
-    if hold is None:
-        hold = sys.stdin.isatty()
-    if not hold:
-        return
-    console.print(f"the page stays for replay at {url}; Ctrl-C ends")
-    try:
-        while True:
-            time.sleep(1.0)
-    except KeyboardInterrupt:
-        pass

@@ -107,11 +107,8 @@ def write_ply(
     names = [name for block in blocks for name in block]
     rows = table.view([(name, "<f4") for name in names])[:, 0]
     document = PlyData([PlyElement.describe(rows, "vertex")], byte_order="<")
-    try:
-        with atomic_write(Path(path), "wb") as stream:
-            document.write(stream)
-    except OSError as error:
-        raise FileError(path, f"cannot be written: {error}") from error
+    with atomic_write(Path(path), "wb") as stream:
+        document.write(stream)
 
 
 def _read_vertices(path: Path) -> np.ndarray:
