@@ -21,15 +21,18 @@ def run_scenario(spec: str | Path, text: str = "") -> RunResult:
     return run(load_application(spec, text))
 
 
+# A shell's background job ignores Ctrl-C, and so would its children.
+_LAUNCHER = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from remosplat_drake.commands.main import main
+sys.exit(main())
+"""
+
+
 def command_line(*arguments: str | Path) -> list[str]:
     """What starts `remosplat` in a process of its own."""
-    launcher = "import sys; from remosplat_drake.commands.main import main"
-    return [
-        sys.executable,
-        "-c",
-        f"{launcher}; sys.exit(main())",
-        *map(str, arguments),
-    ]
+    return [sys.executable, "-c", _LAUNCHER, *map(str, arguments)]
 
 
 def remosplat(

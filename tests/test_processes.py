@@ -1,0 +1,190 @@
+"""`remosplat run` as a process: interrupts, taken ports, unusable files."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from runs import assert_one_line, command_line, remosplat
+
+from remosplat_drake.scenario import DEFAULT_SCENARIO, LoadScenario
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.ply import write_ply
+
+# Ctrl-C
+
+
+def start(*arguments: str | Path) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        command_line(*arguments),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def interrupt(process: subprocess.Popen[str]) -> str:
+    """Sends Ctrl-C once; returns what the process said until it ended."""
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=60)
+    assert "Traceback" not in error, error
+    assert process.returncode == 130, error
+    return error
+
+
+def test_an_interrupted_run_sums_up_what_it_did(tmp_path):
+    drawing = tmp_path / "diagram.dot"
+    process = start(
+        "run",
+        "--headless",
+        "--realtime-rate",
+        "0.05",
+        "--graphviz",
+        drawing,
+        "--output",
+        tmp_path / "out",
+    )
+    deadline = time.monotonic() + 120
+    while not drawing.exists():  # Drawn right before the run starts.
+        assert time.monotonic() < deadline and process.poll() is None
+        time.sleep(0.05)
+    time.sleep(1.0)
+    error = " ".join(interrupt(process).split())
+    assert "not reached: interrupted at target 1 of 1" in error
+    assert "clearance (truth) min" in error
+    metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
+    assert metrics["outcome"] == "interrupted"
+    assert 0 < metrics["ticks"] < 100
+
+
+@pytest.mark.parametrize("seconds", [0.2, 0.6])
+def test_an_interrupt_while_starting_is_one_line(seconds):
+    process = start("run", "--headless", "--realtime-rate", "0.05")
+    time.sleep(seconds)
+    error = interrupt(process)
+    assert error.splitlines()[-1] == "remosplat: interrupted"
+
+
+# What can be known before the run is said before the run
+
+
+def test_a_taken_port_is_one_line():
+    with socket.create_server(("localhost", 0)) as server:
+        port = server.getsockname()[1]
+        result = remosplat("run", "--port", str(port))
+    assert_one_line(result, str(port), "taken")
+
+
+@pytest.mark.parametrize("flag", ["--output", "--save-html", "--graphviz"])
+def test_an_output_that_cannot_be_written_stops_the_start(tmp_path, flag):
+    (tmp_path / "file").touch()
+    started = time.monotonic()
+    result = remosplat(
+        "run",
+        "--headless",
+        "--realtime-rate",
+        "0.02",  # A run would take minutes.
+        "--output",
+        tmp_path / "out",
+        flag,
+        tmp_path / "file" / "below",
+    )
+    assert time.monotonic() - started < 60
+    assert_one_line(result, "file/below", "is not a folder")
+    assert os.listdir(tmp_path) == ["file"]
+
+
+def test_a_folder_cannot_be_a_page(tmp_path):
+    result = remosplat("run", "--headless", "--save-html", tmp_path)
+    assert_one_line(result, str(tmp_path), "is a folder")
+
+
+# Splats that are no splats
+
+
+def shipped_splat() -> bytes:
+    scenario = LoadScenario(DEFAULT_SCENARIO)
+    uri = scenario.scene.splat.removeprefix("package://remosplat_drake/")
+    return (Path(__file__).parents[1] / uri).read_bytes()
+
+
+BROKEN = {
+    "empty": b"",
+    "text": b"this is a note about splats\n",
+    "header only": shipped_splat()[:60],
+    "truncated": shipped_splat()[:100_000],
+    "followed by more": shipped_splat() + b"\x00\x01\x02",
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_a_broken_splat_is_one_line(tmp_path, case):
+    file = tmp_path / "broken.ply"
+    file.write_bytes(BROKEN[case])
+    text = f"{{scene: {{splat: {file}}}}}"
+    result = remosplat("run", "--headless", "--scenario-text", text)
+    assert_one_line(result, "broken.ply")
+
+
+# Size
+
+MEASURED = """
+import json, resource, sys, time
+start = time.perf_counter()
+from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.world import load_world
+from remosplat_drake.diagram import MakeDiagram
+from remosplat_drake.simulation import run
+scenario = LoadScenario(sys.argv[1])
+load_start = time.perf_counter()
+world = load_world(scenario)
+loaded = time.perf_counter()
+result = run(MakeDiagram(scenario, world))
+memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+print(json.dumps({
+    "splats": len(world.splat_W), "load_s": loaded - load_start,
+    "ticks": result.metrics.ticks, "tick_p50_s": result.metrics.tick_p50,
+    "memory_MB": memory / 1024,
+}))
+"""
+
+
+@pytest.mark.slow
+def test_three_million_splats_load_and_run(tmp_path):
+    """A cloud of surfels on the walls of a room around the robot."""
+    rng = np.random.default_rng(0)
+    n = 3_000_000
+    p_GK = rng.uniform((-3, -3, 0), (3, 3, 2.5), (n, 3))
+    wall = rng.integers(4, size=n)
+    side = np.where(wall % 2, -3.0, 3.0)
+    p_GK[np.arange(n), wall // 2] = side + rng.normal(0, 0.01, n)
+    splat = GaussianSplat(
+        p_GK=p_GK,
+        quaternions=rng.normal(size=(n, 4)),
+        scales=rng.uniform(0.002, 0.01, (n, 2)),
+        opacities=rng.uniform(0.2, 0.99, n),
+        colors=rng.uniform(0, 1, (n, 3)),
+    )
+    write_ply(tmp_path / "room.ply", splat, with_normals=False)
+    scenario = tmp_path / "room.yaml"
+    scenario.write_text(
+        "Room: {scene: {splat: room.ply}, time_limit: 0.5,"
+        " targets: [{translation: [2, 0, 0.7], rpy_deg: [180, 0, 0]}]}\n"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", MEASURED, scenario],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=True,
+    )
+    print(result.stdout)  # Shown by pytest -s.
+    measured = json.loads(result.stdout)
+    assert measured["splats"] == n
+    assert measured["ticks"] == 50
