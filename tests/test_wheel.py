@@ -1,0 +1,139 @@
+"""The package as people install it: a wheel, away from the checkout."""
+
+import json
+import os
+import subprocess
+import sys
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("build", reason="needs the dev dependency `build`")
+pytest.importorskip("hatchling", reason="needs the dev dependency `hatchling`")
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = "remosplat_drake"
+
+# Runs the main job; then says where it came from, and which of the heavy
+# packages anybody tried to import, whether they are installed or not.
+MAIN_JOB = """
+import json, sys
+wanted = set()
+class Watch:
+    def find_spec(self, name, path=None, target=None):
+        if name in ("torch", "gsplat", "open3d"):
+            wanted.add(name)
+sys.meta_path.insert(0, Watch())
+import remosplat_drake
+from remosplat_drake import resources
+from remosplat_drake.commands.main import main
+code = main(sys.argv[1:])
+print(json.dumps({
+    "code": code, "package": remosplat_drake.__file__,
+    "models": str(resources.models_dir()), "wanted": sorted(wanted),
+}))
+"""
+
+
+def clean_environment() -> dict[str, str]:
+    """Nothing that could lead Python back to the checkout."""
+    return {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
+
+
+def run_job(python: Path | str, cwd: Path, *arguments: str) -> dict:
+    result = subprocess.run(
+        [python, "-c", MAIN_JOB, *arguments],
+        cwd=cwd,
+        env=clean_environment(),
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    assert result.returncode == 0, result.stderr
+    return {
+        "stderr": result.stderr,
+        **json.loads(result.stdout.splitlines()[-1]),
+    }
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "build", "--wheel", "--no-isolation"]
+    subprocess.run(
+        [*command, "--outdir", folder, ROOT],
+        check=True,
+        capture_output=True,
+        cwd=folder,
+    )
+    (file,) = folder.glob("*.whl")
+    return file
+
+
+def test_the_wheel_holds_package_models_scenarios_and_apps(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+    places = {
+        PACKAGE: PACKAGE,
+        "models": f"{PACKAGE}/share/models",
+        "scenarios": f"{PACKAGE}/share/scenarios",
+        "apps": f"{PACKAGE}/share/apps",
+    }
+    expected = {
+        f"{place}/{path.relative_to(ROOT / folder)}"
+        for folder, place in places.items()
+        for path in (ROOT / folder).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    assert {name for name in names if name.startswith(PACKAGE + "/")} == (
+        expected
+    )
+    assert f"{PACKAGE}/share/models/scenes/table/splat.ply" in names
+
+
+def test_it_finds_its_scenarios_wherever_it_is_unpacked(wheel, tmp_path):
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(tmp_path / "site")
+    # The first entry of the path of `python -c` is the working directory.
+    job = run_job(sys.executable, tmp_path / "site", "scenarios")
+    assert job["code"] == 0
+    assert Path(job["package"]).is_relative_to(tmp_path)
+    assert Path(job["models"]).is_relative_to(tmp_path)
+
+
+def test_the_main_job_imports_no_gpu_package(tmp_path):
+    job = run_job(sys.executable, tmp_path, "run", "--headless")
+    assert job["code"] == 0
+    assert "reached" in job["stderr"]
+    assert job["wanted"] == []
+
+
+@pytest.mark.slow
+def test_the_main_job_runs_from_a_clean_environment(wheel, tmp_path):
+    """A minute of installing and compiling: pip fetches the dependencies."""
+    environment, elsewhere = tmp_path / "venv", tmp_path / "elsewhere"
+    venv.create(environment, with_pip=True)
+    elsewhere.mkdir()
+    scripts = environment / "bin"
+    subprocess.run(
+        [scripts / "python", "-m", "pip", "install", "--quiet", wheel],
+        check=True,
+        cwd=elsewhere,
+        env=clean_environment(),
+    )
+    job = run_job(scripts / "python", elsewhere, "run", "--headless")
+    assert job["code"] == 0
+    assert "reached" in job["stderr"]
+    assert Path(job["package"]).is_relative_to(environment)
+    assert Path(job["models"]).is_relative_to(environment)
+    assert job["wanted"] == []
+    result = subprocess.run(
+        [scripts / "remosplat", "run", "--headless"],
+        cwd=elsewhere,
+        env=clean_environment(),
+        timeout=120,
+    )
+    assert result.returncode == 0
+    assert not list(elsewhere.iterdir())
