@@ -204,6 +204,18 @@ BAD_FIELDS = {
         "{controller: {collision: {stopping: 0.6}}}",
         ["controller.collision.influence", "0.6"],
     ),
+    "guidance that starts too far away": (
+        "{controller: {collision: {stopping: 0.15}}}",
+        ["controller.guidance.enabled", "collision.stopping", "0.15"],
+    ),
+    "tiers that do not fall": (
+        "{controller: {guidance: {tiers: [0.01, 0.02]}}}",
+        ["controller.guidance.tiers", "0.021"],
+    ),
+    "a tier that touches": (
+        "{controller: {guidance: {tiers: [0.01, 0.0]}}}",
+        ["controller.guidance.tiers", "positive"],
+    ),
     "no rotation": (
         "{targets: [{rotation: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}]}",
         ["two.yaml", "targets[0].rotation", "rotation matrix"],

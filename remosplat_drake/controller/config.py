@@ -7,6 +7,7 @@ from itertools import pairwise
 
 from remosplat_drake.controller import ingredients as ing
 from remosplat_drake.controller.guidance.config import GuidanceConfig
+from remosplat_drake.controller.guidance.deflection import NEAR
 from remosplat_drake.controller.reactive_program import Ingredient
 from remosplat_drake.controller.solvers import make_solver
 from remosplat_drake.errors import FieldError, unknown_name
@@ -128,7 +129,6 @@ def check_config(config: ReactiveControllerConfig, where: str) -> None:
         "velocity_limits.fraction",
         f"must lie in (0, 1], got {config.velocity_limits.fraction}",
     )
-    _check_guidance(config, require)
     for name, near, far in (
         ("collision", config.collision.stopping, config.collision.influence),
         (
@@ -147,6 +147,7 @@ def check_config(config: ReactiveControllerConfig, where: str) -> None:
             f"{name}.influence",
             f"must exceed the stopping distance {near}, got {far}",
         )
+    _check_guidance(config, require)
 
 
 def _check_guidance(
@@ -174,12 +175,18 @@ def _check_guidance(
         "guidance.active_scale",
         f"must not be negative, got {guidance.active_scale}",
     )
-    tiers = [config.collision.stopping, *guidance.tiers, 0.0]
+    stopping = config.collision.stopping
+    falling = pairwise([stopping, *guidance.tiers])
     require(
-        all(a > b for a, b in pairwise(tiers)),
+        all(a > b for a, b in falling) and all(d > 0 for d in guidance.tiers),
         "guidance.tiers",
-        "must fall from below the stopping distance"
-        f" {config.collision.stopping}, got {guidance.tiers}",
+        f"must fall from below the stopping distance {stopping} and stay"
+        f" positive, got {guidance.tiers}",
+    )
+    require(
+        not guidance.enabled or stopping < NEAR,
+        "guidance.enabled",
+        f"needs a collision.stopping below {NEAR}, got {stopping}",
     )
 
 

@@ -54,13 +54,13 @@ class GuidanceView(LeafSystem):
 
     def _publish(self, context: Context):
         selection = self._selection_input.Eval(context)
-        if selection.latest is self._drawn:
-            return
-        self._drawn = selection.latest
         self._page.set_status(
             f"Guidance: {selection.guidance.name} ({selection.reason})",
             "guidance",
         )
+        if selection.latest is self._drawn:
+            return
+        self._drawn = selection.latest
         self._page.meshcat.Delete(FUTURES)
         for i, rollout in enumerate(selection.latest):
             self._draw(i, rollout, rollout.guidance == selection.guidance)

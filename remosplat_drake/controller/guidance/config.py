@@ -16,7 +16,7 @@ class GuidanceConfig:
     step: float = 0.1
     # Longest time that a rollout simulates [s].
     horizon: float = 8.0
-    # Angle by which the base turns away from the side that is taken [rad].
+    # Angle by which the base turns towards the side that is taken [rad].
     bearing: float = 0.8
     # Factor on the active collision cost while passing on a side.
     active_scale: float = 0.5

@@ -12,8 +12,9 @@ class Guidance:
         name: For people.
         side: +1 passes obstacles on the left, -1 on the right, 0 goes
             straight.
-        bearing: Angle that the base leads the end effector by, positive to
-            the left [rad].
+        bearing: Bearing psi of the end effector in the base that the base
+            turns for, positive to the left: with a negative one the base
+            heads to the left of the end effector [rad].
         active_scale: Factor on the active collision cost.
         stopping: Stopping distance d_s [m]; None keeps the configured one.
     """
@@ -39,8 +40,8 @@ def make_candidates(
     Args:
         tiers: Stopping distances in the order in which they may be tried,
             largest first [m].
-        bearing: The base turns away from the side that is taken, which makes
-            room for the arm [rad].
+        bearing: Angle by which the base turns from the end effector towards
+            the side that is taken [rad].
         active_scale: Factor on the active collision cost of both sides.
 
     Returns:

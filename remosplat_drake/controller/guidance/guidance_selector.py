@@ -19,7 +19,6 @@ from remosplat_drake.controller.guidance.selection import (
     Selection,
     SelectionRule,
     advance_selection,
-    on_the_same_world,
     start_selection,
 )
 from remosplat_drake.controller.guidance.stall_cycling import (
@@ -135,23 +134,15 @@ class GuidanceSelector(LeafSystem):
         state.get_mutable_abstract_state(cell).set_value(selection)
 
     def _advanced(self, context: Context, selection: Selection) -> Selection:
-        X_WT = self._target_input.Eval(context).GetAsMatrix4()
-        field = self._field_input.Eval(context)
         now = {
             "time": context.get_time(),
             "q": self._configuration_input.Eval(context),
             "u": self._report_input.Eval(context).command,
+            "X_WT": self._target_input.Eval(context).GetAsMatrix4(),
+            "field": self._field_input.Eval(context),
         }
         if self._budget > 0:
             return advance_selection(
-                self._rule,
-                selection,
-                X_WT=X_WT,
-                field=field,
-                budget=self._budget,
-                **now,
+                self._rule, selection, budget=self._budget, **now
             )
-        selection = on_the_same_world(
-            self._rule, selection, field.revision, X_WT
-        )
         return cycle_when_stalled(self._rule, selection, **now)

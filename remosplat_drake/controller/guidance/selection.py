@@ -101,7 +101,9 @@ def advance_selection(
     """Looks ahead by at most `budget` rollout steps and decides if it can.
 
     A new target or a new map aborts the round: what was simulated is about
-    another world.
+    another world. Every candidate starts from the robot's state when its turn
+    comes, so a round that takes several ticks may end differently from one
+    that a larger budget finishes in a single tick.
 
     Args:
         rule: The rule.

@@ -8,7 +8,10 @@ import numpy as np
 from remosplat_drake.controller.guidance.selection import (
     Selection,
     SelectionRule,
+    on_the_same_world,
 )
+from remosplat_drake.controller.servo import pose_error
+from remosplat_drake.oracle.distance_field import DistanceField
 
 STALL_SPEED = 0.03
 """An end effector slower than this is stuck, if it has not arrived [m/s]."""
@@ -24,6 +27,8 @@ def cycle_when_stalled(
     time: float,
     q: np.ndarray,
     u: np.ndarray,
+    X_WT: np.ndarray,
+    field: DistanceField,
 ) -> Selection:
     """Keeps the guidance while the end effector moves, else takes the next.
 
@@ -33,9 +38,20 @@ def cycle_when_stalled(
         time: Present time [s].
         q: Measured configuration, shape (n_q,).
         u: Command being executed, shape (n_u,).
+        X_WT: Target pose, shape (4, 4).
+        field: The map; only its revision is looked at.
     """
-    speed = np.linalg.norm(rule.law.robot.state(q).Jv_WE @ u)
-    if speed >= STALL_SPEED or not np.isfinite(selection.idle_until):
+    if not (np.isfinite(q).all() and np.isfinite(X_WT).all()):
+        return selection
+    selection = on_the_same_world(rule, selection, field.revision, X_WT)
+    state = rule.law.robot.state(q)
+    speed = np.linalg.norm(state.Jv_WE @ u)
+    fresh = not np.isfinite(selection.idle_until)
+    if (
+        fresh
+        or speed >= STALL_SPEED
+        or rule.arrived(pose_error(state.X_WE, X_WT))
+    ):
         return dc.replace(selection, idle_until=time + STALL_TIME)
     if time < selection.idle_until - 1e-9:
         return selection
@@ -46,5 +62,6 @@ def cycle_when_stalled(
         selection,
         guidance=following,
         reason=f"{selection.guidance.name} stalled",
+        # A standing robot needs time to pick up speed.
         idle_until=time + 2 * STALL_TIME,
     )

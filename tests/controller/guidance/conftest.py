@@ -1,0 +1,78 @@
+"""A small arm over a slab: targets that some stopping distances reach."""
+
+import dataclasses as dc
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform
+
+from remosplat_drake.controller.config import gain_set
+from remosplat_drake.controller.guidance import selection
+from remosplat_drake.controller.guidance.guidance import Guidance
+from remosplat_drake.controller.guidance.selection import SelectionRule
+from remosplat_drake.controller.tick import ReactiveLaw
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+
+
+@dc.dataclass(frozen=True)
+class ToyWorld:
+    """The three-link arm, a slab under it, and a target 15 mm above that.
+
+    Attributes:
+        law: The law of rollouts, with a step of 0.1 s.
+        field: The slab. At the target, the nearest sphere is 15 mm above it.
+        q: Where the arm starts.
+        X_WT: The target, reached at configuration `q_target`.
+        q_target: See `X_WT`.
+        far: A guidance that keeps too far away to reach the target.
+        near: One that does not.
+    """
+
+    law: ReactiveLaw
+    field: SignedDistanceField
+    q: np.ndarray
+    X_WT: np.ndarray
+    q_target: np.ndarray
+    far: Guidance
+    near: Guidance
+
+    def rule(self, *tiers: tuple[Guidance, ...]) -> SelectionRule:
+        """A rule with these candidates that asks for 3 mm."""
+        return SelectionRule(
+            self.law, tiers, lambda error: error.distance < 0.003, 4.0
+        )
+
+
+@pytest.fixture(scope="session")
+def toy(three_link) -> ToyWorld:
+    q_target = np.array([0.3, 0.2, 0.0])
+    spheres = three_link.spheres_at(q_target)
+    lowest = (spheres.p_WS[:, 2] - spheres.radius).min()
+    slab = Box(
+        RigidTransform([0.5, 0, lowest - 0.015 - 0.1]), np.array([1, 1, 0.1])
+    )
+    return ToyWorld(
+        ReactiveLaw.make(gain_set("tuned", "test"), three_link, 0.1),
+        SignedDistanceField(PrimitiveScene(boxes=(slab,))),
+        np.array([0.1, 0.0, 0.0]),
+        three_link.end_effector_pose(q_target),
+        q_target,
+        far=Guidance("far", stopping=0.030),
+        near=Guidance("near", stopping=0.005),
+    )
+
+
+@pytest.fixture
+def counted(monkeypatch) -> list[Guidance]:
+    """The guidance of every rollout step that the selection takes."""
+    taken: list[Guidance] = []
+    step: Callable = selection.step_rollout
+
+    def counting(law, rollout, *arguments):
+        taken.append(rollout.guidance)
+        return step(law, rollout, *arguments)
+
+    monkeypatch.setattr(selection, "step_rollout", counting)
+    return taken

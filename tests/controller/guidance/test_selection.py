@@ -1,0 +1,224 @@
+"""The selector's rule (which guidance, when) on a world small enough to know.
+
+`far` stalls before the toy world's target, `near` arrives after about 17
+steps. No rollout is replaced by anything: steps are only counted.
+"""
+
+import copy
+import dataclasses as dc
+
+import numpy as np
+import pytest
+
+from remosplat_drake.controller.guidance.guidance import Guidance
+from remosplat_drake.controller.guidance.rollout import REACHED, STALLED
+from remosplat_drake.controller.guidance.selection import (
+    IDLE,
+    Selection,
+    advance_selection,
+    start_selection,
+)
+
+PLENTY = 1000
+
+
+def advance(rule, selection, toy, *, time=0.0, budget=PLENTY, **changes):
+    """One update for a robot that stands at the toy world's start."""
+    arguments = {
+        "q": toy.q,
+        "u": np.zeros(3),
+        "X_WT": toy.X_WT,
+        "field": toy.field,
+        **changes,
+    }
+    return advance_selection(
+        rule, selection, time=time, budget=budget, **arguments
+    )
+
+
+def names(selection: Selection) -> list[str]:
+    return [rollout.guidance.name for rollout in selection.latest]
+
+
+def test_a_task_starts_with_the_first_candidate(toy):
+    assert start_selection(toy.rule((toy.far, toy.near))).guidance is toy.far
+    assert start_selection(toy.rule()).guidance == Guidance()
+
+
+def test_what_arrives_is_kept_and_trusted_for_a_second(toy, counted):
+    rule = toy.rule((toy.near, toy.far))
+    selection = advance(rule, start_selection(rule), toy, time=3.0)
+    assert selection.guidance is toy.near
+    assert names(selection) == ["near"]
+    assert selection.idle_until == 3.0 + IDLE
+    assert set(counted) == {toy.near}
+    steps = len(counted)
+    again = advance(rule, selection, toy, time=3.0 + IDLE - 1e-6)
+    assert again is selection
+    assert len(counted) == steps
+    advance(rule, selection, toy, time=3.0 + IDLE, budget=1)
+    assert len(counted) == steps + 1
+
+
+def test_what_does_not_arrive_is_replaced_by_what_does(toy):
+    rule = toy.rule((toy.far, toy.near))
+    selection = advance(rule, start_selection(rule), toy)
+    assert selection.guidance is toy.near
+    assert selection.reason == "far stalled, near reached"
+    assert [rollout.status for rollout in selection.latest] == [
+        STALLED,
+        REACHED,
+    ]
+    assert selection.idle_until == IDLE
+
+
+@pytest.mark.parametrize("budget", [1, 7, 10])
+def test_the_budget_is_spent_to_the_step(toy, counted, budget):
+    rule = toy.rule((toy.far, toy.near))
+    selection = start_selection(rule)
+    for update in range(1, 60):
+        before = len(counted)
+        selection = advance(rule, selection, toy, budget=budget)
+        if selection.latest:
+            assert 1 <= len(counted) - before <= budget
+            break
+        assert len(counted) == budget * update
+    # The robot has stood still meanwhile: any split decides the same.
+    whole = advance(rule, start_selection(rule), toy)
+    assert selection.guidance is whole.guidance is toy.near
+    assert len(counted) == 2 * sum(len(r.path) for r in whole.latest)
+
+
+def test_nothing_is_decided_before_all_of_a_tier_is_known(toy):
+    rule = toy.rule((toy.far, toy.near))
+    selection = start_selection(rule)
+    for _ in range(10):
+        selection = advance(rule, selection, toy, budget=2)
+        assert selection.guidance is toy.far
+    assert selection.running is not None
+
+
+def test_candidates_start_where_the_robot_is_when_their_turn_comes(toy):
+    rule = toy.rule((toy.far, toy.near))
+    selection = start_selection(rule)
+    while not selection.finished:
+        selection = advance(rule, selection, toy, budget=1)
+    # `near` waits at the old state: it has not taken a step.
+    assert selection.running is not None
+    np.testing.assert_array_equal(selection.running.q, toy.q)
+    moved = toy.q + 0.1
+    selection = start_selection(rule)
+    while not selection.finished:
+        selection = advance(rule, selection, toy, budget=1, q=moved)
+    assert selection.running is not None
+    np.testing.assert_array_equal(selection.running.q, moved)
+
+
+def test_a_lower_tier_is_tried_only_if_the_first_has_nothing(toy):
+    closest = Guidance("closest", stopping=0.001)
+    rule = toy.rule((toy.far, toy.near), (closest,))
+    selection = advance(rule, start_selection(rule), toy)
+    assert names(selection) == ["far", "near"]
+    assert selection.guidance is toy.near
+
+    aside = dc.replace(toy.far, name="aside", side=1.0)
+    rule = toy.rule((toy.far, aside), (toy.near,))
+    selection = advance(rule, start_selection(rule), toy)
+    assert names(selection) == ["far", "aside", "near"]
+    assert selection.guidance is toy.near
+
+
+def test_from_a_lower_tier_the_first_is_tried_first(toy):
+    stuck = dc.replace(toy.far, name="stuck", stopping=0.029)
+    rule = toy.rule((toy.far, toy.near), (stuck,))
+    selection = dc.replace(
+        start_selection(rule),
+        guidance=stuck,
+        X_WT=toy.X_WT,
+        revision=toy.field.revision,
+    )
+    selection = advance(rule, selection, toy)
+    assert names(selection) == ["stuck", "far", "near"]
+    assert selection.guidance is toy.near
+
+
+def until_decided(rule, toy) -> Selection:
+    """The selection right after its first round."""
+    selection = start_selection(rule)
+    while not selection.latest:
+        selection = advance(rule, selection, toy, budget=1)
+    return selection
+
+
+def test_hardly_better_does_not_take_over(toy):
+    # Both stall, one a few millimetres nearer: worth far less than 0.5 s.
+    nearer = dc.replace(toy.far, name="nearer", stopping=0.025)
+    selection = until_decided(toy.rule((toy.far, nearer)), toy)
+    assert names(selection) == ["far", "nearer"]
+    assert selection.guidance is toy.far
+    assert selection.reason == "far stalled, none better"
+    gain = selection.latest[0].score(0.03) - selection.latest[1].score(0.03)
+    assert 0 < gain < 0.5
+
+
+def test_much_nearer_takes_over_though_it_does_not_arrive(toy):
+    # 90 mm more of clearance are 0.9 s of price.
+    remote = dc.replace(toy.far, name="remote", stopping=0.120)
+    rule = toy.rule((remote, toy.far))
+    selection = until_decided(rule, toy)
+    assert names(selection) == ["remote", "far"]
+    assert selection.guidance is toy.far
+    # What does not arrive is not trusted: the next round begins at once.
+    selection = advance(rule, selection, toy, budget=1)
+    assert selection.running is not None
+    assert selection.running.guidance is toy.far
+
+
+def test_a_new_target_starts_afresh(toy):
+    rule = toy.rule((toy.far, toy.near))
+    selection = advance(rule, start_selection(rule), toy)
+    higher = toy.X_WT.copy()
+    higher[2, 3] += 0.3
+    selection = advance(rule, selection, toy, budget=1, X_WT=higher)
+    assert selection.guidance is toy.far
+    assert selection.reason == "new target"
+    assert not selection.finished
+    assert not selection.latest
+    assert selection.running is not None
+    assert len(selection.running.path) == 1
+
+
+def test_a_new_map_aborts_the_round_and_keeps_the_guidance(toy):
+    rule = toy.rule((toy.far, toy.near))
+    selection = advance(rule, start_selection(rule), toy)
+    other = copy.copy(toy.field)
+    other.revision = "another"
+    # Also while it idles.
+    selection = advance(rule, selection, toy, budget=1, field=other)
+    assert selection.guidance is toy.near
+    assert selection.reason == "new map"
+    assert selection.revision == "another"
+    assert selection.running is not None
+    assert len(selection.running.path) == 1
+
+
+@pytest.mark.parametrize("name", ["q", "X_WT"])
+def test_a_lost_measurement_changes_nothing(toy, counted, name):
+    rule = toy.rule((toy.far, toy.near))
+    selection = advance(rule, start_selection(rule), toy, budget=3)
+    lost = np.full_like(getattr(toy, name), np.nan)
+    assert advance(rule, selection, toy, **{name: lost}) is selection
+    assert len(counted) == 3
+
+
+def test_equal_inputs_give_equal_choices(toy):
+    rule = toy.rule((toy.far, toy.near))
+    one, two = (advance(rule, start_selection(rule), toy) for _ in range(2))
+    assert one.guidance is two.guidance
+    for a, b in zip(one.latest, two.latest, strict=True):
+        np.testing.assert_array_equal(a.path, b.path)
+
+
+def test_crossing_a_port_copies_nothing(toy):
+    selection = start_selection(toy.rule((toy.near,)))
+    assert copy.deepcopy(selection) is selection
