@@ -44,6 +44,7 @@ class GuidanceView(LeafSystem):
             "selection", Value(Selection(DIRECT))
         )
         self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
+        self.DeclareForcedPublishEvent(self._publish)
 
     @staticmethod
     def AddToBuilder(
