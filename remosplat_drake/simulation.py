@@ -49,6 +49,7 @@ def run(
     *,
     realtime_rate: float = 0.0,
     on_progress: ProgressCallback | None = None,
+    until: Callable[[PoseError], bool] | None = None,
 ) -> RunResult:
     """Simulates until the last target is reached or time is up.
 
@@ -57,6 +58,8 @@ def run(
         realtime_rate: Pace relative to the wall clock; 0 is unlimited.
         on_progress: Called after every step with the time, the pose error
             and the latest tick report.
+        until: Ends the run in place of the arrival at the last target; asked
+            once a step with the error to the present target.
     """
     scenario, targets = application.scenario, application.targets
     simulator = Simulator(application.diagram)
@@ -73,7 +76,12 @@ def run(
                 targets.error(context),
                 application.recorder.latest,
             )
-        if targets.progress(context).finished:
+        finished = (
+            targets.progress(context).finished
+            if until is None
+            else until(targets.error(context))
+        )
+        if finished:
             return EventStatus.ReachedTermination(None, REACHED)
         return EventStatus.DidNothing()
 

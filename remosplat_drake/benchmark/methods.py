@@ -1,0 +1,137 @@
+"""The controllers that are compared: named scenarios without a scene."""
+
+import dataclasses as dc
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+
+from remosplat_drake.controller.config import gain_set
+from remosplat_drake.errors import (
+    FieldError,
+    RemoSplatError,
+    unknown_name,
+)
+from remosplat_drake.oracle.config import GroundTruth
+from remosplat_drake.robot.robot_model import load_robot_model
+from remosplat_drake.scenario import Scenario, check_scenario
+from remosplat_drake.strict_yaml import entries, load_strict
+
+METHODS_FILE = Path(__file__).with_suffix(".yaml")
+"""The shipped methods."""
+
+CONTROL_PERIOD = 0.05
+"""The paper's benchmark runs at 20 Hz [s]."""
+
+GROUPS = {
+    "paper": (
+        "sdf-hard",
+        "sdf-active",
+        "ellipsoid-hard",
+        "ellipsoid-active",
+        "depth-hard",
+        "depth-active",
+    ),
+    "ours": (
+        "sdf-guided",
+        "sdf-guided-10mm",
+        "ellipsoid-guided",
+        "depth-guided",
+    ),
+}
+"""Short names for several methods."""
+
+
+@dc.dataclass(frozen=True)
+class Method:
+    """One controller of a comparison.
+
+    Attributes:
+        name: As tables show it.
+        scenario: Everything but the scene.
+    """
+
+    name: str
+    scenario: Scenario
+
+    @property
+    def needs_splat(self) -> bool:
+        """Whether its oracle looks at a splat."""
+        return not isinstance(self.scenario.oracle, GroundTruth)
+
+    @property
+    def fingerprint(self) -> str:
+        """A digest of all settings, whatever file they came from."""
+        settings = repr(dc.replace(self.scenario, source=""))
+        return hashlib.sha256(settings.encode()).hexdigest()[:16]
+
+
+def load_methods(
+    names: Sequence[str], override: str = "", spheres: str | None = None
+) -> list[Method]:
+    """Methods by name, in the order given, each once.
+
+    Args:
+        names: Shipped names, names of `GROUPS`, FILE for all methods of
+            one's own file, or FILE:NAME.
+        override: YAML laid over every method, e.g. "{time_limit: 5}".
+        spheres: Sphere set for every method, in place of its own.
+
+    Raises:
+        RemoSplatError: Nothing of that name, or a file cannot be used.
+    """
+    found: dict[str, Method] = {}
+    for name in names:
+        for path, entry in _find(name):
+            scenario = _load(path, entry, override)
+            if spheres is not None:
+                scenario.robot.spheres = spheres
+            _check_robot(scenario)
+            method = Method(entry, scenario)
+            earlier = found.setdefault(entry, method)
+            if earlier.fingerprint != method.fingerprint:
+                raise RemoSplatError(
+                    f"--methods: two different methods are called {entry!r}"
+                )
+    return list(found.values())
+
+
+def _find(name: str) -> list[tuple[Path, str]]:
+    file, _, entry = name.partition(":")
+    if Path(file).suffix in (".yaml", ".yml"):
+        path, names = Path(file), [entry] if entry else entries(Path(file))
+    else:
+        path, names = METHODS_FILE, list(GROUPS.get(name, [name]))
+    valid = entries(path)
+    for wanted in names:
+        if wanted not in valid:
+            # Groups are only known for the shipped file.
+            groups = GROUPS if path == METHODS_FILE else ()
+            problem = unknown_name("method", wanted, [*valid, *groups])
+            raise RemoSplatError(f"--methods: {problem}")
+    return [(path, wanted) for wanted in names]
+
+
+def _load(path: Path, entry: str, override: str) -> Scenario:
+    where = f"{path}:{entry}"
+    # The gain set must be known before the fields laid over it are read.
+    draft = load_strict(Scenario, path, entry, override)
+    defaults = Scenario(
+        controller=gain_set(draft.controller.gains, where),
+        control_period=CONTROL_PERIOD,
+    )
+    scenario = load_strict(Scenario, path, entry, override, defaults)
+    scenario.source = where
+    for field, given in (
+        ("scene.splat", scenario.scene.splat),
+        ("scene.truth", scenario.scene.truth),
+        ("targets", scenario.targets),
+    ):
+        if given:
+            raise FieldError(where, field, "is the benchmark's to choose")
+    check_scenario(scenario)
+    return scenario
+
+
+def _check_robot(scenario: Scenario) -> None:
+    """Finds out before anything runs whether the robot is there."""
+    load_robot_model(scenario.robot.model, scenario.robot.spheres)

@@ -1,0 +1,147 @@
+"""The metrics of the paper's section V, and two that do not depend on rates.
+
+Pure functions of a trajectory: configurations q of shape (T + 1, n_q) at the
+control ticks and at the end, and the commands u (T, n_u) between them.
+"""
+
+import numpy as np
+
+from remosplat_drake.controller.servo import PoseError, pose_error
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
+
+RESAMPLING_PERIOD = 0.05
+"""Of the rate-free acceleration [s]."""
+
+JACOBIAN_STEP = 1e-5
+"""Half the time over which a Jacobian is differenced [s]."""
+
+
+def target_errors(
+    robot: RobotModel, q: np.ndarray, X_WT: np.ndarray
+) -> list[PoseError]:
+    """The pose error at each configuration, to the target (4, 4)."""
+    return [pose_error(robot.end_effector_pose(q_t), X_WT) for q_t in q]
+
+
+def arrival_tick(errors: list[PoseError], rule: ArrivalConfig) -> int | None:
+    """Index of the first configuration that counts as arrived, if any."""
+    arrived = (i for i, e in enumerate(errors) if has_arrived(e, rule))
+    return next(arrived, None)
+
+
+def minimum_clearances(
+    robot: RobotModel, q: np.ndarray, truth: DistanceField
+) -> np.ndarray:
+    """Smallest true clearance of each configuration, shape (T + 1,) [m]."""
+    return np.array(
+        [truth.clearances(robot.spheres_at(q_t)).minimum() for q_t in q]
+    )
+
+
+def between_ticks(q: np.ndarray, parts: int) -> np.ndarray:
+    """Configurations that divide each tick evenly, without the ticks.
+
+    Args:
+        q: Configurations at the ticks, shape (T + 1, n_q).
+        parts: Number of equal parts of a tick.
+
+    Returns:
+        Shape (T, parts - 1, n_q).
+    """
+    fractions = np.arange(1, parts)[:, None] / parts
+    return q[:-1, None] + fractions * np.diff(q, axis=0)[:, None]
+
+
+def end_effector_positions(robot: RobotModel, q: np.ndarray) -> np.ndarray:
+    """Positions p_WE, shape (T + 1, 3) [m]."""
+    return np.array([robot.end_effector_pose(q_t)[:3, 3] for q_t in q])
+
+
+def mean_acceleration(
+    robot: RobotModel, q: np.ndarray, u: np.ndarray, dt: float
+) -> float:
+    """The authors' gracefulness: mean |a| of the end effector [m/s^2].
+
+    a = J du/dt + dJ/dt u, where du/dt is the central difference of the
+    commands at the control rate (one-sided at both ends), averaged over the
+    ticks (paper section V, "Gracefulness"; definition of their code). The
+    jump from rest and the stop do not count, and the number grows with the
+    control rate: see `resampled_acceleration`.
+
+    Args:
+        robot: Kinematics.
+        q: Configurations at the ticks, shape (T, n_q) or one more.
+        u: Commands, shape (T, n_u).
+        dt: Control period [s].
+
+    Returns:
+        0 for less than two ticks.
+    """
+    if len(u) < 2:
+        return 0.0
+    du = np.gradient(u, dt, axis=0)
+    total = 0.0
+    for q_t, u_t, du_t in zip(q, u, du, strict=False):
+        J = robot.state(q_t).Jv_WE
+        ahead, behind = (
+            robot.state(robot.advance(q_t, u_t, h)).Jv_WE
+            for h in (JACOBIAN_STEP, -JACOBIAN_STEP)
+        )
+        dJ = (ahead - behind) / (2 * JACOBIAN_STEP)
+        total += float(np.linalg.norm(J @ du_t + dJ @ u_t))
+    return total / len(u)
+
+
+def resampled_acceleration(
+    p_WE: np.ndarray, dt: float, period: float = RESAMPLING_PERIOD
+) -> float:
+    """Mean |a| of the end effector from rest to rest [m/s^2].
+
+    Positions are resampled to a fixed period, so that the number hardly
+    depends on the control rate; a zero velocity is added at both ends, so
+    that starting and stopping count.
+
+    Args:
+        p_WE: Positions, one every dt, shape (T + 1, 3) [m].
+        dt: Control period [s].
+        period: Of the resampled positions [s].
+
+    Returns:
+        0 for less than one period.
+    """
+    end = (len(p_WE) - 1) * dt
+    # Rounding must not lose the last sample.
+    wanted = period * np.arange(np.floor(end / period + 1e-9) + 1)
+    if len(wanted) < 2:
+        return 0.0
+    times = dt * np.arange(len(p_WE))
+    p = np.stack([np.interp(wanted, times, x) for x in p_WE.T], axis=1)
+    v = np.diff(p, axis=0) / period
+    rest = np.zeros((1, 3))
+    dv = np.diff(np.concatenate([rest, v, rest]), axis=0)
+    return float(np.linalg.norm(dv, axis=1).mean() / period)
+
+
+def is_stalled(
+    robot: RobotModel, q: np.ndarray, dt: float, window: float, reach: float
+) -> bool:
+    """Whether end effector and base hardly moved in the last moments.
+
+    Args:
+        robot: Kinematics.
+        q: Configurations, shape (T + 1, n_q).
+        dt: Control period [s].
+        window: How long before the end counts [s].
+        reach: Path length that passes for standing still [m].
+    """
+    last = q[-1 - round(window / dt) :]
+    if len(last) < 2:
+        return False
+    paths = [end_effector_positions(robot, last)]
+    if robot.n_base:
+        paths.append(last[:, :2])
+    return all(
+        np.linalg.norm(np.diff(p, axis=0), axis=1).sum() < reach for p in paths
+    )

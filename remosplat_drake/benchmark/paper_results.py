@@ -1,0 +1,82 @@
+"""What the paper reports, to stand beside our own numbers."""
+
+import dataclasses as dc
+
+PAPER_TRIALS = 1000
+"""Scenes of its synthetic benchmark."""
+
+
+@dc.dataclass(frozen=True)
+class PaperRow:
+    """One row of the paper's Table I.
+
+    Attributes:
+        label: Its name there.
+        successes: Out of `PAPER_TRIALS`.
+        average_distance: Starred [m].
+        gracefulness: Starred [m/s^2].
+        path_length: Starred [m].
+        collisions: Out of `PAPER_TRIALS`.
+        solve: Mean and standard deviation [ms].
+        rate: Control rate [Hz], where it is given.
+    """
+
+    label: str
+    successes: int
+    average_distance: float
+    gracefulness: float
+    path_length: float
+    collisions: int
+    solve: tuple[float, float]
+    rate: float | None = None
+
+
+PAPER_TABLE_I = {
+    "sdf-hard": PaperRow(
+        "RMMI, ground truth, hard", 778, 0.087, 0.388, 0.724, 0, (0.15, 0.04)
+    ),
+    "sdf-active": PaperRow(
+        "RMMI, ground truth, active", 846, 0.112, 0.279, 0.759, 0, (0.15, 0.04)
+    ),
+    "ellipsoid-hard": PaperRow(
+        "sphere-to-ellipsoid, hard",
+        776,
+        0.087,
+        0.434,
+        0.723,
+        0,
+        (0.17, 0.08),
+        17.2,
+    ),
+    "ellipsoid-active": PaperRow(
+        "sphere-to-ellipsoid, active",
+        856,
+        0.113,
+        0.291,
+        0.762,
+        0,
+        (0.17, 0.03),
+        17.2,
+    ),
+    "depth-hard": PaperRow(
+        "depth rasterisation, hard",
+        800,
+        0.086,
+        0.411,
+        0.726,
+        0,
+        (0.21, 0.06),
+        24.2,
+    ),
+    "depth-active": PaperRow(
+        "depth rasterisation, active",
+        845,
+        0.107,
+        0.272,
+        0.754,
+        0,
+        (0.20, 0.06),
+        24.2,
+    ),
+}
+"""By the name of our corresponding method."""

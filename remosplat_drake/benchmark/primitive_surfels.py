@@ -1,0 +1,112 @@
+"""Surfels sampled on true geometry: a splat where no trained one is at hand."""
+
+import numpy as np
+
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.reconstruction.surfels import Surfels, splat_of_surfels
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+SURFEL_COUNT = 60_000
+"""About as many as the paper's splats have."""
+
+_GRAY = 0.6
+
+
+def surfel_splat(
+    scene: PrimitiveScene, count: int = SURFEL_COUNT
+) -> GaussianSplat:
+    """An even cover of a scene's visible surfaces, the same every time.
+
+    Surface points inside another primitive are left out, as no camera sees
+    them.
+
+    Args:
+        scene: Boxes and cylinders.
+        count: Roughly how many surfels, before the hidden ones are left out.
+    """
+    area = sum(_area(primitive) for primitive in scene.primitives)
+    spacing = np.sqrt(area / count)
+    samples = [_sample(primitive, spacing) for primitive in scene.primitives]
+    p_WK = np.concatenate([points for points, _ in samples])
+    normal_W = np.concatenate([normals for _, normals in samples])
+    # A point on a surface is at distance 0 of its own primitive.
+    distance = SignedDistanceField(scene).clearances(Spheres.at(p_WK))
+    visible = distance.per_sphere(len(p_WK)) > -1e-6
+    p_WK, normal_W = p_WK[visible], normal_W[visible]
+    n = len(p_WK)
+    return splat_of_surfels(
+        Surfels(p_WK, normal_W, np.full((n, 3), _GRAY), np.full(n, spacing))
+    )
+
+
+def _sample(
+    primitive: Box | Cylinder, spacing: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points and outward normals on a primitive's surface, (n, 3) each."""
+    if isinstance(primitive, Box):
+        p_PK, normal_P = _box_samples(primitive.half_extents, spacing)
+    else:
+        p_PK, normal_P = _cylinder_samples(primitive, spacing)
+    X_WP = primitive.X_WP.GetAsMatrix4()
+    return p_PK @ X_WP[:3, :3].T + X_WP[:3, 3], normal_P @ X_WP[:3, :3].T
+
+
+def _box_samples(
+    half: np.ndarray, spacing: float
+) -> tuple[np.ndarray, np.ndarray]:
+    points, normals = [], []
+    for axis in range(3):
+        a, b = (axis + 1) % 3, (axis + 2) % 3
+        A, B = np.meshgrid(_line(half[a], spacing), _line(half[b], spacing))
+        for side in (-1.0, 1.0):
+            face = np.zeros((A.size, 3))
+            face[:, a], face[:, b] = A.ravel(), B.ravel()
+            face[:, axis] = side * half[axis]
+            points.append(face)
+            normals.append(np.tile(side * np.eye(3)[axis], (A.size, 1)))
+    return np.concatenate(points), np.concatenate(normals)
+
+
+def _cylinder_samples(
+    cylinder: Cylinder, spacing: float
+) -> tuple[np.ndarray, np.ndarray]:
+    radius, half = cylinder.radius, cylinder.half_height
+    angles = _circle(radius, spacing)
+    A, Z = (x.ravel() for x in np.meshgrid(angles, _line(half, spacing)))
+    outward = np.stack([np.cos(A), np.sin(A), np.zeros_like(A)], axis=1)
+    points = [radius * outward + Z[:, None] * [0, 0, 1]]
+    normals = [outward]
+    rings = _line(radius / 2, spacing) + radius / 2
+    disc = np.concatenate(
+        [
+            r * np.stack([np.cos(a), np.sin(a), 0 * a], axis=1)
+            for r in rings
+            for a in [_circle(r, spacing)]
+        ]
+    )
+    for side in (-1.0, 1.0):
+        points.append(disc + np.array([0, 0, side * half]))
+        normals.append(np.tile([0, 0, side], (len(disc), 1)))
+    return np.concatenate(points), np.concatenate(normals)
+
+
+def _line(half: float, spacing: float) -> np.ndarray:
+    """The middles of equal parts of [-half, half], at most a spacing long."""
+    n = max(1, int(np.ceil(2 * half / spacing)))
+    return half * (2 * np.arange(n) + 1 - n) / n
+
+
+def _circle(radius: float, spacing: float) -> np.ndarray:
+    """Angles that divide a circle evenly."""
+    n = max(3, int(np.ceil(2 * np.pi * radius / spacing)))
+    return 2 * np.pi * np.arange(n) / n
+
+
+def _area(primitive: Box | Cylinder) -> float:
+    if isinstance(primitive, Box):
+        x, y, z = 2 * primitive.half_extents
+        return float(2 * (x * y + y * z + z * x))
+    r, h = primitive.radius, 2 * primitive.half_height
+    return float(2 * np.pi * r * (r + h))

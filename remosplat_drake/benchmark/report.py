@@ -1,0 +1,272 @@
+"""The tables of a benchmark, side by side with the paper's."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from remosplat_drake.benchmark.paper_results import (
+    PAPER_TABLE_I,
+    PAPER_TRIALS,
+    PaperRow,
+)
+from remosplat_drake.benchmark.result import RULES, TrialResult
+from remosplat_drake.benchmark.statistics import (
+    mcnemar,
+    mean_interval,
+    wilson_interval,
+)
+from remosplat_drake.benchmark.summary import Comparison, Row, gather
+from remosplat_drake.benchmark.tables import Table
+
+RULE_TITLES = {
+    "text": "success by the paper's text: 2 cm and 2 deg",
+    "authors": "success as the authors' code has it: L1 < 2 cm, any rotation",
+}
+
+STARRED = (
+    ("average_distance", 3),
+    ("gracefulness", 3),
+    ("path_length", 3),
+    ("acceleration", 3),
+    ("duration", 2),
+)
+"""Metrics over commonly solved trials, and their decimals."""
+
+
+def report_tables(results: Sequence[TrialResult]) -> list[Table]:
+    """All tables that results give, comparison by comparison."""
+    tables = []
+    for comparison in gather(results):
+        tables += [main_table(comparison, rule) for rule in RULES]
+        tables += [
+            family_table(comparison),
+            outcome_table(comparison),
+            timing_table(comparison),
+        ]
+        if len(comparison.rows) > 1:
+            tables.append(paired_table(comparison))
+    return tables
+
+
+def to_markdown(tables: Sequence[Table], heading: str) -> str:
+    """One document."""
+    parts = [f"# {heading}\n", *(table.to_markdown() for table in tables)]
+    return "\n".join(parts)
+
+
+def main_table(comparison: Comparison, rule: str) -> Table:
+    """The paper's Table I: ours, and below each row the paper's."""
+    common = comparison.common(rule)
+    rows = []
+    for row in comparison.rows:
+        rows.append(_main_row(row, rule, common))
+        if row.method in PAPER_TABLE_I:
+            rows.append(_paper_row(PAPER_TABLE_I[row.method]))
+    return Table(
+        f"{_title(comparison)}: {RULE_TITLES[rule]}",
+        (
+            "method",
+            "gains",
+            "splat",
+            "success [%]",
+            "avg distance* [m]",
+            "gracefulness* [m/s²]",
+            "path* [m]",
+            "rate-free acc.* [m/s²]",
+            "time* [s]",
+            "collisions",
+            "min clearance [mm]",
+            "QP [ms]",
+        ),
+        tuple(rows),
+        f"* mean ± 95 % over the {int(common.sum())} scenes that every method"
+        " of this table solves. Rates: solved/run with 95 % Wilson intervals."
+        " Collisions are judged by the true geometry, at ticks and at four"
+        " points between; for each: count/run and upper 95 % bound. The paper"
+        f" ran {PAPER_TRIALS} scenes.",
+    )
+
+
+def _title(comparison: Comparison) -> str:
+    row = comparison.rows[0]
+    families = ", ".join(
+        f"{sum(t.family == family for t in row.trials)} {family}"
+        for family in comparison.families()
+    )
+    return f"{families}; {row.spheres} spheres, {row.station} station"
+
+
+def _main_row(row: Row, rule: str, common: np.ndarray) -> tuple[str, ...]:
+    starred = [
+        _mean(row.values(field, rule, common), decimals)
+        for field, decimals in STARRED
+    ]
+    everything = np.ones(len(row), bool)
+    clearance = row.values("minimum_distance", rule, everything)
+    solve = 1e3 * row.times("solve_mean")
+    return (
+        row.method,
+        row.gains,
+        _splat(row),
+        format_rate(int(row.successes(rule).sum()), len(row)),
+        *starred,
+        _rare(row.collisions(), len(row)),
+        f"{1e3 * clearance.min():.1f}" if len(clearance) else "–",
+        f"{solve.mean():.2f} ± {solve.std():.2f}" if len(solve) else "–",
+    )
+
+
+def _paper_row(paper: PaperRow) -> tuple[str, ...]:
+    mean, std = paper.solve
+    return (
+        f"*paper: {paper.label}*",
+        "paper",
+        "",
+        format_rate(paper.successes, PAPER_TRIALS),
+        f"{paper.average_distance:.3f}",
+        f"{paper.gracefulness:.3f}",
+        f"{paper.path_length:.3f}",
+        "",
+        "",
+        _rare(paper.collisions, PAPER_TRIALS),
+        "",
+        f"{mean:.2f} ± {std:.2f}",
+    )
+
+
+def family_table(comparison: Comparison) -> Table:
+    """Success by family, by both rules."""
+    families = comparison.families()
+    rows = []
+    for row in comparison.rows:
+        cells = []
+        for rule in RULES:
+            solved = row.successes(rule)
+            for family in families:
+                of_family = np.array([t.family == family for t in row.trials])
+                hits = int((solved & of_family).sum())
+                cells.append(format_rate(hits, int(of_family.sum())))
+        rows.append((row.method, *cells))
+    header = [f"{family}, {rule} [%]" for rule in RULES for family in families]
+    return Table(
+        f"{_title(comparison)}: success by family",
+        ("method", *header),
+        tuple(rows),
+    )
+
+
+def outcome_table(comparison: Comparison) -> Table:
+    """How the trials ended that did not succeed, by the paper's text."""
+    outcomes = comparison.outcomes()
+    return Table(
+        f"{_title(comparison)}: why trials failed (text)",
+        ("method", "trials", "success", "collision", *outcomes),
+        tuple(
+            (
+                row.method,
+                str(len(row)),
+                str(int(row.successes("text").sum())),
+                str(row.count("collision", "text")),
+                *(str(row.count(outcome, "text")) for outcome in outcomes),
+            )
+            for row in comparison.rows
+        ),
+        "local minimum: standing still when time was up; timeout: still"
+        " moving; infeasible: the last program had no solution.",
+    )
+
+
+def timing_table(comparison: Comparison) -> Table:
+    """What a tick costs, and the control rate that allows."""
+    rows = []
+    for row in comparison.rows:
+        p50, p99 = 1e3 * row.times("tick_p50"), 1e3 * row.times("tick_p99")
+        paper = PAPER_TABLE_I.get(row.method)
+        rate = "" if paper is None or not paper.rate else f"{paper.rate:g}"
+        rows.append(
+            (
+                row.method,
+                _splat(row),
+                _median(p50, 2),
+                _median(p99, 2),
+                _median(1e3 / p50, 0),
+                rate,
+                _median(row.times("trial"), 1),
+            )
+        )
+    return Table(
+        f"{_title(comparison)}: timing",
+        (
+            "method",
+            "splat",
+            "tick p50 [ms]",
+            "tick p99 [ms]",
+            "rate possible [Hz]",
+            "paper [Hz]",
+            "trial [s]",
+        ),
+        tuple(rows),
+        "Medians over the trials, several of which ran at once.",
+    )
+
+
+def paired_table(comparison: Comparison) -> Table:
+    """Every method against the first, scene by scene."""
+    first, *others = comparison.rows
+    rows = []
+    for row in others:
+        cells = []
+        for rule in RULES:
+            only_row, only_first, p = mcnemar(
+                row.successes(rule), first.successes(rule)
+            )
+            cells += [str(only_row), str(only_first), f"{p:.3g}"]
+        rows.append((row.method, *cells))
+    header = [
+        f"{what}, {rule}"
+        for rule in RULES
+        for what in ("only this", f"only {first.method}", "p")
+    ]
+    return Table(
+        f"{_title(comparison)}: paired with {first.method}",
+        ("method", *header),
+        tuple(rows),
+        "Scenes that only one of the two solves; p by McNemar's exact test.",
+    )
+
+
+def format_rate(successes: int, count: int) -> str:
+    """A rate in per cent, its interval and its counts."""
+    if not count:
+        return "–"
+    low, high = wilson_interval(successes, count)
+    return (
+        f"{100 * successes / count:.1f} [{100 * low:.1f}, {100 * high:.1f}]"
+        f" ({successes}/{count})"
+    )
+
+
+def _rare(successes: int, count: int) -> str:
+    _, high = wilson_interval(successes, count)
+    return f"{successes}/{count} (< {100 * high:.1f} %)"
+
+
+def _mean(values: np.ndarray, decimals: int) -> str:
+    if not len(values):
+        return "–"
+    mean, half = mean_interval(values)
+    if math.isnan(half):
+        return f"{mean:.{decimals}f}"
+    return f"{mean:.{decimals}f} ± {half:.{decimals}f}"
+
+
+def _median(values: np.ndarray, decimals: int) -> str:
+    return f"{np.median(values):.{decimals}f}" if len(values) else "–"
+
+
+def _splat(row: Row) -> str:
+    if row.splat == "none":
+        return "–"
+    counts = [t.splat_count for t in row.trials if t.splat_count]
+    return f"{row.splat}, {np.mean(counts) / 1e3:.0f}k"

@@ -1,0 +1,147 @@
+"""The scenes that methods are compared in, as small picklable names."""
+
+import dataclasses as dc
+from pathlib import Path
+
+from remosplat_drake import resources
+from remosplat_drake.benchmark.feasibility import (
+    FeasibilityFilter,
+    feasible_seeds,
+)
+from remosplat_drake.benchmark.primitive_surfels import (
+    SURFEL_COUNT,
+    surfel_splat,
+)
+from remosplat_drake.benchmark.scene_generators import FAMILIES, generate
+from remosplat_drake.errors import FileError, RemoSplatError
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.ply import read_ply
+
+PUBLISHED_FOLDERS = {"table": "table_new", "bookshelf": "bookshelf_cage"}
+"""Where the published scenes of a family are."""
+
+TRAINED, SURFEL, NO_SPLAT = "trained", "surfel", "none"
+"""Where a splat comes from, as every table says."""
+
+
+@dc.dataclass(frozen=True)
+class SceneCase:
+    """One scene of a suite, and where its splat is.
+
+    Attributes:
+        name: As tables show it.
+        family: Scenes of a family are reported together.
+        file: RMMI file; empty for a generated scene.
+        seed: Of a generated scene.
+        splat_folders: Where trained splats may lie: as NAME.ply, as
+            FAMILY_NUMBER.ply with the number that ends the name, or as
+            HASH.ply with the hash of the scene's content.
+    """
+
+    name: str
+    family: str
+    file: str = ""
+    seed: int = 0
+    splat_folders: tuple[str, ...] = ()
+
+    def truth(self) -> PrimitiveScene:
+        """The scene itself, with its task.
+
+        Raises:
+            RemoSplatError: Its file cannot be used, or it has no task.
+        """
+        if not self.file:
+            return generate(self.family, self.seed)
+        scene = read_rmmi(self.file)
+        if scene.X_WE_target is None or scene.X_WB_start is None:
+            raise FileError(self.file, "has no target or no robot_base")
+        return scene
+
+    def trained_splat(self, truth: PrimitiveScene) -> Path | None:
+        """The scene's splat file, if it has one."""
+        for folder in self.splat_folders:
+            number = self.name.rpartition("_")[2]
+            short = f"{self.family}_{number}"
+            for stem in (truth.content_hash, self.name, short):
+                path = Path(folder) / f"{stem}.ply"
+                if path.is_file():
+                    return path
+        return None
+
+    def splat(self, truth: PrimitiveScene) -> tuple[GaussianSplat, str]:
+        """The scene's splat in W and where it comes from.
+
+        Without a trained one it is made of surfels on the true geometry.
+        """
+        path = self.trained_splat(truth)
+        if path is not None:
+            return read_ply(path), TRAINED
+        return surfel_splat(truth, SURFEL_COUNT), SURFEL
+
+
+def splat_cache() -> Path:
+    """Where trained splats are kept by the content of their scenes."""
+    return resources.cache_dir() / "splats"
+
+
+def load_suite(
+    name: str,
+    count: int,
+    splat_folders: tuple[Path, ...] = (),
+    trained_only: bool = False,
+) -> list[SceneCase]:
+    """The first scenes of each family of a suite.
+
+    Args:
+        name: "generated", or "published:DIR" with the folders of
+            `PUBLISHED_FOLDERS` in DIR.
+        count: How many of each family.
+        splat_folders: Where else to look for trained splats.
+        trained_only: Leave out scenes without a trained splat.
+
+    Raises:
+        RemoSplatError: There is no such suite, or it has no scenes.
+    """
+    kind, _, folder = name.partition(":")
+    if kind == "published" and folder:
+        cases = _published(Path(folder))
+    elif name == "generated":
+        cases = _generated(count)
+    else:
+        raise RemoSplatError(
+            f"--suite: unknown suite {name!r}; valid: generated, published:DIR"
+        )
+    folders = tuple(str(f) for f in (*splat_folders, splat_cache()))
+    chosen = []
+    for family in FAMILIES:
+        found = [
+            dc.replace(case, splat_folders=folders)
+            for case in cases
+            if case.family == family
+        ]
+        if trained_only:
+            found = [c for c in found if c.trained_splat(c.truth())]
+        chosen += found[:count]
+    if not chosen:
+        raise RemoSplatError(f"--suite: {name} has no scenes to run")
+    return chosen
+
+
+def _published(folder: Path) -> list[SceneCase]:
+    cases = []
+    for family, stem in PUBLISHED_FOLDERS.items():
+        files = sorted((folder / stem).glob(f"{stem}_*.json"))
+        if not files:
+            raise FileError(folder / stem, f"holds no {stem}_*.json")
+        cases += [SceneCase(f.stem, family, file=str(f)) for f in files]
+    return cases
+
+
+def _generated(count: int) -> list[SceneCase]:
+    return [
+        SceneCase(generate(family, seed).name, family, seed=seed)
+        for family in FAMILIES
+        for seed in feasible_seeds(family, count, FeasibilityFilter())
+    ]

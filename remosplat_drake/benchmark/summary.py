@@ -1,0 +1,140 @@
+"""Results of many trials, gathered into comparable rows."""
+
+import dataclasses as dc
+from collections import defaultdict
+from collections.abc import Sequence
+
+import numpy as np
+
+from remosplat_drake.benchmark.methods import METHODS_FILE
+from remosplat_drake.benchmark.result import (
+    COLLISION,
+    CRASH,
+    OUTCOMES,
+    RULES,
+    TrialResult,
+)
+from remosplat_drake.strict_yaml import entries
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Row:
+    """All trials of one method with one set-up.
+
+    Attributes:
+        method: Name of the method.
+        spheres: Sphere set.
+        gains: Gain set.
+        splat: Where the splats come from: "none", "trained", "surfel", or
+            both joined by "+".
+        station: "kinematic" or "dynamic".
+        trials: Sorted by scene.
+    """
+
+    method: str
+    spheres: str
+    gains: str
+    splat: str
+    station: str
+    trials: tuple[TrialResult, ...]
+
+    def __len__(self) -> int:
+        return len(self.trials)
+
+    @property
+    def scenes(self) -> tuple[tuple[str, int], ...]:
+        """Names and seeds of what was run."""
+        return tuple((t.scene, t.seed) for t in self.trials)
+
+    def successes(self, rule: str) -> np.ndarray:
+        """Which trials succeeded by a rule, shape (n,) bool."""
+        return np.array([t.success(rule) for t in self.trials], bool)
+
+    def count(self, outcome: str, rule: str) -> int:
+        """How many trials ended like that."""
+        return sum(t.outcome(rule) == outcome for t in self.trials)
+
+    def collisions(self) -> int:
+        """Trials that touched something before they arrived by any rule."""
+        return sum(
+            any(t.outcome(rule) == COLLISION for rule in RULES)
+            for t in self.trials
+        )
+
+    def values(self, field: str, rule: str, chosen: np.ndarray) -> np.ndarray:
+        """A number of `Judgement` over chosen trials that did not crash."""
+        judged = [self.trials[i].judged(rule) for i in np.flatnonzero(chosen)]
+        return np.array([getattr(j, field) for j in judged if j is not None])
+
+    def times(self, field: str) -> np.ndarray:
+        """A number of `WallTimes` over all trials that did not crash."""
+        times = [t.times for t in self.trials if t.times is not None]
+        return np.array([getattr(t, field) for t in times])
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Comparison:
+    """Rows over exactly the same scenes, spheres and station.
+
+    Attributes:
+        rows: In the order of `gather`.
+    """
+
+    rows: tuple[Row, ...]
+
+    def common(self, rule: str) -> np.ndarray:
+        """The scenes that every row solves, shape (n,) bool."""
+        return np.logical_and.reduce([r.successes(rule) for r in self.rows])
+
+    def families(self) -> list[str]:
+        """In alphabetical order."""
+        return sorted({t.family for t in self.rows[0].trials})
+
+    def outcomes(self) -> list[str]:
+        """Those that occur, besides success and collision."""
+        seen = {
+            t.outcome(rule)
+            for row in self.rows
+            for t in row.trials
+            for rule in RULES
+        }
+        return [o for o in OUTCOMES[1:] if o in seen and o != COLLISION]
+
+
+def gather(results: Sequence[TrialResult]) -> list[Comparison]:
+    """Sorts results into rows, and rows into comparisons.
+
+    The order of the results does not matter: methods come as in the shipped
+    file, then others by name.
+    """
+    by_setup = defaultdict(list)
+    for result in results:
+        setup = (
+            result.method,
+            result.spheres,
+            result.gains,
+            result.station,
+        )
+        by_setup[setup].append(result)
+    by_scenes = defaultdict(list)
+    shipped = entries(METHODS_FILE)
+
+    def place(setup: tuple[str, ...]) -> tuple:
+        known = setup[0] in shipped
+        return (shipped.index(setup[0]) if known else len(shipped), setup)
+
+    for setup in sorted(by_setup, key=place):
+        method, spheres, gains, station = setup
+        trials = by_setup[setup]
+        trials.sort(key=lambda t: (t.family, t.scene, t.seed))
+        origins = {t.splat for t in trials if t.outcome(RULES[0]) != CRASH}
+        row = Row(
+            method,
+            spheres,
+            gains,
+            "+".join(sorted(origins)) or "none",
+            station,
+            tuple(trials),
+        )
+        by_scenes[row.scenes, spheres, station].append(row)
+    return [Comparison(tuple(rows)) for rows in by_scenes.values()]

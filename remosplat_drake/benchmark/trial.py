@@ -1,0 +1,252 @@
+"""One trial: a method in a scene, from its start to its result."""
+
+import dataclasses as dc
+import hashlib
+from time import perf_counter
+
+import numpy as np
+
+from remosplat_drake import __version__
+from remosplat_drake.benchmark import metrics as met
+from remosplat_drake.benchmark.methods import Method
+from remosplat_drake.benchmark.result import (
+    COLLISION,
+    INFEASIBLE,
+    LOCAL_MINIMUM,
+    RULES,
+    SUCCESS,
+    TIMEOUT,
+    Judgement,
+    TrialResult,
+    WallTimes,
+)
+from remosplat_drake.benchmark.suites import NO_SPLAT, SceneCase
+from remosplat_drake.controller.servo import PoseError
+from remosplat_drake.controller.tick_report import BRAKING, RELAXED
+from remosplat_drake.diagram import MakeDiagram
+from remosplat_drake.oracle.config import make_field
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.recording.metrics import path_length
+from remosplat_drake.recording.trajectory import Trajectory
+from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.scenario import Scenario
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.simulation import run
+from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
+from remosplat_drake.world import World
+
+TRIAL_VERSION = 1
+"""Raised whenever a trial would end differently; part of its key."""
+
+CHECKS_A_TICK = 5
+"""Collisions are looked for at every tick and at four points between."""
+
+STALL_WINDOW, STALL_REACH = 1.0, 0.01
+"""Moving less than that far in the last second is standing still [s, m]."""
+
+
+@dc.dataclass(frozen=True)
+class Trial:
+    """A method in a scene; small enough to be sent to a worker.
+
+    Attributes:
+        method: The controller.
+        case: The scene.
+        seed: Of everything random.
+    """
+
+    method: Method
+    case: SceneCase
+    seed: int = 0
+
+    @property
+    def label(self) -> str:
+        """For messages."""
+        return f"{self.method.name} in {self.case.name}"
+
+    def key(self) -> str:
+        """Names everything that the result depends on."""
+        truth = self.case.truth()
+        splat = NO_SPLAT
+        if self.method.needs_splat:
+            path = self.case.trained_splat(truth)
+            splat = path.name if path else "surfel"
+            if path:
+                splat += f"-{hashlib.sha256(path.read_bytes()).hexdigest()}"
+        parts = (
+            TRIAL_VERSION,
+            self.method.name,
+            self.method.fingerprint,
+            self.case.name,
+            truth.content_hash,
+            _task(truth),
+            splat,
+            self.seed,
+        )
+        return hashlib.sha256(repr(parts).encode()).hexdigest()[:20]
+
+
+def _task(truth: PrimitiveScene) -> tuple:
+    assert truth.X_WE_target is not None
+    return (truth.X_WE_target.GetAsMatrix34().tolist(), truth.X_WB_start)
+
+
+def describe(trial: Trial, error: str = "") -> TrialResult:
+    """The result's head: what was tried, before anything has happened."""
+    scenario = trial.method.scenario
+    return TrialResult(
+        key=trial.key(),
+        method=trial.method.name,
+        scene=trial.case.name,
+        family=trial.case.family,
+        spheres=scenario.robot.spheres,
+        gains=scenario.controller.gains,
+        oracle=type(scenario.oracle).__name__,
+        splat=NO_SPLAT,
+        splat_count=0,
+        station=type(scenario.station).__name__.removesuffix("Station").lower(),
+        seed=trial.seed,
+        version=__version__,
+        error=error,
+    )
+
+
+def run_trial(trial: Trial) -> TrialResult:
+    """Runs a trial; equal trials give equal results, but for the times.
+
+    Raises:
+        Exception: Whatever goes wrong inside.
+    """
+    started = perf_counter()
+    scenario = dc.replace(trial.method.scenario, seed=trial.seed)
+    truth = trial.case.truth()
+    splat_W, origin = None, NO_SPLAT
+    if trial.method.needs_splat:
+        splat_W, origin = trial.case.splat(truth)
+    robot = load_robot_model(
+        scenario.robot.model,
+        scenario.robot.spheres,
+        scenario.scene.floor_height,
+    )
+    world = World(
+        robot,
+        splat_W,
+        truth,
+        make_field(scenario.oracle, splat_W, truth, scenario.source),
+        np.array([*(truth.X_WB_start or ()), *robot.home]),
+    )
+    result = run(
+        MakeDiagram(scenario, world), until=_ArrivedByEveryRule(scenario)
+    )
+    trajectory = result.trajectory
+    assert truth.X_WE_target is not None
+    judge = _Judge(robot, scenario, trajectory, truth)
+    judgements = {rule: judge.judgement(rule) for rule in RULES}
+    return dc.replace(
+        describe(trial),
+        splat=origin,
+        splat_count=0 if splat_W is None else len(splat_W),
+        statuses=result.metrics.statuses,
+        times=_wall_times(trajectory, perf_counter() - started),
+        **judgements,
+    )
+
+
+def arrival_rule(scenario: Scenario, rule: str) -> ArrivalConfig:
+    """The scenario's tolerances, judged by another rule."""
+    return dc.replace(scenario.arrival, rule=rule)
+
+
+class _ArrivedByEveryRule:
+    """Whether each rule has held once, so that one run serves all."""
+
+    def __init__(self, scenario: Scenario):
+        self._open = [arrival_rule(scenario, rule) for rule in RULES]
+
+    def __call__(self, error: PoseError) -> bool:
+        self._open = [r for r in self._open if not has_arrived(error, r)]
+        return not self._open
+
+
+class _Judge:
+    """Looks at one finished run with the eyes of several rules."""
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        scenario: Scenario,
+        trajectory: Trajectory,
+        truth: PrimitiveScene,
+    ):
+        self._robot, self._scenario = robot, scenario
+        self._trajectory = trajectory
+        assert truth.X_WE_target is not None
+        self._errors = met.target_errors(
+            robot, trajectory.q, truth.X_WE_target.GetAsMatrix4()
+        )
+        field = SignedDistanceField(truth)
+        self._at = met.minimum_clearances(robot, trajectory.q, field)
+        self._between = self._clearances_between(field)
+
+    def _clearances_between(self, field: DistanceField) -> np.ndarray:
+        q = met.between_ticks(self._trajectory.q, CHECKS_A_TICK)
+        flat = q.reshape(-1, self._robot.n_q)
+        clearances = met.minimum_clearances(self._robot, flat, field)
+        return clearances.reshape(q.shape[:2]).min(axis=1, initial=np.inf)
+
+    def judgement(self, rule: str) -> Judgement:
+        """The part of the run up to the arrival by that rule."""
+        scenario, trajectory = self._scenario, self._trajectory
+        dt = scenario.control_period
+        arrival = met.arrival_tick(self._errors, arrival_rule(scenario, rule))
+        end = len(trajectory) if arrival is None else arrival
+        q, u = trajectory.q[: end + 1], trajectory.u[:end]
+        p_WE = met.end_effector_positions(self._robot, q)
+        minimum = min(
+            self._at[: end + 1].min(), self._between[:end].min(initial=np.inf)
+        )
+        if minimum <= 0.0:
+            outcome = COLLISION
+        elif arrival is not None:
+            outcome = SUCCESS
+        else:
+            outcome = self._failure()
+        return Judgement(
+            outcome=outcome,
+            duration=end * dt,
+            average_distance=float(self._at[: end + 1].mean()),
+            minimum_distance=float(minimum),
+            gracefulness=met.mean_acceleration(self._robot, q, u, dt),
+            acceleration=met.resampled_acceleration(p_WE, dt),
+            path_length=path_length(p_WE),
+            base_path_length=path_length(q[:, :2]),
+        )
+
+    def _failure(self) -> str:
+        """Why a run without a collision did not arrive."""
+        trajectory = self._trajectory
+        if len(trajectory) and trajectory.status[-1] in (RELAXED, BRAKING):
+            return INFEASIBLE
+        stalled = met.is_stalled(
+            self._robot,
+            trajectory.q,
+            self._scenario.control_period,
+            STALL_WINDOW,
+            STALL_REACH,
+        )
+        return LOCAL_MINIMUM if stalled else TIMEOUT
+
+
+def _wall_times(trajectory: Trajectory, seconds: float) -> WallTimes:
+    def summary(phase: str, statistic) -> float:
+        durations = trajectory.timings.get(phase, np.zeros(0))
+        return float(statistic(durations)) if len(durations) else 0.0
+
+    return WallTimes(
+        solve_mean=summary("solve", np.nanmean),
+        solve_std=summary("solve", np.nanstd),
+        tick_p50=summary("total", np.nanmedian),
+        tick_p99=summary("total", lambda x: np.nanpercentile(x, 99)),
+        trial=seconds,
+    )
