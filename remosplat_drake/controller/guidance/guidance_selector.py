@@ -37,13 +37,11 @@ def make_selection_rule(
 ) -> SelectionRule:
     """The selector's rule for a controller configuration.
 
-    Rollouts run the controller's own law with a longer step, and without
-    verification: their states need not be safe, only telling.
+    Rollouts run the controller's own law with a longer step. Verification is
+    part of it: a future that it would stop must not count as arrival.
     """
     guidance = config.guidance
-    law = ReactiveLaw.make(
-        dc.replace(config, verify=False), robot, guidance.step
-    )
+    law = ReactiveLaw.make(config, robot, guidance.step)
     candidates = make_candidates(
         [config.collision.stopping, *guidance.tiers],
         guidance.bearing,

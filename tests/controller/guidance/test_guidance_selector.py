@@ -25,19 +25,28 @@ from remosplat_drake.world import load_world
 STUCK = ("table", 6)
 """A scene of the published kind in which the controller alone gets stuck."""
 
+TIGHT = ("table", 91796)
+"""One in which only the smaller stopping distance arrives.
+
+Without verification, the damper's rows would let a rollout slip past the
+obstacle that stops the robot.
+"""
+
 
 @pytest.fixture
 def application(tmp_path):
     """A function of a guidance setting that makes the application."""
 
-    def make(guidance: str, limit: float = 12.0) -> Application:
-        return MakeDiagram(*_load(tmp_path, guidance, limit))
+    def make(
+        guidance: str, limit: float = 12.0, scene: tuple[str, int] = STUCK
+    ) -> Application:
+        return MakeDiagram(*_load(tmp_path, guidance, limit, scene))
 
     return make
 
 
-def _load(folder: Path, guidance: str, limit: float):
-    write_rmmi(folder / "scene.json", generate(*STUCK))
+def _load(folder: Path, guidance: str, limit: float, scene: tuple[str, int]):
+    write_rmmi(folder / "scene.json", generate(*scene))
     file = folder / "test.yaml"
     file.write_text(
         "Test:\n"
@@ -83,6 +92,13 @@ def test_where_the_controller_alone_is_stuck_guidance_arrives(application):
     assert guided.outcome == REACHED
     clearance = guided.metrics.truth_clearance_min
     assert clearance is not None and clearance >= 0.021 - 1e-9
+
+
+def test_a_future_that_verification_would_stop_is_not_followed(application):
+    guided = run(application("{tiers: [0.010]}", scene=TIGHT))
+    assert guided.outcome == REACHED
+    clearance = guided.metrics.truth_clearance_min
+    assert clearance is not None and 0.010 - 1e-9 <= clearance < 0.021
 
 
 def test_a_run_can_be_repeated_to_the_bit(application):
@@ -159,5 +175,6 @@ def test_the_rule_has_every_candidate_of_every_tier(frankie):
         ["direct", "left", "right"]
     ] * 2
     assert [tier[0].stopping for tier in rule.candidates] == [0.021, 0.010]
+    assert rule.law.config is config
     assert rule.law.dt == config.guidance.step == 0.1
     assert rule.horizon == 8.0
