@@ -3,6 +3,7 @@
 import dataclasses as dc
 
 from remosplat_drake.errors import FieldError
+from remosplat_drake.oracle.depth_backend import choose_backend
 from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
@@ -37,7 +38,9 @@ class DepthRasterization:
     far: float = 0.9
     # Only the nearest view of each sphere.
     nearest_only: bool = False
-    # Threads of a query.
+    # `cpu`, `cuda` (gsplat), or `auto`: cuda wherever it can work.
+    backend: str = "cpu"
+    # Threads of a query on the CPU.
     threads: int = 1
 
 
@@ -92,26 +95,39 @@ def make_field(
             bisection_steps=config.bisection_steps or None,
             num_threads=config.threads,
         )
-    return _make_depth_field(config, splat_W)
+    return _make_depth_field(config, splat_W, where)
 
 
 def _make_depth_field(
-    config: DepthRasterization, splat_W: GaussianSplat
+    config: DepthRasterization, splat_W: GaussianSplat, where: str
 ) -> DistanceField:
-    # Imported here: its kernels cost start-up time that others need not pay.
+    # Imported here: their kernels cost start-up time that others need not pay.
+    from remosplat_drake.oracle.depth_sensor import DepthSensor
+
+    sensor = DepthSensor(
+        resolution=config.resolution,
+        alpha_cutoff=config.alpha_cutoff,
+        near=config.near,
+        far=config.far,
+    )
+    backend = choose_backend(
+        config.backend, splat_W.is_surfel, where, "oracle.backend"
+    )
+    if backend == "cuda":
+        from remosplat_drake.oracle.depth_rasterization_gsplat import (
+            GsplatDepthField,
+        )
+
+        return GsplatDepthField(
+            splat_W, sensor, nearest_only=config.nearest_only
+        )
     from remosplat_drake.oracle.depth_rasterization import (
         DepthRasterizationField,
     )
-    from remosplat_drake.oracle.depth_sensor import DepthSensor
 
     return DepthRasterizationField(
         splat_W,
-        DepthSensor(
-            resolution=config.resolution,
-            alpha_cutoff=config.alpha_cutoff,
-            near=config.near,
-            far=config.far,
-        ),
+        sensor,
         nearest_only=config.nearest_only,
         num_threads=config.threads,
     )

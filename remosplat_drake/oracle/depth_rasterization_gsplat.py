@@ -1,0 +1,194 @@
+"""`GsplatDepthField`: distances from virtual depth views, on a CUDA device."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from remosplat_drake.errors import FieldError, RemoSplatError
+from remosplat_drake.oracle import gsplat_views as views
+from remosplat_drake.oracle.depth_backend import missing_for_cuda
+from remosplat_drake.oracle.depth_rows import nearest_rows
+from remosplat_drake.oracle.depth_sensor import N_VIEWS, DepthSensor
+from remosplat_drake.oracle.distance_field import Clearances, DistanceField
+from remosplat_drake.oracle.gsplat_pairs import (
+    VIEWS,
+    Sensors,
+    make_discs,
+    visible_pairs,
+)
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+if TYPE_CHECKING:
+    import torch
+    from torch import Tensor
+
+MIN_ALPHA = 1 / 255
+"""gsplat drops fragments below this alpha."""
+
+TRANSMITTANCE = 0.5
+"""gsplat's threshold of the median."""
+
+_MAX_PAIRS = 1 << 23
+"""Discs in views that are rendered at once: floats hold their index."""
+
+
+class GsplatDepthField(DistanceField):
+    """What six depth views from every sphere's centre see of a splat.
+
+    The same question as `DepthRasterizationField`, answered with stock gsplat;
+    the module says where the answers differ.
+
+    Args:
+        splat_W: The scene, expressed in W; 2DGS discs.
+        sensor: The views and what counts as a surface.
+        nearest_only: Answer only the nearest view of each sphere.
+
+    Raises:
+        FieldError: The splat has ellipsoids, or the sensor asks for another
+            threshold than the one that gsplat has built in.
+        RemoSplatError: torch, gsplat or a CUDA device is missing.
+    """
+
+    is_lipschitz = False
+
+    def __init__(
+        self,
+        splat_W: GaussianSplat,
+        sensor: DepthSensor | None = None,
+        *,
+        nearest_only: bool = False,
+    ):
+        self.sensor = sensor or DepthSensor()
+        self.nearest_only = nearest_only
+        self.revision = (
+            f"depth-rasterization-gsplat-{splat_W.content_hash}-{self.sensor}"
+            f"-{nearest_only}"
+        )
+        _check(splat_W, self.sensor)
+        self._device = _device()
+        self._discs = make_discs(splat_W, MIN_ALPHA, self._device)
+        self._rays = views.make_rays(self.sensor, self._device)
+
+    def clearances(
+        self, spheres: Spheres, max_distance: float = np.inf
+    ) -> Clearances:
+        """The clearances of all spheres; see `DistanceField.clearances`."""
+        if not np.isfinite(spheres.p_WS).all():
+            raise ValueError("a sphere's centre is not finite")
+        if len(spheres) == 0:
+            return Clearances.none(self.revision)
+        reach, pixel = self.nearest_pixels(spheres, max_distance)
+        if self.nearest_only:
+            others = np.ones(reach.shape, bool)
+            others[np.arange(len(reach)), reach.argmin(axis=1)] = False
+            reach[others] = np.inf
+        return nearest_rows(spheres, self.sensor, reach, pixel, self.revision)
+
+    def nearest_pixels(
+        self, spheres: Spheres, max_distance: float = np.inf
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Range [m] and index of the nearest pixel of every view.
+
+        Discs beyond `max_distance` are left out at first. They matter only
+        to views whose nearest surface has gathered too little alpha without
+        them, and those views are rendered again.
+
+        Returns:
+            Two arrays of shape (n, 6), in the order of `R_DV`; the range is
+            inf where nothing is seen nearer than `max_distance`.
+        """
+        bound = spheres.radius + max_distance
+        # No pixel reaches beyond the corners of the far plane.
+        everything = np.full(len(spheres), self.sensor.far * math.sqrt(3))
+        first = np.minimum(bound, everything)
+        answer = self._render(spheres, first, np.ones((len(spheres), N_VIEWS)))
+        reach, pixel, open_reach = answer
+        again = open_reach < np.minimum(reach, first[:, None])
+        again &= (first < everything)[:, None]
+        some = np.flatnonzero(again.any(axis=1))
+        if len(some) > 0:
+            second = self._render(
+                spheres.select(some), everything[some], again[some]
+            )
+            answer[:, again] = second[:, again[some]]
+        reach[reach >= bound[:, None]] = np.inf
+        return reach, pixel.astype(np.int64)
+
+    def _render(
+        self, spheres: Spheres, reach: np.ndarray, wanted: np.ndarray
+    ) -> np.ndarray:
+        """Range, pixel and open range of all views, (3, n, 6)."""
+        import torch
+
+        n = len(spheres)
+        # One array, so that it takes one transfer.
+        table = np.empty((n, 14 + N_VIEWS), np.float32)
+        table[:, :3] = spheres.p_WS
+        R_WD = self.sensor.R_WD(spheres.R_WL)
+        table[:, 3:12] = R_WD.swapaxes(1, 2).reshape(n, 9)
+        table[:, 12] = spheres.ignore_below
+        table[:, 13] = reach
+        table[:, 14:] = wanted[:, VIEWS]
+        with torch.no_grad():
+            answer = self._nearest(torch.from_numpy(table).to(self._device))
+            answer = answer.cpu().numpy().astype(float)
+        return answer.reshape(3, n, N_VIEWS)[:, :, np.argsort(VIEWS)]
+
+    def _nearest(self, table: "Tensor") -> "Tensor":
+        """What `_render` answers, in the order of `VIEWS`, (3, 6 n)."""
+        import torch
+
+        p_WS, R_DW, ignore_below, reach, wanted = table.split(
+            [3, 9, 1, 1, N_VIEWS], dim=1
+        )
+        answer = table.new_full((3, N_VIEWS * len(table)), math.inf)
+        answer[1] = 0
+        pairs = visible_pairs(
+            self._discs,
+            Sensors(
+                p_WS,
+                R_DW.view(-1, 3, 3),
+                ignore_below[:, 0],
+                reach[:, 0],
+                wanted > 0,
+            ),
+            self.sensor,
+        )
+        if len(pairs.disc) > _MAX_PAIRS and len(table) > 1:
+            halves = table.tensor_split(2)
+            return torch.cat([self._nearest(half) for half in halves], dim=1)
+        if len(pairs.disc) > 0:
+            cameras, nearest = views.render(
+                pairs,
+                answer.shape[1],
+                self._discs,
+                self._rays,
+                self.sensor,
+            )
+            for row, values in zip(answer, nearest, strict=True):
+                row[cameras] = values.to(row.dtype)
+        return answer
+
+
+def _check(splat_W: GaussianSplat, sensor: DepthSensor) -> None:
+    def reject(field: str, problem: str):
+        raise FieldError("cuda depth rasterization", field, problem)
+
+    if not splat_W.is_surfel:
+        reject("splat", "needs 2DGS discs; use the cpu backend for ellipsoids")
+    if sensor.transmittance != TRANSMITTANCE:
+        reject("transmittance", f"gsplat knows only {TRANSMITTANCE}")
+    if sensor.min_alpha != MIN_ALPHA:
+        reject("min_alpha", "gsplat knows only 1/255")
+
+
+def _device() -> "torch.device":
+    """The CUDA device, once torch and gsplat are known to work there."""
+    problem = missing_for_cuda()
+    if problem:
+        raise RemoSplatError(f"cuda depth rasterization {problem}")
+    import torch
+
+    return torch.device("cuda")

@@ -1,0 +1,41 @@
+"""From the nearest pixels of depth views to clearances."""
+
+import numpy as np
+
+from remosplat_drake.oracle.depth_sensor import R_DV, DepthSensor
+from remosplat_drake.oracle.distance_field import Clearances
+from remosplat_drake.robot.sphere_model import Spheres
+
+
+def nearest_rows(
+    spheres: Spheres,
+    sensor: DepthSensor,
+    reach: np.ndarray,
+    pixel: np.ndarray,
+    revision: str,
+) -> Clearances:
+    """A row for every view that sees something, by sphere, then by view.
+
+    Args:
+        spheres: The n spheres that carry the sensors.
+        sensor: The views.
+        reach: Range of each view's nearest pixel, shape (n, 6) [m]; inf where
+            nothing is seen.
+        pixel: Its row-major index, shape (n, 6).
+        revision: Of the field that answers.
+    """
+    sphere, view = np.nonzero(np.isfinite(reach))
+    reach, pixel = reach[sphere, view], pixel[sphere, view]
+    row, column = np.divmod(pixel, sensor.resolution)
+    axis = sensor.pixel_centers()
+    ray_V = np.stack([axis[column], axis[row], np.ones(len(row))], axis=1)
+    ray_V /= np.linalg.norm(ray_V, axis=1, keepdims=True)
+    R_WD = sensor.R_WD(spheres.R_WL)[sphere]
+    direction_W = np.einsum("nij,njk,nk->ni", R_WD, R_DV[view], ray_V)
+    return Clearances(
+        sphere,
+        reach - spheres.radius[sphere],
+        direction_W,
+        spheres.p_WS[sphere] + reach[:, None] * direction_W,
+        revision,
+    )

@@ -1,0 +1,268 @@
+"""Six depth views of many spheres at once, composited by gsplat on a GPU.
+
+`footprint` bounds each disc in its image. gsplat's public functions do the
+rest: they sort, tile and composite, and its "median" of a colour channel that
+holds the *index* of the disc names the disc that the median depth lies on.
+`nearest_pixels` then meets that disc with the pixel's ray. Nothing of gsplat's
+own projection is used: it drops discs whose centre is behind the camera, and
+bounds those that reach beside the camera wrongly.
+
+Tensors are float32 on one device. C images are the cameras in use, P pairs
+one disc in one of them each (`gsplat_pairs`). V has OpenCV axes; rays are
+(x, y, 1).
+"""
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from remosplat_drake.oracle.depth_sensor import FILTER_SCALE, DepthSensor
+from remosplat_drake.oracle.gsplat_pairs import Discs, Pairs
+
+if TYPE_CHECKING:
+    import torch
+    from torch import Tensor
+
+TILE = 16
+"""Side of the tiles that gsplat sorts and composites [px]."""
+
+# Screen-space filter footprints are out of every pixel's reach there [px].
+_NOWHERE = 1e6
+
+
+class Rays(NamedTuple):
+    """The rays (x, y, 1) of an image's pixels, shape (resolution^2,) each."""
+
+    x: "Tensor"
+    y: "Tensor"
+    length: "Tensor"
+
+
+def make_rays(sensor: DepthSensor, device: "torch.device") -> Rays:
+    """The rays of a sensor's views, row by row."""
+    import torch
+
+    axis = torch.tensor(
+        sensor.pixel_centers(), dtype=torch.float32, device=device
+    )
+    x, y = axis.repeat(len(axis)), axis.repeat_interleave(len(axis))
+    return Rays(x, y, (x * x + y * y + 1).sqrt())
+
+
+class Footprint(NamedTuple):
+    """Where P discs appear in their images.
+
+    Attributes:
+        center: Middle of the bounding box, shape (P, 2) [px].
+        half: Half its sides, rounded up, shape (P, 2) [px]; 0 if unseen.
+        depth: Sorts the discs of an image, shape (P,) [m].
+        plane: The disc's plane (n, n . p), shape (4, P): a ray meets it at
+            the depth n . p / (n . ray).
+    """
+
+    center: "Tensor"
+    half: "Tensor"
+    depth: "Tensor"
+    plane: "Tensor"
+
+
+def footprint(
+    frames_V: "Tensor", cut: "Tensor", sensor: DepthSensor
+) -> Footprint:
+    """Bounds discs in their images.
+
+    A disc ends at the ellipse of the dual conic E - p p', E being
+    cut (a a' + b b'). One that reaches behind the camera may be anywhere.
+
+    Args:
+        frames_V: Columns (a, b, p) of each disc in V, shape (P, 3, 3).
+        cut: See `Discs`, shape (P,).
+        sensor: The views.
+    """
+    rows = frames_V.flatten(1).T.contiguous().view(3, 3, -1)
+    axes, p = rows[:, :2], rows[:, 2]
+    E_ii = cut * (axes * axes).sum(dim=1)
+    E_iz = cut * (axes[:2] * axes[2]).sum(dim=1)
+    z, reach = p[2], E_ii[2].sqrt()
+    q_zz = E_ii[2] - z * z
+    middle = (E_iz - p[:2] * z) / q_zz
+    # The products of p cancel by hand, so that small discs keep their digits.
+    square = z * (E_ii[:2] * z - 2 * E_iz * p[:2]) + E_ii[2] * p[:2] ** 2
+    square -= E_ii[:2] * E_ii[2] - E_iz * E_iz
+    half = square.clamp(min=0).sqrt() / q_zz.abs()
+    low, high = middle - half, middle + half
+    if sensor.low_pass_filter:
+        dot = 2 * (cut / FILTER_SCALE).sqrt() / sensor.resolution
+        center = p[:2] / z
+        has_dot = z > sensor.near
+        low = low.minimum(center - dot).where(has_dot, low)
+        high = high.maximum(center + dot).where(has_dot, high)
+    in_front = z - reach > 1e-6
+    low = low.clamp(-1, 1).masked_fill(~in_front, -1.0)
+    high = high.clamp(-1, 1).masked_fill(~in_front, 1.0)
+    middle = (low + high) / 2
+    pixels = sensor.resolution / 2
+    half = ((high - low) / 2 * pixels).ceil()
+    half *= (z + reach >= sensor.near) & (z - reach <= sensor.far)
+    plane = _plane(axes, p)
+    # The depth of the centre, unless that lies outside of the image.
+    depth = plane[3] / (plane[0] * middle[0] + plane[1] * middle[1] + plane[2])
+    depth = depth.clamp(z - reach, z + reach).clamp(min=sensor.near)
+    return Footprint(
+        ((middle + 1) * pixels).T.contiguous(),
+        half.int().T.contiguous(),
+        depth,
+        plane,
+    )
+
+
+def _plane(axes: "Tensor", p: "Tensor") -> "Tensor":
+    normal = axes[:, 0].cross(axes[:, 1], dim=0)
+    plane = normal.new_empty(4, normal.shape[1])
+    plane[:3] = normal
+    plane[3] = (normal * p).sum(dim=0)
+    return plane
+
+
+def render(
+    pairs: Pairs, n_cameras: int, discs: Discs, rays: Rays, sensor: DepthSensor
+) -> tuple["Tensor", "NearestPixels"]:
+    """The cameras that any pair names, shape (C,), and what they see."""
+    used = pairs.camera.new_zeros(n_cameras)
+    used[pairs.camera] = 1
+    cameras = used.nonzero()[:, 0]
+    bounds = footprint(pairs.frames_V, discs.cut[pairs.disc], sensor)
+    median, alpha = _composite(
+        pairs.frames_V,
+        discs.opacity[pairs.disc],
+        (used.cumsum(0) - 1)[pairs.camera],
+        len(cameras),
+        bounds,
+        sensor,
+    )
+    return cameras, nearest_pixels(
+        pairs.frames_V, bounds.plane, median, alpha, rays, sensor
+    )
+
+
+def _composite(
+    frames_V: "Tensor",
+    opacity: "Tensor",
+    image: "Tensor",
+    n_images: int,
+    bounds: Footprint,
+    sensor: DepthSensor,
+) -> tuple["Tensor", "Tensor"]:
+    """Lets gsplat render which pair holds the median of each pixel.
+
+    Returns:
+        The pair and the accumulated alpha, (C, resolution^2) each; the pair
+        means nothing where alpha is 0.
+    """
+    import gsplat
+    import torch
+
+    r = sensor.resolution
+    tiles = math.ceil(r / TILE)
+    _, keys, order = gsplat.isect_tiles(
+        bounds.center,
+        bounds.half,
+        bounds.depth,
+        TILE,
+        tiles,
+        tiles,
+        packed=True,
+        n_images=n_images,
+        image_ids=image,
+        gaussian_ids=image,
+    )
+    offsets = gsplat.isect_offset_encode(keys, n_images, tiles, tiles)
+    # Rows of K (a b p), up to scale: from (u, v, 1) to pixels.
+    transforms = frames_V.clone()
+    transforms[:, :2] += transforms[:, 2:]
+    transforms[:, 2] /= r / 2
+    index = torch.arange(len(image), dtype=torch.float32, device=image.device)
+    _, alpha, _, _, median = gsplat.rasterize_to_pixels_2dgs(
+        _filter_centers(frames_V, sensor),
+        transforms,
+        index[:, None],
+        opacity,
+        # Normals and gradients, which nobody asks for.
+        frames_V[:, 0].contiguous(),
+        frames_V[:, 0, :2],
+        r,
+        r,
+        TILE,
+        offsets,
+        order,
+        packed=True,
+    )
+    return median.flatten(1).long(), alpha.flatten(1)
+
+
+def _filter_centers(frames_V: "Tensor", sensor: DepthSensor) -> "Tensor":
+    """Centres of the screen-space filter, shape (P, 2) [px]."""
+    if not sensor.low_pass_filter:
+        return frames_V.new_full((len(frames_V), 2), _NOWHERE)
+    p = frames_V[:, :, 2]
+    center = (p[:, :2] / p[:, 2:] + 1) * (sensor.resolution / 2)
+    return center.masked_fill(p[:, 2:] <= sensor.near, _NOWHERE)
+
+
+class NearestPixels(NamedTuple):
+    """The nearest pixel of each of C images.
+
+    Attributes:
+        range: Shape (C,) [m]; inf where no pixel counts.
+        pixel: Its row-major index, shape (C,).
+        open_range: Smallest range of all pixels with a median, whether they
+            count or not, shape (C,) [m]. Where it is smaller, discs farther
+            behind could make that pixel count.
+    """
+
+    range: "Tensor"
+    pixel: "Tensor"
+    open_range: "Tensor"
+
+
+def nearest_pixels(
+    frames_V: "Tensor",
+    plane: "Tensor",
+    median: "Tensor",
+    alpha: "Tensor",
+    rays: Rays,
+    sensor: DepthSensor,
+) -> NearestPixels:
+    """Meets the pixels' rays with their median discs.
+
+    Args:
+        frames_V: Of the pairs, shape (P, 3, 3).
+        plane: Of the pairs, see `Footprint`.
+        median: Pair on each pixel, shape (C, resolution^2).
+        alpha: Accumulated alpha, of the same shape.
+        rays: Of the pixels.
+        sensor: The views.
+    """
+    n_x, n_y, n_z, height = plane[:, median]
+    z = height / (n_x * rays.x + n_y * rays.y + n_z)
+    if sensor.low_pass_filter:
+        z = _filtered_depth(frames_V[median], rays, z, sensor)
+    # A median farther or nearer than these was no fragment to begin with.
+    seen = (z >= sensor.near) & (z <= sensor.far)
+    seen &= alpha >= 1 - sensor.transmittance
+    ranges = (z * rays.length).masked_fill(~seen, math.inf)
+    counted = ranges.masked_fill(alpha < sensor.alpha_cutoff, math.inf)
+    nearest = counted.min(dim=1)
+    return NearestPixels(nearest.values, nearest.indices, ranges.amin(dim=1))
+
+
+def _filtered_depth(frames_V, rays: Rays, z, sensor: DepthSensor) -> "Tensor":
+    """z, or that of the centre where the screen-space filter wins."""
+    x, y, rows = rays.x, rays.y, frames_V.unbind(-2)
+    h_u = x[:, None] * rows[2] - rows[0]
+    h_v = y[:, None] * rows[2] - rows[1]
+    u, v, w = h_u.cross(h_v, dim=-1).unbind(-1)
+    weight = (u * u + v * v) / (w * w)
+    p_x, p_y, p_z = frames_V[..., 2].unbind(-1)
+    square = (x - p_x / p_z) ** 2 + (y - p_y / p_z) ** 2
+    filtered = FILTER_SCALE * (sensor.resolution / 2) ** 2 * square
+    return p_z.where((p_z > sensor.near) & ~(weight <= filtered), z)

@@ -1,0 +1,104 @@
+"""Which backend renders depth views: the choice and its errors, on any CPU."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from remosplat_drake.errors import FieldError, RemoSplatError
+from remosplat_drake.oracle import depth_backend
+from remosplat_drake.oracle.config import DepthRasterization, make_field
+from remosplat_drake.oracle.depth_backend import choose_backend
+from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
+from remosplat_drake.oracle.depth_rasterization_gsplat import GsplatDepthField
+from remosplat_drake.oracle.depth_sensor import DepthSensor
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+
+def _splat(n_scales: int = 2) -> GaussianSplat:
+    return GaussianSplat(
+        np.array([[0.5, 0, 0]]),
+        np.array([[1.0, 0, 0, 0]]),
+        np.full((1, n_scales), 0.1),
+        np.array([0.9]),
+        np.zeros((1, 3)),
+    )
+
+
+@pytest.fixture
+def without_torch(monkeypatch):
+    monkeypatch.setattr(depth_backend, "find_spec", lambda name: None)
+
+
+@pytest.fixture
+def with_cuda(monkeypatch):
+    monkeypatch.setattr(depth_backend, "missing_for_cuda", lambda: "")
+
+
+def _choose(asked: str, is_surfel: bool = True) -> str:
+    return choose_backend(asked, is_surfel, "s.yaml:S", "oracle.backend")
+
+
+def test_auto_takes_what_is_there(with_cuda):
+    assert [_choose(b) for b in ("auto", "cpu", "cuda")] == [
+        "cuda",
+        "cpu",
+        "cuda",
+    ]
+
+
+def test_auto_takes_the_cpu_without_torch(without_torch):
+    assert _choose("auto") == "cpu"
+    assert _choose("cpu") == "cpu"
+
+
+def test_ellipsoids_are_for_the_cpu(with_cuda):
+    assert _choose("auto", is_surfel=False) == "cpu"
+    with pytest.raises(FieldError, match="2DGS discs only"):
+        _choose("cuda", is_surfel=False)
+
+
+def test_cuda_without_torch_names_the_extra(without_torch):
+    config = DepthRasterization(backend="cuda")
+    with pytest.raises(FieldError) as error:
+        make_field(config, _splat(), None, "s.yaml:S")
+    assert str(error.value) == (
+        "s.yaml:S: oracle.backend: cuda needs torch: pip install "
+        "'remosplat-drake[gpu]'; valid here: cpu, auto"
+    )
+
+
+def test_an_unknown_backend():
+    with pytest.raises(FieldError, match="did you mean 'cuda'"):
+        _choose("cuda1")
+
+
+def test_the_default_is_the_cpu():
+    field = make_field(DepthRasterization(), _splat(), None, "s.yaml:S")
+    assert isinstance(field, DepthRasterizationField)
+
+
+@pytest.mark.parametrize(
+    "sensor", [DepthSensor(transmittance=0.4), DepthSensor(min_alpha=0.01)]
+)
+def test_gsplat_has_some_thresholds_built_in(sensor):
+    with pytest.raises(FieldError, match="gsplat knows only"):
+        GsplatDepthField(_splat(), sensor)
+
+
+def test_the_field_itself_says_what_is_missing(without_torch):
+    with pytest.raises(RemoSplatError, match="needs torch"):
+        GsplatDepthField(_splat())
+    with pytest.raises(FieldError, match="use the cpu backend"):
+        GsplatDepthField(_splat(n_scales=3))
+
+
+def test_choosing_the_cpu_loads_no_torch():
+    program = (
+        "import sys; from remosplat_drake.oracle.depth_backend import *; "
+        "choose_backend('cpu', True, '', ''); print('torch' in sys.modules)"
+    )
+    command = [sys.executable, "-c", program]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert answer.stdout.strip() == "False"
