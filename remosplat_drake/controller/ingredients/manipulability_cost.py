@@ -59,22 +59,67 @@ def manipulability(Jw, Jv):
     n = Jw.shape[1]
     J = np.vstack((Jw, Jv))
     gradient = np.zeros(n)
-    determinant = np.linalg.det(J @ J.T)
-    if n < 6 or determinant < 1e-18:
+    L = _cholesky(J)
+    m = 1.0
+    for r in range(6):
+        m *= L[r, r]
+    if n < 6 or m < 1e-9:
         return 0.0, gradient
-    m = np.sqrt(determinant)
-    pseudo_inverse = np.linalg.solve(J @ J.T, J)  # (J J')^-1 J
+    P = _solve(L, J)  # (J J')^-1 J
     for k in range(n):
         total = 0.0
         for j in range(n):
             if k <= j:
-                dw = np.cross(Jw[:, k], Jw[:, j])
-                dv = np.cross(Jw[:, k], Jv[:, j])
+                total += _triple(Jw[:, k], Jw[:, j], P[:3, j])
+                total += _triple(Jw[:, k], Jv[:, j], P[3:, j])
             else:
-                dw = np.zeros(3)
-                dv = np.cross(Jw[:, j], Jv[:, k])
-            for r in range(3):
-                total += dw[r] * pseudo_inverse[r, j]
-                total += dv[r] * pseudo_inverse[r + 3, j]
+                total += _triple(Jw[:, j], Jv[:, k], P[3:, j])
         gradient[k] = m * total
     return m, gradient
+
+
+@njit(cache=True)
+def _triple(a, b, c):
+    """(a x b) . c."""
+    return (
+        (a[1] * b[2] - a[2] * b[1]) * c[0]
+        + (a[2] * b[0] - a[0] * b[2]) * c[1]
+        + (a[0] * b[1] - a[1] * b[0]) * c[2]
+    )
+
+
+@njit(cache=True)
+def _cholesky(J):
+    """Lower triangle L with L L' = J J'; zero from a lost rank on.
+
+    Written out, because numba takes seconds to compile NumPy's.
+    """
+    L = np.zeros((6, 6))
+    for r in range(6):
+        for c in range(r + 1):
+            total = 0.0
+            for j in range(J.shape[1]):
+                total += J[r, j] * J[c, j]
+            for i in range(c):
+                total -= L[r, i] * L[c, i]
+            if r == c:
+                L[r, r] = np.sqrt(max(total, 0.0))
+            elif L[c, c] > 0.0:
+                L[r, c] = total / L[c, c]
+    return L
+
+
+@njit(cache=True)
+def _solve(L, J):
+    """(L L')^-1 J by forward and backward substitution."""
+    P = J.copy()
+    for j in range(J.shape[1]):
+        for r in range(6):
+            for i in range(r):
+                P[r, j] -= L[r, i] * P[i, j]
+            P[r, j] /= L[r, r]
+        for r in range(5, -1, -1):
+            for i in range(r + 1, 6):
+                P[r, j] -= L[i, r] * P[i, j]
+            P[r, j] /= L[r, r]
+    return P
