@@ -2,6 +2,7 @@
 
 import argparse
 import importlib
+import logging
 import sys
 from collections.abc import Sequence
 
@@ -33,6 +34,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     line on stderr says how. 130: interrupted.
     """
     argv = list(sys.argv[1:] if argv is None else argv)
+    # Drake announces its server; the commands say so in their own words.
+    logging.getLogger("drake").setLevel(logging.WARNING)
     try:
         drop_stale_kernels()
         parser = _make_parser(argv[0] if argv else None)
