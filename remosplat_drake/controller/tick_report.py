@@ -37,8 +37,8 @@ class TickReport:
         tight: Rows that hold with equality at the program's optimum, before
             verification, shape (m,) bool.
         X_WT: Target pose of this tick, shape (4, 4).
-        timings: Wall-clock seconds by phase: oracle, kinematics, build,
-            solve, verify, total.
+        timings: Wall-clock seconds by phase: guidance (of the period
+            before), oracle, kinematics, build, solve, verify, total.
     """
 
     time: float
