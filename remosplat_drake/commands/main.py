@@ -34,12 +34,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     line on stderr says how. 130: interrupted.
     """
     argv = list(sys.argv[1:] if argv is None else argv)
-    # Drake announces its server; the commands say so in their own words.
-    logging.getLogger("drake").setLevel(logging.WARNING)
     try:
         drop_stale_kernels()
         parser = _make_parser(argv[0] if argv else None)
         arguments = parser.parse_args(argv)
+        # Drake announces its server; the commands say so in their own words.
+        logging.getLogger("drake").setLevel(logging.WARNING)
         return arguments.run(arguments)
     except RemoSplatError as error:
         print(f"remosplat: {error}", file=sys.stderr)
