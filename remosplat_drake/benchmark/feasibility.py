@@ -8,29 +8,34 @@ with every sphere clear. A failed search is no proof of the contrary.
 
 import dataclasses as dc
 import math
+from collections.abc import Callable
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.controller.servo import pose_error
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 FILTER_VERSION = 1
 """Raised whenever a scene might be judged differently."""
 
-FLOOR_HEIGHT = 0.03
-"""Below it the robot's floor links see nothing; as scenarios do [m]."""
+BASE_DISTANCE = (0.6, 1.0)
+"""Of guessed bases from the target [m]."""
 
-BASE_DISTANCE, BASE_TURN = (0.3, 0.9), 0.8
-"""Of guessed bases: from the target, and from facing it [m, rad]."""
+BEARING_SPREAD, BASE_TURN = 0.6, 0.8
+"""Of guessed bases: standard deviation of where they stand about the target,
+and how far they turn away from it [rad]."""
 
 ARM_SPREAD = 0.8
 """Standard deviation of guessed arms about the home configuration [rad]."""
+
+ARM_LENGTH = 0.3
+"""What a radian counts for while an arm is guessed [m]."""
 
 MARGIN = 0.5
 """Part of the tolerances that the search aims at."""
@@ -58,7 +63,7 @@ class FeasibilityFilter:
     start_clearance: float = 0.05
     position: float = 0.02
     angle: float = math.radians(2.0)
-    restarts: int = 30
+    restarts: int = 60
     seed: int = 0
 
     @property
@@ -70,20 +75,6 @@ class FeasibilityFilter:
         )
 
 
-def feasible_seeds(
-    family: str, count: int, criteria: FeasibilityFilter
-) -> list[int]:
-    """The first seeds of a family whose scenes pass the filter."""
-    robot = load_robot_model("frankie", criteria.spheres, FLOOR_HEIGHT)
-    seeds: list[int] = []
-    seed = 0
-    while len(seeds) < count:
-        if passes(robot, generate(family, seed), criteria):
-            seeds.append(seed)
-        seed += 1
-    return seeds
-
-
 def passes(
     robot: RobotModel, scene: PrimitiveScene, criteria: FeasibilityFilter
 ) -> bool:
@@ -91,9 +82,35 @@ def passes(
     field = SignedDistanceField(scene)
     start = np.array([*(scene.X_WB_start or (0, 0, 0)), *robot.home])
     clearance = field.clearances(robot.spheres_at(start)).minimum()
-    return clearance > criteria.start_clearance and (
-        goal_configuration(robot, scene, criteria) is not None
+    return (
+        clearance > criteria.start_clearance
+        and hand_fits(robot, scene, criteria)
+        and goal_configuration(robot, scene, criteria) is not None
     )
+
+
+def hand_fits(
+    robot: RobotModel, scene: PrimitiveScene, criteria: FeasibilityFilter
+) -> bool:
+    """Whether the spheres fixed to the end effector could be clear there.
+
+    A quick and certain answer where it is no: within the tolerances a sphere
+    moves, and so gains clearance, by no more than the position's tolerance
+    and the angle's times its distance from the end effector.
+    """
+    assert scene.X_WE_target is not None
+    fixed = robot.leading_spheres
+    X_WE = robot.end_effector_pose(np.zeros(robot.n_q))
+    spheres = robot.spheres_at(np.zeros(robot.n_q)).select(fixed)
+    p_ES = (spheres.p_WS - X_WE[:3, 3]) @ X_WE[:3, :3]
+    R_WT = scene.X_WE_target.rotation().matrix()
+    p_WS = p_ES @ R_WT.T + scene.X_WE_target.translation()
+    answer = SignedDistanceField(scene).clearances(
+        Spheres.at(p_WS, spheres.radius)
+    )
+    gain = criteria.position + criteria.angle * np.linalg.norm(p_ES, axis=1)
+    best = answer.per_sphere(len(p_WS)) + gain
+    return bool((best >= criteria.clearance).all())
 
 
 def goal_configuration(
@@ -112,6 +129,7 @@ def goal_configuration(
         robot,
         SignedDistanceField(scene),
         scene.X_WE_target.GetAsMatrix4(),
+        _bearing(scene),
         criteria,
     )
     rng = np.random.default_rng(criteria.seed)
@@ -122,6 +140,29 @@ def goal_configuration(
     return None
 
 
+def _bearing(scene: PrimitiveScene) -> float:
+    """Direction from the start to the target in W [rad]."""
+    assert scene.X_WE_target is not None
+    x, y, _ = scene.X_WB_start or (0.0, 0.0, 0.0)
+    p_WT = scene.X_WE_target.translation()
+    return math.atan2(p_WT[1] - y, p_WT[0] - x)
+
+
+def _descend(
+    residuals: Callable[[np.ndarray], np.ndarray],
+    jacobian: Callable[[np.ndarray], np.ndarray],
+    x: np.ndarray,
+    bounds: tuple[np.ndarray, np.ndarray],
+) -> np.ndarray:
+    return least_squares(
+        residuals,
+        x,
+        jac=jacobian,  # pyright: ignore[reportArgumentType]
+        bounds=bounds,
+        max_nfev=60,
+    ).x
+
+
 @dc.dataclass(frozen=True, eq=False)
 class _GoalSearch:
     """Nonlinear least squares over q: pose error, and missing clearance."""
@@ -129,34 +170,42 @@ class _GoalSearch:
     robot: RobotModel
     field: DistanceField
     X_WT: np.ndarray
+    bearing: float
     criteria: FeasibilityFilter
 
     def guess(self, rng: np.random.Generator) -> np.ndarray:
-        """A base around the target that faces it, and any arm."""
+        """A base on the start's side of the target, and an arm that reaches.
+
+        The arm is found for the base as it stands and an empty scene.
+        """
         robot = self.robot
-        bearing = rng.uniform(-np.pi, np.pi)
+        lower, upper = robot.position_lower, robot.position_upper
+        bearing = self.bearing + rng.normal(0, BEARING_SPREAD)
         away = rng.uniform(*BASE_DISTANCE)
-        p = self.X_WT[:2, 3] - away * np.array(
+        x, y = self.X_WT[:2, 3] - away * np.array(
             [np.cos(bearing), np.sin(bearing)]
         )
-        yaw = bearing + rng.uniform(-BASE_TURN, BASE_TURN)
+        base = np.array([x, y, bearing + rng.uniform(-BASE_TURN, BASE_TURN)])
         arm = robot.home + rng.normal(0, ARM_SPREAD, len(robot.home))
-        lower, upper = self._bounds
-        return np.clip(np.array([*p, yaw, *arm]), lower + 1e-6, upper - 1e-6)
+        arm = np.clip(arm, lower[3:] + 1e-6, upper[3:] - 1e-6)
 
-    @property
-    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.robot.position_lower, self.robot.position_upper
+        def reaching(arm: np.ndarray) -> np.ndarray:
+            X_WE = robot.end_effector_pose(np.array([*base, *arm]))
+            error = pose_error(X_WE, self.X_WT)
+            return np.array([*error.p_ET_W, *(ARM_LENGTH * error.rotation_W)])
+
+        def slope(arm: np.ndarray) -> np.ndarray:
+            state = robot.state(np.array([*base, *arm]))
+            J = np.vstack([state.Jv_WE, ARM_LENGTH * state.Jw_WE])
+            return -J[:, robot.n_base :]
+
+        arm = _descend(reaching, slope, arm, (lower[3:], upper[3:]))
+        return np.array([*base, *arm])
 
     def descend(self, q: np.ndarray) -> np.ndarray:
         """The local optimum below a guess."""
-        return least_squares(
-            self.residuals,
-            q,
-            jac=self.jacobian,  # pyright: ignore[reportArgumentType]
-            bounds=self._bounds,
-            max_nfev=60,
-        ).x
+        bounds = self.robot.position_lower, self.robot.position_upper
+        return _descend(self.residuals, self.jacobian, q, bounds)
 
     def is_solved(self, q: np.ndarray) -> bool:
         """Whether q meets the criteria."""

@@ -4,10 +4,8 @@ import dataclasses as dc
 from pathlib import Path
 
 from remosplat_drake import resources
-from remosplat_drake.benchmark.feasibility import (
-    FeasibilityFilter,
-    feasible_seeds,
-)
+from remosplat_drake.benchmark.feasibility import FeasibilityFilter
+from remosplat_drake.benchmark.feasible_scenes import feasible_seeds
 from remosplat_drake.benchmark.primitive_surfels import (
     SURFEL_COUNT,
     surfel_splat,
@@ -143,5 +141,7 @@ def _generated(count: int) -> list[SceneCase]:
     return [
         SceneCase(generate(family, seed).name, family, seed=seed)
         for family in FAMILIES
-        for seed in feasible_seeds(family, count, FeasibilityFilter())
+        for seed in feasible_seeds(
+            family, count, FeasibilityFilter(), resources.cache_dir()
+        )
     ]

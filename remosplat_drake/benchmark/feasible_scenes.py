@@ -1,0 +1,69 @@
+"""The seeds of generated scenes that pass the feasibility filter.
+
+Decisions are kept in a file, since a goal that cannot be reached costs
+seconds to find out.
+"""
+
+import hashlib
+import json
+from pathlib import Path
+
+from remosplat_drake.atomic_file import write_atomically
+from remosplat_drake.benchmark.feasibility import (
+    FILTER_VERSION,
+    FeasibilityFilter,
+    passes,
+)
+from remosplat_drake.benchmark.scene_generators import (
+    GENERATOR_VERSION,
+    generate,
+)
+from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+
+ROBOT, FLOOR_HEIGHT = "frankie", 0.03
+"""Who must reach the goals; and below that height [m] its floor links see
+nothing, as in scenarios."""
+
+
+def feasible_seeds(
+    family: str, count: int, criteria: FeasibilityFilter, folder: Path
+) -> list[int]:
+    """The first seeds of a family whose scenes pass the filter.
+
+    Args:
+        family: See `generate`.
+        count: How many.
+        criteria: The filter.
+        folder: Where decisions are kept.
+    """
+    robot = load_robot_model(ROBOT, criteria.spheres, FLOOR_HEIGHT)
+    path = folder / f"feasible-{family}-{_digest(robot, criteria)}.json"
+    decisions = _read(path)
+    known = len(decisions)
+    while sum(decisions) < count:
+        scene = generate(family, len(decisions))
+        decisions.append(passes(robot, scene, criteria))
+    if len(decisions) > known:
+        write_atomically(path, json.dumps(decisions))
+    return [seed for seed, good in enumerate(decisions) if good][:count]
+
+
+def _digest(robot: RobotModel, criteria: FeasibilityFilter) -> str:
+    """Names all that a decision depends on."""
+    digest = hashlib.sha256()
+    digest.update(repr((GENERATOR_VERSION, FILTER_VERSION, criteria)).encode())
+    digest.update(robot.spheres.p_LS.tobytes())
+    digest.update(robot.spheres.radius.tobytes())
+    return digest.hexdigest()[:12]
+
+
+def _read(path: Path) -> list[bool]:
+    """Decisions by seed; a damaged file counts as none."""
+    try:
+        decisions = json.loads(path.read_text())
+    except (OSError, ValueError):
+        return []
+    good = isinstance(decisions, list) and all(
+        isinstance(decision, bool) for decision in decisions
+    )
+    return decisions if good else []

@@ -1,0 +1,98 @@
+"""Methods: the shipped ones, and one's own file beside them."""
+
+import pytest
+
+from remosplat_drake.benchmark.methods import (
+    GROUPS,
+    METHODS_FILE,
+    load_methods,
+)
+from remosplat_drake.benchmark.paper_results import PAPER_TABLE_I
+from remosplat_drake.errors import RemoSplatError
+
+TOY = """
+slow:
+  oracle: !GroundTruth {}
+  controller: {gains: paper, servo: {max_speed: 0.1}}
+fast:
+  oracle: !GroundTruth {}
+  controller: {gains: paper, servo: {max_speed: 0.6}}
+  control_period: 0.02
+"""
+
+
+@pytest.fixture
+def toy(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(TOY)
+    return path
+
+
+def test_every_shipped_method_loads():
+    methods = load_methods([str(METHODS_FILE)])
+    names = [method.name for method in methods]
+    assert {x for group in GROUPS.values() for x in group} <= set(names)
+    assert len({method.fingerprint for method in methods}) == len(methods)
+    assert {m.scenario.control_period for m in methods} == {0.05}
+    assert {m.scenario.time_limit for m in methods} == {15.0}
+
+
+def test_the_papers_six_have_its_gains_and_no_safety_net():
+    methods = load_methods(["paper"])
+    assert [m.name for m in methods] == list(PAPER_TABLE_I)
+    for method in methods:
+        controller = method.scenario.controller
+        assert controller.gains == "paper"
+        assert not controller.verify
+        assert not controller.guidance.enabled
+        active = method.name.endswith("active")
+        assert controller.active_collision.gain == (1.0 if active else 0.0)
+
+
+def test_ours_are_verified():
+    assert all(m.scenario.controller.verify for m in load_methods(["ours"]))
+
+
+def test_ones_own_file_stands_beside_the_shipped_methods(toy):
+    methods = load_methods(["sdf-hard", str(toy)], spheres="paper")
+    assert [m.name for m in methods] == ["sdf-hard", "slow", "fast"]
+    assert [m.scenario.control_period for m in methods] == [0.05, 0.05, 0.02]
+    assert {m.scenario.robot.spheres for m in methods} == {"paper"}
+    assert methods[1].scenario.controller.servo.max_speed == 0.1
+    (only,) = load_methods([f"{toy}:fast"], "{time_limit: 3}")
+    assert only.scenario.time_limit == 3.0
+
+
+def test_settings_change_the_fingerprint_and_names_do_not(toy):
+    (a,) = load_methods([f"{toy}:slow"])
+    (b,) = load_methods([f"{toy}:slow"], "{control_period: 0.1}")
+    assert a.fingerprint != b.fingerprint
+    copy = toy.with_name("copy.yaml")
+    copy.write_text(TOY)
+    (c,) = load_methods([f"{copy}:slow"])
+    assert a.fingerprint == c.fingerprint
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        (["sdf-hart"], "did you mean 'sdf-hard'"),
+        (["{toy}:other"], "fast, slow"),
+        (["nowhere.yaml"], "nowhere.yaml"),
+    ],
+)
+def test_unknown_methods(toy, names, message):
+    with pytest.raises(RemoSplatError, match=message):
+        load_methods([name.format(toy=toy) for name in names])
+
+
+def test_what_a_method_must_not_say(tmp_path, toy):
+    path = tmp_path / "bad.yaml"
+    path.write_text("a: {scene: {truth: x.json}}")
+    with pytest.raises(RemoSplatError, match=r"scene\.truth.*benchmark's"):
+        load_methods([str(path)])
+    path.write_text("slow: {}")
+    with pytest.raises(RemoSplatError, match="two different methods"):
+        load_methods([str(toy), str(path)])
+    with pytest.raises(RemoSplatError, match="covering, paper"):
+        load_methods(["sdf-hard"], spheres="some")

@@ -1,0 +1,125 @@
+"""Reports: hand-made results, and what their tables must say."""
+
+import numpy as np
+
+from remosplat_drake.benchmark.report import (
+    format_rate,
+    main_table,
+    outcome_table,
+    paired_table,
+    report_tables,
+    to_markdown,
+)
+from remosplat_drake.benchmark.result import COLLISION, LOCAL_MINIMUM
+from remosplat_drake.benchmark.summary import gather
+from remosplat_drake.benchmark.tables import Table
+
+
+def cells(table: Table, method: str) -> dict[str, str]:
+    (row,) = [row for row in table.rows if row[0] == method]
+    return dict(zip(table.header, row, strict=True))
+
+
+def test_rows_are_gathered_by_set_up_and_scenes(make_result):
+    results = [
+        make_result("sdf-active", "b"),
+        make_result("sdf-hard", "b"),
+        make_result("sdf-hard", "a"),
+        make_result("sdf-active", "a"),
+        make_result("sdf-hard", "a", spheres="covering"),
+        make_result("mine", "a"),
+    ]
+    comparisons = gather(results)
+    found = [[row.method for row in c.rows] for c in comparisons]
+    assert sorted(found) == [["mine"], ["sdf-hard"], ["sdf-hard", "sdf-active"]]
+    both = comparisons[[len(x) for x in found].index(2)]
+    assert both.rows[0].scenes == (("a", 0), ("b", 0))
+
+
+def test_starred_metrics_are_over_scenes_that_all_solve(make_result):
+    results = [
+        make_result("sdf-hard", "a", distance=0.1),
+        make_result("sdf-hard", "b", distance=0.5),
+        make_result("sdf-active", "a", distance=0.2),
+        make_result("sdf-active", "b", text=LOCAL_MINIMUM, distance=0.7),
+    ]
+    (comparison,) = gather(results)
+    np.testing.assert_array_equal(comparison.common("text"), [True, False])
+    table = main_table(comparison, "text")
+    assert cells(table, "sdf-hard")["avg distance* [m]"] == "0.100"
+    assert cells(table, "sdf-active")["avg distance* [m]"] == "0.200"
+    assert "over the 1 scenes" in table.notes
+    both = main_table(comparison, "authors")
+    assert cells(both, "sdf-hard")["avg distance* [m]"].startswith("0.300 ±")
+
+
+def test_the_papers_rows_stand_below_ours(make_result):
+    (comparison,) = gather([make_result(), make_result("mine")])
+    labels = [row[0] for row in main_table(comparison, "text").rows]
+    assert labels == ["sdf-hard", "*paper: RMMI, ground truth, hard*", "mine"]
+    paper = main_table(comparison, "text").rows[1]
+    assert "77.8 [75.1, 80.3] (778/1000)" in paper
+
+
+def test_failures_and_collisions_are_counted(make_result):
+    results = [
+        make_result(scene="a"),
+        make_result(scene="b", text=LOCAL_MINIMUM, authors=LOCAL_MINIMUM),
+        make_result(scene="c", text=COLLISION, authors=COLLISION),
+        make_result(scene="d", text=None, authors=None, error="oops"),
+    ]
+    results[3] = type(results[3])(
+        **{**results[3].__dict__, "text": None, "authors": None}
+    )
+    (comparison,) = gather(results)
+    outcomes = cells(outcome_table(comparison), "sdf-hard")
+    assert outcomes == {
+        "method": "sdf-hard",
+        "trials": "4",
+        "success": "1",
+        "collision": "1",
+        "local minimum": "1",
+        "crash": "1",
+    }
+    row = cells(main_table(comparison, "text"), "sdf-hard")
+    assert row["success [%]"] == "25.0 [4.6, 69.9] (1/4)"
+    assert row["collisions"].startswith("1/4")
+
+
+def test_paired_counts(make_result):
+    results = [
+        make_result(method, scene, text=outcome)
+        for method, outcomes in {
+            "sdf-hard": ("success", "success", LOCAL_MINIMUM),
+            "sdf-active": ("success", LOCAL_MINIMUM, LOCAL_MINIMUM),
+        }.items()
+        for scene, outcome in zip("abc", outcomes, strict=True)
+    ]
+    (comparison,) = gather(results)
+    row = cells(paired_table(comparison), "sdf-active")
+    assert row["only this, text"] == "0"
+    assert row["only sdf-hard, text"] == "1"
+    assert row["p, text"] == "1"
+
+
+def test_the_splats_origin_is_in_every_table(make_result):
+    result = make_result("ellipsoid-hard", splat="surfel", splat_count=60_000)
+    text = to_markdown(report_tables([result]), "Benchmark")
+    assert text.count("surfel, 60k") == 3
+    assert "| ellipsoid-hard" in text
+
+
+def test_rates_show_their_counts():
+    assert format_rate(997, 1000) == "99.7 [99.1, 99.9] (997/1000)"
+    assert format_rate(0, 0) == "–"
+
+
+def test_tables_as_markdown_and_html():
+    table = Table("a < b", ("x", "y"), (("1", "2"), ("long", "3")), "note")
+    assert table.to_markdown() == (
+        "### a < b\n\n"
+        "| x    |   y |\n| ---- | --: |\n"
+        "| 1    |   2 |\n| long |   3 |\n\nnote\n"
+    )
+    assert "<h3>a &lt; b</h3>" in table.to_html()
+    assert "<td>long</td><td>3</td>" in table.to_html()

@@ -1,0 +1,84 @@
+"""`remosplat benchmark` from its command line."""
+
+import pytest
+
+from remosplat_drake.benchmark.result import read_results
+from remosplat_drake.benchmark.scene_generators import generate
+from remosplat_drake.benchmark.suites import PUBLISHED_FOLDERS
+from remosplat_drake.commands.main import main
+from remosplat_drake.scene.rmmi import write_rmmi
+
+TOY = """
+toy:
+  oracle: !GroundTruth {}
+  controller: {gains: paper, servo: {max_speed: 0.2}}
+"""
+
+
+@pytest.fixture
+def scenes(tmp_path):
+    for family, stem in PUBLISHED_FOLDERS.items():
+        (tmp_path / stem).mkdir()
+        path = tmp_path / stem / f"{stem}_0000.json"
+        write_rmmi(path, generate(family, 1))
+    return tmp_path
+
+
+def benchmark(folder, *arguments: str) -> int:
+    return main(
+        [
+            "benchmark",
+            "--suite",
+            f"published:{folder}",
+            "--scenes",
+            "1",
+            "--output",
+            str(folder / "out"),
+            "--jobs",
+            "0",
+            "--scenario-text",
+            "{time_limit: 0.2}",
+            *arguments,
+        ]
+    )
+
+
+def test_ones_own_method_beside_the_papers(scenes, capsys):
+    toy = scenes / "toy.yaml"
+    toy.write_text(TOY)
+    methods = ("--methods", f"sdf-hard,{toy}", "--spheres", "paper")
+    assert benchmark(scenes, *methods) == 0
+    printed = capsys.readouterr().out
+    assert "1 bookshelf, 1 table; paper spheres" in printed
+    report = scenes / "out" / "report.md"
+    assert report.read_text().strip() == printed.strip()
+    path = scenes / "out" / "trials.jsonl"
+    results = read_results(path)
+    assert {r.method for r in results} == {"sdf-hard", "toy"}
+    assert {r.spheres for r in results} == {"paper"}
+    before = path.read_bytes()
+    assert benchmark(scenes, *methods) == 0
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--methods", "magic"], "unknown method 'magic'"),
+        (["--spheres", "none"], "unknown sphere set 'none'"),
+        (["--suite", "mine"], "unknown suite 'mine'"),
+        (["--scenario-text", "{time: 1}"], "unknown field 'time'"),
+    ],
+)
+def test_mistakes_are_named_in_one_line(scenes, capsys, arguments, message):
+    assert benchmark(scenes, *arguments) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert captured.out == ""
+    assert not (scenes / "out").exists()
+
+
+def test_a_crash_is_reported_and_ends_with_one(scenes, capsys):
+    impossible = "{time_limit: 0.2, station: !DynamicStation {time_step: -1}}"
+    assert benchmark(scenes, "--scenario-text", impossible) == 1
+    assert "crashed:" in capsys.readouterr().err
