@@ -1,21 +1,25 @@
 """The tables of a benchmark, side by side with the paper's."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from remosplat_drake.benchmark.formatting import (
+    format_mean,
+    format_median,
+    format_rare,
+    format_rate,
+)
+from remosplat_drake.benchmark.paired_tables import (
+    paired_table,
+    station_tables,
+)
 from remosplat_drake.benchmark.paper_results import (
     PAPER_TABLE_I,
     PAPER_TRIALS,
     PaperRow,
 )
 from remosplat_drake.benchmark.result import RULES, TrialResult
-from remosplat_drake.benchmark.statistics import (
-    mcnemar,
-    mean_interval,
-    wilson_interval,
-)
 from remosplat_drake.benchmark.summary import Comparison, Row, gather
 from remosplat_drake.benchmark.tables import Table
 
@@ -36,8 +40,8 @@ STARRED = (
 
 def report_tables(results: Sequence[TrialResult]) -> list[Table]:
     """All tables that results give, comparison by comparison."""
-    tables = []
-    for comparison in gather(results):
+    tables, comparisons = [], gather(results)
+    for comparison in comparisons:
         tables += [main_table(comparison, rule) for rule in RULES]
         tables += [
             family_table(comparison),
@@ -46,7 +50,7 @@ def report_tables(results: Sequence[TrialResult]) -> list[Table]:
         ]
         if len(comparison.rows) > 1:
             tables.append(paired_table(comparison))
-    return tables
+    return tables + station_tables(comparisons)
 
 
 def to_markdown(tables: Sequence[Table], heading: str) -> str:
@@ -64,7 +68,7 @@ def main_table(comparison: Comparison, rule: str) -> Table:
         if row.method in PAPER_TABLE_I:
             rows.append(_paper_row(PAPER_TABLE_I[row.method]))
     return Table(
-        f"{_title(comparison)}: {RULE_TITLES[rule]}",
+        f"{comparison.title}: {RULE_TITLES[rule]}",
         (
             "method",
             "gains",
@@ -88,18 +92,9 @@ def main_table(comparison: Comparison, rule: str) -> Table:
     )
 
 
-def _title(comparison: Comparison) -> str:
-    row = comparison.rows[0]
-    families = ", ".join(
-        f"{sum(t.family == family for t in row.trials)} {family}"
-        for family in comparison.families()
-    )
-    return f"{families}; {row.spheres} spheres, {row.station} station"
-
-
 def _main_row(row: Row, rule: str, common: np.ndarray) -> tuple[str, ...]:
     starred = [
-        _mean(row.values(field, rule, common), decimals)
+        format_mean(row.values(field, rule, common), decimals)
         for field, decimals in STARRED
     ]
     everything = np.ones(len(row), bool)
@@ -111,7 +106,7 @@ def _main_row(row: Row, rule: str, common: np.ndarray) -> tuple[str, ...]:
         _splat(row),
         format_rate(int(row.successes(rule).sum()), len(row)),
         *starred,
-        _rare(row.collisions(), len(row)),
+        format_rare(row.collisions(), len(row)),
         f"{1e3 * clearance.min():.1f}" if len(clearance) else "–",
         f"{solve.mean():.2f} ± {solve.std():.2f}" if len(solve) else "–",
     )
@@ -129,7 +124,7 @@ def _paper_row(paper: PaperRow) -> tuple[str, ...]:
         f"{paper.path_length:.3f}",
         "",
         "",
-        _rare(paper.collisions, PAPER_TRIALS),
+        format_rare(paper.collisions, PAPER_TRIALS),
         "",
         f"{mean:.2f} ± {std:.2f}",
     )
@@ -150,7 +145,7 @@ def family_table(comparison: Comparison) -> Table:
         rows.append((row.method, *cells))
     header = [f"{family}, {rule} [%]" for rule in RULES for family in families]
     return Table(
-        f"{_title(comparison)}: success by family",
+        f"{comparison.title}: success by family",
         ("method", *header),
         tuple(rows),
     )
@@ -160,7 +155,7 @@ def outcome_table(comparison: Comparison) -> Table:
     """How the trials ended that did not succeed, by the paper's text."""
     outcomes = comparison.outcomes()
     return Table(
-        f"{_title(comparison)}: why trials failed (text)",
+        f"{comparison.title}: why trials failed (text)",
         ("method", "trials", "success", "collision", *outcomes),
         tuple(
             (
@@ -188,15 +183,15 @@ def timing_table(comparison: Comparison) -> Table:
             (
                 row.method,
                 _splat(row),
-                _median(p50, 2),
-                _median(p99, 2),
-                _median(1e3 / p50, 0),
+                format_median(p50, 2),
+                format_median(p99, 2),
+                format_median(1e3 / p50, 0),
                 rate,
-                _median(row.times("trial"), 1),
+                format_median(row.times("trial"), 1),
             )
         )
     return Table(
-        f"{_title(comparison)}: timing",
+        f"{comparison.title}: timing",
         (
             "method",
             "splat",
@@ -209,60 +204,6 @@ def timing_table(comparison: Comparison) -> Table:
         tuple(rows),
         "Medians over the trials, several of which ran at once.",
     )
-
-
-def paired_table(comparison: Comparison) -> Table:
-    """Every method against the first, scene by scene."""
-    first, *others = comparison.rows
-    rows = []
-    for row in others:
-        cells = []
-        for rule in RULES:
-            only_row, only_first, p = mcnemar(
-                row.successes(rule), first.successes(rule)
-            )
-            cells += [str(only_row), str(only_first), f"{p:.3g}"]
-        rows.append((row.method, *cells))
-    header = [
-        f"{what}, {rule}"
-        for rule in RULES
-        for what in ("only this", f"only {first.method}", "p")
-    ]
-    return Table(
-        f"{_title(comparison)}: paired with {first.method}",
-        ("method", *header),
-        tuple(rows),
-        "Scenes that only one of the two solves; p by McNemar's exact test.",
-    )
-
-
-def format_rate(successes: int, count: int) -> str:
-    """A rate in per cent, its interval and its counts."""
-    if not count:
-        return "–"
-    low, high = wilson_interval(successes, count)
-    return (
-        f"{100 * successes / count:.1f} [{100 * low:.1f}, {100 * high:.1f}]"
-        f" ({successes}/{count})"
-    )
-
-
-def _rare(successes: int, count: int) -> str:
-    _, high = wilson_interval(successes, count)
-    return f"{successes}/{count} (< {100 * high:.1f} %)"
-
-
-def _mean(values: np.ndarray, decimals: int) -> str:
-    if not len(values):
-        return "–"
-    mean, half = mean_interval(values)
-    if math.isnan(half):
-        return f"{mean:.{decimals}f}"
-    return f"{mean:.{decimals}f} ± {half:.{decimals}f}"
-
-
-def _median(values: np.ndarray, decimals: int) -> str:
-    return f"{np.median(values):.{decimals}f}" if len(values) else "–"
 
 
 def _splat(row: Row) -> str:

@@ -86,6 +86,16 @@ class Comparison:
         """The scenes that every row solves, shape (n,) bool."""
         return np.logical_and.reduce([r.successes(rule) for r in self.rows])
 
+    @property
+    def title(self) -> str:
+        """How many scenes of which families, and the set-up."""
+        first = self.rows[0]
+        families = ", ".join(
+            f"{sum(t.family == family for t in first.trials)} {family}"
+            for family in self.families()
+        )
+        return f"{families}; {first.spheres} spheres, {first.station} station"
+
     def families(self) -> list[str]:
         """In alphabetical order."""
         return sorted({t.family for t in self.rows[0].trials})

@@ -2,11 +2,14 @@
 
 import numpy as np
 
+from remosplat_drake.benchmark.formatting import format_rate
+from remosplat_drake.benchmark.paired_tables import (
+    paired_table,
+    station_tables,
+)
 from remosplat_drake.benchmark.report import (
-    format_rate,
     main_table,
     outcome_table,
-    paired_table,
     report_tables,
     to_markdown,
 )
@@ -100,6 +103,19 @@ def test_paired_counts(make_result):
     assert row["only this, text"] == "0"
     assert row["only sdf-hard, text"] == "1"
     assert row["p, text"] == "1"
+
+
+def test_stations_are_compared_where_both_have_run(make_result):
+    results = [make_result(scene=scene) for scene in "ab"]
+    assert station_tables(gather(results)) == []
+    results += [
+        make_result(scene="a", station="dynamic"),
+        make_result(scene="b", station="dynamic", text=LOCAL_MINIMUM),
+    ]
+    (table,) = station_tables(gather(results))
+    row = cells(table, "sdf-hard, paper spheres")
+    assert row["only kinematic"] == "1"
+    assert row["only dynamic"] == "0"
 
 
 def test_the_splats_origin_is_in_every_table(make_result):
