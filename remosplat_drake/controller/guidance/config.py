@@ -9,9 +9,10 @@ class GuidanceConfig:
 
     # Whether guidance is selected at all.
     enabled: bool = True
-    # Rollout steps that a control tick may spend. With 0 nothing is
-    # simulated: whenever the robot stalls, the next candidate is tried.
-    budget: int = 10
+    # Rollout steps that a control tick may spend; each costs about a tick,
+    # and 5 leave room in a period of 10 ms. With 0 nothing is simulated:
+    # whenever the robot stalls, the next candidate is tried.
+    budget: int = 5
     # Time that one rollout step simulates [s].
     step: float = 0.1
     # Longest time that a rollout simulates [s].
