@@ -1,102 +1,157 @@
-"""`View`: one depth view of one sphere, and boxes as it sees them (numba)."""
+"""`Views`: the six depth views of one sphere, and what they see (numba).
+
+Sets of views are written as bits: bit v is view v.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from remosplat_drake.oracle.footprints import kernel
+from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV
+from remosplat_drake.oracle.footprints import inlined, kernel, lean
+
+ALL_VIEWS = 2**N_VIEWS - 1
+"""The set of all views."""
+
+# Unit normals of the six planes through the sensor's centre that are the
+# sides of all views: every two axes of D have two bisecting planes.
+_BORDERS_D = np.sqrt(0.5) * np.array(
+    [[1, 1, 0], [1, -1, 0], [0, 1, 1], [0, 1, -1], [1, 0, 1], [-1, 0, 1]]
+)
+_AXES = R_DV[:, :, 2] @ _BORDERS_D.T
+# The views that are left to what lies behind a border, and before it.
+_VIEWS_BEHIND = ALL_VIEWS - (2 ** np.arange(N_VIEWS)) @ (_AXES > 0.5)
+_VIEWS_BEFORE = ALL_VIEWS - (2 ** np.arange(N_VIEWS)) @ (_AXES < -0.5)
 
 
-class View(NamedTuple):
-    """One view of one sphere.
+class Views(NamedTuple):
+    """The six views of one sphere.
 
     Attributes:
-        p_WV: Camera centre, shape (3,) [m].
-        R_WV: Its orientation, shape (3, 3).
-        sides_W: Inward unit normals of the frustum's sides, shape (4, 3).
+        p_WS: Camera centre of all of them, shape (3,) [m].
+        R_WV: Their orientations, shape (6, 3, 3).
+        borders_W: Unit normals of the planes between them, shape (6, 3).
         ignore_below: Splats with lower centres are not seen [m].
     """
 
-    p_WV: np.ndarray
+    p_WS: np.ndarray
     R_WV: np.ndarray
-    sides_W: np.ndarray
+    borders_W: np.ndarray
     ignore_below: float
 
 
 @kernel
-def make_view(p_WS, R_WD, R_DV, ignore_below):
-    """The view with orientation R_DV in a sphere's sensor."""
-    R_WV = np.empty((3, 3))
-    sides_W = np.empty((4, 3))
+def make_views(p_WS, R_WD, ignore_below):
+    """The views of a sphere whose sensor has the orientation R_WD."""
+    R_WV = np.zeros((N_VIEWS, 3, 3))
+    borders_W = np.zeros((len(_BORDERS_D), 3))
     for i in range(3):
-        for j in range(3):
-            R_WV[i, j] = (
-                R_WD[i, 0] * R_DV[0, j]
-                + R_WD[i, 1] * R_DV[1, j]
-                + R_WD[i, 2] * R_DV[2, j]
-            )
-        for j in range(2):
-            sides_W[2 * j, i] = (R_WV[i, 2] - R_WV[i, j]) * np.sqrt(0.5)
-            sides_W[2 * j + 1, i] = (R_WV[i, 2] + R_WV[i, j]) * np.sqrt(0.5)
-    return View(p_WS, R_WV, sides_W, ignore_below)
+        for k in range(3):
+            for v in range(N_VIEWS):
+                for j in range(3):
+                    R_WV[v, i, j] += R_WD[i, k] * R_DV[v, k, j]
+            for b in range(len(_BORDERS_D)):
+                borders_W[b, i] += R_WD[i, k] * _BORDERS_D[b, k]
+    return Views(p_WS, R_WV, borders_W, ignore_below)
 
 
-@kernel
-def box_range(splats, link, side, view, spread):
-    """Lower bound of the ranges in a child's box; inf if the view misses it."""
-    if splats.nodes[link, 12 + side] < view.ignore_below:
-        return np.inf
-    column = 6 * side
-    p = view.p_WV
-    x_low, x_high = (
-        splats.nodes[link, column] - p[0],
-        splats.nodes[link, column + 3] - p[0],
-    )
-    y_low, y_high = (
-        splats.nodes[link, column + 1] - p[1],
-        splats.nodes[link, column + 4] - p[1],
-    )
-    z_low, z_high = (
-        splats.nodes[link, column + 2] - p[2],
-        splats.nodes[link, column + 5] - p[2],
-    )
+@inlined
+def views_of_ball(views, x, y, z, radius, seen):
+    """Which views of the set `seen` a ball around p_WS + (x, y, z) meets."""
+    for b in range(len(_BORDERS_D)):
+        nx, ny, nz = (
+            views.borders_W[b, 0],
+            views.borders_W[b, 1],
+            views.borders_W[b, 2],
+        )
+        height = nx * x + ny * y + nz * z
+        if height < -radius:
+            seen &= _VIEWS_BEHIND[b]
+        if height > radius:
+            seen &= _VIEWS_BEFORE[b]
+    return seen
+
+
+@inlined
+def views_beyond(best, distance, seen):
+    """Which views of the set `seen` look farther than a distance."""
+    for v in range(N_VIEWS):
+        if distance >= best[v]:
+            seen &= ~(1 << v)
+    return seen
+
+
+@inlined
+def views_of_box(splats, link, side, views, seen, best, spread):
+    """Lower bound of the ranges in a child's box, and the views that need it.
+
+    Args:
+        splats: The `Footprints`.
+        link: A node.
+        side: Which of its children.
+        views: The views.
+        seen: The views that need the node.
+        best: Each view needs nothing from this range on, shape (6,) [m].
+        spread: See `Rules`.
+    """
+    nodes = splats.nodes
+    if nodes[link, 12 + side] < views.ignore_below:
+        return np.inf, 0
+    at = 6 * side
+    p = views.p_WS
+    x, hx = _middle(nodes[link, at] - p[0], nodes[link, at + 3] - p[0])
+    y, hy = _middle(nodes[link, at + 1] - p[1], nodes[link, at + 4] - p[1])
+    z, hz = _middle(nodes[link, at + 2] - p[2], nodes[link, at + 5] - p[2])
+    dx = max(abs(x) - hx, 0.0)
+    dy = max(abs(y) - hy, 0.0)
+    dz = max(abs(z) - hz, 0.0)
+    nearest = np.sqrt(dx * dx + dy * dy + dz * dz) * max(1 - spread, 0.0)
+    seen = views_beyond(best, nearest, seen)
+    if seen == 0:
+        return nearest, seen
     slack = 0.0
     if spread > 0:
-        x = max(-x_low, x_high)
-        y = max(-y_low, y_high)
-        z = max(-z_low, z_high)
-        slack = spread * np.sqrt(x * x + y * y + z * z)
-    for j in range(4):
-        nx, ny, nz = view.sides_W[j, 0], view.sides_W[j, 1], view.sides_W[j, 2]
-        farthest = nx * (x_high if nx > 0 else x_low)
-        farthest += ny * (y_high if ny > 0 else y_low)
-        farthest += nz * (z_high if nz > 0 else z_low)
-        if farthest + slack < 0:
-            return np.inf
-    x = max(x_low, -x_high, 0.0)
-    y = max(y_low, -y_high, 0.0)
-    z = max(z_low, -z_high, 0.0)
-    return np.sqrt(x * x + y * y + z * z) * max(1 - spread, 0.0)
+        dx, dy, dz = abs(x) + hx, abs(y) + hy, abs(z) + hz
+        slack = spread * np.sqrt(dx * dx + dy * dy + dz * dz)
+    for b in range(len(_BORDERS_D)):
+        nx, ny, nz = (
+            views.borders_W[b, 0],
+            views.borders_W[b, 1],
+            views.borders_W[b, 2],
+        )
+        height = nx * x + ny * y + nz * z
+        reach = abs(nx) * hx + abs(ny) * hy + abs(nz) * hz + slack
+        if height < -reach:
+            seen &= _VIEWS_BEHIND[b]
+        if height > reach:
+            seen &= _VIEWS_BEFORE[b]
+    return nearest, seen
 
 
-@kernel
-def ray_meets_box(splats, link, side, view, ray_W, rules):
+@inlined
+def _middle(low, high):
+    """Centre and half length of an interval."""
+    return 0.5 * (low + high), 0.5 * (high - low)
+
+
+@lean
+def ray_meets_box(splats, link, side, views, ray_W, rules):
     """Whether a ray passes a child's box (and its spread) in near to far."""
-    if splats.nodes[link, 12 + side] < view.ignore_below:
+    if splats.nodes[link, 12 + side] < views.ignore_below:
         return False
     column = 6 * side
     slack = 0.0
     if rules.spread > 0:
         square = 0.0
         for i in range(3):
-            low = splats.nodes[link, column + i] - view.p_WV[i]
-            high = splats.nodes[link, column + 3 + i] - view.p_WV[i]
+            low = splats.nodes[link, column + i] - views.p_WS[i]
+            high = splats.nodes[link, column + 3 + i] - views.p_WS[i]
             square += max(-low, high) ** 2
         slack = rules.spread * np.sqrt(square)
     enter, leave = rules.near, rules.far
     for i in range(3):
-        low = splats.nodes[link, column + i] - view.p_WV[i] - slack
-        high = splats.nodes[link, column + 3 + i] - view.p_WV[i] + slack
+        low = splats.nodes[link, column + i] - views.p_WS[i] - slack
+        high = splats.nodes[link, column + 3 + i] - views.p_WS[i] + slack
         if ray_W[i] == 0:
             if low > 0 or high < 0:
                 return False

@@ -1,27 +1,32 @@
-"""Fragments of the pixels of one view, in linked lists (numba)."""
+"""Fragments of the pixels of six views, in linked lists (numba).
+
+A pixel is numbered through all views: view times pixels of a view, plus its
+row-major index there.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from remosplat_drake.oracle.footprints import PROJECTION_SIZE, kernel
+from remosplat_drake.oracle.depth_sensor import N_VIEWS
+from remosplat_drake.oracle.footprints import PROJECTION_SIZE, kernel, lean
 
 ROUNDING = 1e-9
 """Products of the same factors in another order differ by much less."""
 
 
 class Canvas(NamedTuple):
-    """Scratch memory of one thread, reused from view to view.
+    """Scratch memory of one thread, reused from sphere to sphere.
 
-    A pixel's entries are valid where `stamp` is the current view's number.
+    A pixel's entries are valid where `stamp` is the current sphere's number.
 
     Attributes:
-        length: Length of each pixel's ray (x, y, 1).
-        stamp: Number of the view that last wrote to the pixel.
+        length: Length of the ray (x, y, 1) of each pixel of a view.
+        stamp: Number of the sphere that last wrote to the pixel.
         clear: Transmittance of its kept fragments nearer than the best range.
         total: Transmittance of all its kept fragments.
         head: Latest fragment of the pixel.
-        touched: The pixels written to in this view.
+        touched: The pixels written to for this sphere.
         link: Next fragment of the same pixel, -1 at the end.
         reach: Range of each fragment [m].
         alpha: Alpha of each fragment.
@@ -29,7 +34,10 @@ class Canvas(NamedTuple):
         count: Number of touched pixels, number of fragments.
         projection: The projected splat, see `footprints.project`.
         keys: Lower bounds of the ranges in the nodes that wait [m].
-        waiting: Links of those nodes, as a queue with `keys`.
+        waiting: Those nodes, as a queue with `keys`.
+        best: Range of the nearest complete pixel of each view, or the bound
+            below which one is looked for [m].
+        best_pixel: That pixel, -1 while there is none.
     """
 
     length: np.ndarray
@@ -46,37 +54,41 @@ class Canvas(NamedTuple):
     projection: np.ndarray
     keys: np.ndarray
     waiting: np.ndarray
+    best: np.ndarray
+    best_pixel: np.ndarray
 
 
 @kernel
 def new_canvas(resolution, n_nodes, capacity):
     """A canvas for views of a tree's nodes with room for so many fragments."""
-    n = resolution * resolution
-    length = np.empty(n)
+    length = np.empty(resolution * resolution)
     for row in range(resolution):
         y = (row + 0.5) * 2 / resolution - 1
         for column in range(resolution):
             x = (column + 0.5) * 2 / resolution - 1
             length[row * resolution + column] = np.sqrt(x * x + y * y + 1)
+    n = N_VIEWS * len(length)
     return Canvas(
         length,
-        np.full(n, -1),
+        np.full(n, -1, np.int32),
         np.empty(n),
         np.empty(n),
+        np.empty(n, np.int32),
         np.empty(n, np.int64),
-        np.empty(n, np.int64),
-        np.empty(capacity, np.int64),
+        np.empty(capacity, np.int32),
         np.empty(capacity),
         np.empty(capacity),
-        np.empty(capacity, np.int64),
+        np.empty(capacity, np.int32),
         np.zeros(2, np.int64),
         np.empty(PROJECTION_SIZE),
         np.empty(2 * n_nodes + 1),
         np.empty(2 * n_nodes + 1, np.int64),
+        np.empty(N_VIEWS),
+        np.empty(N_VIEWS, np.int64),
     )
 
 
-@kernel
+@lean
 def add_fragment(canvas, pixel, stamp, reach, alpha):
     """Keeps a fragment that is nearer than the best range."""
     if canvas.stamp[pixel] != stamp:
@@ -96,13 +108,13 @@ def add_fragment(canvas, pixel, stamp, reach, alpha):
     canvas.total[pixel] *= 1 - alpha
 
 
-@kernel
+@lean
 def has_median(canvas, pixel, rules):
     """Whether the pixel's kept fragments may have a median nearer than best."""
     return canvas.clear[pixel] <= rules.transmittance + ROUNDING
 
 
-@kernel
+@lean
 def median_range(canvas, pixel, rules, best):
     """Median range and accumulated alpha of a pixel's kept fragments.
 
