@@ -26,7 +26,7 @@ from remosplat_drake.benchmark.depth_differences import (
     Differences,
     by_view,
 )
-from remosplat_drake.errors import FileError
+from remosplat_drake.errors import FileError, RemoSplatError
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_rasterization_gsplat import GsplatDepthField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
@@ -57,6 +57,8 @@ class Comparison:
         p99_difference: Likewise.
         farther: Largest distance that CUDA answers above the CPU's [m].
         nearer: Largest distance that CUDA answers below the CPU's [m].
+        sphere_farther: Largest smallest distance of a sphere that CUDA
+            answers above the CPU's, where the sphere touches nothing [m].
         cpu_ms: Median and 99th percentile of a query's time [ms].
         cuda_ms: Likewise.
     """
@@ -72,6 +74,7 @@ class Comparison:
     p99_difference: float
     farther: float
     nearer: float
+    sphere_farther: float
     cpu_ms: tuple[float, float]
     cuda_ms: tuple[float, float]
 
@@ -86,6 +89,7 @@ def compare(
     differences = Differences(splat_W, sensor, MAX_DISTANCE)
     classes = dict.fromkeys(CLASSES, 0)
     signed, times = [], {"cpu": [], "cuda": []}
+    sphere_farther = 0.0
     for field in (cpu, cuda):
         field.clearances(states[0], MAX_DISTANCE)
     for spheres in track(
@@ -97,6 +101,10 @@ def compare(
         ]
         a, b = (np.minimum(x.distance, MAX_DISTANCE) for x in answers)
         signed.append((b - a)[np.minimum(a, b) < MAX_DISTANCE])
+        nearest, farther = a.min(axis=1), b.min(axis=1) - a.min(axis=1)
+        sphere_farther = max(
+            sphere_farther, float(farther[nearest > 0].max(initial=0.0))
+        )
         reasons = Counter(
             differences.why(spheres, int(sphere), int(view), *answers)
             for sphere, view in np.argwhere(np.abs(b - a) > TOLERANCE)
@@ -116,6 +124,7 @@ def compare(
         p99_difference=float(np.percentile(np.abs(error), 99)),
         farther=float(error.max(initial=0.0)),
         nearer=float(-error.min(initial=0.0)),
+        sphere_farther=sphere_farther,
         cpu_ms=_percentiles(times["cpu"]),
         cuda_ms=_percentiles(times["cuda"]),
     )
@@ -175,7 +184,7 @@ def print_table(comparisons: Sequence[Comparison]) -> None:
     """Prints one row a splat."""
     table = Table(title=f"views that differ by > {1e3 * TOLERANCE:.0f} mm")
     columns = ["splat", "answered", "differ", *CLASSES]
-    columns += ["p99 mm", "farther mm", "cpu ms", "cuda ms"]
+    columns += ["p99 mm", "farther mm", "free mm", "cpu ms", "cuda ms"]
     for column in columns:
         table.add_column(column, justify="right")
     for c in comparisons:
@@ -186,6 +195,7 @@ def print_table(comparisons: Sequence[Comparison]) -> None:
             *(str(count) for count in c.classes.values()),
             f"{1e3 * c.p99_difference:.2f}",
             f"{1e3 * c.farther:.1f}",
+            f"{1e3 * c.sphere_farther:.1f}",
             "{:.2f}/{:.2f}".format(*c.cpu_ms),
             "{:.2f}/{:.2f}".format(*c.cuda_ms),
         )
@@ -211,6 +221,13 @@ def main(argv: Sequence[str] | None = None) -> None:
         "--json", type=Path, metavar="FILE", help="also write the numbers"
     )
     arguments = parser.parse_args(argv)
+    try:
+        _run(arguments)
+    except RemoSplatError as error:
+        parser.exit(2, f"depth_backends: {error}\n")
+
+
+def _run(arguments: argparse.Namespace) -> None:
     states = (
         read_states(arguments.states)[: arguments.count]
         if arguments.states

@@ -75,7 +75,7 @@ class Fragments:
         weight: Squared Mahalanobis distances there.
         opacity: Of the discs.
         depth: By which gsplat sorts the discs of this view [m].
-        shown: Whether a disc reaches between near and far plane.
+        shown: Whether gsplat looks at a disc on the pixel's tile.
         near: Whether a disc is nearer than the queried distance.
         length: Length of the ray, a number.
     """
@@ -168,7 +168,9 @@ class Differences:
         uv = np.einsum(
             "kj,kji->ki", z[:, None] * ray_V - p_SK_V, axes_V[:, :, :2]
         )
-        depth, shown = self._footprints(p_SK_V, axes_V, scales, k)
+        depth, shown = self._footprints(
+            p_SK_V, axes_V, scales, k, np.array([column, row])
+        )
         reach = spheres.radius[sphere] + self._max_distance
         return Fragments(
             z,
@@ -180,10 +182,10 @@ class Differences:
             length,
         )
 
-    def _footprints(self, p_SK_V, axes_V, scales, k):
+    def _footprints(self, p_SK_V, axes_V, scales, k, pixel):
         import torch
 
-        from remosplat_drake.oracle.gsplat_views import footprint
+        from remosplat_drake.oracle.gsplat_views import TILE, footprint
 
         frames_V = axes_V.copy()
         frames_V[:, :, :2] *= scales[:, None]
@@ -193,7 +195,13 @@ class Differences:
             torch.from_numpy(self._cut[k]),
             self._sensor,
         )
-        return bounds.depth.numpy(), (bounds.half > 0).all(dim=1).numpy()
+        center, half = bounds.center.numpy(), bounds.half.numpy()
+        first = np.floor((center - half) / TILE)
+        last = np.ceil((center + half) / TILE) - 1
+        shown = (first <= pixel // TILE) & (pixel // TILE <= last) & (half > 0)
+        aside = np.abs(p_SK_V[:, :2]).max(axis=1)
+        in_frustum = aside <= p_SK_V[:, 2] + np.sqrt(2) * self._radius[k]
+        return bounds.depth.numpy(), shown.all(axis=1) & in_frustum
 
     def _ranges(
         self, fragments: Fragments, rules: Set[str], shift: float

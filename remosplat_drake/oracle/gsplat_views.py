@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import torch
     from torch import Tensor
 
-TILE = 16
+TILE = 8
 """Side of the tiles that gsplat sorts and composites [px]."""
 
 # Screen-space filter footprints are out of every pixel's reach there [px].
@@ -71,7 +71,7 @@ def footprint(
     """Bounds discs in their images.
 
     A disc ends at the ellipse of the dual conic E - p p', E being
-    cut (a a' + b b'). One that reaches behind the camera may be anywhere.
+    cut (a a' + b b'); one that reaches behind the camera is cut off there.
 
     Args:
         frames_V: Columns (a, b, p) of each disc in V, shape (P, 3, 3).
@@ -80,6 +80,25 @@ def footprint(
     """
     rows = frames_V.flatten(1).T.contiguous().view(3, 3, -1)
     axes, p = rows[:, :2], rows[:, 2]
+    low, high, near_end, far_end = _extent(axes, p, cut, sensor)
+    middle = (low + high) / 2
+    pixels = sensor.resolution / 2
+    half = ((high - low) / 2 * pixels).ceil()
+    half *= (far_end >= sensor.near) & (near_end <= sensor.far)
+    plane = _plane(axes, p)
+    # The depth of the centre, unless that lies outside of the image.
+    depth = plane[3] / (plane[0] * middle[0] + plane[1] * middle[1] + plane[2])
+    depth = depth.clamp(near_end, far_end).clamp(min=sensor.near)
+    return Footprint(
+        ((middle + 1) * pixels).T.contiguous(),
+        half.int().T.contiguous(),
+        depth,
+        plane,
+    )
+
+
+def _extent(axes, p, cut, sensor: DepthSensor) -> tuple["Tensor", ...]:
+    """Bounds of x and y in the image, (2, P) each, and of z, (P,) each."""
     E_ii = cut * (axes * axes).sum(dim=1)
     E_iz = cut * (axes[:2] * axes[2]).sum(dim=1)
     z, reach = p[2], E_ii[2].sqrt()
@@ -90,29 +109,22 @@ def footprint(
     square -= E_ii[:2] * E_ii[2] - E_iz * E_iz
     half = square.clamp(min=0).sqrt() / q_zz.abs()
     low, high = middle - half, middle + half
+    # Discs that reach behind the camera: the box around what is before it.
+    is_before = z - reach > 1e-6
+    size = E_ii[:2].sqrt()
+    box_low, box_high = p[:2] - size, p[:2] + size
+    far_end = z + reach
+    box_low = box_low / far_end.where(box_low > 0, sensor.near)
+    box_high = box_high / far_end.where(box_high < 0, sensor.near)
+    low = low.where(is_before, box_low)
+    high = high.where(is_before, box_high)
     if sensor.low_pass_filter:
         dot = 2 * (cut / FILTER_SCALE).sqrt() / sensor.resolution
         center = p[:2] / z
         has_dot = z > sensor.near
         low = low.minimum(center - dot).where(has_dot, low)
         high = high.maximum(center + dot).where(has_dot, high)
-    in_front = z - reach > 1e-6
-    low = low.clamp(-1, 1).masked_fill(~in_front, -1.0)
-    high = high.clamp(-1, 1).masked_fill(~in_front, 1.0)
-    middle = (low + high) / 2
-    pixels = sensor.resolution / 2
-    half = ((high - low) / 2 * pixels).ceil()
-    half *= (z + reach >= sensor.near) & (z - reach <= sensor.far)
-    plane = _plane(axes, p)
-    # The depth of the centre, unless that lies outside of the image.
-    depth = plane[3] / (plane[0] * middle[0] + plane[1] * middle[1] + plane[2])
-    depth = depth.clamp(z - reach, z + reach).clamp(min=sensor.near)
-    return Footprint(
-        ((middle + 1) * pixels).T.contiguous(),
-        half.int().T.contiguous(),
-        depth,
-        plane,
-    )
+    return low.clamp(-1, 1), high.clamp(-1, 1), z - reach, far_end
 
 
 def _plane(axes: "Tensor", p: "Tensor") -> "Tensor":
@@ -186,9 +198,9 @@ def _composite(
         transforms,
         index[:, None],
         opacity,
-        # Normals and gradients, which nobody asks for.
-        frames_V[:, 0].contiguous(),
-        frames_V[:, 0, :2],
+        # Normals and gradients, which nobody asks for: any numbers do.
+        frames_V.view(3, -1, 3)[0],
+        frames_V.view(3, -1, 3)[0, :, :2],
         r,
         r,
         TILE,
