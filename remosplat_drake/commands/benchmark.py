@@ -18,6 +18,7 @@ from remosplat_drake import warm_up
 from remosplat_drake.atomic_file import check_writable, write_atomically
 from remosplat_drake.benchmark.methods import GROUPS, load_methods
 from remosplat_drake.benchmark.report import report_tables, to_markdown
+from remosplat_drake.benchmark.report_page import to_html
 from remosplat_drake.benchmark.result import (
     CRASH,
     SUCCESS,
@@ -28,8 +29,10 @@ from remosplat_drake.benchmark.runner import run_trials
 from remosplat_drake.benchmark.suites import load_suite
 from remosplat_drake.benchmark.trial import Trial
 
-RESULTS, REPORT = "trials.jsonl", "report.md"
+RESULTS, REPORT, PAGE = "trials.jsonl", "report.md", "report.html"
 """What a benchmark leaves in its output folder."""
+
+HEADING = "Benchmark"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -107,7 +110,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Runs what is missing and prints the tables; 1 if a trial crashed."""
     console = Console(stderr=True)
     output: Path = arguments.output
-    for name in (RESULTS, REPORT):
+    for name in (RESULTS, REPORT, PAGE):
         check_writable(output / name)
     methods = load_methods(
         arguments.methods.split(","),
@@ -125,11 +128,12 @@ def run(arguments: argparse.Namespace) -> int:
     # Scene by scene: an interrupted run has compared all methods in some.
     trials = [Trial(method, case) for case in cases for method in methods]
     results = _run(trials, output / RESULTS, arguments.jobs, console)
-    tables = report_tables(read_results(output / RESULTS))
-    text = to_markdown(tables, "Benchmark")
+    known = read_results(output / RESULTS)
+    text = to_markdown(report_tables(known), HEADING)
     write_atomically(output / REPORT, text)
+    write_atomically(output / PAGE, to_html(known, HEADING))
     print(text)
-    console.print(f"wrote {output / RESULTS} and {output / REPORT}")
+    console.print(f"wrote {RESULTS}, {REPORT} and {PAGE} to {output}")
     crashed = [r for r in results if r.outcome("text") == CRASH]
     for result in crashed:
         last = result.error.splitlines()[-1]

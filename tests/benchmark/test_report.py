@@ -1,5 +1,7 @@
 """Reports: hand-made results, and what their tables must say."""
 
+import dataclasses as dc
+
 import numpy as np
 
 from remosplat_drake.benchmark.formatting import format_rate
@@ -13,6 +15,7 @@ from remosplat_drake.benchmark.report import (
     report_tables,
     to_markdown,
 )
+from remosplat_drake.benchmark.report_page import to_html
 from remosplat_drake.benchmark.result import COLLISION, LOCAL_MINIMUM
 from remosplat_drake.benchmark.summary import gather
 from remosplat_drake.benchmark.tables import Table
@@ -71,9 +74,7 @@ def test_failures_and_collisions_are_counted(make_result):
         make_result(scene="c", text=COLLISION, authors=COLLISION),
         make_result(scene="d", text=None, authors=None, error="oops"),
     ]
-    results[3] = type(results[3])(
-        **{**results[3].__dict__, "text": None, "authors": None}
-    )
+    results[3] = dc.replace(results[3], text=None, authors=None)
     (comparison,) = gather(results)
     outcomes = cells(outcome_table(comparison), "sdf-hard")
     assert outcomes == {
@@ -139,3 +140,28 @@ def test_tables_as_markdown_and_html():
     )
     assert "<h3>a &lt; b</h3>" in table.to_html()
     assert "<td>long</td><td>3</td>" in table.to_html()
+
+
+def test_the_page_holds_plots_and_tables(make_result):
+    results = [
+        make_result(method, scene)
+        for method in ("sdf-hard", "sdf-active")
+        for scene in "abc"
+    ]
+    page = to_html(results, "Numbers & plots")
+    assert "<h1>Numbers &amp; plots</h1>" in page
+    # Success, clearance, acceleration, time; no splats, no rate over them.
+    assert page.count("<svg") == page.count("<figcaption>") == 4
+    assert page.count("<table>") == 6
+    assert "<?xml" not in page
+    results += [
+        make_result("depth-hard", x, splat="surfel", splat_count=60_000)
+        for x in "abc"
+    ]
+    assert "Control rate and splats" in to_html(results, "x")
+
+
+def test_a_page_of_crashes_is_still_a_page(make_result):
+    crashed = make_result(text=None, authors=None, times=None, error="no")
+    crashed = dc.replace(crashed, text=None, authors=None)
+    assert "<svg" in to_html([crashed], "x")

@@ -1,5 +1,7 @@
 """Result lines: there and back, and what interruptions leave."""
 
+import dataclasses as dc
+
 import pytest
 
 from remosplat_drake.benchmark.result import (
@@ -25,10 +27,7 @@ def test_outcomes_by_both_rules(make_result):
     assert result.outcome("text") == COLLISION
     assert not result.success("text")
     assert result.success("authors")
-    crashed = make_result()
-    crashed = type(crashed)(
-        **{**crashed.__dict__, "text": None, "authors": None}
-    )
+    crashed = dc.replace(result, text=None, authors=None)
     assert crashed.outcome("text") == CRASH
 
 

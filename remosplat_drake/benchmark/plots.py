@@ -1,0 +1,128 @@
+"""Plots of a comparison, as SVG text for a report's page."""
+
+import io
+from collections.abc import Callable
+
+import numpy as np
+
+from remosplat_drake.benchmark.paper_results import (
+    PAPER_TABLE_I,
+    PAPER_TRIALS,
+)
+from remosplat_drake.benchmark.statistics import wilson_interval
+from remosplat_drake.benchmark.summary import Comparison, Row
+
+OURS, PAPERS = "tab:blue", "tab:orange"
+
+
+def success_plot(comparison: Comparison) -> str:
+    """Success by method with 95 % intervals, beside the paper's."""
+
+    def draw(axes):
+        for place, row in enumerate(comparison.rows):
+            solved = int(row.successes("text").sum())
+            _draw_rate(axes, place - 0.12, solved, len(row), OURS)
+            paper = PAPER_TABLE_I.get(row.method)
+            if paper is not None:
+                _draw_rate(
+                    axes, place + 0.12, paper.successes, PAPER_TRIALS, PAPERS
+                )
+        axes.set_xlim(0, 100)
+        axes.set_xlabel(
+            "success [%], 95 % interval (blue: ours, orange: paper)"
+        )
+
+    return _methods_plot(comparison, draw)
+
+
+def box_plot(comparison: Comparison, field: str, label: str) -> str:
+    """The distribution of a number of `Judgement` over all trials."""
+    return _values_plot(
+        comparison,
+        lambda row: row.values(field, "text", np.ones(len(row), bool)),
+        label,
+    )
+
+
+def timing_plot(comparison: Comparison) -> str:
+    """The distribution of the trials' median tick."""
+    return _values_plot(
+        comparison, lambda row: 1e3 * row.times("tick_p50"), "tick [ms]", True
+    )
+
+
+def rate_plot(comparison: Comparison) -> str:
+    """Control rate against the number of splats; empty without splats."""
+    rows = [row for row in comparison.rows if row.splat != "none"]
+    if not rows:
+        return ""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.4, 3.5), layout="constrained")
+    axes = figure.subplots()
+    for row in rows:
+        timed = [t for t in row.trials if t.times is not None]
+        axes.plot(
+            [t.splat_count for t in timed],
+            [1 / t.times.tick_p50 for t in timed if t.times is not None],
+            ".",
+            label=row.method,
+        )
+    axes.set_xlabel("splats")
+    axes.set_ylabel("control rate possible [Hz]")
+    axes.set_yscale("log")
+    axes.legend()
+    return _to_svg(figure)
+
+
+def _draw_rate(axes, y: float, successes: int, count: int, color: str):
+    low, high = wilson_interval(successes, count)
+    rate = successes / count
+    axes.errorbar(
+        100 * rate,
+        y,
+        xerr=[[100 * (rate - low)], [100 * (high - rate)]],
+        fmt="o",
+        color=color,
+        capsize=3,
+    )
+
+
+def _values_plot(
+    comparison: Comparison,
+    values: Callable[[Row], np.ndarray],
+    label: str,
+    log: bool = False,
+) -> str:
+    def draw(axes):
+        axes.boxplot(
+            [values(row) for row in comparison.rows],
+            orientation="horizontal",
+            positions=range(len(comparison.rows)),
+            whis=(0, 100),
+        )
+        axes.set_xlabel(f"{label}: median, quartiles, range")
+        axes.set_xscale("log" if log else "linear")
+
+    return _methods_plot(comparison, draw)
+
+
+def _methods_plot(comparison: Comparison, draw: Callable) -> str:
+    """One line a method, the first on top."""
+    from matplotlib.figure import Figure
+
+    names = [row.method for row in comparison.rows]
+    figure = Figure(figsize=(6.4, 1 + 0.4 * len(names)), layout="constrained")
+    axes = figure.subplots()
+    draw(axes)
+    axes.set_yticks(range(len(names)), names)
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.grid(axis="x", alpha=0.3)
+    return _to_svg(figure)
+
+
+def _to_svg(figure) -> str:
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None})
+    # Without the XML header, which has no place inside a page.
+    return text.getvalue()[text.getvalue().index("<svg") :]
