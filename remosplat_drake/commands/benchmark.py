@@ -97,6 +97,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="J",
         help="worker processes; 0: none (default: the number of cores)",
     )
+    parser.add_argument(
+        "--ray",
+        metavar="ADDRESS",
+        help="run on that Ray cluster instead (extra `cluster`); auto: the"
+        " one of this machine",
+    )
 
 
 def _positive(text: str) -> int:
@@ -127,7 +133,7 @@ def run(arguments: argparse.Namespace) -> int:
     warm_up.announce(console)
     # Scene by scene: an interrupted run has compared all methods in some.
     trials = [Trial(method, case) for case in cases for method in methods]
-    results = _run(trials, output / RESULTS, arguments.jobs, console)
+    results = _run(trials, arguments, console)
     known = read_results(output / RESULTS)
     text = to_markdown(report_tables(known), HEADING)
     write_atomically(output / REPORT, text)
@@ -144,7 +150,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _run(
-    trials: list[Trial], path: Path, jobs: int, console: Console
+    trials: list[Trial], arguments: argparse.Namespace, console: Console
 ) -> list[TrialResult]:
     columns = (
         TextColumn("{task.description}"),
@@ -167,4 +173,11 @@ def _run(
         def start(count: int):
             progress.update(task, total=count)
 
-        return run_trials(trials, path, jobs, on_start=start, on_result=show)
+        return run_trials(
+            trials,
+            arguments.output / RESULTS,
+            arguments.jobs,
+            ray_address=arguments.ray,
+            on_start=start,
+            on_result=show,
+        )
