@@ -5,6 +5,10 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
+from remosplat_drake.benchmark.custom_controller import (
+    load_controller,
+    source_digest,
+)
 from remosplat_drake.controller.config import gain_set
 from remosplat_drake.errors import (
     FieldError,
@@ -14,10 +18,16 @@ from remosplat_drake.errors import (
 from remosplat_drake.oracle.config import GroundTruth
 from remosplat_drake.robot.robot_model import load_robot_model
 from remosplat_drake.scenario import Scenario, check_scenario
+from remosplat_drake.station.config import KinematicStation
 from remosplat_drake.strict_yaml import entries, load_strict
 
 METHODS_FILE = Path(__file__).with_suffix(".yaml")
 """The shipped methods."""
+
+YAML_SUFFIXES = (".yaml", ".yml")
+
+BASE_METHOD = "sdf-hard"
+"""Whose oracle, period and limits one's own controller gets by default."""
 
 CONTROL_PERIOD = 0.05
 """The paper's benchmark runs at 20 Hz [s]."""
@@ -48,10 +58,12 @@ class Method:
     Attributes:
         name: As tables show it.
         scenario: Everything but the scene.
+        controller: One's own, as MODULE:FUNCTION; empty for ours.
     """
 
     name: str
     scenario: Scenario
+    controller: str = ""
 
     @property
     def needs_splat(self) -> bool:
@@ -62,6 +74,8 @@ class Method:
     def fingerprint(self) -> str:
         """A digest of all settings, whatever file they came from."""
         settings = repr(dc.replace(self.scenario, source=""))
+        if self.controller:
+            settings += self.controller + source_digest(self.controller)
         return hashlib.sha256(settings.encode()).hexdigest()[:16]
 
 
@@ -72,7 +86,8 @@ def load_methods(
 
     Args:
         names: Shipped names, names of `GROUPS`, FILE for all methods of
-            one's own file, or FILE:NAME.
+            one's own file, FILE:NAME, or one's own controller as
+            MODULE:FUNCTION or MODULE:FUNCTION:METHOD.
         override: YAML laid over every method, e.g. "{time_limit: 5}".
         spheres: Sphere set for every method, in place of its own.
 
@@ -81,23 +96,53 @@ def load_methods(
     """
     found: dict[str, Method] = {}
     for name in names:
+        controller, name = _split_controller(name)
         for path, entry in _find(name):
             scenario = _load(path, entry, override)
             if spheres is not None:
                 scenario.robot.spheres = spheres
             _check_robot(scenario)
             method = Method(entry, scenario)
-            earlier = found.setdefault(entry, method)
+            if controller:
+                method = _with_controller(method, controller)
+            earlier = found.setdefault(method.name, method)
             if earlier.fingerprint != method.fingerprint:
                 raise RemoSplatError(
-                    f"--methods: two different methods are called {entry!r}"
+                    "--methods: two different methods are called"
+                    f" {method.name!r}"
                 )
     return list(found.values())
 
 
+def _split_controller(name: str) -> tuple[str, str]:
+    """One's own controller, if any, and the method whose settings it uses."""
+    module, *rest = name.split(":")
+    if not rest or Path(module).suffix in YAML_SUFFIXES:
+        return "", name
+    function, *base = rest
+    return f"{module}:{function}", ":".join(base) or BASE_METHOD
+
+
+def _with_controller(method: Method, controller: str) -> Method:
+    load_controller(controller)
+    if not isinstance(method.scenario.station, KinematicStation):
+        raise RemoSplatError(
+            f"--methods: {controller}: needs the kinematic station"
+        )
+    # What it does has nothing to do with our gains.
+    scenario = dc.replace(
+        method.scenario,
+        controller=dc.replace(method.scenario.controller, gains="own"),
+    )
+    name = controller
+    if method.name != BASE_METHOD:
+        name += f":{method.name}"
+    return Method(name, scenario, controller)
+
+
 def _find(name: str) -> list[tuple[Path, str]]:
     file, _, entry = name.partition(":")
-    if Path(file).suffix in (".yaml", ".yml"):
+    if Path(file).suffix in YAML_SUFFIXES:
         path, names = Path(file), [entry] if entry else entries(Path(file))
     else:
         path, names = METHODS_FILE, list(GROUPS.get(name, [name]))

@@ -100,6 +100,7 @@ def _main_row(row: Row, rule: str, common: np.ndarray) -> tuple[str, ...]:
     everything = np.ones(len(row), bool)
     clearance = row.values("minimum_distance", rule, everything)
     solve = 1e3 * row.times("solve_mean")
+    solve = solve[solve > 0]  # One's own controller need not have a program.
     return (
         row.method,
         row.gains,

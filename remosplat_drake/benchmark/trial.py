@@ -8,6 +8,10 @@ import numpy as np
 
 from remosplat_drake import __version__
 from remosplat_drake.benchmark import metrics as met
+from remosplat_drake.benchmark.custom_controller import (
+    drive,
+    load_controller,
+)
 from remosplat_drake.benchmark.methods import Method
 from remosplat_drake.benchmark.result import (
     COLLISION,
@@ -27,7 +31,7 @@ from remosplat_drake.diagram import MakeDiagram
 from remosplat_drake.oracle.config import make_field
 from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.recording.metrics import path_length
+from remosplat_drake.recording.metrics import path_length, status_counts
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
 from remosplat_drake.scenario import Scenario
@@ -136,20 +140,36 @@ def run_trial(trial: Trial) -> TrialResult:
         make_field(scenario.oracle, splat_W, truth, scenario.source),
         np.array([*(truth.X_WB_start or ()), *robot.home]),
     )
-    result = run(
-        MakeDiagram(scenario, world), until=_ArrivedByEveryRule(scenario)
-    )
-    trajectory = result.trajectory
-    assert truth.X_WE_target is not None
+    trajectory = _drive(trial.method, scenario, world)
     judge = _Judge(robot, scenario, trajectory, truth)
     judgements = {rule: judge.judgement(rule) for rule in RULES}
     return dc.replace(
         describe(trial),
         splat=origin,
         splat_count=0 if splat_W is None else len(splat_W),
-        statuses=result.metrics.statuses,
+        statuses=status_counts(trajectory),
         times=_wall_times(trajectory, perf_counter() - started),
         **judgements,
+    )
+
+
+def _drive(method: Method, scenario: Scenario, world: World) -> Trajectory:
+    """The closed loop until every rule has held, or time is up."""
+    until = _ArrivedByEveryRule(scenario)
+    if not method.controller:
+        return run(MakeDiagram(scenario, world), until=until).trajectory
+    assert world.truth is not None and world.truth.X_WE_target is not None
+    X_WT = world.truth.X_WE_target.GetAsMatrix4()
+    dt = scenario.control_period
+    make = load_controller(method.controller)
+    return drive(
+        make(world.robot, world.field, X_WT, dt),
+        world.robot,
+        world.q0,
+        X_WT,
+        dt=dt,
+        ticks=round(scenario.time_limit / dt),
+        until=until,
     )
 
 

@@ -54,7 +54,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--methods",
         default="paper",
         metavar="A,B,...",
-        help="names, FILE or FILE:NAME of benchmark/methods.yaml's kind, or"
+        help="names, FILE or FILE:NAME of benchmark/methods.yaml's kind, your"
+        " own controller as MODULE:FUNCTION (see custom_controller.py), or"
         f" groups: {', '.join(GROUPS)} (default: paper)",
     )
     parser.add_argument(

@@ -63,7 +63,6 @@ def run_metrics(
     true_min, true_mean = _summary(truth_clearances(trajectory, robot, truth))
     oracle_min, oracle_mean = _summary(trajectory.clearance)
     p50, p99 = _percentiles(trajectory.timings.get("total"))
-    names, counts = np.unique(trajectory.status, return_counts=True)
     return RunMetrics(
         duration=len(trajectory) * dt,
         clearance_min=oracle_min,
@@ -78,9 +77,15 @@ def run_metrics(
         tick_p50=p50,
         tick_p99=p99,
         control_rate=1.0 / p50 if p50 > 0 else 0.0,
-        statuses={str(n): int(c) for n, c in zip(names, counts, strict=True)},
+        statuses=status_counts(trajectory),
         scaled_ticks=int((trajectory.scale < 1.0).sum()),
     )
+
+
+def status_counts(trajectory: Trajectory) -> dict[str, int]:
+    """Number of ticks by status."""
+    names, counts = np.unique(trajectory.status, return_counts=True)
+    return {str(n): int(c) for n, c in zip(names, counts, strict=True)}
 
 
 def truth_clearances(
