@@ -95,6 +95,7 @@ class TrialResult:
         authors: Judged as the authors' code does.
         statuses: Number of ticks by status.
         times: Wall-clock times.
+        suite: What the scenes are.
         error: What crashed; empty otherwise.
     """
 
@@ -114,6 +115,7 @@ class TrialResult:
     authors: Judgement | None = None
     statuses: dict[str, int] = dc.field(default_factory=dict)
     times: WallTimes | None = None
+    suite: str = ""
     error: str = ""
 
     def judged(self, rule: str) -> Judgement | None:

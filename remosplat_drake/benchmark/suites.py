@@ -10,7 +10,11 @@ from remosplat_drake.benchmark.primitive_surfels import (
     SURFEL_COUNT,
     surfel_splat,
 )
-from remosplat_drake.benchmark.scene_generators import FAMILIES, generate
+from remosplat_drake.benchmark.scene_generators import (
+    FAMILIES,
+    GENERATOR_VERSION,
+    generate,
+)
 from remosplat_drake.errors import FileError, RemoSplatError
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_rmmi
@@ -31,6 +35,7 @@ class SceneCase:
     Attributes:
         name: As tables show it.
         family: Scenes of a family are reported together.
+        suite: What the scenes are, for titles.
         file: RMMI file; empty for a generated scene.
         seed: Of a generated scene.
         splat_folders: Where trained splats may lie: as NAME.ply, as
@@ -40,6 +45,7 @@ class SceneCase:
 
     name: str
     family: str
+    suite: str = ""
     file: str = ""
     seed: int = 0
     splat_folders: tuple[str, ...] = ()
@@ -133,15 +139,19 @@ def _published(folder: Path) -> list[SceneCase]:
         files = sorted((folder / stem).glob(f"{stem}_*.json"))
         if not files:
             raise FileError(folder / stem, f"holds no {stem}_*.json")
-        cases += [SceneCase(f.stem, family, file=str(f)) for f in files]
+        cases += [
+            SceneCase(f.stem, family, "published scenes", str(f)) for f in files
+        ]
     return cases
 
 
 def _generated(count: int) -> list[SceneCase]:
+    criteria = FeasibilityFilter()
+    suite = f"generated scenes v{GENERATOR_VERSION}, {criteria.name}"
     return [
-        SceneCase(generate(family, seed).name, family, seed=seed)
+        SceneCase(generate(family, seed).name, family, suite, seed=seed)
         for family in FAMILIES
         for seed in feasible_seeds(
-            family, count, FeasibilityFilter(), resources.cache_dir()
+            family, count, criteria, resources.cache_dir()
         )
     ]

@@ -94,7 +94,11 @@ class Comparison:
             f"{sum(t.family == family for t in first.trials)} {family}"
             for family in self.families()
         )
-        return f"{families}; {first.spheres} spheres, {first.station} station"
+        suite = first.trials[0].suite
+        return (
+            f"{suite + ': ' if suite else ''}{families};"
+            f" {first.spheres} spheres, {first.station} station"
+        )
 
     def families(self) -> list[str]:
         """In alphabetical order."""

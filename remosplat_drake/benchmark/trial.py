@@ -112,6 +112,7 @@ def describe(trial: Trial, error: str = "") -> TrialResult:
         station=type(scenario.station).__name__.removesuffix("Station").lower(),
         seed=trial.seed,
         version=__version__,
+        suite=trial.case.suite,
         error=error,
     )
 

@@ -34,7 +34,7 @@ def case(tmp_path) -> SceneCase:
         X_WB_start=(0.0, 0.0, 0.0),
     )
     write_rmmi(tmp_path / "scene.json", scene)
-    return SceneCase("free", "table", str(tmp_path / "scene.json"))
+    return SceneCase("free", "table", file=str(tmp_path / "scene.json"))
 
 
 def test_a_toy_reaches_a_free_target(case):

@@ -64,6 +64,7 @@ def test_generated_scenes_are_the_feasible_ones(monkeypatch):
         "bookshelf-v1-0003",
         "bookshelf-v1-0005",
     ]
+    assert "goal-feasible v1 (covering spheres, 21 mm)" in cases[0].suite
     assert cases[1].truth().content_hash == generate("table", 5).content_hash
 
 

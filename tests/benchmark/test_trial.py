@@ -39,7 +39,7 @@ def run_in(scene: PrimitiveScene, folder, method: str, text: str = ""):
     path = folder / "scene.json"
     write_rmmi(path, scene)
     (loaded,) = load_methods([method], text, "paper")
-    return run_trial(Trial(loaded, SceneCase("post", "table", str(path))))
+    return run_trial(Trial(loaded, SceneCase("post", "table", file=str(path))))
 
 
 def test_a_free_way_is_a_success(tmp_path):
@@ -82,7 +82,9 @@ def test_without_a_trained_splat_surfels_stand_in(tmp_path, monkeypatch):
     path = tmp_path / "scene.json"
     write_rmmi(path, post_scene(0.5, 1.0))
     (method,) = load_methods(["ellipsoid-active"], "{time_limit: 0.1}")
-    result = run_trial(Trial(method, SceneCase("post", "table", str(path))))
+    result = run_trial(
+        Trial(method, SceneCase("post", "table", file=str(path)))
+    )
     assert result.splat == SURFEL
     assert 50_000 < result.splat_count < 70_000
 

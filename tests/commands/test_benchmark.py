@@ -49,7 +49,7 @@ def test_ones_own_method_beside_the_papers(scenes, capsys):
     methods = ("--methods", f"sdf-hard,{toy}", "--spheres", "paper")
     assert benchmark(scenes, *methods) == 0
     printed = capsys.readouterr().out
-    assert "1 bookshelf, 1 table; paper spheres" in printed
+    assert "published scenes: 1 bookshelf, 1 table; paper spheres" in printed
     report = scenes / "out" / "report.md"
     assert report.read_text().strip() == printed.strip()
     path = scenes / "out" / "trials.jsonl"
