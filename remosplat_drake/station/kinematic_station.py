@@ -7,7 +7,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import AffineSystem
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
-from remosplat_drake.robot.robot_model import RobotModel, add_robot_model
+from remosplat_drake.robot.model_file import add_robot_model
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.station import ports
 from remosplat_drake.station.config import (

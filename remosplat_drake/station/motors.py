@@ -15,7 +15,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JointActuatorIndex, PdControllerGains
 
 from remosplat_drake.errors import FileError
-from remosplat_drake.robot.robot_model import RobotModel, add_robot_model
+from remosplat_drake.robot.model_file import add_robot_model
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.station.config import DynamicStation
 from remosplat_drake.station.hand import HandGeometry
 

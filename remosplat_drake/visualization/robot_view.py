@@ -21,7 +21,8 @@ from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from remosplat_drake import resources
 from remosplat_drake.robot.meshes import link_meshes, register_link_meshes
-from remosplat_drake.robot.robot_model import RobotModel, add_robot_model
+from remosplat_drake.robot.model_file import add_robot_model
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.visuals import load_visuals
 from remosplat_drake.visualization.page import ROOT
 

@@ -5,7 +5,7 @@ import pytest
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
-from remosplat_drake.robot.robot_model import add_robot_model
+from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.station.config import (
     DynamicStation,
