@@ -185,7 +185,7 @@ class Differences:
     def _footprints(self, p_SK_V, axes_V, scales, k, pixel):
         import torch
 
-        from remosplat_drake.oracle.gsplat_views import TILE, footprint
+        from remosplat_drake.oracle.kernels.gsplat_views import TILE, footprint
 
         frames_V = axes_V.copy()
         frames_V[:, :, :2] *= scales[:, None]

@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 
 from remosplat_drake.benchmark.timing import Case
-from remosplat_drake.oracle.ellipsoid_distance import CONVERGE
-from remosplat_drake.oracle.nearest_splat import query_every_splat
+from remosplat_drake.oracle.kernels.ellipsoid_distance import CONVERGE
+from remosplat_drake.oracle.kernels.nearest_splat import query_every_splat
 from remosplat_drake.oracle.sphere_to_ellipsoid import (
     SphereToEllipsoidField,
     splat_records,

@@ -6,10 +6,15 @@ from functools import cache
 import numpy as np
 
 from remosplat_drake.errors import FieldError
-from remosplat_drake.oracle.depth_rasterization_kernel import nearest_pixels
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV, DepthSensor
 from remosplat_drake.oracle.distance_field import Clearances, DistanceField
-from remosplat_drake.oracle.footprints import make_footprints, make_rules
+from remosplat_drake.oracle.kernels.depth_rasterization_kernel import (
+    nearest_pixels,
+)
+from remosplat_drake.oracle.kernels.footprints import (
+    make_footprints,
+    make_rules,
+)
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 

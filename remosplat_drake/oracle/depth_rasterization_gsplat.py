@@ -34,12 +34,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from remosplat_drake.errors import FieldError, RemoSplatError
-from remosplat_drake.oracle import gsplat_views as views
 from remosplat_drake.oracle.depth_backend import missing_for_cuda
 from remosplat_drake.oracle.depth_rows import nearest_rows
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, DepthSensor
 from remosplat_drake.oracle.distance_field import Clearances, DistanceField
-from remosplat_drake.oracle.gsplat_pairs import (
+from remosplat_drake.oracle.kernels import gsplat_views as views
+from remosplat_drake.oracle.kernels.gsplat_pairs import (
     VIEWS,
     Sensors,
     make_discs,

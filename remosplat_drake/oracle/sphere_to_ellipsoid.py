@@ -4,8 +4,8 @@ import numba
 import numpy as np
 
 from remosplat_drake.oracle.distance_field import Clearances, DistanceField
-from remosplat_drake.oracle.ellipsoid_distance import CONVERGE
-from remosplat_drake.oracle.nearest_splat import (
+from remosplat_drake.oracle.kernels.ellipsoid_distance import CONVERGE
+from remosplat_drake.oracle.kernels.nearest_splat import (
     SplatTree,
     query,
     query_parallel,

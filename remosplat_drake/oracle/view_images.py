@@ -11,7 +11,7 @@ import numpy as np
 
 from remosplat_drake.oracle.depth_rasterization_reference import DepthImages
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV, DepthSensor
-from remosplat_drake.oracle.footprints import (
+from remosplat_drake.oracle.kernels.footprints import (
     PROJECTION_SIZE,
     fragment,
     fragment_alpha,

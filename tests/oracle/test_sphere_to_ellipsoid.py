@@ -13,12 +13,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from remosplat_drake.oracle import sphere_to_ellipsoid_reference as reference
-from remosplat_drake.oracle.ellipsoid_distance import (
+from remosplat_drake.oracle.kernels.ellipsoid_distance import (
     CONVERGE,
     closest_on_disc,
     closest_on_ellipsoid,
 )
-from remosplat_drake.oracle.nearest_splat import query, query_every_splat
+from remosplat_drake.oracle.kernels.nearest_splat import (
+    query,
+    query_every_splat,
+)
 from remosplat_drake.oracle.sphere_to_ellipsoid import (
     SphereToEllipsoidField,
     splat_records,

@@ -16,7 +16,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from remosplat_drake.oracle.depth_sensor import FILTER_SCALE, DepthSensor
-from remosplat_drake.oracle.gsplat_pairs import Discs, Pairs
+from remosplat_drake.oracle.kernels.gsplat_pairs import Discs, Pairs
 
 if TYPE_CHECKING:
     import torch

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV
-from remosplat_drake.oracle.footprints import inlined, kernel, lean
+from remosplat_drake.oracle.kernels.footprints import inlined, kernel, lean
 
 ALL_VIEWS = 2**N_VIEWS - 1
 """The set of all views."""

@@ -16,7 +16,7 @@ from heapq import heappop, heappush
 import numpy as np
 
 from remosplat_drake.oracle.depth_sensor import N_VIEWS
-from remosplat_drake.oracle.depth_view import (
+from remosplat_drake.oracle.kernels.depth_view import (
     ALL_VIEWS,
     make_views,
     ray_meets_box,
@@ -24,7 +24,7 @@ from remosplat_drake.oracle.depth_view import (
     views_of_ball,
     views_of_box,
 )
-from remosplat_drake.oracle.footprints import (
+from remosplat_drake.oracle.kernels.footprints import (
     Footprints,
     Rules,
     fragment,
@@ -35,14 +35,14 @@ from remosplat_drake.oracle.footprints import (
     nearest_range,
     project,
 )
-from remosplat_drake.oracle.node_queue import pop, push
-from remosplat_drake.oracle.pixel_lists import (
+from remosplat_drake.oracle.kernels.node_queue import pop, push
+from remosplat_drake.oracle.kernels.pixel_lists import (
     ROUNDING,
     has_median,
     median_range,
     new_canvas,
 )
-from remosplat_drake.oracle.splat_drawing import draw, settle
+from remosplat_drake.oracle.kernels.splat_drawing import draw, settle
 from remosplat_drake.splat.bvh import leaf_range
 
 _SETS = ALL_VIEWS + 1

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from remosplat_drake.oracle.ellipsoid_distance import (
+from remosplat_drake.oracle.kernels.ellipsoid_distance import (
     box_distance_squared,
     closest_on_disc,
     closest_on_ellipsoid,

@@ -9,7 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.oracle.depth_sensor import N_VIEWS
-from remosplat_drake.oracle.footprints import PROJECTION_SIZE, kernel, lean
+from remosplat_drake.oracle.kernels.footprints import (
+    PROJECTION_SIZE,
+    kernel,
+    lean,
+)
 
 ROUNDING = 1e-9
 """Products of the same factors in another order differ by much less."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from remosplat_drake.oracle.depth_sensor import FILTER_SCALE, N_VIEWS
-from remosplat_drake.oracle.footprints import (
+from remosplat_drake.oracle.kernels.footprints import (
     fragment,
     fragment_alpha,
     inlined,
@@ -11,7 +11,7 @@ from remosplat_drake.oracle.footprints import (
     pixel_span,
     project,
 )
-from remosplat_drake.oracle.outlines import (
+from remosplat_drake.oracle.kernels.outlines import (
     NEAR,
     OUTLINE,
     column_span,
@@ -19,7 +19,7 @@ from remosplat_drake.oracle.outlines import (
     outline,
     row_span,
 )
-from remosplat_drake.oracle.pixel_lists import (
+from remosplat_drake.oracle.kernels.pixel_lists import (
     ROUNDING,
     add_fragment,
     has_median,

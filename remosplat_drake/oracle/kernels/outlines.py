@@ -6,7 +6,7 @@ and columns bound the pixels that need to be looked at.
 
 import numpy as np
 
-from remosplat_drake.oracle.footprints import inlined, lean
+from remosplat_drake.oracle.kernels.footprints import inlined, lean
 
 OUTLINE, NEAR = 15, 21
 """Where the array of a projected splat holds its two outlines."""
