@@ -1,5 +1,6 @@
 """Keep a browser page alive after a command has done its work."""
 
+import argparse
 import sys
 import time
 
@@ -9,6 +10,19 @@ from remosplat_drake.visualization.page import MeshcatPage
 
 _PERIOD = 0.05
 """Time between two looks at the page's buttons [s]."""
+
+
+def add_page_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares where a command's page is served and for how long."""
+    parser.add_argument(
+        "--port", type=int, help="port of the page (default: first free)"
+    )
+    parser.add_argument(
+        "--hold",
+        action=argparse.BooleanOptionalAction,
+        default=None,
+        help="keep the page open afterwards (default: in a terminal)",
+    )
 
 
 def hold(wanted: bool | None, page: MeshcatPage, console: Console) -> None:

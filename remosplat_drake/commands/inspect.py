@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.systems.framework import DiagramBuilder
 from rich.console import Console
 
-from remosplat_drake.commands.hold import hold
+from remosplat_drake.commands.hold import add_page_arguments, hold
 from remosplat_drake.errors import FieldError, unknown_name
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
@@ -83,15 +83,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="YAML",
         help="values laid over the scenario",
     )
-    parser.add_argument(
-        "--port", type=int, help="port of the page (default: first free)"
-    )
-    parser.add_argument(
-        "--hold",
-        action=argparse.BooleanOptionalAction,
-        default=None,
-        help="keep the page open (default: in a terminal)",
-    )
+    add_page_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

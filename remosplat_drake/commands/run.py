@@ -14,7 +14,7 @@ from rich.text import Text
 
 from remosplat_drake import warm_up
 from remosplat_drake.atomic_file import atomic_write, check_writable
-from remosplat_drake.commands.hold import hold
+from remosplat_drake.commands.hold import add_page_arguments, hold
 from remosplat_drake.controller.servo import PoseError
 from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.diagram import Application, MakeDiagram
@@ -75,15 +75,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="write the diagram as a Graphviz .dot file",
     )
-    parser.add_argument(
-        "--port", type=int, help="port of the page (default: first free)"
-    )
-    parser.add_argument(
-        "--hold",
-        action=argparse.BooleanOptionalAction,
-        default=None,
-        help="keep the page open after the run (default: in a terminal)",
-    )
+    add_page_arguments(parser)
 
 
 def _rate(text: str) -> float:

@@ -6,7 +6,8 @@ from functools import cache
 import numpy as np
 
 from remosplat_drake.errors import FieldError
-from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV, DepthSensor
+from remosplat_drake.oracle.depth_rows import nearest_rows
+from remosplat_drake.oracle.depth_sensor import N_VIEWS, DepthSensor
 from remosplat_drake.oracle.distance_field import Clearances, DistanceField
 from remosplat_drake.oracle.kernels.depth_rasterization_kernel import (
     nearest_pixels,
@@ -83,7 +84,7 @@ class DepthRasterizationField(DistanceField):
             others = np.ones(reach.shape, bool)
             others[np.arange(len(reach)), reach.argmin(axis=1)] = False
             reach[others] = np.inf
-        return self._rows(spheres, R_WD, reach, pixel)
+        return nearest_rows(spheres, self.sensor, reach, pixel, self.revision)
 
     def _nearest_pixels(self, spheres, R_WD, bound):
         n = len(spheres)
@@ -113,24 +114,6 @@ class DepthRasterizationField(DistanceField):
         else:
             list(_pool(threads).map(share, range(threads)))
         return reach, pixel
-
-    def _rows(self, spheres, R_WD, reach, pixel) -> Clearances:
-        sphere, view = np.nonzero(np.isfinite(reach))
-        reach, pixel = reach[sphere, view], pixel[sphere, view]
-        row, column = np.divmod(pixel, self.sensor.resolution)
-        axis = self.sensor.pixel_centers()
-        ray_V = np.stack([axis[column], axis[row], np.ones(len(row))], axis=1)
-        ray_V /= np.linalg.norm(ray_V, axis=1, keepdims=True)
-        direction_W = np.einsum(
-            "nij,njk,nk->ni", R_WD[sphere], R_DV[view], ray_V
-        )
-        return Clearances(
-            sphere,
-            reach - spheres.radius[sphere],
-            direction_W,
-            spheres.p_WS[sphere] + reach[:, None] * direction_W,
-            self.revision,
-        )
 
 
 @cache
