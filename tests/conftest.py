@@ -2,13 +2,22 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from pydrake.math import RigidTransform
 
+from remosplat_drake.capture.synthetic import render_capture, survey_poses
 from remosplat_drake.kernel_cache import drop_stale_kernels
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 THREE_LINK = Path(__file__).resolve().parent / "data" / "three_link.yaml"
 _SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+_SCENE = PrimitiveScene(
+    boxes=(Box(RigidTransform([1, 0, 0.4]), np.array([0.3, 0.4, 0.03])),),
+    cylinders=(Cylinder(RigidTransform([0.8, 0.1, 0.6]), 0.05, 0.2),),
+    X_WE_target=RigidTransform([1, 0, 0.6]),
+).with_floor()
 
 
 @pytest.fixture(scope="session")
@@ -29,6 +38,18 @@ def frankie() -> RobotModel:
 def three_link() -> RobotModel:
     """An arm in the x-z plane on a fixed base, small enough to work by hand."""
     return load_robot_model(THREE_LINK)
+
+
+@pytest.fixture(scope="session")
+def scene() -> PrimitiveScene:
+    """A cylinder on a board, and a floor."""
+    return _SCENE
+
+
+@pytest.fixture(scope="session")
+def scene_capture(scene):
+    """Twelve small views of `scene`."""
+    return render_capture(scene, survey_poses(scene, n=12), 120, 90)
 
 
 def pytest_configure(config):

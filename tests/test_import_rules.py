@@ -26,7 +26,8 @@ ALLOWED = {
     "station": {"robot", "scene"},
     "task": {"controller.servo", "robot"},
     "recording": {"controller.tick_report", "oracle", "robot"},
-    "reconstruction": {"oracle", "robot", "scene", "splat"},
+    "capture": {"oracle", "robot", "scene"},
+    "reconstruction": {"capture", "oracle", "robot", "scene", "splat"},
     "visualization": {
         "controller.guidance",
         "controller.tick_report",

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.nerfstudio import read_capture
 from remosplat_drake.errors import FieldError, MissingExtraError
-from remosplat_drake.reconstruction.capture import Capture, read_capture
 from remosplat_drake.reconstruction.surfels import (
     Surfels,
     splat_of_surfels,

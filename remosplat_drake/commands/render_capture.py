@@ -5,12 +5,12 @@ from pathlib import Path
 
 from rich.console import Console
 
-from remosplat_drake.errors import FieldError
-from remosplat_drake.reconstruction.capture import write_capture
-from remosplat_drake.reconstruction.synthetic_capture import (
+from remosplat_drake.capture.nerfstudio import write_capture
+from remosplat_drake.capture.synthetic import (
     render_capture,
     survey_poses,
 )
+from remosplat_drake.errors import FieldError
 from remosplat_drake.resources import resolve
 from remosplat_drake.scene.rmmi import read_rmmi
 

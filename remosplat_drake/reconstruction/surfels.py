@@ -10,8 +10,8 @@ import dataclasses as dc
 import numpy as np
 from scipy.spatial import KDTree
 
+from remosplat_drake.capture.capture import Capture
 from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.reconstruction.capture import Capture
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _REACHES = (4, 2, 1)

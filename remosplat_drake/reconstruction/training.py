@@ -14,8 +14,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from remosplat_drake.capture.capture import Capture
 from remosplat_drake.errors import MissingExtraError, RemoSplatError
-from remosplat_drake.reconstruction.capture import Capture
 from remosplat_drake.reconstruction.losses import (
     View,
     coverage_loss,
@@ -219,7 +219,7 @@ def _make_view(capture: Capture, i: int, device: str) -> View:
     normal_W = normals_from_points(capture.points_W(i), X_WC[:3, 3])
     return View(
         X_CW=tensor(np.linalg.inv(X_WC)),
-        K=tensor(capture.K),
+        K=tensor(capture.K[i]),
         rgb=tensor(capture.rgb[i] / 255.0),
         depth=tensor(capture.depth[i]),
         normal_W=tensor(np.nan_to_num(normal_W)),

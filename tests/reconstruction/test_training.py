@@ -7,7 +7,7 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from remosplat_drake.reconstruction.capture import (  # noqa: E402
+from remosplat_drake.capture.capture import (  # noqa: E402
     Capture,
     back_project,
 )
@@ -34,7 +34,7 @@ def capture() -> Capture:
         poses.append(X_WC)
         colors.append(rgb.astype(np.uint8))
     return Capture(
-        K=K,
+        K=np.tile(K, (5, 1, 1)),
         X_WC=np.array(poses),
         rgb=np.array(colors),
         depth=np.repeat(depth[None], 5, axis=0),

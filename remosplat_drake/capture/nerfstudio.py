@@ -1,4 +1,4 @@
-"""`Capture`: posed RGB-D images, kept in a nerfstudio folder.
+"""Captures as nerfstudio folders.
 
 The folder holds `transforms.json`, colour images and depth images (PNG, 16
 bit, millimetres, 0 where there is none). That format's cameras look along
@@ -6,13 +6,13 @@ their -z axis (OpenGL); ours look along +z (OpenCV). Both put the centre of
 the first pixel at (0.5, 0.5).
 """
 
-import dataclasses as dc
 import json
 from pathlib import Path
 
 import numpy as np
 
 from remosplat_drake.atomic_file import write_atomically
+from remosplat_drake.capture.capture import Capture
 from remosplat_drake.errors import FieldError, FileError, MissingExtraError
 
 DEPTH_UNIT = 1e-3
@@ -21,44 +21,6 @@ DEPTH_UNIT = 1e-3
 TRANSFORMS = "transforms.json"
 _INTRINSICS = ("fl_x", "fl_y", "cx", "cy")
 _FLIP_YZ = np.diag([1.0, -1.0, -1.0, 1.0])
-
-
-@dc.dataclass(frozen=True, eq=False)
-class Capture:
-    """n images of one size from one camera C in a world frame W.
-
-    Attributes:
-        K: Intrinsic matrix, shape (3, 3) [pixels]; pixel (row i, column j)
-            has its centre at (j + 0.5, i + 0.5).
-        X_WC: Camera poses (OpenCV axes), shape (n, 4, 4).
-        rgb: Colours, shape (n, h, w, 3), uint8.
-        depth: z in C, shape (n, h, w), float32 [m]; 0 where unknown.
-    """
-
-    K: np.ndarray
-    X_WC: np.ndarray
-    rgb: np.ndarray
-    depth: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.X_WC)
-
-    def points_W(self, view: int) -> np.ndarray:
-        """Scene points of a view's pixels, (h, w, 3) [m]; NaN if unknown."""
-        return back_project(self.K, self.depth[view], self.X_WC[view])
-
-
-def back_project(
-    K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray
-) -> np.ndarray:
-    """Points in W of a depth image, (h, w, 3) [m]; NaN where depth is 0."""
-    height, width = depth.shape
-    u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    z = np.where(depth > 0, depth, np.nan).astype(float)
-    p_C = np.stack(
-        [(u - K[0, 2]) / K[0, 0] * z, (v - K[1, 2]) / K[1, 1] * z, z], axis=-1
-    )
-    return p_C @ X_WC[:3, :3].T + X_WC[:3, 3]
 
 
 def write_capture(folder: str | Path, capture: Capture):
@@ -85,7 +47,7 @@ def write_capture(folder: str | Path, capture: Capture):
         )
         frames.append(frame)
     height, width = capture.depth.shape[1:]
-    K = capture.K
+    K = capture.K[0]
     document = {
         "camera_model": "OPENCV",
         "w": width,
@@ -127,7 +89,9 @@ def read_capture(folder: str | Path) -> Capture:
     if len(shapes) != 1:
         raise FileError(path, f"images differ in size: {sorted(shapes)}")
     return Capture(
-        K=np.array([[fl_x, 0, cx], [0, fl_y, cy], [0, 0, 1]]),
+        K=np.tile(
+            [[fl_x, 0, cx], [0, fl_y, cy], [0, 0, 1]], (len(poses), 1, 1)
+        ),
         X_WC=np.array(poses),
         rgb=np.array(colors, np.uint8),
         depth=np.array(depths),

@@ -5,13 +5,9 @@ import json
 import numpy as np
 import pytest
 
+from remosplat_drake.capture.capture import Capture, back_project
+from remosplat_drake.capture.nerfstudio import read_capture, write_capture
 from remosplat_drake.errors import FieldError, FileError
-from remosplat_drake.reconstruction.capture import (
-    Capture,
-    back_project,
-    read_capture,
-    write_capture,
-)
 
 pytest.importorskip("PIL")
 
@@ -22,7 +18,7 @@ def capture() -> Capture:
     X_WC = np.tile(np.eye(4), (2, 1, 1))
     X_WC[1, :3, 3] = [1, 2, 3]
     return Capture(
-        K=np.array([[10.0, 0, 4], [0, 11, 3], [0, 0, 1]]),
+        K=np.tile([[10.0, 0, 4], [0, 11, 3], [0, 0, 1]], (2, 1, 1)),
         X_WC=X_WC,
         rgb=rng.integers(0, 256, (2, 6, 8, 3), np.uint8),
         depth=(rng.integers(0, 5000, (2, 6, 8)) / 1000).astype(np.float32),

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.reconstruction.synthetic_capture import (
+from remosplat_drake.capture.synthetic import (
     look_at,
     render_capture,
     survey_poses,
 )
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 

@@ -26,9 +26,9 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.sensors import CameraInfo
 
+from remosplat_drake.capture.capture import Capture, back_project
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.reconstruction.capture import Capture, back_project
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import (
     Box,
@@ -88,6 +88,7 @@ def render_capture(
         color = query.RenderColorImage(color_camera, world, pose).data[..., :3]
         texture = _solid_texture(back_project(K, depth[i], X_WC[i]))
         rgb[i] = np.clip(color * texture[..., None], 0, 255)
+    K = np.tile(K, (len(poses), 1, 1))
     return Capture(K=K, X_WC=X_WC, rgb=rgb, depth=depth)
 
 

@@ -1,0 +1,1 @@
+"""Posed RGB-D images: the type, its file formats, checks and sources."""

@@ -1,0 +1,142 @@
+"""`Capture`: posed RGB-D images, whatever file they came from."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.errors import RemoSplatError
+
+_ROTATION_TOLERANCE = 1e-3
+"""Files print rotations with few digits; less than this is rounding."""
+
+MIN_VIEWS = 2
+"""One image shows one side of everything."""
+
+MIN_DEPTH_FRACTION = 0.01
+"""Captures with less depth than this fraction of their pixels have none."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Capture:
+    """n images of one size from cameras C in a world frame W.
+
+    Attributes:
+        K: Intrinsic matrices, shape (n, 3, 3) [pixels]; pixel (row i, column
+            j) has its centre at (j + 0.5, i + 0.5).
+        X_WC: Camera poses (OpenCV axes), shape (n, 4, 4).
+        rgb: Colours, shape (n, h, w, 3), uint8.
+        depth: z in C, shape (n, h, w), float32 [m]; 0 where unknown.
+        hidden: Pixels that do not show the scene (but the robot, say), shape
+            (n, h, w), bool; their depth is 0. None: every pixel shows it.
+
+    Raises:
+        RemoSplatError: The arrays do not fit each other, or a view's pose is
+            no rigid transform; names the view.
+    """
+
+    K: np.ndarray
+    X_WC: np.ndarray
+    rgb: np.ndarray
+    depth: np.ndarray
+    hidden: np.ndarray | None = None
+
+    def __post_init__(self):
+        n, height, width = self.depth.shape
+        expected = {
+            "K": (n, 3, 3),
+            "X_WC": (n, 4, 4),
+            "rgb": (n, height, width, 3),
+        }
+        if self.hidden is not None:
+            expected["hidden"] = (n, height, width)
+            object.__setattr__(
+                self, "depth", np.where(self.hidden, 0, self.depth)
+            )
+        for name, shape in expected.items():
+            if getattr(self, name).shape != shape:
+                raise RemoSplatError(
+                    f"{name} has shape {getattr(self, name).shape};"
+                    f" expected {shape}"
+                )
+        for view in range(n):
+            _check_view(view, self.K[view], self.X_WC[view])
+        wrong = ~(np.isfinite(self.depth) & (self.depth >= 0))
+        if wrong.any():
+            view = int(np.argwhere(wrong)[0, 0])
+            raise RemoSplatError(
+                f"view {view}: depth must be finite and not negative"
+            )
+
+    def __len__(self) -> int:
+        return len(self.X_WC)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Height and width of the images [pixels]."""
+        return self.depth.shape[1], self.depth.shape[2]
+
+    def points_W(self, view: int) -> np.ndarray:
+        """Scene points of a view's pixels, (h, w, 3) [m]; NaN if unknown."""
+        return back_project(self.K[view], self.depth[view], self.X_WC[view])
+
+    def select(self, views: np.ndarray) -> "Capture":
+        """The views that a boolean mask or index array names."""
+        hidden = None if self.hidden is None else self.hidden[views]
+        return Capture(
+            self.K[views],
+            self.X_WC[views],
+            self.rgb[views],
+            self.depth[views],
+            hidden,
+        )
+
+
+def back_project(
+    K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray
+) -> np.ndarray:
+    """Points in W of a depth image, (h, w, 3) [m]; NaN where depth is 0."""
+    height, width = depth.shape
+    u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    z = np.where(depth > 0, depth, np.nan).astype(float)
+    p_C = np.stack(
+        [(u - K[0, 2]) / K[0, 0] * z, (v - K[1, 2]) / K[1, 1] * z, z], axis=-1
+    )
+    return p_C @ X_WC[:3, :3].T + X_WC[:3, 3]
+
+
+def check_reconstructible(capture: Capture):
+    """Refuses what no splat can come from, before any work starts.
+
+    Raises:
+        RemoSplatError: There are too few views, or there is no depth.
+    """
+    if len(capture) < MIN_VIEWS:
+        raise RemoSplatError(
+            f"the capture has {len(capture)} view; a reconstruction needs at"
+            f" least {MIN_VIEWS}"
+        )
+    known = (capture.depth > 0).mean()
+    if known < MIN_DEPTH_FRACTION:
+        raise RemoSplatError(
+            f"only {100 * known:.1f} % of the capture's pixels have a depth;"
+            " a reconstruction needs depth"
+        )
+
+
+def _check_view(view: int, K: np.ndarray, X_WC: np.ndarray):
+    """Raises unless a view has a pinhole camera and a rigid pose."""
+    if not (np.isfinite(K).all() and np.isfinite(X_WC).all()):
+        raise RemoSplatError(f"view {view}: its camera is not finite")
+    if not (K[0, 0] > 0 and K[1, 1] > 0):
+        raise RemoSplatError(f"view {view}: focal lengths must be positive")
+    R_WC = X_WC[:3, :3]
+    scale = np.cbrt(np.linalg.det(R_WC))
+    if scale < 0:
+        raise RemoSplatError(f"view {view}: its pose is a reflection")
+    if abs(scale - 1) > _ROTATION_TOLERANCE:
+        raise RemoSplatError(
+            f"view {view}: its pose is scaled by {scale:.4g};"
+            " only metric captures can be used"
+        )
+    if np.abs(R_WC @ R_WC.T - np.eye(3)).max() > 10 * _ROTATION_TOLERANCE:
+        raise RemoSplatError(f"view {view}: its pose has no rotation matrix")
