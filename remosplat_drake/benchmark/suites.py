@@ -1,6 +1,8 @@
 """The scenes that methods are compared in, as small picklable names."""
 
 import dataclasses as dc
+import hashlib
+from collections.abc import Sequence
 from pathlib import Path
 
 from remosplat_drake import resources
@@ -10,12 +12,19 @@ from remosplat_drake.benchmark.primitive_surfels import (
     SURFEL_COUNT,
     surfel_splat,
 )
+from remosplat_drake.benchmark.reaching_task import (
+    BenchmarkCase,
+    ReachingTask,
+    solid_task,
+)
+from remosplat_drake.benchmark.scan_suite import scan_cases
 from remosplat_drake.benchmark.scene_generators import (
     FAMILIES,
     GENERATOR_VERSION,
+    PUBLISHED_FAMILIES,
     generate,
 )
-from remosplat_drake.errors import FileError, RemoSplatError
+from remosplat_drake.errors import FileError, RemoSplatError, unknown_name
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_rmmi
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -74,11 +83,23 @@ class SceneCase:
                     return path
         return None
 
-    def splat(self, truth: PrimitiveScene) -> tuple[GaussianSplat, str]:
+    def task(self) -> ReachingTask:
+        """The scene and the target in it; see `truth`."""
+        return solid_task(self.truth())
+
+    def splat_key(self) -> str:
+        """Names the trained splat by its content, if there is one."""
+        path = self.trained_splat(self.truth())
+        if path is None:
+            return SURFEL
+        return f"{path.name}-{hashlib.sha256(path.read_bytes()).hexdigest()}"
+
+    def splat(self) -> tuple[GaussianSplat, str]:
         """The scene's splat in W and where it comes from.
 
         Without a trained one it is made of surfels on the true geometry.
         """
+        truth = self.truth()
         path = self.trained_splat(truth)
         if path is not None:
             return read_ply(path), TRAINED
@@ -95,12 +116,13 @@ def load_suite(
     count: int,
     splat_folders: tuple[Path, ...] = (),
     trained_only: bool = False,
-) -> list[SceneCase]:
+) -> Sequence[BenchmarkCase]:
     """The first scenes of each family of a suite.
 
     Args:
-        name: "generated", or "published:DIR" with the folders of
-            `PUBLISHED_FOLDERS` in DIR.
+        name: "generated" for the published families,
+            "generated:FAMILY,..." for chosen ones, or "published:DIR" with
+            the folders of `PUBLISHED_FOLDERS` in DIR.
         count: How many of each family.
         splat_folders: Where else to look for trained splats.
         trained_only: Leave out scenes without a trained splat.
@@ -111,11 +133,13 @@ def load_suite(
     kind, _, folder = name.partition(":")
     if kind == "published" and folder:
         cases = _published(Path(folder))
-    elif name == "generated":
-        cases = _generated(count)
+    elif kind == "generated":
+        families = folder.split(",") if folder else PUBLISHED_FAMILIES
+        cases = _generated(count, families)
     else:
         raise RemoSplatError(
-            f"--suite: unknown suite {name!r}; valid: generated, published:DIR"
+            f"--suite: unknown suite {name!r}; valid: generated,"
+            " generated:FAMILY,..., published:DIR"
         )
     folders = tuple(str(f) for f in (*splat_folders, splat_cache()))
     chosen = []
@@ -145,12 +169,16 @@ def _published(folder: Path) -> list[SceneCase]:
     return cases
 
 
-def _generated(count: int) -> list[SceneCase]:
+def _generated(count: int, families: Sequence[str]) -> list[SceneCase]:
+    for family in families:
+        if family not in FAMILIES:
+            problem = unknown_name("scene family", family, FAMILIES)
+            raise RemoSplatError(f"--suite: {problem}")
     criteria = FeasibilityFilter()
     suite = f"generated scenes v{GENERATOR_VERSION}, {criteria.name}"
     return [
         SceneCase(generate(family, seed).name, family, suite, seed=seed)
-        for family in FAMILIES
+        for family in families
         for seed in feasible_seeds(
             family, count, criteria, resources.cache_dir()
         )

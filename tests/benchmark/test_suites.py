@@ -68,8 +68,18 @@ def test_generated_scenes_are_the_feasible_ones(monkeypatch):
     assert cases[1].truth().content_hash == generate("table", 5).content_hash
 
 
+def test_generated_families_can_be_chosen(monkeypatch):
+    monkeypatch.setattr(
+        suites, "feasible_seeds", lambda family, count, *_: [2, 4][:count]
+    )
+    cases = load_suite("generated:posts,table", 1)
+    assert [c.name for c in cases] == ["table-v1-0002", "posts-v1-0002"]
+    with pytest.raises(RemoSplatError, match="did you mean 'posts'"):
+        load_suite("generated:post", 1)
+
+
 def test_unknown_suites_and_empty_folders(tmp_path):
-    with pytest.raises(RemoSplatError, match="valid: generated, published"):
+    with pytest.raises(RemoSplatError, match="valid: generated, generated:"):
         load_suite("others", 1)
     with pytest.raises(RemoSplatError, match="table_new"):
         load_suite(f"published:{tmp_path}", 1)

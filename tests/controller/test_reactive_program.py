@@ -14,7 +14,10 @@ from pydrake.solvers import (
 )
 from scipy.optimize import nnls
 
-from remosplat_drake.benchmark.scene_generators import FAMILIES, generate
+from remosplat_drake.benchmark.scene_generators import (
+    PUBLISHED_FAMILIES,
+    generate,
+)
 from remosplat_drake.controller import ingredients as ing
 from remosplat_drake.controller import tick_report
 from remosplat_drake.controller.config import gain_set, make_ingredients
@@ -76,7 +79,7 @@ def tick(three_link, make_tick) -> Tick:
 def random_tick(robot, make_tick, seed: int) -> Tick:
     """Frankie somewhere near the clutter of some scene, on the move."""
     rng = np.random.default_rng(seed)
-    scene = generate(sorted(FAMILIES)[seed % 2], seed)
+    scene = generate(sorted(PUBLISHED_FAMILIES)[seed % 2], seed)
     q = np.array([*scene.X_WB_start, *robot.home])
     q += rng.uniform(-0.2, 0.2, len(q))
     q[0] += rng.uniform(0, 0.4)
