@@ -47,7 +47,7 @@ class Footprints(NamedTuple):
             that map W to the splat's axes in standard deviations (a disc's
             third row is its unit normal); 12 the opacity, 13 the largest
             squared Mahalanobis distance that is seen, 14 the radius of the
-            ball around everything that is seen [m].
+            ball around everything that is seen [m], 15 the splat's index.
     """
 
     nodes: np.ndarray
@@ -112,6 +112,7 @@ def make_footprints(splat_W: GaussianSplat, sensor: DepthSensor) -> Footprints:
     records[:, 12] = opacity[seen]
     records[:, 13] = weight_cut[seen]
     records[:, 14] = reach * scales.max(axis=1, initial=0.0)
+    records[:, 15] = seen
     return Footprints(
         hierarchy.nodes, hierarchy.links, records[hierarchy.order]
     )

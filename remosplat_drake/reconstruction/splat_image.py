@@ -1,0 +1,297 @@
+"""Colour and depth images of a splat through any pinhole camera (numba).
+
+No GPU and no training framework is needed to look at a reconstruction. Pixel
+for pixel these images equal those of `splat_image_reference.render`.
+"""
+
+import dataclasses as dc
+from typing import NamedTuple
+
+import numpy as np
+
+from remosplat_drake.oracle.depth_sensor import FILTER_SCALE, DepthSensor
+from remosplat_drake.oracle.kernels.footprints import (
+    PROJECTION_SIZE,
+    fragment,
+    fragment_alpha,
+    kernel,
+    lean,
+    make_footprints,
+    make_rules,
+    pixel_span,
+    project,
+)
+from remosplat_drake.oracle.kernels.outlines import (
+    OUTLINE,
+    column_span,
+    outline,
+    row_span,
+)
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+NEAR, FAR = 0.01, 100.0
+"""Depths z between which fragments are seen [m]."""
+
+SENSOR = DepthSensor(near=NEAR, far=FAR)
+"""What a fragment is: the oracle's definition (3 sigma, alpha >= 1/255)."""
+
+_BAND = 32  # Rows of pixels that are drawn together, so that memory stays hot.
+
+
+@dc.dataclass(frozen=True, eq=False)
+class SplatImage:
+    """What a camera sees of a splat.
+
+    Attributes:
+        color: Expected colour over black, shape (h, w, 3), float32.
+        depth: Median depth z in C, shape (h, w), float32 [m]; 0 where half
+            of the light or more passes everything.
+        alpha: Accumulated alpha, shape (h, w), float32.
+    """
+
+    color: np.ndarray
+    depth: np.ndarray
+    alpha: np.ndarray
+
+
+class _Camera(NamedTuple):
+    """A pinhole camera C, for the kernels.
+
+    R_WN maps a point (x, y, 1) of the image square [-1, 1]^2 to the ray
+    through it with unit depth z; the kernels of the depth views know no
+    other camera.
+    """
+
+    p_WC: np.ndarray
+    R_WN: np.ndarray
+    width: int
+    height: int
+
+
+class SplatRenderer:
+    """Draws a splat by the order of the fragments along each ray.
+
+    A fragment is what `DepthSensor` defines, with the exact intersection of
+    ray and disc; colours are those of spherical-harmonics degree 0.
+
+    Args:
+        splat_W: The scene, expressed in W.
+        low_pass_filter: Use the screen-space filter of 2DGS, with which
+            splats are usually trained: no splat appears smaller than a dot of
+            about a pixel, and such a dot has the depth of its centre.
+    """
+
+    def __init__(self, splat_W: GaussianSplat, *, low_pass_filter: bool = True):
+        self._rules = make_rules(SENSOR, splat_W.is_surfel)
+        self._records = make_footprints(splat_W, SENSOR).records
+        index = self._records[:, 15].astype(np.int64)
+        self._colors = splat_W.colors[index].astype(float)
+        self._low_pass_filter = low_pass_filter
+
+    def render(
+        self, K: np.ndarray, X_WC: np.ndarray, size: tuple[int, int]
+    ) -> SplatImage:
+        """The image of a camera.
+
+        Args:
+            K: Intrinsic matrix, shape (3, 3) [pixels].
+            X_WC: Pose (OpenCV axes), shape (4, 4).
+            size: Height and width [pixels].
+        """
+        height, width = size
+        to_pixel = np.array(
+            [[width / 2, 0, width / 2], [0, height / 2, height / 2], [0, 0, 1]]
+        )
+        R_WC, p_WC = X_WC[:3, :3], X_WC[:3, 3]
+        R_WN = R_WC @ np.linalg.inv(K) @ to_pixel
+        camera = _Camera(p_WC.copy(), R_WN, width, height)
+        center = self._centers(K, R_WC, p_WC)
+        # Far to near: a new fragment then mostly comes first in its pixel.
+        order = np.argsort(-center[:, 2], kind="stable")
+        order = order[center[order, 2] + self._records[order, 14] >= NEAR]
+        rows = np.empty((len(order), 2), np.int64)
+        _find_rows(self._records, self._rules, camera, center, order, rows)
+        color = np.zeros((height, width, 3), np.float32)
+        depth = np.zeros((height, width), np.float32)
+        alpha = np.zeros((height, width), np.float32)
+        for first in range(0, height, _BAND):
+            last = min(first + _BAND, height) - 1
+            met = (rows[:, 0] <= last) & (rows[:, 1] >= first)
+            _draw_band(
+                self._records,
+                self._colors,
+                self._rules,
+                camera,
+                center,
+                order[met],
+                first,
+                last,
+                color,
+                depth,
+                alpha,
+            )
+        return SplatImage(color, depth, alpha)
+
+    def _centers(
+        self, K: np.ndarray, R_WC: np.ndarray, p_WC: np.ndarray
+    ) -> np.ndarray:
+        """Rows [u, v, z, dot]: pixel and depth of the splats' centres.
+
+        `dot` is the radius of the filter's footprint, negative for none [px].
+        """
+        p_CK = (self._records[:, :3] - p_WC) @ R_WC
+        uvw = p_CK @ K.T
+        center = np.full((len(p_CK), 4), -1.0)
+        center[:, 2] = p_CK[:, 2]
+        ahead = p_CK[:, 2] > NEAR
+        center[ahead, :2] = uvw[ahead, :2] / uvw[ahead, 2:]
+        if self._low_pass_filter:
+            cut = self._records[ahead, 13]
+            center[ahead, 3] = np.sqrt(cut / FILTER_SCALE)
+        return center
+
+
+@kernel
+def _find_rows(records, rules, camera, center, order, rows):
+    """Writes the first and last image row that each splat may touch."""
+    s = np.empty(PROJECTION_SIZE)
+    for i in range(len(order)):
+        k = order[i]
+        project(records, k, rules, camera.p_WC, camera.R_WN, s)
+        outline(s, rules, records[k, 13])
+        low, high = row_span(s, rules, OUTLINE)
+        first, last = pixel_span(low, high, camera.height)
+        rows[i, 0], rows[i, 1] = _with_dot(
+            first, last, center[k, 1], center[k, 3], camera.height
+        )
+
+
+@lean
+def _with_dot(first, last, middle, dot, count):
+    """A span of pixels, empty if first > last, enlarged by middle +- dot."""
+    if dot < 0:
+        return first, last
+    # Pixel i has its centre at i + 1/2.
+    low = np.floor(min(max(middle - dot - 0.5, -1.0), count))
+    high = np.ceil(max(min(middle + dot - 0.5, count), -1.0))
+    if low > count - 1 or high < 0:
+        return first, last
+    low, high = max(int(low), 0), min(int(high), count - 1)
+    if first > last:
+        return low, high
+    return min(first, low), max(last, high)
+
+
+@kernel
+def _draw_band(
+    records,
+    colors,
+    rules,
+    camera,
+    center,
+    order,
+    first_row,
+    last_row,
+    color,
+    depth,
+    alpha,
+):
+    """Draws the rows first_row to last_row of an image.
+
+    Fragments are kept as one linked list a pixel, near to far: `head` is the
+    first of a pixel, `link` the next one, -1 none.
+    """
+    width = camera.width
+    head = np.full((last_row + 1 - first_row, width), -1, np.int64)
+    values = np.empty((1 << 16, 2))
+    link = np.empty(1 << 16, np.int64)
+    owner = np.empty(1 << 16, np.int64)
+    count = 0
+    s = np.empty(PROJECTION_SIZE)
+    for k in order:
+        project(records, k, rules, camera.p_WC, camera.R_WN, s)
+        outline(s, rules, records[k, 13])
+        low, high = row_span(s, rules, OUTLINE)
+        first, last = pixel_span(low, high, camera.height)
+        u, v, _, dot = center[k]
+        first, last = _with_dot(first, last, v, dot, camera.height)
+        for row in range(max(first, first_row), min(last, last_row) + 1):
+            y = (row + 0.5) * 2 / camera.height - 1
+            low, high = column_span(s, rules, OUTLINE, y)
+            left, right = pixel_span(low, high, width)
+            if abs(row + 0.5 - v) <= dot:
+                left, right = _with_dot(left, right, u, dot, width)
+            if count + width > len(link):
+                values = np.concatenate((values, np.empty_like(values)))
+                link = np.concatenate((link, np.empty_like(link)))
+                owner = np.concatenate((owner, np.empty_like(owner)))
+            for column in range(left, right + 1):
+                z, a = _fragment_at(
+                    s, rules, camera, center[k], records[k, 12], row, column
+                )
+                if a > 0:
+                    values[count, 0], values[count, 1] = z, a
+                    owner[count] = k
+                    _insert(head, row - first_row, column, link, values, count)
+                    count += 1
+    for row in range(len(head)):
+        for column in range(width):
+            _composite(
+                head[row, column],
+                link,
+                owner,
+                values,
+                colors,
+                color[first_row + row, column],
+                depth[first_row + row],
+                alpha[first_row + row],
+                column,
+            )
+
+
+@lean
+def _fragment_at(s, rules, camera, center, opacity, row, column):
+    """Depth z and alpha of a projected splat at a pixel; 0 if unseen."""
+    x = (column + 0.5) * 2 / camera.width - 1
+    y = (row + 0.5) * 2 / camera.height - 1
+    z, weight = fragment(s, rules, x, y)
+    if center[3] >= 0:
+        du, dv = column + 0.5 - center[0], row + 0.5 - center[1]
+        filtered = FILTER_SCALE * (du * du + dv * dv)
+        if not weight <= filtered:
+            z, weight = center[2], filtered
+    return z, fragment_alpha(z, weight, opacity, rules)
+
+
+@lean
+def _insert(head, row, column, link, values, new):
+    """Puts a fragment before the first one of its pixel that is not nearer."""
+    z = values[new, 0]
+    at = head[row, column]
+    if at < 0 or values[at, 0] >= z:
+        link[new] = at
+        head[row, column] = new
+        return
+    while link[at] >= 0 and values[link[at], 0] < z:
+        at = link[at]
+    link[new] = link[at]
+    link[at] = new
+
+
+@lean
+def _composite(at, link, owner, values, colors, color, depth, alpha, column):
+    """Composites one pixel's fragments, from the first on."""
+    clear, red, green, blue = 1.0, 0.0, 0.0, 0.0
+    while at >= 0:
+        if clear > 0.5:
+            depth[column] = values[at, 0]
+        k, weight = owner[at], clear * values[at, 1]
+        red += weight * colors[k, 0]
+        green += weight * colors[k, 1]
+        blue += weight * colors[k, 2]
+        clear *= 1 - values[at, 1]
+        at = link[at]
+    if clear >= 0.5:
+        depth[column] = 0.0
+    alpha[column] = 1 - clear
+    color[0], color[1], color[2] = red, green, blue
