@@ -1,0 +1,228 @@
+"""Whether the views of a capture agree about the depth of what they share.
+
+Points of one view are projected into another one, whose depth image must
+have them where they are. A point that lies behind the other view's surface
+may be hidden by it; one in front of it contradicts it, for that view has
+looked through it.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+
+TOLERANCE = 0.02
+"""Depths that differ by less than this fraction agree."""
+
+_SAMPLES = 400
+_COARSE = 40
+"""Points of a view that are compared, and that look for neighbours."""
+
+_NEIGHBOURS = 4
+_MIN_OVERLAP = 0.3
+"""A view's neighbours see at least this fraction of its points."""
+
+_MIN_JUDGED = 20
+"""Fewer points than this say nothing about a pair of views."""
+
+MIN_AGREEMENT = 0.5
+"""Views with the right poses agree about most of what they share."""
+
+_MAX_JUMP = 0.05
+"""Between pixels whose depths differ by more there is an edge, no surface."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Overlap:
+    """What m pairs of neighbouring views say about each other.
+
+    Attributes:
+        pairs: Indices of the views (a, b) with a < b, shape (m, 2).
+        agreeing: Points of either view that the other one has where they
+            are, to within `TOLERANCE`, shape (m,).
+        contradicting: Points through which the other one looks, shape (m,).
+        differences: Depths by which these points miss the other view's
+            surface, of all pairs, without signs [m].
+        supported: Fraction of all the views' points that agree with a
+            neighbour's.
+    """
+
+    pairs: np.ndarray
+    agreeing: np.ndarray
+    contradicting: np.ndarray
+    differences: np.ndarray
+    supported: float
+
+    def __len__(self) -> int:
+        return len(self.pairs)
+
+    @property
+    def agreement(self) -> float:
+        """Fraction of all judged points that agree; NaN without any."""
+        judged = int(self.agreeing.sum() + self.contradicting.sum())
+        return int(self.agreeing.sum()) / judged if judged else np.nan
+
+    @property
+    def agreements(self) -> np.ndarray:
+        """That fraction of each pair, (m,); NaN of pairs that share little."""
+        judged = self.agreeing + self.contradicting
+        shares = judged >= _MIN_JUDGED
+        return np.where(shares, self.agreeing / np.maximum(judged, 1), np.nan)
+
+    @property
+    def median(self) -> float:
+        """The median difference [m]; NaN when nothing could be judged."""
+        if not len(self.differences):
+            return np.nan
+        return float(np.median(self.differences))
+
+    def within(self, distance: float) -> float:
+        """Fraction of the judged points that differ by < distance [m]."""
+        if not len(self.differences):
+            return np.nan
+        return float((self.differences < distance).mean())
+
+
+def measure_overlap(capture: Capture, seed: int = 0) -> Overlap:
+    """Compares each view's depth with its neighbours'.
+
+    Args:
+        capture: Any views; the order does not matter.
+        seed: Of the choice of points.
+    """
+    p_C = _sample(capture, _SAMPLES, np.random.default_rng(seed))
+    pairs = neighbours(capture, p_C[:, :_COARSE])
+    agreeing = np.zeros(len(pairs), int)
+    contradicting = np.zeros(len(pairs), int)
+    supported = np.zeros(p_C.shape[:2], bool)
+    differences = [np.zeros(0)]
+    for i, pair in enumerate(pairs):
+        for a, b in (pair, pair[::-1]):
+            z, measured = compare(capture, p_C[a], a, b)
+            tolerance = TOLERANCE * measured
+            agrees = np.abs(z - measured) < tolerance
+            contradicts = z <= measured - tolerance
+            agreeing[i] += agrees.sum()
+            contradicting[i] += contradicts.sum()
+            supported[a] |= agrees
+            differences.append(np.abs(z - measured)[agrees | contradicts])
+    return Overlap(
+        pairs=pairs,
+        agreeing=agreeing,
+        contradicting=contradicting,
+        differences=np.concatenate(differences),
+        supported=float(supported.mean()) if supported.size else 0.0,
+    )
+
+
+def wrong_frames(overlap: Overlap) -> np.ndarray:
+    """Views that disagree with all of their neighbours: ascending indices.
+
+    A view without neighbours is not among them: nothing speaks against it.
+    """
+    agreements = overlap.agreements
+    views = np.unique(overlap.pairs[np.isfinite(agreements)])
+    confirmed = np.unique(overlap.pairs[agreements >= MIN_AGREEMENT])
+    return np.setdiff1d(views, confirmed)
+
+
+def neighbours(capture: Capture, p_C: np.ndarray) -> np.ndarray:
+    """Pairs of views that see much of the same, (m, 2).
+
+    Args:
+        capture: The views.
+        p_C: Some points of each view in its camera, (n, k, 3) [m] or NaN.
+    """
+    n = len(capture)
+    seen = np.zeros((n, n))
+    for a in range(n):
+        seen[a] = _fraction_seen(capture, to_world(capture, p_C[a], a))
+    shared = np.minimum(seen, seen.T)
+    np.fill_diagonal(shared, 0)
+    best = np.argsort(-shared, axis=1, kind="stable")[:, :_NEIGHBOURS]
+    a = np.repeat(np.arange(n), best.shape[1])
+    b = best.ravel()
+    pairs = np.sort(np.stack([a, b], axis=1), axis=1)
+    return np.unique(pairs[shared[a, b] >= _MIN_OVERLAP], axis=0)
+
+
+def compare(
+    capture: Capture, p_C: np.ndarray, a: int, b: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Depths in view b of points of view a: where they are, and measured.
+
+    The measured depth is interpolated on the surface between four pixels;
+    1 / z is linear in the image of a plane.
+
+    Args:
+        capture: The views.
+        p_C: Points in a's camera, (k, 3) [m].
+        a: The points' view.
+        b: The view they are looked for in.
+
+    Returns:
+        Two arrays (k,) [m]; NaN where b has no surface there.
+    """
+    K, image = capture.K[b], capture.depth[b]
+    height, width = capture.size
+    p_B = to_camera(capture, to_world(capture, p_C, a), b)
+    z = np.where(p_B[:, 2] > 0, p_B[:, 2], np.nan)
+    u = K[0, 0] * p_B[:, 0] / z + K[0, 2] - 0.5
+    v = K[1, 1] * p_B[:, 1] / z + K[1, 2] - 0.5
+    inside = (u >= 0) & (v >= 0) & (u < width - 1) & (v < height - 1)
+    u, v = np.where(inside, u, 0), np.where(inside, v, 0)
+    column, row = u.astype(int), v.astype(int)
+    corners = np.stack(
+        [image[row + i, column + j] for i in (0, 1) for j in (0, 1)]
+    ).astype(float)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    inside &= (low > 0) & (high - low < _MAX_JUMP * low)
+    s, t = u - column, v - row
+    weights = np.stack([(1 - t) * (1 - s), (1 - t) * s, t * (1 - s), t * s])
+    inverse = (weights / np.where(inside, corners, 1)).sum(axis=0)
+    return np.where(inside, z, np.nan), np.where(inside, 1 / inverse, np.nan)
+
+
+def to_world(capture: Capture, p_C: np.ndarray, view: int) -> np.ndarray:
+    """Points of a view's camera in W, (k, 3)."""
+    X_WC = capture.X_WC[view]
+    return p_C @ X_WC[:3, :3].T + X_WC[:3, 3]
+
+
+def to_camera(capture: Capture, p_W: np.ndarray, view: int) -> np.ndarray:
+    """Points in W in a view's camera, (k, 3)."""
+    X_WC = capture.X_WC[view]
+    return (p_W - X_WC[:3, 3]) @ X_WC[:3, :3]
+
+
+def _fraction_seen(capture: Capture, p_W: np.ndarray) -> np.ndarray:
+    """Which part of the points each view has in its image, (n,)."""
+    X_WC = capture.X_WC
+    p_C = (p_W[None] - X_WC[:, None, :3, 3]) @ X_WC[:, :3, :3]
+    image = p_C @ capture.K.transpose(0, 2, 1)
+    z = image[..., 2]
+    height, width = capture.size
+    with np.errstate(invalid="ignore", divide="ignore"):
+        u, v = image[..., 0] / z, image[..., 1] / z
+        inside = (z > 0) & (u >= 0) & (v >= 0) & (u < width) & (v < height)
+    known = max(int(np.isfinite(p_W[:, 0]).sum()), 1)
+    return inside.sum(axis=1) / known
+
+
+def _sample(
+    capture: Capture, count: int, rng: np.random.Generator
+) -> np.ndarray:
+    """Points of random known pixels of each view, (n, count, 3) [m]."""
+    p_C = np.full((len(capture), count, 3), np.nan)
+    for view, depth in enumerate(capture.depth):
+        known = np.flatnonzero(depth)
+        if not len(known):
+            continue
+        pixels = rng.choice(known, count)
+        row, column = np.divmod(pixels, capture.size[1])
+        K, z = capture.K[view], depth.flat[pixels]
+        p_C[view, :, 0] = (column + 0.5 - K[0, 2]) / K[0, 0] * z
+        p_C[view, :, 1] = (row + 0.5 - K[1, 2]) / K[1, 1] * z
+        p_C[view, :, 2] = z
+    return p_C

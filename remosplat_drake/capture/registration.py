@@ -1,0 +1,130 @@
+"""Whether the colours of a capture lie on its depths.
+
+Where a surface ends, both its depth and, often, its colour change. So the
+edges of the two images match best when they are not shifted against each
+other.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+
+_MAX_FRAMES = 24
+_MIN_JUMP = 0.05
+"""Depths of neighbouring pixels differ by more than this across an edge."""
+
+_MIN_EDGES = 0.0005
+"""Images with fewer edge pixels than this fraction say nothing."""
+
+_MIN_FRAMES = 5
+"""In a few images, edges may match by chance."""
+
+_MAX_SHIFT = 0.08
+"""Shifts up to this fraction of the image's width are tried."""
+
+_TOLERANCE, _MIN_TOLERANCE = 0.01, 4.0
+"""A shift by this fraction of the image's width, or by so many pixels, is
+within the reach of chance."""
+
+_MUCH_WORSE = 0.8
+"""Edges as they are must match worse than the best by this factor."""
+
+_WIDTH = 2.0
+"""Edges are blurred by this [pixels], for they are never sharp."""
+
+
+@dc.dataclass(frozen=True)
+class Registration:
+    """The shift at which the edges of colour and depth match best.
+
+    Attributes:
+        shift: Columns and rows by which the colour image has to be moved to
+            lie on the depth image [pixels].
+        correlation: Of the edges at that shift.
+        unshifted: Of the edges as they are.
+        tolerance: Shorter shifts mean nothing [pixels].
+    """
+
+    shift: tuple[int, int]
+    correlation: float
+    unshifted: float
+    tolerance: float
+
+    @property
+    def is_off(self) -> bool:
+        """Whether colours and depths clearly do not belong together."""
+        return (
+            float(np.hypot(*self.shift)) > self.tolerance
+            and self.unshifted < _MUCH_WORSE * self.correlation
+        )
+
+
+def measure_registration(capture: Capture) -> Registration | None:
+    """Tries shifts; None when there are too few edges to tell.
+
+    Args:
+        capture: Views of which up to two dozen are looked at.
+    """
+    width = capture.size[1]
+    reach = max(2, round(_MAX_SHIFT * width))
+    views = np.unique(
+        np.linspace(0, len(capture) - 1, _MAX_FRAMES).round().astype(int)
+    )
+    total, frames = np.zeros((2 * reach + 1, 2 * reach + 1)), 0
+    for view in views:
+        jumps = depth_edges(capture.depth[view])
+        if jumps.mean() < _MIN_EDGES:
+            continue
+        total += _correlations(color_edges(capture.rgb[view]), jumps, reach)
+        frames += 1
+    if frames < _MIN_FRAMES:
+        return None
+    total /= frames
+    row, column = np.unravel_index(total.argmax(), total.shape)
+    return Registration(
+        shift=(int(column) - reach, int(row) - reach),
+        correlation=float(total.max()),
+        unshifted=float(total[reach, reach]),
+        tolerance=max(_MIN_TOLERANCE, _TOLERANCE * width),
+    )
+
+
+def color_edges(rgb: np.ndarray) -> np.ndarray:
+    """Size of the brightness gradient, (h, w, 3) uint8 -> (h, w)."""
+    down, right = np.gradient(rgb.astype(float).mean(axis=-1))
+    return np.hypot(down, right)
+
+
+def depth_edges(depth: np.ndarray) -> np.ndarray:
+    """Pixels at which a surface ends, (h, w) -> float (h, w), 0 or 1.
+
+    Only the nearer side of a jump between known depths counts: it is the
+    one that has the outline.
+    """
+    edges = np.zeros(depth.shape)
+    for axis in (0, 1):
+        rows, marks = np.moveaxis(depth, axis, 0), np.moveaxis(edges, axis, 0)
+        here, there = rows[:-1], rows[1:]
+        known = (here > 0) & (there > 0)
+        marks[:-1][known & (there - here > _MIN_JUMP * here)] = 1
+        marks[1:][known & (here - there > _MIN_JUMP * there)] = 1
+    return edges
+
+
+def _correlations(a: np.ndarray, b: np.ndarray, reach: int) -> np.ndarray:
+    """Correlation of b with a moved by -reach .. reach rows and columns."""
+    a, b = _blur_spectrum(a), _blur_spectrum(b)
+    norm = np.sqrt((np.abs(a) ** 2).sum() * (np.abs(b) ** 2).sum())
+    product = np.fft.ifft2(b * a.conj()).real * a.size / max(norm, 1e-30)
+    shifts = np.arange(-reach, reach + 1)
+    return product[np.ix_(shifts, shifts)]
+
+
+def _blur_spectrum(image: np.ndarray) -> np.ndarray:
+    """The spectrum of an image without its mean, blurred."""
+    height, width = image.shape
+    frequency = np.hypot(np.fft.fftfreq(height)[:, None], np.fft.fftfreq(width))
+    blur = np.exp(-2 * (np.pi * _WIDTH * frequency) ** 2)
+    return np.fft.fft2(image - image.mean()) * blur

@@ -1,0 +1,79 @@
+"""Numbers of a rendered capture, and a warning for each thing broken."""
+
+import dataclasses as dc
+
+import numpy as np
+import pytest
+
+from remosplat_drake.capture.inspection import inspect_capture, list_frames
+
+
+def warnings_of(capture, **changes) -> str:
+    return " | ".join(inspect_capture(dc.replace(capture, **changes)).warnings)
+
+
+def test_a_good_capture(scene_capture):
+    inspection = inspect_capture(scene_capture)
+    assert inspection.warnings == ()
+    assert inspection.frames == 12
+    assert inspection.size == (90, 120)
+    # Rendered with a vertical field of view of 1 rad.
+    np.testing.assert_allclose(inspection.fov_deg[1], np.rad2deg(1), rtol=1e-6)
+    low, median, high = inspection.depth
+    assert 0.1 < low < median < high < 10
+    assert inspection.overlap.agreement > 0.99
+    p_WC = scene_capture.X_WC[:, :3, 3]
+    np.testing.assert_allclose(inspection.extent, np.ptp(p_WC, axis=0))
+    assert inspection.path_length > inspection.extent.max()
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [(1e3, "millimetres read as metres"), (1e-3, "metres read as milli")],
+)
+def test_a_wrong_unit_of_depth_is_named(scene_capture, factor, words):
+    depth = (scene_capture.depth * factor).astype(np.float32)
+    assert f"looks like {words}" in warnings_of(scene_capture, depth=depth)
+
+
+def test_missing_depth_is_told(scene_capture):
+    none = np.zeros_like(scene_capture.depth)
+    text = warnings_of(scene_capture, depth=none)
+    assert text == "only 0.0 % of the pixels have a depth"
+
+
+def test_intrinsics_of_another_size(scene_capture):
+    K = scene_capture.K.copy()
+    K[:, :2] *= 8
+    text = warnings_of(scene_capture, K=K)
+    assert "fields of view" in text
+    assert "principal point" in text
+
+
+def test_a_wrong_frame_and_wrong_poses_are_told(scene_capture):
+    X_WC = scene_capture.X_WC.copy()
+    X_WC[4, :3, 3] += [0.15, -0.1, 0.1]
+    text = warnings_of(scene_capture, X_WC=X_WC)
+    assert "the poses of 1 of 12 frames disagree" in text
+    assert text.endswith(": 4")
+    inverse = np.linalg.inv(scene_capture.X_WC)
+    text = warnings_of(scene_capture, X_WC=inverse)
+    assert text.startswith("poses look like world-to-camera")
+    assert "with that undone" in text
+
+
+def test_shifted_colours_are_told(scene_capture):
+    rgb = np.roll(scene_capture.rgb, 9, axis=2)
+    text = warnings_of(scene_capture, rgb=rgb)
+    assert "colour and depth are not registered" in text
+
+
+def test_one_frame_has_one_side(scene_capture):
+    inspection = inspect_capture(scene_capture.select(np.arange(1)))
+    assert len(inspection.warnings) == 1
+    assert "everything from one side" in inspection.warnings[0]
+
+
+def test_many_frames_are_abbreviated():
+    assert list_frames(np.arange(3)) == "0, 1, 2"
+    assert list_frames(np.arange(12)).endswith("9 and more")
