@@ -13,6 +13,8 @@ from remosplat_drake.benchmark.primitive_surfels import (
     surfel_splat,
 )
 from remosplat_drake.benchmark.reaching_task import (
+    SURFEL,
+    TRAINED,
     BenchmarkCase,
     ReachingTask,
     solid_task,
@@ -32,9 +34,6 @@ from remosplat_drake.splat.ply import read_ply
 
 PUBLISHED_FOLDERS = {"table": "table_new", "bookshelf": "bookshelf_cage"}
 """Where the published scenes of a family are."""
-
-TRAINED, SURFEL, NO_SPLAT = "trained", "surfel", "none"
-"""Where a splat comes from, as every table says."""
 
 
 @dc.dataclass(frozen=True)
@@ -111,12 +110,25 @@ def splat_cache() -> Path:
     return resources.cache_dir() / "splats"
 
 
-def load_suite(
+def load_cases(
     name: str,
     count: int,
     splat_folders: tuple[Path, ...] = (),
     trained_only: bool = False,
 ) -> Sequence[BenchmarkCase]:
+    """The cases of any suite: "scan:..." as a whole, or `load_suite`."""
+    kind, _, scans = name.partition(":")
+    if kind == "scan":
+        return scan_cases(scans)
+    return load_suite(name, count, splat_folders, trained_only)
+
+
+def load_suite(
+    name: str,
+    count: int,
+    splat_folders: tuple[Path, ...] = (),
+    trained_only: bool = False,
+) -> list[SceneCase]:
     """The first scenes of each family of a suite.
 
     Args:
@@ -139,7 +151,7 @@ def load_suite(
     else:
         raise RemoSplatError(
             f"--suite: unknown suite {name!r}; valid: generated,"
-            " generated:FAMILY,..., published:DIR"
+            " generated:FAMILY,..., published:DIR, scan:NAME[:DATA]"
         )
     folders = tuple(str(f) for f in (*splat_folders, splat_cache()))
     chosen = []

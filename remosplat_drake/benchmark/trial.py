@@ -5,6 +5,7 @@ import hashlib
 from time import perf_counter
 
 import numpy as np
+from pydrake.math import RigidTransform
 
 from remosplat_drake import __version__
 from remosplat_drake.benchmark import metrics as met
@@ -13,6 +14,11 @@ from remosplat_drake.benchmark.custom_controller import (
     load_controller,
 )
 from remosplat_drake.benchmark.methods import Method
+from remosplat_drake.benchmark.reaching_task import (
+    NO_SPLAT,
+    BenchmarkCase,
+    ReachingTask,
+)
 from remosplat_drake.benchmark.result import (
     COLLISION,
     INFEASIBLE,
@@ -24,19 +30,17 @@ from remosplat_drake.benchmark.result import (
     TrialResult,
     WallTimes,
 )
-from remosplat_drake.benchmark.suites import NO_SPLAT, SceneCase
 from remosplat_drake.controller.servo import PoseError
 from remosplat_drake.controller.tick_report import BRAKING, RELAXED
 from remosplat_drake.diagram import MakeDiagram
 from remosplat_drake.oracle.config import make_field
 from remosplat_drake.oracle.distance_field import DistanceField
-from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.recording.metrics import path_length, status_counts
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
-from remosplat_drake.scenario import Scenario
-from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.scenario import PoseConfig, Scenario
 from remosplat_drake.simulation import run
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 from remosplat_drake.world import World
 
@@ -61,7 +65,7 @@ class Trial:
     """
 
     method: Method
-    case: SceneCase
+    case: BenchmarkCase
     seed: int = 0
 
     @property
@@ -71,29 +75,19 @@ class Trial:
 
     def key(self) -> str:
         """Names everything that the result depends on."""
-        truth = self.case.truth()
-        splat = NO_SPLAT
-        if self.method.needs_splat:
-            path = self.case.trained_splat(truth)
-            splat = path.name if path else "surfel"
-            if path:
-                splat += f"-{hashlib.sha256(path.read_bytes()).hexdigest()}"
+        task = self.case.task()
+        splat = self.case.splat_key() if self.method.needs_splat else NO_SPLAT
         parts = (
             TRIAL_VERSION,
             self.method.name,
             self.method.fingerprint,
             self.case.name,
-            truth.content_hash,
-            _task(truth),
+            task.content_hash,
+            (task.X_WE_target.GetAsMatrix34().tolist(), task.X_WB_start),
             splat,
             self.seed,
         )
         return hashlib.sha256(repr(parts).encode()).hexdigest()[:20]
-
-
-def _task(truth: PrimitiveScene) -> tuple:
-    assert truth.X_WE_target is not None
-    return (truth.X_WE_target.GetAsMatrix34().tolist(), truth.X_WB_start)
 
 
 def describe(trial: Trial, error: str = "") -> TrialResult:
@@ -125,24 +119,13 @@ def run_trial(trial: Trial) -> TrialResult:
     """
     started = perf_counter()
     scenario = dc.replace(trial.method.scenario, seed=trial.seed)
-    truth = trial.case.truth()
+    task = trial.case.task()
     splat_W, origin = None, NO_SPLAT
     if trial.method.needs_splat:
-        splat_W, origin = trial.case.splat(truth)
-    robot = load_robot_model(
-        scenario.robot.model,
-        scenario.robot.spheres,
-        scenario.scene.floor_height,
-    )
-    world = World(
-        robot,
-        splat_W,
-        truth,
-        make_field(scenario.oracle, splat_W, truth, scenario.source),
-        np.array([*(truth.X_WB_start or ()), *robot.home]),
-    )
-    trajectory = _drive(trial.method, scenario, world)
-    judge = _Judge(robot, scenario, trajectory, truth)
+        splat_W, origin = trial.case.splat()
+    world = _make_world(trial.method, scenario, task, splat_W)
+    trajectory = _drive(trial.method, scenario, world, task)
+    judge = _Judge(world.robot, scenario, trajectory, task)
     judgements = {rule: judge.judgement(rule) for rule in RULES}
     return dc.replace(
         describe(trial),
@@ -154,13 +137,37 @@ def run_trial(trial: Trial) -> TrialResult:
     )
 
 
-def _drive(method: Method, scenario: Scenario, world: World) -> Trajectory:
+def _make_world(
+    method: Method,
+    scenario: Scenario,
+    task: ReachingTask,
+    splat_W: GaussianSplat | None,
+) -> World:
+    robot = load_robot_model(
+        scenario.robot.model,
+        scenario.robot.spheres,
+        scenario.scene.floor_height,
+    )
+    # A measured truth has no solids, and is a map like any other.
+    if task.solids is None and not method.needs_splat:
+        field = task.truth_field
+    else:
+        field = make_field(
+            scenario.oracle, splat_W, task.solids, scenario.source
+        )
+    q0 = np.array([*task.X_WB_start, *robot.home])
+    return World(robot, splat_W, task.solids, field, q0)
+
+
+def _drive(
+    method: Method, scenario: Scenario, world: World, task: ReachingTask
+) -> Trajectory:
     """The closed loop until every rule has held, or time is up."""
     until = _ArrivedByEveryRule(scenario)
     if not method.controller:
+        scenario = dc.replace(scenario, targets=[_pose(task.X_WE_target)])
         return run(MakeDiagram(scenario, world), until=until).trajectory
-    assert world.truth is not None and world.truth.X_WE_target is not None
-    X_WT = world.truth.X_WE_target.GetAsMatrix4()
+    X_WT = task.X_WE_target.GetAsMatrix4()
     dt = scenario.control_period
     make = load_controller(method.controller)
     return drive(
@@ -171,6 +178,12 @@ def _drive(method: Method, scenario: Scenario, world: World) -> Trajectory:
         dt=dt,
         ticks=round(scenario.time_limit / dt),
         until=until,
+    )
+
+
+def _pose(X: RigidTransform) -> PoseConfig:
+    return PoseConfig(
+        X.translation().tolist(), rotation=X.rotation().matrix().tolist()
     )
 
 
@@ -198,15 +211,14 @@ class _Judge:
         robot: RobotModel,
         scenario: Scenario,
         trajectory: Trajectory,
-        truth: PrimitiveScene,
+        task: ReachingTask,
     ):
         self._robot, self._scenario = robot, scenario
         self._trajectory = trajectory
-        assert truth.X_WE_target is not None
         self._errors = met.target_errors(
-            robot, trajectory.q, truth.X_WE_target.GetAsMatrix4()
+            robot, trajectory.q, task.X_WE_target.GetAsMatrix4()
         )
-        field = SignedDistanceField(truth)
+        field = task.truth_field
         self._at = met.minimum_clearances(robot, trajectory.q, field)
         self._between = self._clearances_between(field)
 

@@ -26,7 +26,7 @@ from remosplat_drake.benchmark.result import (
     read_results,
 )
 from remosplat_drake.benchmark.runner import run_trials
-from remosplat_drake.benchmark.suites import load_suite
+from remosplat_drake.benchmark.suites import load_cases
 from remosplat_drake.benchmark.trial import Trial
 
 RESULTS, REPORT, PAGE = "trials.jsonl", "report.md", "report.html"
@@ -47,8 +47,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--suite",
         default="generated",
-        metavar="generated|published:DIR",
-        help="our own scenes (default), or the published ones in DIR",
+        metavar="generated|published:DIR|scan:NAME",
+        help="our own scenes (default), the published ones in DIR, or targets"
+        " in scans: scan:demo, scan:FILE.yaml, scan:redkitchen:DATA",
     )
     parser.add_argument(
         "--methods",
@@ -125,7 +126,7 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.spheres,
     )
     with console.status("choosing scenes"):
-        cases = load_suite(
+        cases = load_cases(
             arguments.suite,
             arguments.scenes,
             tuple(arguments.splats),

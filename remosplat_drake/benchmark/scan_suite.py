@@ -1,0 +1,196 @@
+"""Reaching targets in scanned scenes: the paper's experiments 2 and 3."""
+
+import dataclasses as dc
+import hashlib
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from remosplat_drake import resources
+from remosplat_drake.benchmark.capture_truth import surface_points
+from remosplat_drake.benchmark.floaters import with_floaters
+from remosplat_drake.benchmark.reaching_task import (
+    TRAINED,
+    ReachingTask,
+    solid_task,
+)
+from remosplat_drake.benchmark.scan_config import (
+    CaptureTruth,
+    MapConfig,
+    ScanConfig,
+    find_suite,
+    load_scan,
+    scan_names,
+)
+from remosplat_drake.errors import FieldError, FileError
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.oracle.point_distance import PointDistanceField
+from remosplat_drake.scenario import make_transform
+from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.ply import read_ply
+
+SCAN, NOISY_SCAN = "scan", "noisy scan"
+"""Families: the paper's experiments 2 and 3."""
+
+
+@dc.dataclass(frozen=True)
+class ScanCase:
+    """One target on one map of a scanned scene.
+
+    Attributes:
+        file: The suite.
+        scene: Its entry.
+        map: Name of the map.
+        target: Name of the target.
+        data: Folder of the data files, in place of the suite's own.
+    """
+
+    file: str
+    scene: str
+    map: str
+    target: str
+    data: str = ""
+
+    @property
+    def name(self) -> str:
+        """Scene and target, the same on every map."""
+        return f"{self.scene}/{self.target}"
+
+    @property
+    def family(self) -> str:
+        """Which of the paper's experiments it repeats."""
+        entry = self._map()
+        return NOISY_SCAN if entry.noisy or entry.floaters else SCAN
+
+    @property
+    def suite(self) -> str:
+        """Scene and map."""
+        return f"{self.scene}, {self.map} map"
+
+    def task(self) -> ReachingTask:
+        """The target, and what is known of the scene's surfaces."""
+        config = self._config()
+        X_WT = make_transform(
+            config.targets[self.target], self._where, f"targets.{self.target}"
+        )
+        x, y, yaw = config.start
+        if not isinstance(config.truth, CaptureTruth):
+            solids = read_rmmi(self._path(config.truth.file, "truth.file"))
+            return solid_task(
+                dc.replace(solids, X_WE_target=X_WT, X_WB_start=(x, y, yaw))
+            )
+        folder = self._path(config.truth.folder, "truth.folder")
+        X_WG = make_transform(config.truth.X_WG, self._where, "truth.X_WG")
+        rows = tuple(X_WG.GetAsMatrix34().ravel().tolist())
+        reach = config.truth.max_depth
+        return ReachingTask(
+            X_WT,
+            (x, y, yaw),
+            f"{_folder_digest(folder)}-{(rows, reach)}",
+            lambda: _capture_field(folder, rows, reach),
+        )
+
+    def splat_key(self) -> str:
+        """Names the splat's file by its content, and what is done to it."""
+        entry = self._map()
+        return f"{_digest(self._splat_path())}-{entry}"
+
+    def splat(self) -> tuple[GaussianSplat, str]:
+        """The map in W, with its floaters."""
+        entry = self._map()
+        X_WG = make_transform(entry.X_WG, self._where, f"maps.{self.map}.X_WG")
+        splat_W = read_ply(self._splat_path()).transformed(X_WG)
+        if not entry.floaters:
+            return splat_W, TRAINED
+        noisy = with_floaters(
+            splat_W, self.task().truth_field, entry.floaters, entry.seed
+        )
+        return noisy, f"{TRAINED} with {entry.floaters} floaters"
+
+    def check(self) -> None:
+        """Finds out before anything runs whether the files are there."""
+        self._splat_path()
+        self.task()
+
+    @property
+    def _where(self) -> str:
+        return f"{self.file}:{self.scene}"
+
+    def _config(self) -> ScanConfig:
+        return load_scan(Path(self.file), self.scene, self.data)
+
+    def _map(self) -> MapConfig:
+        return self._config().maps[self.map]
+
+    def _splat_path(self) -> Path:
+        return self._path(self._map().splat, f"maps.{self.map}.splat")
+
+    def _path(self, uri: str, field: str) -> Path:
+        data = self._config().data
+        try:
+            if not uri:
+                raise FileError(data, "names no file")
+            return resources.resolve(uri, Path(data))
+        except FileError as error:
+            raise FieldError(
+                self._where,
+                field,
+                f"{error} in {data}; another folder is given as"
+                " --suite scan:NAME:FOLDER",
+            ) from error
+
+
+def scan_cases(name: str) -> list[ScanCase]:
+    """All cases of a suite, map by map.
+
+    Args:
+        name: A shipped suite or a YAML file, and after a colon the folder of
+            its data files, if it is not where the suite says.
+
+    Raises:
+        RemoSplatError: There is no such suite, or it cannot be used.
+    """
+    suite, _, data = name.partition(":")
+    path = find_suite(suite)
+    cases = []
+    for scene in scan_names(path):
+        config = load_scan(path, scene, data)
+        cases += [
+            ScanCase(str(path), scene, entry, target, data)
+            for entry in config.maps
+            for target in config.targets
+        ]
+    for case in cases:
+        case.check()
+    return cases
+
+
+@lru_cache(maxsize=1)
+def _capture_field(
+    folder: Path, X_WG: tuple[float, ...], max_depth: float
+) -> DistanceField:
+    """Costs seconds, so the trials of a scene share it."""
+    transform = RigidTransform(np.reshape(X_WG, (3, 4)))
+    from remosplat_drake.capture.formats import read_capture
+
+    points = surface_points(
+        read_capture(folder), transform.GetAsMatrix4(), max_depth
+    )
+    return PointDistanceField(points)
+
+
+@lru_cache(maxsize=8)
+def _folder_digest(folder: Path) -> str:
+    digest = hashlib.sha256()
+    for path in sorted(p for p in folder.rglob("*") if p.is_file()):
+        digest.update(path.relative_to(folder).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@lru_cache(maxsize=8)
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
