@@ -43,7 +43,8 @@ def structural_similarity(
     """
     similarity = _similarity_map(image.astype(float), target.astype(float))
     if hidden is not None:
-        similarity = similarity[~maximum_filter(hidden, 2 * _REACH + 1)]
+        reached = maximum_filter(hidden, 2 * _REACH + 1)
+        similarity = similarity[np.logical_not(reached)]
     return float(similarity.mean()) if similarity.size else float("nan")
 
 

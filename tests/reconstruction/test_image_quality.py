@@ -27,7 +27,8 @@ def test_ssim_equals_the_one_of_training(images):
     torch = pytest.importorskip("torch")
     from remosplat_drake.reconstruction import losses
 
-    expected = losses.structural_similarity(*map(torch.tensor, images))
+    batches = (torch.tensor(image)[None] for image in images)
+    expected = losses.structural_similarity(*batches)
     assert structural_similarity(*images) == pytest.approx(
         expected.item(), abs=1e-9
     )
