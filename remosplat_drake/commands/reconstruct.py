@@ -80,9 +80,6 @@ def _train(
         ) from error
     return training.train(
         capture,
-        surfels,
+        splat_of_surfels(surfels, opacity=0.7),
         training.TrainingConfig(steps=arguments.steps, seed=arguments.seed),
-        report=lambda step, loss: console.print(
-            f"step {step}: loss {loss:.4f}"
-        ),
-    )
+    ).splat

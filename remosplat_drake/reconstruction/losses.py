@@ -1,46 +1,31 @@
 """What a splat is trained to: images, surfaces, free space, opaque discs.
 
-Images alone leave depth vague, and gsplat's rendered depth is that of the
-splats' centres, not of the discs (gsplat issue 477). So geometry is tied to
-the depth images directly: each disc that a view can see must lie on the
-measured surface and face along its normal, and no disc may stand in space
-that the view looked through.
+Images alone leave depth vague. So geometry is tied to the depth images twice.
+Seen from the discs: each one that a view can see must lie on the measured
+surface and face along its normal, and none may stand in space that the view
+looked through. Seen from the pixels: the disc that a ray ends at must pass
+through the point that was measured there.
 """
-
-import dataclasses as dc
 
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-
-@dc.dataclass(frozen=True)
-class View:
-    """One image of a capture, on the training device.
-
-    Attributes:
-        X_CW: World to camera (OpenCV), (4, 4).
-        K: Intrinsics, (3, 3) [pixels].
-        rgb: Colours in [0, 1], (h, w, 3).
-        depth: z in C, (h, w) [m]; 0 where unknown.
-        normal_W: Surface normals, (h, w, 3); 0 where unknown.
-    """
-
-    X_CW: Tensor
-    K: Tensor
-    rgb: Tensor
-    depth: Tensor
-    normal_W: Tensor
+from remosplat_drake.reconstruction.discs import Discs
+from remosplat_drake.reconstruction.rasterization import NO_DISC, Rendered
+from remosplat_drake.reconstruction.views import Views
 
 
-def photometric_loss(image: Tensor, target: Tensor) -> Tensor:
-    """0.8 L1 + 0.2 (1 - SSIM) of two (h, w, 3) images (3DGS paper, eq. 7)."""
+def photometric_loss(rendered: Rendered, views: Views) -> Tensor:
+    """0.8 L1 + 0.2 (1 - SSIM) (3DGS paper, eq. 7), where the scene is seen."""
+    image = rendered.image
+    target = torch.where(views.shown[..., None], views.rgb, image.detach())
     l1 = (image - target).abs().mean()
     return 0.8 * l1 + 0.2 * (1 - structural_similarity(image, target))
 
 
 def structural_similarity(a: Tensor, b: Tensor) -> Tensor:
-    """Mean SSIM of two (h, w, 3) images in [0, 1] (Wang et al. 2004)."""
+    """Mean SSIM of (v, h, w, 3) images in [0, 1] (Wang et al. 2004)."""
     offset = torch.arange(11, device=a.device, dtype=a.dtype) - 5
     window = torch.exp(-(offset**2) / (2 * 1.5**2))
     window = (window / window.sum()).repeat(3, 1)
@@ -49,7 +34,7 @@ def structural_similarity(a: Tensor, b: Tensor) -> Tensor:
         x = F.conv2d(x, window[:, None, None, :], padding=(0, 5), groups=3)
         return F.conv2d(x, window[:, None, :, None], padding=(5, 0), groups=3)
 
-    a, b = a.permute(2, 0, 1)[None], b.permute(2, 0, 1)[None]
+    a, b = a.permute(0, 3, 1, 2), b.permute(0, 3, 1, 2)
     mean_a, mean_b = blur(a), blur(b)
     var_a = blur(a * a) - mean_a**2
     var_b = blur(b * b) - mean_b**2
@@ -61,65 +46,102 @@ def structural_similarity(a: Tensor, b: Tensor) -> Tensor:
     return ssim.mean()
 
 
-def geometric_losses(
-    p_WK: Tensor,
-    normal_W: Tensor,
-    opacity: Tensor,
-    view: View,
-    margin: float,
-) -> tuple[Tensor, Tensor, Tensor]:
-    """How the discs disagree with one depth image.
+def ray_splat_depth(discs: Discs, views: Views, median: Tensor) -> Tensor:
+    """Depth z at which rays meet the discs they end at, (v, h, w) [m].
+
+    Differentiable in centres and orientations; NaN where a ray ends nowhere
+    or runs along its disc.
 
     Args:
-        p_WK: Centres, (n, 3) [m].
-        normal_W: Disc normals of either sign, (n, 3).
-        opacity: (n,).
-        view: The depth image.
+        discs: The discs.
+        views: The cameras.
+        median: Index of each pixel's disc, see `Rendered`, (v, h, w).
+    """
+    p_CK, normal_C = _in_cameras(discs, views)
+    view = torch.arange(len(views), device=median.device)[:, None, None]
+    index = median.clamp(min=0)
+    p, n = p_CK[view, index], normal_C[view, index]
+    slope = (n * views.rays_C).sum(-1)
+    meets = (median != NO_DISC) & (slope.abs() > 1e-6)
+    z = (n * p).sum(-1) / torch.where(meets, slope, 1)
+    return torch.where(meets, z, torch.nan)
+
+
+def depth_loss(
+    discs: Discs, views: Views, rendered: Rendered, margin: float
+) -> Tensor:
+    """Mean distance of measured points from the discs their rays end at [m].
+
+    It is the error of the ray-splat depth, resolved along the disc's normal:
+    at grazing rays a small tilt is a large depth. Errors beyond the margin
+    belong to another surface and count as the margin.
+    """
+    p_CK, normal_C = _in_cameras(discs, views)
+    known = (views.depth > 0) & (rendered.median != NO_DISC)
+    view, row, column = known.nonzero(as_tuple=True)
+    index = rendered.median[known]
+    p_CS = views.depth[known][:, None] * views.rays_C[view, row, column]
+    offset = (normal_C[view, index] * (p_CS - p_CK[view, index])).sum(-1)
+    return offset.abs().clamp(max=margin).sum() / max(len(index), 1)
+
+
+def disc_losses(
+    discs: Discs, views: Views, margin: float
+) -> tuple[Tensor, Tensor, Tensor]:
+    """How the discs disagree with depth images.
+
+    Args:
+        discs: The discs.
+        views: The depth images.
         margin: A disc within this depth of the surface belongs to it; one
             nearer to the camera hangs in free space [m].
 
     Returns:
-        Sums over the discs divided by n: distance to the surface's tangent
-        plane [m]; 1 - |cos| of the angle to its normal; opacity in free space.
+        Sums over the discs divided by n, averaged over the views: distance to
+        the surface's tangent plane [m]; 1 - |cos| of the angle to its normal;
+        opacity in free space.
     """
-    n = len(p_WK)
-    height, width = view.depth.shape
-    p_CK = p_WK @ view.X_CW[:3, :3].T + view.X_CW[:3, 3]
-    z = p_CK[:, 2]
-    pixel = (p_CK @ view.K.T)[:, :2] / z.clamp(min=1e-3)[:, None]
-    column, row = pixel.detach().floor().long().unbind(-1)
+    count = len(discs) * len(views)
+    height, width = views.depth.shape[1:]
+    p_CK, normal_C = _in_cameras(discs, views)
+    z = p_CK[..., 2]
+    pixel = torch.einsum("vij,vkj->vki", views.K[:, :2], p_CK.detach())
+    pixel = (pixel / z.detach().clamp(min=1e-3)[..., None]).floor().long()
+    column, row = pixel.unbind(-1)
     inside = (z > 0.05) & (column > 0) & (column < width - 1)
     inside &= (row > 0) & (row < height - 1)
-    column, row = column[inside], row[inside]
-    p_CK, z = p_CK[inside], z[inside]
-    depth = view.depth[row, column]
-    seen = (depth > 0) & ((z - depth).abs() < margin)
+    view, disc = inside.nonzero(as_tuple=True)
+    place = (view, row[inside], column[inside])
+    depth, surface_C = views.depth[place], views.normal_C[place]
+    z = z[inside]
 
-    surface_normal_W = view.normal_W[row, column]
-    seen &= surface_normal_W.abs().sum(-1) > 0
-    uv1 = torch.stack([column + 0.5, row + 0.5, torch.ones_like(depth)], dim=-1)
-    p_CS = depth[:, None] * (uv1 @ torch.linalg.inv(view.K).T)
-    surface_normal_C = surface_normal_W @ view.X_CW[:3, :3].T
-    height_over = ((p_CK - p_CS) * surface_normal_C).sum(-1)
-    cosine = (normal_W[inside] * surface_normal_W).sum(-1)
+    seen = (depth > 0) & ((z.detach() - depth).abs() < margin)
+    seen &= surface_C.abs().sum(-1) > 0
+    p_CS = depth[:, None] * views.rays_C[place]
+    height_over = ((p_CK[inside] - p_CS) * surface_C).sum(-1)
+    cosine = (normal_C[inside] * surface_C).sum(-1)
 
-    # At a silhouette the disc may belong to any of the pixels around it.
-    far = torch.where(view.depth > 0, view.depth, torch.inf)
-    nearest = -F.max_pool2d(-far[None], 3, stride=1, padding=1)[0]
-    in_front = z.detach() < nearest[row, column] - margin
-    in_front &= nearest[row, column].isfinite()
+    front = views.front[place]
+    in_front = (z.detach() < front - margin) & front.isfinite()
     return (
-        height_over[seen].abs().sum() / n,
-        (1 - cosine[seen].abs()).sum() / n,
-        opacity[inside][in_front].sum() / n,
+        height_over[seen].abs().sum() / count,
+        (1 - cosine[seen].abs()).sum() / count,
+        discs.opacity[disc[in_front]].sum() / count,
     )
 
 
-def coverage_loss(alpha: Tensor, depth: Tensor) -> Tensor:
-    """Mean transmittance of the pixels that show a surface; alpha (h, w)."""
-    return (1 - alpha)[depth > 0].mean()
+def coverage_loss(rendered: Rendered, views: Views) -> Tensor:
+    """Mean transmittance of the pixels that show a surface."""
+    return (1 - rendered.alpha)[views.depth > 0].mean()
 
 
-def haze_loss(opacity: Tensor) -> Tensor:
+def haze_loss(discs: Discs) -> Tensor:
     """Zero when every disc is either opaque or gone."""
-    return (opacity * (1 - opacity)).mean()
+    return (discs.opacity * (1 - discs.opacity)).mean()
+
+
+def _in_cameras(discs: Discs, views: Views) -> tuple[Tensor, Tensor]:
+    """Centres and normals of the discs in each C, (v, n, 3) both."""
+    R_CW, p_CW = views.X_CW[:, :3, :3], views.X_CW[:, :3, 3]
+    p_CK = torch.einsum("vij,kj->vki", R_CW, discs.p_WK) + p_CW[:, None]
+    return p_CK, torch.einsum("vij,kj->vki", R_CW, discs.normal_W)

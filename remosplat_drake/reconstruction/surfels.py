@@ -12,15 +12,8 @@ from scipy.spatial import KDTree
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.reconstruction.normals import depth_normals
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-
-_REACHES = (4, 2, 1)
-"""Pixels to the neighbours that span a normal, best first: depth comes in
-millimetres, and near neighbours turn its steps into slopes."""
-
-_MAX_BEND = 0.25
-"""Where opposite neighbours are off a straight line by more than this
-fraction of their distance there is an edge, and no normal."""
 
 _FINE_RADIUS = 0.6
 """Voxels are finest within this distance of the focus [m]."""
@@ -93,49 +86,6 @@ def surfels_from_capture(
     )
 
 
-def normals_from_points(p_W: np.ndarray, p_WC: np.ndarray) -> np.ndarray:
-    """Normals of an organised point image, towards the camera centre.
-
-    Args:
-        p_W: Points of the pixels, shape (h, w, 3) [m], NaN where unknown.
-        p_WC: Camera centre, shape (3,) [m].
-
-    Returns:
-        Unit normals, shape (h, w, 3); NaN at the border and at edges.
-    """
-    normal = np.full(p_W.shape, np.nan)
-    for reach in _REACHES:
-        spanned = _spanned_normals(p_W, p_WC, reach)
-        normal = np.where(np.isfinite(normal), normal, spanned)
-    return normal
-
-
-def _spanned_normals(
-    p_W: np.ndarray, p_WC: np.ndarray, reach: int
-) -> np.ndarray:
-    """Normals from the pixels `reach` away; NaN where they span an edge."""
-    r = reach
-    center = p_W[r:-r, r:-r]
-    steps = []
-    smooth = np.ones(center.shape[:2], bool)
-    for ahead, behind in (
-        (p_W[r:-r, 2 * r :], p_W[r:-r, : -2 * r]),
-        (p_W[2 * r :, r:-r], p_W[: -2 * r, r:-r]),
-    ):
-        step = ahead - behind
-        bend = np.linalg.norm(ahead + behind - 2 * center, axis=-1)
-        smooth &= bend < _MAX_BEND * np.linalg.norm(step, axis=-1)
-        steps.append(step)
-    inner = np.cross(steps[1], steps[0])
-    facing = np.sign((inner * (p_WC - center)).sum(axis=-1, keepdims=True))
-    length = np.linalg.norm(inner, axis=-1, keepdims=True)
-    normal = np.full(p_W.shape, np.nan)
-    normal[r:-r, r:-r] = np.where(
-        smooth[..., None], inner * facing / np.maximum(length, 1e-12), np.nan
-    )
-    return normal
-
-
 def splat_of_surfels(
     surfels: Surfels, scale: float = 0.6, opacity: float = 0.95
 ) -> GaussianSplat:
@@ -169,11 +119,16 @@ def quaternions_onto(normals: np.ndarray) -> np.ndarray:
 
 def _view_samples(capture: Capture, view: int, stride: int) -> np.ndarray:
     """Rows [point, normal, colour] of a view's usable pixels, (m, 9)."""
-    p_W = capture.points_W(view)
-    normal = normals_from_points(p_W, capture.X_WC[view, :3, 3])
-    samples = np.concatenate([p_W, normal, capture.rgb[view] / 255.0], axis=-1)[
-        ::stride, ::stride
-    ].reshape(-1, 9)
+    pick = (slice(None, None, stride),) * 2
+    normal_C = depth_normals(capture.K[view], capture.depth[view])[pick]
+    samples = np.concatenate(
+        [
+            capture.points_W(view)[pick],
+            normal_C @ capture.X_WC[view, :3, :3].T,
+            capture.rgb[view][pick] / 255.0,
+        ],
+        axis=-1,
+    ).reshape(-1, 9)
     return samples[np.isfinite(samples).all(axis=1)].astype(np.float32)
 
 

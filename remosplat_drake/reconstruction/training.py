@@ -1,4 +1,4 @@
-"""Training a 2DGS splat from an RGB-D capture, on a CUDA device.
+"""Training a 2DGS splat from an RGB-D capture.
 
 The number of discs is fixed: depth already says where the surfaces are, so
 nothing has to be grown, and what the images or the depth contradict fades
@@ -6,52 +6,47 @@ and is dropped at the end.
 """
 
 import dataclasses as dc
+import hashlib
+import io
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import torch
-import torch.nn.functional as F
 from torch import Tensor
 
+from remosplat_drake.atomic_file import atomic_write
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.errors import MissingExtraError, RemoSplatError
-from remosplat_drake.reconstruction.losses import (
-    View,
-    coverage_loss,
-    geometric_losses,
-    haze_loss,
-    photometric_loss,
-)
-from remosplat_drake.reconstruction.surfels import (
-    Surfels,
-    normals_from_points,
-    quaternions_onto,
-)
+from remosplat_drake.errors import FileError, RemoSplatError
+from remosplat_drake.reconstruction import losses
+from remosplat_drake.reconstruction.discs import Discs
+from remosplat_drake.reconstruction.rasterization import Rasterizer, rasterize
+from remosplat_drake.reconstruction.views import Views
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 
-@dc.dataclass
+@dc.dataclass(frozen=True)
 class TrainingConfig:
     """Steps, weights and limits of the optimisation."""
 
-    # Optimisation steps, one image each.
-    steps: int = 2000
+    # Optimisation steps at most, and images in each.
+    steps: int = 1000
+    batch: int = 2
     # Seed of the order of the images.
     seed: int = 0
-    # Initial standard deviation of a disc over the spacing of the surfels.
-    initial_scale: float = 0.6
-    # A disc's standard deviations stay within these factors of the spacing.
-    scale_limits: tuple[float, float] = (0.1, 1.0)
-    # Initial opacity: surfels come from measured surfaces.
-    initial_opacity: float = 0.7
+    # A disc's standard deviations stay within these factors of the first.
+    scale_limits: tuple[float, float] = (0.2, 1.6)
     # Learning rates; that of the centres is in metres a step.
     center_rate: float = 2e-4
     rotation_rate: float = 1e-3
     scale_rate: float = 5e-3
     opacity_rate: float = 3e-2
     color_rate: float = 5e-3
+    # The centres' rate falls to this fraction, to hold what is found.
+    final_rate: float = 0.01
     # Loss weights, beside 1 for the photometric loss.
+    depth_weight: float = 10.0
     surface_weight: float = 100.0
     normal_weight: float = 1.0
     free_space_weight: float = 10.0
@@ -61,174 +56,235 @@ class TrainingConfig:
     margin: float = 0.02
     # Discs below this opacity are dropped at the end.
     min_opacity: float = 0.2
+    # Steps between two looks at the held-out views.
+    check_every: int = 100
+    # Training stops early when that many looks in a row have not lowered
+    # their loss by more than this fraction.
+    patience: int = 3
+    least_gain: float = 0.01
+
+
+@dc.dataclass(frozen=True)
+class Progress:
+    """How far training has come.
+
+    Attributes:
+        step: Steps done.
+        steps: Steps at most.
+        loss: Of the latest batch.
+        held_out: Loss of the held-out views at the latest look; NaN before,
+            or without such views.
+    """
+
+    step: int
+    steps: int
+    loss: float
+    held_out: float
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Trained:
+    """A trained splat.
+
+    Attributes:
+        splat: In the capture's world frame.
+        progress: How training ended.
+    """
+
+    splat: GaussianSplat
+    progress: Progress
 
 
 def train(
     capture: Capture,
-    surfels: Surfels,
+    start: GaussianSplat,
     config: TrainingConfig | None = None,
-    report: Callable[[int, float], None] | None = None,
-) -> GaussianSplat:
-    """Fits one disc a surfel to a capture.
+    *,
+    held_out: np.ndarray | None = None,
+    checkpoint: Path | None = None,
+    report: Callable[[Progress], None] | None = None,
+    device: str = "cuda",
+    rasterizer: Rasterizer = rasterize,
+) -> Trained:
+    """Fits discs to a capture.
 
     Args:
         capture: Posed RGB-D images.
-        surfels: Where the discs start.
+        start: Where the discs start: a surfel splat in the capture's W.
         config: See `TrainingConfig`.
-        report: Called every 100 steps with the step and the loss.
-
-    Returns:
-        The splat, in the capture's world frame.
+        held_out: Views, shape (n,), bool, that are not trained on but decide
+            when to stop; without them all steps are run.
+        checkpoint: A file that keeps the state at every look, and from which
+            an interrupted training of the same goes on.
+        report: Called every ten steps.
+        device: Where to compute; gsplat needs "cuda".
+        rasterizer: Draws the discs.
 
     Raises:
         MissingExtraError: gsplat is not installed.
         RemoSplatError: There is no CUDA device.
+        FileError: The checkpoint is of another training, or unreadable.
     """
     config = config or TrainingConfig()
-    if not torch.cuda.is_available():
+    if device == "cuda" and not torch.cuda.is_available():
         raise RemoSplatError("training a splat needs a CUDA device")
-    torch.manual_seed(config.seed)
-    views = [_make_view(capture, i, "cuda") for i in range(len(capture))]
-    discs = _Discs(surfels, config)
-    order = np.random.default_rng(config.seed)
-    for step in range(config.steps):
-        view = views[order.integers(len(views))]
-        loss = _loss(discs, view, config)
-        discs.step(loss, 0.01 ** (step / config.steps))
-        if report is not None and step % 100 == 0:
-            report(step, loss.item())
-    return discs.splat(config.min_opacity)
+    training = _Training(capture, start, config, held_out, device, rasterizer)
+    if checkpoint is not None and checkpoint.exists():
+        training.load(checkpoint)
+    while not training.is_finished:
+        training.step()
+        if training.progress.step % config.check_every == 0:
+            training.look()
+            if checkpoint is not None:
+                training.save(checkpoint)
+        if report is not None and training.progress.step % 10 == 0:
+            report(training.progress)
+    return Trained(training.discs.splat(config.min_opacity), training.progress)
 
 
-def _loss(discs: "_Discs", view: View, config: TrainingConfig) -> Tensor:
-    image, alpha = discs.render(view)
-    opacity = discs.opacity
-    surface, normal, free_space = geometric_losses(
-        discs.p_WK, discs.normal_W, opacity, view, config.margin
-    )
-    return (
-        photometric_loss(image, view.rgb)
-        + config.surface_weight * surface
-        + config.normal_weight * normal
-        + config.free_space_weight * free_space
-        + config.coverage_weight * coverage_loss(alpha, view.depth)
-        + config.haze_weight * haze_loss(opacity)
-    )
+class _Training:
+    """The state of the optimisation; all of it is in a checkpoint."""
 
-
-class _Discs:
-    """The trained parameters and their activations."""
-
-    def __init__(self, surfels: Surfels, config: TrainingConfig):
-        def parameter(array: np.ndarray) -> Tensor:
-            tensor = torch.tensor(array, dtype=torch.float32, device="cuda")
-            return tensor.requires_grad_()
-
-        n = len(surfels)
-        spacing = np.repeat(surfels.spacing[:, None], 2, axis=1)
-        lower, upper = config.scale_limits
-        self._log_limits = tuple(
-            torch.tensor(np.log(f * spacing), device="cuda").float()
-            for f in (lower, upper)
-        )
-        logit = math.log(config.initial_opacity / (1 - config.initial_opacity))
-        self.p_WK = parameter(surfels.p_WK)
-        self._quaternions = parameter(quaternions_onto(surfels.normal_W))
-        self._log_scales = parameter(np.log(config.initial_scale * spacing))
-        self._logits = parameter(np.full(n, logit))
-        self._colors = parameter(surfels.colors)
-        rates = (
-            (self.p_WK, config.center_rate),
-            (self._quaternions, config.rotation_rate),
-            (self._log_scales, config.scale_rate),
-            (self._logits, config.opacity_rate),
-            (self._colors, config.color_rate),
-        )
-        self._rates = [rate for _, rate in rates]
+    def __init__(
+        self,
+        capture: Capture,
+        start: GaussianSplat,
+        config: TrainingConfig,
+        held_out: np.ndarray | None,
+        device: str,
+        rasterizer: Rasterizer,
+    ):
+        self._config, self._rasterizer = config, rasterizer
+        if held_out is None:
+            held_out = np.zeros(len(capture), bool)
+        self._views = Views.of_capture(capture.select(~held_out), device)
+        self._held_out = None
+        if held_out.any():
+            self._held_out = Views.of_capture(capture.select(held_out), device)
+        self._identity = _identity(capture, start, config, held_out)
+        self._order = np.random.default_rng(config.seed)
+        self.discs = Discs(start, config.scale_limits).to(device)
         self._optimizer = torch.optim.Adam(
-            [{"params": [p], "lr": rate} for p, rate in rates], eps=1e-15
+            _rates(self.discs, config), eps=1e-15
         )
+        self.progress = Progress(0, config.steps, math.nan, math.nan)
+        self._least, self._idle = math.inf, 0
 
     @property
-    def opacity(self) -> Tensor:
-        """Shape (n,), in (0, 1)."""
-        return torch.sigmoid(self._logits)
-
-    @property
-    def normal_W(self) -> Tensor:
-        """Third columns of the discs' rotations, (n, 3)."""
-        w, x, y, z = F.normalize(self._quaternions, dim=-1).unbind(-1)
-        return torch.stack(
-            [
-                2 * (x * z + w * y),
-                2 * (y * z - w * x),
-                1 - 2 * (x * x + y * y),
-            ],
-            dim=-1,
+    def is_finished(self) -> bool:
+        """All steps are done, or the last ones were in vain."""
+        return (
+            self.progress.step >= self._config.steps
+            or self._idle >= self._config.patience
         )
 
-    def render(self, view: View) -> tuple[Tensor, Tensor]:
-        """Colours (h, w, 3) over black, and accumulated opacity (h, w)."""
-        height, width = view.depth.shape
-        scales = torch.exp(self._log_scales)
-        image, alpha, *_ = _rasterizer()(
-            means=self.p_WK,
-            quats=self._quaternions,
-            scales=F.pad(scales, (0, 1), value=1.0),
-            opacities=self.opacity,
-            colors=self._colors[None],
-            viewmats=view.X_CW[None],
-            Ks=view.K[None],
-            width=width,
-            height=height,
-            near_plane=0.01,
+    def step(self):
+        """One step of Adam on a few views."""
+        config, step = self._config, self.progress.step
+        decay = config.final_rate ** (step / config.steps)
+        self._optimizer.param_groups[0]["lr"] = config.center_rate * decay
+        chosen = self._order.choice(
+            len(self._views), min(config.batch, len(self._views)), False
         )
-        return image[0], alpha[0, ..., 0]
-
-    def step(self, loss: Tensor, decay: float):
-        """One Adam step; the centres' rate decays to hold what is found."""
+        loss = self._loss(self._views[torch.as_tensor(chosen)])
         self._optimizer.zero_grad(set_to_none=True)
         loss.backward()
-        self._optimizer.param_groups[0]["lr"] = self._rates[0] * decay
         self._optimizer.step()
-        with torch.no_grad():
-            self._log_scales.clamp_(*self._log_limits)
-            self._colors.clamp_(0, 1)
+        self.discs.clamp()
+        # Reading the loss waits for the device; do so only when it is shown.
+        shown = loss.item() if (step + 1) % 10 == 0 else self.progress.loss
+        self.progress = dc.replace(self.progress, step=step + 1, loss=shown)
 
-    def splat(self, min_opacity: float) -> GaussianSplat:
-        """The discs of at least that opacity, off the device."""
+    @torch.no_grad()
+    def look(self):
+        """Measures the held-out views' loss and whether it still falls."""
+        if self._held_out is None:
+            return
+        each = [
+            self._loss(self._held_out[i : i + 1]).item()
+            for i in range(len(self._held_out))
+        ]
+        loss = float(np.mean(each))
+        self.progress = dc.replace(self.progress, held_out=loss)
+        gained = loss < self._least * (1 - self._config.least_gain)
+        self._least = min(loss, self._least)
+        self._idle = 0 if gained else self._idle + 1
 
-        def array(tensor: Tensor) -> np.ndarray:
-            return tensor.detach().cpu().numpy()
-
-        splat = GaussianSplat(
-            p_GK=array(self.p_WK),
-            quaternions=array(self._quaternions),
-            scales=array(torch.exp(self._log_scales)),
-            opacities=array(self.opacity),
-            colors=array(self._colors),
+    def _loss(self, views: Views) -> Tensor:
+        config, discs = self._config, self.discs
+        rendered = self._rasterizer(discs, views)
+        surface, normal, free_space = losses.disc_losses(
+            discs, views, config.margin
         )
-        return splat.select(splat.opacities >= min_opacity)
+        depth = losses.depth_loss(discs, views, rendered, config.margin)
+        return (
+            losses.photometric_loss(rendered, views)
+            + config.depth_weight * depth
+            + config.surface_weight * surface
+            + config.normal_weight * normal
+            + config.free_space_weight * free_space
+            + config.coverage_weight * losses.coverage_loss(rendered, views)
+            + config.haze_weight * losses.haze_loss(discs)
+        )
+
+    def save(self, path: Path):
+        """Writes everything that `load` needs; whole or not at all."""
+        buffer = io.BytesIO()
+        torch.save(
+            {
+                "identity": self._identity,
+                "discs": self.discs.state_dict(),
+                "optimizer": self._optimizer.state_dict(),
+                "order": self._order.bit_generator.state,
+                "progress": dc.asdict(self.progress),
+                "least": self._least,
+                "idle": self._idle,
+            },
+            buffer,
+        )
+        with atomic_write(path, "wb") as file:
+            file.write(buffer.getvalue())
+
+    def load(self, path: Path):
+        """Goes on where `save` was called."""
+        try:
+            state = torch.load(path, map_location="cpu", weights_only=True)
+            identity = state["identity"]
+        except Exception as error:  # torch raises many kinds.
+            raise FileError(path, "is no training checkpoint") from error
+        if identity != self._identity:
+            raise FileError(
+                path,
+                "is the checkpoint of another capture or other settings;"
+                " remove it to start afresh",
+            )
+        self.discs.load_state_dict(state["discs"])
+        self._optimizer.load_state_dict(state["optimizer"])
+        self._order.bit_generator.state = state["order"]
+        self.progress = Progress(**state["progress"])
+        self._least, self._idle = state["least"], state["idle"]
 
 
-def _make_view(capture: Capture, i: int, device: str) -> View:
-    def tensor(array: np.ndarray) -> Tensor:
-        return torch.tensor(array, dtype=torch.float32, device=device)
-
-    X_WC = capture.X_WC[i]
-    normal_W = normals_from_points(capture.points_W(i), X_WC[:3, 3])
-    return View(
-        X_CW=tensor(np.linalg.inv(X_WC)),
-        K=tensor(capture.K[i]),
-        rgb=tensor(capture.rgb[i] / 255.0),
-        depth=tensor(capture.depth[i]),
-        normal_W=tensor(np.nan_to_num(normal_W)),
-    )
+def _rates(discs: Discs, config: TrainingConfig) -> list[dict]:
+    """Adam's parameter groups; the centres come first."""
+    return [
+        {"params": [discs.p_WK], "lr": config.center_rate},
+        {"params": [discs.quaternions], "lr": config.rotation_rate},
+        {"params": [discs.log_scales], "lr": config.scale_rate},
+        {"params": [discs.logits], "lr": config.opacity_rate},
+        {"params": [discs.colors], "lr": config.color_rate},
+    ]
 
 
-def _rasterizer() -> Callable:
-    try:
-        from gsplat import rasterization_2dgs
-    except ImportError as error:
-        raise MissingExtraError("training a splat", "gpu") from error
-    return rasterization_2dgs
+def _identity(
+    capture: Capture,
+    start: GaussianSplat,
+    config: TrainingConfig,
+    held_out: np.ndarray,
+) -> str:
+    """A digest of all that a training's course depends on."""
+    digest = hashlib.sha256(repr(config).encode())
+    for array in (capture.X_WC, capture.K, capture.rgb, capture.depth):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    digest.update(start.content_hash.encode() + held_out.tobytes())
+    return digest.hexdigest()
