@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from remosplat_drake.capture.camera_poses import look_at
 from remosplat_drake.capture.synthetic import (
-    look_at,
     render_capture,
     survey_poses,
 )

@@ -1,0 +1,71 @@
+"""A texture that fills space, so that bare solids have something to align.
+
+Being a function of the world point alone it looks alike from everywhere: a
+mean of plane waves of wavelengths from 7 to 80 cm.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from remosplat_drake.capture.capture import back_project
+
+_MEAN, _CONTRAST = 0.85, 0.4
+_SLOWEST, _FASTEST = 8.0, 90.0  # Wave numbers [rad/m].
+_COUNT = 8
+
+
+def _wave_vectors() -> np.ndarray:
+    """Wave vectors in W, shape (8, 3) [rad/m], always the same."""
+    waves = np.random.default_rng(0).normal(size=(_COUNT, 3))
+    length = np.geomspace(_SLOWEST, _FASTEST, _COUNT)[:, None]
+    return waves * (length / np.linalg.norm(waves, axis=1, keepdims=True))
+
+
+_WAVES_W = _wave_vectors()
+
+
+def brightness_reference(
+    K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray
+) -> np.ndarray:
+    """What `brightness` computes, point by point in W."""
+    p_W = np.nan_to_num(back_project(K, depth, X_WC))
+    return _MEAN + _CONTRAST * np.sin(p_W @ _WAVES_W.T).mean(axis=-1)
+
+
+def brightness(
+    K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray
+) -> np.ndarray:
+    """The texture at what a depth image sees, (h, w), around 0.85.
+
+    Args:
+        K: Intrinsic matrix, shape (3, 3) [pixels].
+        depth: z in C, shape (h, w) [m]; pixels of depth 0 get some value.
+        X_WC: Camera pose (OpenCV axes), shape (4, 4).
+    """
+    # The phase of a wave at p_W = R_WC p_C + p_WC is linear in p_C.
+    return _brightness(
+        np.ascontiguousarray(depth),
+        _WAVES_W @ X_WC[:3, :3] @ np.linalg.inv(K),
+        _WAVES_W @ X_WC[:3, 3],
+    )
+
+
+@njit(cache=True)
+def _brightness(depth, wave_by_pixel, phase):
+    height, width = depth.shape
+    image = np.empty((height, width), np.float32)
+    for i in range(height):
+        for j in range(width):
+            z = depth[i, j]
+            total = 0.0
+            if z > 0:
+                u, v = j + 0.5, i + 0.5
+                for k in range(len(phase)):
+                    a = wave_by_pixel[k]
+                    total += math.sin(
+                        z * (a[0] * u + a[1] * v + a[2]) + phase[k]
+                    )
+            image[i, j] = _MEAN + _CONTRAST * total / len(phase)
+    return image
