@@ -59,7 +59,7 @@ class Capture:
                     f" expected {shape}"
                 )
         for view in range(n):
-            _check_view(view, self.K[view], self.X_WC[view])
+            check_camera(f"view {view}", self.K[view], self.X_WC[view])
         wrong = ~(np.isfinite(self.depth) & (self.depth >= 0))
         if wrong.any():
             view = int(np.argwhere(wrong)[0, 0])
@@ -123,20 +123,29 @@ def check_reconstructible(capture: Capture):
         )
 
 
-def _check_view(view: int, K: np.ndarray, X_WC: np.ndarray):
-    """Raises unless a view has a pinhole camera and a rigid pose."""
+def check_camera(name: str, K: np.ndarray, X_WC: np.ndarray):
+    """Refuses a view without a pinhole camera or a rigid pose.
+
+    Args:
+        name: What the error calls the view.
+        K: Its intrinsic matrix, shape (3, 3) [pixels].
+        X_WC: Its pose, shape (4, 4).
+
+    Raises:
+        RemoSplatError: It is neither.
+    """
     if not (np.isfinite(K).all() and np.isfinite(X_WC).all()):
-        raise RemoSplatError(f"view {view}: its camera is not finite")
+        raise RemoSplatError(f"{name}: its camera is not finite")
     if not (K[0, 0] > 0 and K[1, 1] > 0):
-        raise RemoSplatError(f"view {view}: focal lengths must be positive")
+        raise RemoSplatError(f"{name}: focal lengths must be positive")
     R_WC = X_WC[:3, :3]
     scale = np.cbrt(np.linalg.det(R_WC))
     if scale < 0:
-        raise RemoSplatError(f"view {view}: its pose is a reflection")
+        raise RemoSplatError(f"{name}: its pose is a reflection")
     if abs(scale - 1) > _ROTATION_TOLERANCE:
         raise RemoSplatError(
-            f"view {view}: its pose is scaled by {scale:.4g};"
+            f"{name}: its pose is scaled by {scale:.4g};"
             " only metric captures can be used"
         )
     if np.abs(R_WC @ R_WC.T - np.eye(3)).max() > 10 * _ROTATION_TOLERANCE:
-        raise RemoSplatError(f"view {view}: its pose has no rotation matrix")
+        raise RemoSplatError(f"{name}: its pose has no rotation matrix")

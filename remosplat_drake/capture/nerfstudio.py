@@ -1,142 +1,272 @@
-"""Captures as nerfstudio folders.
+"""Captures as nerfstudio and instant-ngp folders; NeRFCapture writes them too.
 
-The folder holds `transforms.json`, colour images and depth images (PNG, 16
-bit, millimetres, 0 where there is none). That format's cameras look along
-their -z axis (OpenGL); ours look along +z (OpenCV). Both put the centre of
-the first pixel at (0.5, 0.5).
+The folder holds `transforms.json` and images. Its cameras look along their
+-z axis (OpenGL); ours look along +z (OpenCV). Both put the centre of the
+first pixel at (0.5, 0.5). A frame's own camera fields go before the
+document's. Files may lie outside the folder; they are only read.
+
+Depth is 16-bit or float, in steps of `depth_unit_scale_factor` (a millimetre
+unless told) for `depth_file_path`, nerfstudio's name, and of
+`integer_depth_scale` for `depth_path`, instant-ngp's.
+
+The world is the file's. Poses that `applied_scale` shrank are brought back
+to metres; `applied_transform` only turned the world, so it is left alone.
 """
 
+import dataclasses as dc
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from remosplat_drake.atomic_file import write_atomically
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.errors import FieldError, FileError, MissingExtraError
+from remosplat_drake.capture.frames import Frame, scale_intrinsics
+from remosplat_drake.capture.images import (
+    image_module,
+    read_colors,
+    read_depth,
+    read_levels,
+)
+from remosplat_drake.capture.poses import OPENGL_FROM_OPENCV
+from remosplat_drake.capture.text_files import as_number, read_json
+from remosplat_drake.capture.undistortion import Distortion
+from remosplat_drake.errors import FieldError, FileError, unknown_name
 
 DEPTH_UNIT = 1e-3
-"""One step of a stored depth image [m]."""
+"""One step of a depth image that we write [m]."""
 
 TRANSFORMS = "transforms.json"
+LOOKS_FOR = f"a folder with {TRANSFORMS}, or that file"
+
 _INTRINSICS = ("fl_x", "fl_y", "cx", "cy")
-_FLIP_YZ = np.diag([1.0, -1.0, -1.0, 1.0])
+_CAMERA_MODELS = (
+    "OPENCV",
+    "PINHOLE",
+    "RADIAL",
+    "SIMPLE_PINHOLE",
+    "SIMPLE_RADIAL",
+)
+_SUFFIXES = ("", ".png", ".jpg", ".jpeg")
+_MAX_STEPS = 65535
+
+
+def recognises(path: Path) -> bool:
+    """Whether `path` is such a file or folder."""
+    return path.name == TRANSFORMS or (path / TRANSFORMS).is_file()
+
+
+def read_frames(path: Path, stride: int) -> Iterator[Frame]:
+    """Every `stride`-th frame.
+
+    Raises:
+        FileError: A file is missing or unreadable.
+        FieldError: A field is missing or unusable.
+    """
+    if path.name != TRANSFORMS:
+        path = path / TRANSFORMS
+    document = read_json(path)
+    frames = document.get("frames")
+    if not isinstance(frames, list) or not frames:
+        raise FieldError(str(path), "frames", "expected a list of frames")
+    for i in range(0, len(frames), stride):
+        if not isinstance(frames[i], dict):
+            raise FieldError(str(path), f"frames[{i}]", "expected an object")
+        yield _read_frame(_Fields(path, document, frames[i], f"frames[{i}]"))
+
+
+@dc.dataclass(frozen=True)
+class _Fields:
+    """The fields of one frame, before those of the whole document."""
+
+    path: Path
+    document: dict
+    frame: dict
+    name: str
+
+    def has(self, key: str) -> bool:
+        return key in self.frame or key in self.document
+
+    def number(self, key: str, default: float | None = None) -> float:
+        inner = key in self.frame
+        field = f"{self.name}.{key}" if inner else key
+        fields = self.frame if inner else self.document
+        return as_number(self.path, field, fields.get(key, default))
+
+    def file(self, key: str) -> Path:
+        """The existing file that a field names, perhaps without its suffix."""
+        name = self.frame.get(key)
+        if not isinstance(name, str) or not name:
+            raise self.error(key, f"expected a file, got {name!r}")
+        stem = self.path.parent / name
+        for suffix in _SUFFIXES:
+            candidate = stem.with_name(stem.name + suffix)
+            if "\0" not in name and candidate.is_file():
+                return candidate
+        raise FileError(stem, f"no such file ({self.name}.{key})")
+
+    def error(self, key: str, problem: str) -> FieldError:
+        return FieldError(str(self.path), f"{self.name}.{key}", problem)
+
+
+def _read_frame(fields: _Fields) -> Frame:
+    _check_camera_model(fields)
+    rgb = read_colors(fields.file("file_path"))
+    hidden = None
+    if fields.frame.get("mask_path") is not None:
+        hidden = read_levels(fields.file("mask_path")) < 128
+    lens = {
+        field.name: fields.number(field.name, 0.0)
+        for field in dc.fields(Distortion)
+    }
+    return Frame(
+        name=f"{fields.name} ({fields.frame['file_path']})",
+        K=_intrinsics(fields, rgb.shape[:2]),
+        X_WC=_pose(fields),
+        rgb=rgb,
+        depth=_read_depth(fields),
+        hidden=hidden,
+        distortion=Distortion(**lens),
+    )
+
+
+def _read_depth(fields: _Fields) -> np.ndarray:
+    if "depth_path" in fields.frame and "depth_file_path" not in fields.frame:
+        unit = fields.number("integer_depth_scale")
+        return read_depth(fields.file("depth_path"), unit)
+    unit = fields.number("depth_unit_scale_factor", DEPTH_UNIT)
+    return read_depth(fields.file("depth_file_path"), unit)
+
+
+def _check_camera_model(fields: _Fields):
+    model = fields.frame.get(
+        "camera_model", fields.document.get("camera_model", "OPENCV")
+    )
+    if fields.document.get("is_fisheye"):
+        model = "OPENCV_FISHEYE"
+    if model not in _CAMERA_MODELS:
+        raise FieldError(
+            str(fields.path),
+            "camera_model",
+            unknown_name("camera model", model, _CAMERA_MODELS),
+        )
+
+
+def _intrinsics(fields: _Fields, size: tuple[int, int]) -> np.ndarray:
+    """The matrix K for images of this size (height, width)."""
+    width = fields.number("w", size[1])
+    height = fields.number("h", size[0])
+    if width <= 0 or height <= 0:
+        raise FieldError(str(fields.path), "w, h", "must be positive")
+    if fields.has("fl_x") or not fields.has("camera_angle_x"):
+        fl_x = fields.number("fl_x")
+        fl_y = fields.number("fl_y", fl_x)
+    else:
+        fl_x = width / 2 / np.tan(fields.number("camera_angle_x") / 2)
+        fl_y = fl_x
+        if fields.has("camera_angle_y"):
+            fl_y = height / 2 / np.tan(fields.number("camera_angle_y") / 2)
+    cx = fields.number("cx", width / 2)
+    cy = fields.number("cy", height / 2)
+    K = np.array([[fl_x, 0, cx], [0, fl_y, cy], [0, 0, 1]])
+    if abs(width * size[0] - height * size[1]) > 0.02 * height * size[1]:
+        raise FileError(
+            fields.path,
+            f"{fields.name}: w and h are {width:g}x{height:g}, but the image"
+            f" is {size[1]}x{size[0]}",
+        )
+    return scale_intrinsics(K, (height, width), size)
+
+
+def _pose(fields: _Fields) -> np.ndarray:
+    """X_WC in OpenCV axes, in metres."""
+    matrix = _finite_matrix(fields.frame.get("transform_matrix"), (4, 4))
+    if matrix is None:
+        raise fields.error(
+            "transform_matrix", "expected a 4x4 pose of finite numbers"
+        )
+    X_WC = matrix @ OPENGL_FROM_OPENCV
+    scale = fields.number("applied_scale", 1.0)
+    if scale <= 0:
+        raise FieldError(str(fields.path), "applied_scale", "must be positive")
+    X_WC[:3, 3] /= scale
+    applied = fields.document.get("applied_transform")
+    if applied is not None:
+        A = _finite_matrix(applied, (3, 4), (4, 4))
+        if A is None or abs(A[:3, :3] @ A[:3, :3].T - np.eye(3)).max() > 1e-3:
+            raise FieldError(
+                str(fields.path),
+                "applied_transform",
+                "expected a 3x4 rigid motion; only metric captures can be used",
+            )
+    return X_WC
+
+
+def _finite_matrix(
+    value: object, *shapes: tuple[int, int]
+) -> np.ndarray | None:
+    """A matrix of one of the shapes, or None for anything else."""
+    try:
+        matrix = np.array(value, float)
+    except (TypeError, ValueError):
+        return None
+    usable = matrix.shape in shapes and np.isfinite(matrix).all()
+    return matrix if usable else None
 
 
 def write_capture(folder: str | Path, capture: Capture):
     """Writes a nerfstudio folder; `transforms.json` comes last.
 
+    Depth is rounded to whole millimetres; beyond 65.535 m it is unknown. All
+    else comes back as it was.
+
     Raises:
+        FileError: The folder cannot be written.
         MissingExtraError: Pillow is not installed.
     """
-    image = _image_module()
     folder = Path(folder)
-    for name in ("images", "depth"):
-        (folder / name).mkdir(parents=True, exist_ok=True)
+    height, width = capture.size
+    same_camera = bool((capture.K[0] == capture.K).all())
     frames = []
-    for i, X_WC in enumerate(capture.X_WC):
-        millimetres = np.rint(capture.depth[i] / DEPTH_UNIT)
-        frame = {
-            "file_path": f"images/{i:04d}.png",
-            "depth_file_path": f"depth/{i:04d}.png",
-            "transform_matrix": (X_WC @ _FLIP_YZ).tolist(),
-        }
-        image.fromarray(capture.rgb[i]).save(folder / frame["file_path"])
-        image.fromarray(millimetres.clip(0, 65535).astype(np.uint16)).save(
-            folder / frame["depth_file_path"]
-        )
-        frames.append(frame)
-    height, width = capture.depth.shape[1:]
-    K = capture.K[0]
+    for view in range(len(capture)):
+        camera = {} if same_camera else _camera_fields(capture.K[view])
+        frames.append(_write_frame(folder, capture, view) | camera)
     document = {
         "camera_model": "OPENCV",
         "w": width,
         "h": height,
-        **dict(zip(_INTRINSICS, K[[0, 1, 0, 1], [0, 1, 2, 2]], strict=True)),
+        **(_camera_fields(capture.K[0]) if same_camera else {}),
         "depth_unit_scale_factor": DEPTH_UNIT,
         "frames": frames,
     }
     write_atomically(folder / TRANSFORMS, json.dumps(document, indent=1) + "\n")
 
 
-def read_capture(folder: str | Path) -> Capture:
-    """Reads a nerfstudio folder of undistorted RGB-D images of one camera.
-
-    Raises:
-        MissingExtraError: Pillow is not installed.
-        FileError: A file is missing or unreadable.
-        FieldError: A field is missing or unusable.
-    """
-    path = Path(folder) / TRANSFORMS
-    try:
-        document = json.loads(path.read_text())
-    except (OSError, ValueError) as error:
-        raise FileError(path, " ".join(str(error).split())) from error
-    frames = document.get("frames") if isinstance(document, dict) else None
-    if not isinstance(frames, list) or not frames:
-        raise FieldError(str(path), "frames", "expected a list of frames")
-    fl_x, fl_y, cx, cy = (_number(path, document, k) for k in _INTRINSICS)
-    document.setdefault("depth_unit_scale_factor", DEPTH_UNIT)
-    unit = _number(path, document, "depth_unit_scale_factor")
-    poses, colors, depths = [], [], []
-    for i, frame in enumerate(frames):
-        _check_frame(path, frame, f"frames[{i}]")
-        poses.append(np.array(frame["transform_matrix"], float) @ _FLIP_YZ)
-        colors.append(_read_image(path.parent / frame["file_path"])[..., :3])
-        depth = _read_image(path.parent / frame["depth_file_path"])
-        depths.append(depth.astype(np.float32) * np.float32(unit))
-    shapes = {a.shape[:2] for a in (*colors, *depths)}
-    if len(shapes) != 1:
-        raise FileError(path, f"images differ in size: {sorted(shapes)}")
-    return Capture(
-        K=np.tile(
-            [[fl_x, 0, cx], [0, fl_y, cy], [0, 0, 1]], (len(poses), 1, 1)
-        ),
-        X_WC=np.array(poses),
-        rgb=np.array(colors, np.uint8),
-        depth=np.array(depths),
-    )
+def _write_frame(folder: Path, capture: Capture, view: int) -> dict:
+    """Writes a view's images; returns its entry in the document."""
+    steps = np.rint(capture.depth[view] / DEPTH_UNIT)
+    steps = np.where(steps > _MAX_STEPS, 0, steps).astype(np.uint16)
+    images = {
+        "file_path": ("images", capture.rgb[view]),
+        "depth_file_path": ("depth", steps),
+    }
+    if capture.hidden is not None:
+        shown = np.where(capture.hidden[view], 0, 255).astype(np.uint8)
+        images["mask_path"] = ("masks", shown)
+    entry = {}
+    for key, (kind, pixels) in images.items():
+        entry[key] = f"{kind}/{view:04d}.png"
+        path = folder / entry[key]
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            image_module().fromarray(pixels).save(path)
+        except OSError as error:
+            raise FileError(path, f"cannot be written: {error}") from error
+    X_WC_gl = capture.X_WC[view] @ OPENGL_FROM_OPENCV
+    return entry | {"transform_matrix": X_WC_gl.tolist()}
 
 
-def _number(path: Path, document: dict, key: str) -> float:
-    value = document.get(key)
-    if (
-        isinstance(value, bool)
-        or not isinstance(value, (int, float))
-        or not np.isfinite(value)
-    ):
-        raise FieldError(str(path), key, f"expected a number, got {value!r}")
-    return float(value)
-
-
-def _check_frame(path: Path, frame: object, field: str):
-    """Raises a FieldError unless a frame has a pose and two files."""
-    if not isinstance(frame, dict):
-        raise FieldError(str(path), field, "expected an object")
-    for key in ("file_path", "depth_file_path"):
-        if not isinstance(frame.get(key), str):
-            raise FieldError(str(path), f"{field}.{key}", "expected a file")
-    try:
-        X = np.array(frame.get("transform_matrix"), float)
-    except (TypeError, ValueError):
-        X = np.array(np.nan)
-    if X.shape != (4, 4) or not np.isfinite(X).all():
-        raise FieldError(
-            str(path), f"{field}.transform_matrix", "expected a 4x4 pose"
-        )
-
-
-def _read_image(path: Path) -> np.ndarray:
-    try:
-        with _image_module().open(path) as image:
-            return np.asarray(image)
-    except OSError as error:
-        raise FileError(path, f"unreadable image: {error}") from error
-
-
-def _image_module():
-    try:
-        from PIL import Image
-    except ImportError as error:
-        raise MissingExtraError("RGB-D images", "reconstruction") from error
-    return Image
+def _camera_fields(K: np.ndarray) -> dict[str, float]:
+    values = K[[0, 1, 0, 1], [0, 1, 2, 2]].tolist()
+    return dict(zip(_INTRINSICS, values, strict=True))

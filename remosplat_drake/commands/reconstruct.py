@@ -7,7 +7,7 @@ import numpy as np
 from rich.console import Console
 
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.nerfstudio import read_capture
+from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.errors import FieldError, MissingExtraError
 from remosplat_drake.reconstruction.surfels import (
     Surfels,

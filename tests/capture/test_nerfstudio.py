@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from remosplat_drake.capture.capture import Capture, back_project
-from remosplat_drake.capture.nerfstudio import read_capture, write_capture
+from remosplat_drake.capture.formats import read_capture
+from remosplat_drake.capture.nerfstudio import write_capture
 from remosplat_drake.errors import FieldError, FileError
 
 pytest.importorskip("PIL")

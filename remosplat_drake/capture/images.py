@@ -1,0 +1,142 @@
+"""Reads the colour, depth and mask images of captures.
+
+Files come from anywhere, so an image's size is checked before its pixels are
+unpacked, and whatever a decoder dislikes becomes a `FileError`.
+"""
+
+import struct
+import zipfile
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from remosplat_drake.errors import FileError, MissingExtraError
+
+MAX_PIXELS = 50_000_000
+"""No camera's image is larger; one that says so is damaged or a trap."""
+
+Source = Path | zipfile.Path
+"""A file in a folder or in an archive."""
+
+
+def read_colors(source: Source) -> np.ndarray:
+    """Colours of an image file, shape (h, w, 3), uint8; alpha is dropped.
+
+    Raises:
+        FileError: It is missing or damaged, or has no 8-bit colours.
+        MissingExtraError: Pillow is not installed.
+    """
+    image = _read_image(source)
+    if image.mode not in ("RGB", "RGBA", "L", "P"):
+        raise FileError(
+            str(source), f"expected 8-bit colours, got mode {image.mode}"
+        )
+    return np.asarray(image.convert("RGB"))
+
+
+def read_depth(source: Source, unit: float) -> np.ndarray:
+    """Depth from a 16-bit or float image or .npy file, (h, w) float32 [m].
+
+    Args:
+        source: The file. What is not finite in it is unknown.
+        unit: One step of its numbers [m].
+
+    Raises:
+        FileError: It is missing or damaged, or is no depth image.
+        MissingExtraError: Pillow is not installed.
+    """
+    if source.name.endswith(".npy"):
+        steps = _read_array(source)
+    else:
+        image = _read_image(source)
+        if image.mode not in ("I;16", "I;16B", "I", "F"):
+            raise FileError(
+                str(source),
+                f"expected 16-bit or float depth, got mode {image.mode}",
+            )
+        steps = np.asarray(image)
+    depth = steps.astype(np.float32) * np.float32(unit)
+    return np.where(np.isfinite(depth), depth, np.float32(0))
+
+
+def read_levels(source: Source) -> np.ndarray:
+    """The numbers 0..255 of a mask or confidence image, shape (h, w)."""
+    return np.asarray(_read_image(source).convert("L"))
+
+
+def shrink_colors(rgb: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """Colours (h, w, 3) averaged over the pixels of a coarser grid."""
+    if rgb.shape[:2] == size:
+        return rgb
+    image = image_module()
+    height, width = size
+    return np.asarray(
+        image.fromarray(rgb).resize((width, height), image.Resampling.BOX)
+    )
+
+
+def check_pixel_count(source: Source, width: int, height: int):
+    """Refuses sizes that no camera has, before memory is asked for.
+
+    Raises:
+        FileError: The size is too large.
+    """
+    if width * height > MAX_PIXELS:
+        raise FileError(
+            str(source),
+            f"claims {width}x{height} pixels; at most"
+            f" {MAX_PIXELS / 1e6:.0f} million are read",
+        )
+
+
+def image_module() -> ModuleType:
+    """Pillow's `Image` module.
+
+    Raises:
+        MissingExtraError: Pillow is not installed.
+    """
+    try:
+        from PIL import Image
+    except ImportError as error:
+        raise MissingExtraError("RGB-D images", "reconstruction") from error
+    return Image
+
+
+def _read_image(source: Source):
+    """A decoded Pillow image."""
+    image = image_module()
+    try:
+        with source.open("rb") as file, image.open(file) as opened:
+            check_pixel_count(source, *opened.size)
+            opened.load()
+            return opened.copy()
+    except FileNotFoundError as error:
+        raise FileError(str(source), "no such file") from error
+    except (
+        OSError,
+        SyntaxError,  # Pillow's, for a PNG file with damaged blocks.
+        ValueError,
+        EOFError,
+        struct.error,
+        zipfile.BadZipFile,
+        image.DecompressionBombError,
+    ) as error:
+        raise FileError(str(source), f"unreadable image: {error}") from error
+
+
+def _read_array(source: Source) -> np.ndarray:
+    """A two-dimensional array of numbers from a .npy file."""
+    try:
+        # The map makes NumPy compare the claimed with the file's own size.
+        array = np.load(str(source), mmap_mode="r", allow_pickle=False)
+    except FileNotFoundError as error:
+        raise FileError(str(source), "no such file") from error
+    except (OSError, ValueError, EOFError) as error:
+        raise FileError(str(source), f"unreadable array: {error}") from error
+    if array.ndim != 2 or array.dtype.kind not in "fiu":
+        raise FileError(
+            str(source),
+            f"expected a depth image, got {array.dtype} of shape {array.shape}",
+        )
+    return np.array(array)

@@ -1,0 +1,29 @@
+"""Camera poses as files write them."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+OPENGL_FROM_OPENCV = np.diag([1.0, -1.0, -1.0, 1.0])
+"""Turns OpenGL's camera (looks along -z, y up) into OpenCV's and back:
+X_WC = X_WC_gl @ OPENGL_FROM_OPENCV."""
+
+
+def poses_from_quaternions(
+    quaternions_xyzw: np.ndarray, translations: np.ndarray
+) -> np.ndarray:
+    """Poses (n, 4, 4) from quaternions (n, 4) of any length and (n, 3) [m].
+
+    What is not finite stays so, for a later check to name.
+
+    Raises:
+        ValueError: A quaternion is zero.
+    """
+    poses = np.tile(np.eye(4), (len(translations), 1, 1))
+    finite = np.isfinite(quaternions_xyzw).all(axis=1)
+    poses[~finite] = np.nan
+    if finite.any():
+        poses[finite, :3, :3] = Rotation.from_quat(
+            quaternions_xyzw[finite]
+        ).as_matrix()
+    poses[:, :3, 3] = translations
+    return poses

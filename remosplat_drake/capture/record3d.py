@@ -1,0 +1,158 @@
+"""Captures of the Record3D app: an .r3d archive, or that archive unpacked.
+
+`metadata` (JSON) holds the camera of the colour images, column by column in
+`K` or, in newer files, for each frame in `perFrameIntrinsicCoeffs` (fx, fy,
+cx, cy), and poses `qx qy qz qw tx ty tz` of OpenGL cameras. `rgbd/N.jpg` is
+the colour image; `rgbd/N.depth` holds float32 metres and `rgbd/N.conf` ARKit's
+confidence, both packed with LZFSE. Files are read from the archive one by one
+and never unpacked to disk.
+"""
+
+import zipfile
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.capture.arkit import keep_confident
+from remosplat_drake.capture.frames import Frame, scale_intrinsics
+from remosplat_drake.capture.images import Source, read_colors
+from remosplat_drake.capture.lzfse_data import unpack
+from remosplat_drake.capture.poses import (
+    OPENGL_FROM_OPENCV,
+    poses_from_quaternions,
+)
+from remosplat_drake.capture.text_files import as_matrix, as_number, read_json
+from remosplat_drake.errors import FieldError, FileError
+
+SUFFIX = ".r3d"
+MAX_MEMBER_BYTES = 64_000_000
+"""No file of an archive is larger; one that says so is a trap."""
+
+LOOKS_FOR = f"an {SUFFIX} file, or a folder with metadata and rgbd/"
+
+
+def recognises(path: Path) -> bool:
+    """Whether `path` is such an archive or folder."""
+    if path.is_dir():
+        return (path / "metadata").is_file() and (path / "rgbd").is_dir()
+    return path.suffix.lower() == SUFFIX
+
+
+def read_frames(path: Path, stride: int) -> Iterator[Frame]:
+    """Every `stride`-th frame.
+
+    Raises:
+        FileError: A file is missing, unreadable or too large.
+        FieldError: A field of the metadata is unusable.
+        MissingExtraError: lzfse is not installed.
+    """
+    if path.is_dir():
+        yield from _read_frames(path, stride)
+        return
+    try:
+        with zipfile.ZipFile(path) as archive:
+            _check_members(path, archive)
+            yield from _read_frames(zipfile.Path(archive), stride)
+    except (
+        OSError,
+        zipfile.BadZipFile,
+        zlib.error,
+        NotImplementedError,  # An unknown kind of packing.
+    ) as error:
+        raise FileError(path, f"unreadable archive: {error}") from error
+
+
+def _read_frames(root: Source, stride: int) -> Iterator[Frame]:
+    metadata_path = root / "metadata"
+    where = str(metadata_path)
+    metadata = read_json(metadata_path)
+    height, width = (as_number(where, k, metadata.get(k)) for k in ("h", "w"))
+    X_WC = _poses(where, metadata)
+    K = _intrinsics(where, metadata, len(X_WC))
+    for i in range(0, len(X_WC), stride):
+        rgb = read_colors(root / "rgbd" / f"{i}.jpg")
+        depth = _read_depth(root / "rgbd" / f"{i}.depth", where, metadata)
+        confidence = root / "rgbd" / f"{i}.conf"
+        if confidence.exists():
+            levels = np.frombuffer(unpack(confidence, depth.size), np.uint8)
+            depth = keep_confident(confidence, depth, levels)
+        yield Frame(
+            name=f"rgbd/{i}",
+            K=scale_intrinsics(K[i], (height, width), rgb.shape[:2]),
+            X_WC=X_WC[i],
+            rgb=rgb,
+            depth=depth,
+        )
+
+
+def _check_members(path: Path, archive: zipfile.ZipFile):
+    """Refuses files that claim to be huge; reading stops at what they claim."""
+    for member in archive.infolist():
+        if member.file_size > MAX_MEMBER_BYTES:
+            raise FileError(
+                path,
+                f"{member.filename} claims {member.file_size / 1e6:.0f} MB;"
+                f" at most {MAX_MEMBER_BYTES / 1e6:.0f} MB are read",
+            )
+        if member.flag_bits & 1:
+            raise FileError(path, f"{member.filename} is encrypted")
+
+
+def _poses(where: str, metadata: dict) -> np.ndarray:
+    """X_WC in OpenCV axes, (n, 4, 4)."""
+    rows = _table(where, metadata, "poses", 7)
+    try:
+        X_WC_gl = poses_from_quaternions(rows[:, :4], rows[:, 4:])
+    except ValueError as error:
+        raise FieldError(where, "poses", str(error)) from error
+    return X_WC_gl @ OPENGL_FROM_OPENCV
+
+
+def _intrinsics(where: str, metadata: dict, count: int) -> np.ndarray:
+    """K of the colour images, (n, 3, 3)."""
+    if metadata.get("perFrameIntrinsicCoeffs"):
+        rows = _table(where, metadata, "perFrameIntrinsicCoeffs", 4)
+        if len(rows) != count:
+            raise FieldError(
+                where,
+                "perFrameIntrinsicCoeffs",
+                f"expected {count} rows, got {len(rows)}",
+            )
+        K = np.tile(np.eye(3), (count, 1, 1))
+        K[:, [0, 1, 0, 1], [0, 1, 2, 2]] = rows
+        return K
+    columns = as_matrix(Path(where), [metadata.get("K")], (1, 9))
+    return np.tile(columns.reshape(3, 3).T, (count, 1, 1))
+
+
+def _table(where: str, metadata: dict, key: str, width: int) -> np.ndarray:
+    rows = metadata.get(key)
+    if not isinstance(rows, list) or not rows:
+        raise FieldError(where, key, "expected a list of rows")
+    try:
+        return as_matrix(Path(where), rows, (len(rows), width))
+    except FileError as error:
+        raise FieldError(where, key, error.problem) from error
+
+
+def _read_depth(source: Source, where: str, metadata: dict) -> np.ndarray:
+    """Metres, (h, w); 0 where unknown."""
+    data = unpack(source)
+    count = len(data) // 4
+    if "dw" in metadata and "dh" in metadata:
+        width, height = (
+            int(as_number(where, key, metadata[key])) for key in ("dw", "dh")
+        )
+    else:
+        # Older files do not say; depth has the shape of colour.
+        height = round((count * metadata["h"] / metadata["w"]) ** 0.5)
+        width = count // max(height, 1)
+    if len(data) != 4 * height * width or count == 0:
+        raise FileError(
+            str(source),
+            f"expected {width}x{height} float32 depths, got {len(data)} bytes",
+        )
+    depth = np.frombuffer(data, "<f4").reshape(height, width)
+    return np.where(np.isfinite(depth), depth, np.float32(0))
