@@ -43,8 +43,24 @@ def load_strict(
     """
     result = _load(schema, read_text(path), str(path), child, defaults)
     if override:
-        result = _load(schema, override, "--scenario-text", None, result)
+        result = load_text(schema, override, "--scenario-text", result)
     return result
+
+
+def load_text(schema: type[T], text: str, where: str, defaults: T) -> T:
+    """Lays YAML over a dataclass's values.
+
+    Args:
+        schema: A dataclass whose fields all have defaults.
+        text: YAML.
+        where: What to blame, a flag for example.
+        defaults: Values for what the text does not name.
+
+    Raises:
+        FileError: The text is not YAML.
+        FieldError: A field is unknown or its value has the wrong type.
+    """
+    return _load(schema, text, where, None, defaults)
 
 
 def read_text(path: Path) -> str:

@@ -1,4 +1,4 @@
-"""How trials are run: here, or in many processes of this machine.
+"""How jobs are run: here, or in many processes of this machine.
 
 An engine is a generator of results, in whatever order they come.
 """
@@ -6,9 +6,8 @@ An engine is a generator of results, in whatever order they come.
 import multiprocessing
 import os
 import signal
-import traceback
-from collections import deque
-from collections.abc import Callable, Generator, Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     Future,
@@ -17,89 +16,106 @@ from concurrent.futures import (
 )
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from multiprocessing.sharedctypes import Synchronized
 
-from remosplat_drake.benchmark.result import TrialResult
-from remosplat_drake.benchmark.trial import Trial, describe
+from remosplat_drake.benchmark.jobs import Job, JobList, JobSource, Results
 
 MAX_ATTEMPTS = 2
-"""A trial whose worker dies so often is recorded as crashed."""
+"""A job whose worker dies so often is given up."""
 
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
     "NUMBA_NUM_THREADS": "1",
 }
 """Environment of a worker."""
 
-DIED = "its process died"
-"""What a result says whose worker was lost."""
-
-RunTrial = Callable[[Trial], TrialResult]
-Results = Generator[TrialResult, None, None]
+VISIBLE_GPUS = "CUDA_VISIBLE_DEVICES"
+"""The variable that names the GPUs a process sees."""
 
 
-def guarded(function: RunTrial, trial: Trial) -> TrialResult:
-    """The trial's result; an error in it becomes a result, too."""
-    try:
-        return function(trial)
-    except Exception:
-        return describe(trial, error=traceback.format_exc(limit=-3).strip())
-
-
-def in_this_process(trials: list[Trial], function: RunTrial) -> Results:
+def in_this_process(source: JobSource) -> Results:
     """One after the other, in order."""
-    for trial in trials:
-        yield guarded(function, trial)
+    while (job := source.take()) is not None:
+        result = job.run()
+        source.done(job, result)
+        yield result
 
 
-def in_workers(trials: list[Trial], jobs: int, function: RunTrial) -> Results:
-    """Results as they come; a worker that dies costs at most its trial."""
-    waiting = deque((trial, 1) for trial in trials)
-    suspects: deque[tuple[Trial, int]] = deque()
-    while waiting or suspects:
+def in_workers(
+    source: JobSource, workers: int, gpus: Sequence[str] = ()
+) -> Results:
+    """Results as they come; a worker that dies costs at most its job.
+
+    Args:
+        source: What to run.
+        workers: How many processes.
+        gpus: GPUs that workers share, as `VISIBLE_GPUS` names them; each
+            worker sees one.
+    """
+    again, deaths = JobList(), Counter[Job]()
+    finished = False
+    while not finished or again:
         # After a death, those that were running then go one by one: only
         # so is it clear whose worker dies.
-        queue, workers = (suspects, 1) if suspects else (waiting, jobs)
-        running: dict[Future, tuple[Trial, int]] = {}
-        with _pool(min(workers, len(queue))) as pool:
+        queue, count = (again, 1) if again else (source, workers)
+        running: dict[Future, Job] = {}
+        with _pool(count, gpus) as pool:
             try:
-                yield from _drain(pool, queue, running, workers, function)
+                for job, result in _drain(pool, queue, running, count, again):
+                    source.done(job, result)
+                    yield result
+                finished = queue is source
             except BrokenProcessPool:
-                for trial, attempt in running.values():
-                    if attempt < MAX_ATTEMPTS:
-                        suspects.append((trial, attempt + 1))
+                for job in running.values():
+                    deaths[job] += 1
+                    if deaths[job] < MAX_ATTEMPTS:
+                        again.add(job)
                     else:
-                        yield describe(trial, error=DIED)
+                        result = job.died()
+                        source.done(job, result)
+                        yield result
 
 
 def _drain(
     pool: ProcessPoolExecutor,
-    queue: deque[tuple[Trial, int]],
-    running: dict[Future, tuple[Trial, int]],
+    queue: JobSource,
+    running: dict[Future, Job],
     workers: int,
-    function: RunTrial,
-) -> Results:
+    again: JobList,
+) -> Iterator[tuple[Job, object]]:
     """Keeps the workers busy; `running` tells who is at work."""
-    while queue or running:
-        while queue and len(running) < workers:
-            # A dead pool takes nothing: then the trial stays in the queue.
-            future = pool.submit(guarded, function, queue[0][0])
-            running[future] = queue.popleft()
+    while True:
+        while len(running) < workers and (job := queue.take()) is not None:
+            try:
+                running[pool.submit(job.run)] = job
+            except BrokenProcessPool:
+                again.add(job)
+                raise
+        if not running:
+            return
         done, _ = wait(running, return_when=FIRST_COMPLETED)
         for future in done:
             result = future.result()
-            del running[future]
-            yield result
+            yield running.pop(future), result
+
+
+def gpu_for(worker: int, gpus: Sequence[str]) -> str:
+    """The GPU of a worker: they take turns."""
+    return gpus[worker % len(gpus)]
 
 
 @contextmanager
-def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+def _pool(workers: int, gpus: Sequence[str]) -> Iterator[ProcessPoolExecutor]:
     """Spawned workers of one thread each; Ctrl-C is the parent's to handle."""
+    spawn = multiprocessing.get_context("spawn")
     with _one_thread():
         pool = ProcessPoolExecutor(
             workers,
-            mp_context=multiprocessing.get_context("spawn"),
-            initializer=_ignore_interrupts,
+            mp_context=spawn,
+            initializer=_start_worker,
+            initargs=(spawn.Value("i", 0), tuple(gpus)),
         )
         try:
             yield pool
@@ -111,8 +127,14 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
             pool.shutdown(cancel_futures=True)
 
 
-def _ignore_interrupts():
+def _start_worker(started: "Synchronized[int]", gpus: tuple[str, ...]):
+    """Gives a worker its GPU, before anything has looked for one."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with started.get_lock():
+        worker = started.value
+        started.value += 1
+    if gpus:
+        os.environ[VISIBLE_GPUS] = gpu_for(worker, gpus)
 
 
 @contextmanager

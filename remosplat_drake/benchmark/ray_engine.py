@@ -1,29 +1,22 @@
-"""Trials on a Ray cluster, whose nodes see the same files."""
+"""Jobs on a Ray cluster, whose nodes see the same files."""
 
 import socket
 
-from remosplat_drake.benchmark.engines import (
-    DIED,
-    MAX_ATTEMPTS,
-    ONE_THREAD,
-    Results,
-    RunTrial,
-    guarded,
-)
-from remosplat_drake.benchmark.trial import Trial, describe
+from remosplat_drake.benchmark.engines import MAX_ATTEMPTS, ONE_THREAD
+from remosplat_drake.benchmark.jobs import Job, JobSource, Results
 from remosplat_drake.errors import MissingExtraError, RemoSplatError
 
 CONNECT_TIMEOUT = 5.0
 """How long a cluster may take to answer [s]."""
 
 
-def on_ray(trials: list[Trial], address: str, function: RunTrial) -> Results:
+def on_ray(source: JobSource, address: str) -> Results:
     """Results as they come; a lost worker or node costs nothing.
 
     Args:
-        trials: What to run. Scene files must have the same path everywhere.
+        source: What to run. Scene files must have the same path everywhere,
+            and the nodes must be able to import the functions.
         address: Of the cluster, as `ray.init` takes it.
-        function: What runs a trial; must be importable by the nodes.
 
     Raises:
         MissingExtraError: Ray is not installed.
@@ -47,15 +40,25 @@ def on_ray(trials: list[Trial], address: str, function: RunTrial) -> Results:
         except (ConnectionError, ValueError) as error:
             raise _no_cluster(address) from error
     try:
-        remote = ray.remote(num_cpus=1, max_retries=MAX_ATTEMPTS - 1)(guarded)
-        running = {remote.remote(function, trial): trial for trial in trials}
-        while running:
+        run = ray.remote(num_cpus=1, max_retries=MAX_ATTEMPTS - 1)(Job.run)
+        running: dict[object, Job] = {}
+        while True:
+            # Nodes come and go. Some jobs wait there, so that none idles.
+            cores = ray.cluster_resources().get("CPU", 1)
+            while len(running) < 2 * cores:
+                if (job := source.take()) is None:
+                    break
+                running[run.remote(job)] = job
+            if not running:
+                return
             (done, *_), _ = ray.wait(list(running))
-            trial = running.pop(done)
+            job = running.pop(done)
             try:
-                yield ray.get(done)
+                result = ray.get(done)
             except ray.exceptions.RayError:
-                yield describe(trial, error=DIED)
+                result = job.died()
+            source.done(job, result)
+            yield result
     finally:
         if ours:
             ray.shutdown()

@@ -9,9 +9,9 @@ from remosplat_drake.benchmark.plots import (
     success_plot,
     timing_plot,
 )
-from remosplat_drake.benchmark.report import report_tables
 from remosplat_drake.benchmark.result import TrialResult
 from remosplat_drake.benchmark.summary import Comparison, gather
+from remosplat_drake.benchmark.tables import Table
 
 STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto;
@@ -27,10 +27,12 @@ p { color: #555; max-width: 60em; }
 """
 
 
-def to_html(results: Sequence[TrialResult], heading: str) -> str:
-    """One self-contained page."""
+def to_html(
+    results: Sequence[TrialResult], tables: Sequence[Table], heading: str
+) -> str:
+    """One self-contained page: plots of results, and the report's tables."""
     parts = [_figures(comparison) for comparison in gather(results)]
-    parts += [table.to_html() for table in report_tables(results)]
+    parts += [table.to_html() for table in tables]
     title = html.escape(heading)
     body = "\n".join(parts)
     return (

@@ -10,18 +10,21 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from pathlib import Path
 
-from remosplat_drake.benchmark.engines import (
-    RunTrial,
-    in_this_process,
-    in_workers,
-)
+from remosplat_drake.benchmark.engines import in_this_process, in_workers
+from remosplat_drake.benchmark.jobs import JobSource, Results
 from remosplat_drake.benchmark.ray_engine import on_ray
 from remosplat_drake.benchmark.result import (
     TrialResult,
     read_results,
     to_line,
 )
+from remosplat_drake.benchmark.splat_record import SplatRecord
 from remosplat_drake.benchmark.trial import Trial, run_trial
+from remosplat_drake.benchmark.trial_queue import (
+    RunTrial,
+    SplatMaking,
+    TrialQueue,
+)
 from remosplat_drake.errors import FileError
 
 
@@ -31,24 +34,29 @@ def run_trials(
     jobs: int,
     *,
     ray_address: str | None = None,
-    on_start: Callable[[int], None] | None = None,
-    on_result: Callable[[TrialResult], None] | None = None,
+    splats: SplatMaking | None = None,
+    is_over: Callable[[], bool] = lambda: False,
+    on_start: Callable[[TrialQueue], None] | None = None,
+    on_result: Callable[[TrialResult | SplatRecord], None] | None = None,
     function: RunTrial = run_trial,
 ) -> list[TrialResult]:
     """Runs what a result file does not hold yet, and what crashed.
 
     Args:
-        trials: What to run.
+        trials: What to run, scene by scene.
         path: The result file; made if it is not there.
         jobs: Worker processes; 0 runs everything in this one.
         ray_address: Run on that Ray cluster instead ("auto": the one of this
             machine, "local": a new one).
-        on_start: Called with the number of trials that are left to run.
-        on_result: Called with every new result.
+        splats: How scenes get the splats they lack; None leaves them without.
+        is_over: Once it says so, nothing new is started.
+        on_start: Called with what is left to run.
+        on_result: Called with every new result, and every new splat's record.
         function: What runs a trial; must be importable by workers.
 
     Returns:
-        The results of all trials, old and new, in the order of `trials`.
+        The results of all trials, old and new, in the order in which their
+        scenes were ready; without those that were not started in time.
 
     Raises:
         FileError: The result file cannot be read or written.
@@ -57,31 +65,41 @@ def run_trials(
     known = {
         result.key: result for result in read_results(path) if not result.error
     }
-    keys = [trial.key() for trial in trials]
-    todo = {
-        key: trial
-        for key, trial in zip(keys, trials, strict=True)
-        if key not in known
-    }
+    queue = TrialQueue(
+        trials,
+        known.copy(),
+        jobs,
+        function=function,
+        splats=splats,
+        is_over=is_over,
+    )
     if on_start is not None:
-        on_start(len(todo))
-    left = list(todo.values())
-    if ray_address is not None:
-        running = on_ray(left, ray_address, function)
-    elif jobs == 0:
-        running = in_this_process(left, function)
-    else:
-        running = in_workers(left, jobs, function)
+        on_start(queue)
+    running = _run(queue, jobs, ray_address, splats.gpus if splats else ())
     with (
         _ResultFile(path) as file,
         closing(running) as results,
     ):
         for result in results:
-            file.append(result)
-            known[result.key] = result
+            if isinstance(result, TrialResult):
+                file.append(result)
+                known[result.key] = result
             if on_result is not None:
                 on_result(result)
-    return [known[key] for key in keys]
+    return [known[key] for key in queue.keys if key in known]
+
+
+def _run(
+    source: JobSource,
+    jobs: int,
+    ray_address: str | None,
+    gpus: Sequence[str],
+) -> Results:
+    if ray_address is not None:
+        return on_ray(source, ray_address)
+    if jobs == 0:
+        return in_this_process(source)
+    return in_workers(source, jobs, gpus)
 
 
 class _ResultFile:

@@ -3,6 +3,7 @@
 import dataclasses as dc
 import hashlib
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
 from remosplat_drake import resources
@@ -26,6 +27,7 @@ from remosplat_drake.benchmark.scene_generators import (
     PUBLISHED_FAMILIES,
     generate,
 )
+from remosplat_drake.benchmark.splat_record import read_record
 from remosplat_drake.errors import FileError, RemoSplatError, unknown_name
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_rmmi
@@ -91,7 +93,8 @@ class SceneCase:
         path = self.trained_splat(self.truth())
         if path is None:
             return SURFEL
-        return f"{path.name}-{hashlib.sha256(path.read_bytes()).hexdigest()}"
+        status = path.stat()
+        return f"{path.name}-{_digest(path, status.st_mtime_ns)}"
 
     def splat(self) -> tuple[GaussianSplat, str]:
         """The scene's splat in W and where it comes from.
@@ -101,13 +104,16 @@ class SceneCase:
         truth = self.truth()
         path = self.trained_splat(truth)
         if path is not None:
-            return read_ply(path), TRAINED
+            record = read_record(path)
+            return read_ply(path), record.origin if record else TRAINED
         return surfel_splat(truth, SURFEL_COUNT), SURFEL
 
 
-def splat_cache() -> Path:
-    """Where trained splats are kept by the content of their scenes."""
-    return resources.cache_dir() / "splats"
+@cache
+def _digest(path: Path, modified: int) -> str:
+    """Of a file as it was at that time; each method asks for it again."""
+    del modified
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def load_cases(
@@ -136,7 +142,7 @@ def load_suite(
             "generated:FAMILY,..." for chosen ones, or "published:DIR" with
             the folders of `PUBLISHED_FOLDERS` in DIR.
         count: How many of each family.
-        splat_folders: Where else to look for trained splats.
+        splat_folders: Where to look for trained splats.
         trained_only: Leave out scenes without a trained splat.
 
     Raises:
@@ -153,7 +159,7 @@ def load_suite(
             f"--suite: unknown suite {name!r}; valid: generated,"
             " generated:FAMILY,..., published:DIR, scan:NAME[:DATA]"
         )
-    folders = tuple(str(f) for f in (*splat_folders, splat_cache()))
+    folders = tuple(str(folder) for folder in splat_folders)
     chosen = []
     for family in FAMILIES:
         found = [

@@ -1,36 +1,49 @@
 """`remosplat benchmark`: the paper's comparison, and your own in it."""
 
 import argparse
+import dataclasses as dc
+import math
 import os
+from collections.abc import Callable
 from pathlib import Path
+from time import monotonic
 
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 
 from remosplat_drake import warm_up
 from remosplat_drake.atomic_file import check_writable, write_atomically
+from remosplat_drake.benchmark.kernel_warm_up import compile_kernels
 from remosplat_drake.benchmark.methods import GROUPS, load_methods
 from remosplat_drake.benchmark.report import report_tables, to_markdown
 from remosplat_drake.benchmark.report_page import to_html
-from remosplat_drake.benchmark.result import (
-    CRASH,
-    SUCCESS,
-    TrialResult,
-    read_results,
-)
+from remosplat_drake.benchmark.result import CRASH, TrialResult, read_results
 from remosplat_drake.benchmark.runner import run_trials
+from remosplat_drake.benchmark.splat_record import (
+    SplatRecord,
+    read_records,
+    write_records,
+)
+from remosplat_drake.benchmark.splat_table import splat_table
 from remosplat_drake.benchmark.suites import load_cases
+from remosplat_drake.benchmark.trained_splats import stored_records
 from remosplat_drake.benchmark.trial import Trial
+from remosplat_drake.benchmark.trial_queue import (
+    SplatMaking,
+    interleave_families,
+)
+from remosplat_drake.commands.benchmark_progress import BenchmarkProgress
+from remosplat_drake.commands.splat_making import (
+    add_splat_arguments,
+    splat_folders,
+    splat_making,
+)
 
-RESULTS, REPORT, PAGE = "trials.jsonl", "report.md", "report.html"
+RESULTS, SPLATS = "trials.jsonl", "splats.jsonl"
+REPORT, PAGE = "report.md", "report.html"
 """What a benchmark leaves in its output folder."""
+
+CRASHED, UNFINISHED = 1, 3
+"""Exit codes."""
 
 HEADING = "Benchmark"
 
@@ -71,20 +84,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="values laid over every method, e.g. '{time_limit: 5}'",
     )
     parser.add_argument(
-        "--splats",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="where trained splats are, as SCENE.ply; otherwise surfels on"
-        " the true geometry stand in",
-    )
-    parser.add_argument(
-        "--trained-only",
-        action="store_true",
-        help="only scenes that have a trained splat",
-    )
-    parser.add_argument(
         "--output",
         type=Path,
         default=Path("results/benchmark"),
@@ -105,6 +104,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="run on that Ray cluster instead (extra `cluster`); auto: the"
         " one of this machine",
     )
+    parser.add_argument(
+        "--stop-after",
+        type=_minutes,
+        default=math.inf,
+        metavar="MINUTES",
+        help="start nothing new after that time, and report what is there;"
+        " the same command goes on with the rest",
+    )
+    add_splat_arguments(parser)
+
+
+def _minutes(text: str) -> float:
+    minutes = float(text)
+    if not minutes > 0:
+        raise argparse.ArgumentTypeError(f"{text} is not a time > 0")
+    return minutes
 
 
 def _positive(text: str) -> int:
@@ -115,71 +130,119 @@ def _positive(text: str) -> int:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs what is missing and prints the tables; 1 if a trial crashed."""
+    """Runs what is missing and prints the tables.
+
+    Returns:
+        0: all is run. 1: a trial crashed or a splat could not be made.
+        3: `--stop-after` has left some.
+    """
+    started = monotonic()
     console = Console(stderr=True)
     output: Path = arguments.output
-    for name in (RESULTS, REPORT, PAGE):
+    for name in (RESULTS, SPLATS, REPORT, PAGE):
         check_writable(output / name)
     methods = load_methods(
         arguments.methods.split(","),
         arguments.scenario_text,
         arguments.spheres,
     )
+    splats = splat_making(arguments)
     with console.status("choosing scenes"):
         cases = load_cases(
             arguments.suite,
             arguments.scenes,
-            tuple(arguments.splats),
+            splat_folders(arguments, splats),
             arguments.trained_only,
         )
-    warm_up.announce(console)
+    cases = interleave_families(cases)
     # Scene by scene: an interrupted run has compared all methods in some.
     trials = [Trial(method, case) for case in cases for method in methods]
-    results = _run(trials, arguments, console)
-    known = read_results(output / RESULTS)
-    text = to_markdown(report_tables(known), HEADING)
-    write_atomically(output / REPORT, text)
-    write_atomically(output / PAGE, to_html(known, HEADING))
-    print(text)
-    console.print(f"wrote {RESULTS}, {REPORT} and {PAGE} to {output}")
-    crashed = [r for r in results if r.outcome("text") == CRASH]
-    for result in crashed:
-        last = result.error.splitlines()[-1]
-        console.print(
-            f"[red]crashed:[/red] {result.method} in {result.scene}: {last}"
-        )
-    return 1 if crashed else 0
+    warm_up.announce(console)
+    if arguments.jobs > 1:
+        with console.status("warming up"):
+            compile_kernels(trials, splats)
+    seconds = 60 * arguments.stop_after
+    outcome = _run(
+        trials,
+        arguments,
+        splats,
+        console,
+        lambda: monotonic() - started > seconds,
+    )
+    if splats is not None:
+        made = stored_records(cases, splats.recipe)
+        write_records(output / SPLATS, [*made, *outcome.failed_splats])
+    _report(output, console)
+    return _conclude(outcome, console)
+
+
+@dc.dataclass(frozen=True)
+class _Outcome:
+    """What a run has come to, and what it has left."""
+
+    results: list[TrialResult]
+    failed_splats: list[SplatRecord]
+    trials_left: int
+    splats_left: int
 
 
 def _run(
-    trials: list[Trial], arguments: argparse.Namespace, console: Console
-) -> list[TrialResult]:
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-    )
-    succeeded = finished = 0
-    with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task("running", total=None)
+    trials: list[Trial],
+    arguments: argparse.Namespace,
+    splats: SplatMaking | None,
+    console: Console,
+    is_over: Callable[[], bool],
+) -> _Outcome:
+    failed: list[SplatRecord] = []
+    with BenchmarkProgress(console) as progress:
 
-        def show(result: TrialResult):
-            nonlocal succeeded, finished
-            finished += 1
-            succeeded += result.outcome("text") == SUCCESS
-            description = f"{succeeded}/{finished} reached"
-            progress.update(task, advance=1, description=description)
+        def show(result: TrialResult | SplatRecord):
+            progress.show(result)
+            if isinstance(result, SplatRecord) and result.error:
+                failed.append(result)
 
-        def start(count: int):
-            progress.update(task, total=count)
-
-        return run_trials(
+        results = run_trials(
             trials,
             arguments.output / RESULTS,
             arguments.jobs,
             ray_address=arguments.ray,
-            on_start=start,
+            splats=splats,
+            is_over=is_over,
+            on_start=progress.start,
             on_result=show,
         )
+    return _Outcome(
+        results, failed, len(trials) - len(results), progress.splats_left
+    )
+
+
+def _report(output: Path, console: Console) -> None:
+    """Prints and writes all that the folder holds."""
+    known = read_results(output / RESULTS)
+    made = splat_table(read_records(output / SPLATS))
+    tables = [*report_tables(known), *([made] if made else [])]
+    text = to_markdown(tables, HEADING)
+    write_atomically(output / REPORT, text)
+    write_atomically(output / PAGE, to_html(known, tables, HEADING))
+    print(text)
+    console.print(f"wrote {RESULTS}, {REPORT} and {PAGE} to {output}")
+
+
+def _conclude(outcome: _Outcome, console: Console) -> int:
+    """Says what went wrong and what is left; the exit code."""
+    crashed = [r for r in outcome.results if r.outcome("text") == CRASH]
+    broken = [
+        *((f"{r.method} in {r.scene}", r.error) for r in crashed),
+        *((f"splat of {r.scene}", r.error) for r in outcome.failed_splats),
+    ]
+    for what, error in broken:
+        last = error.splitlines()[-1]
+        console.print(f"[red]crashed:[/red] {what}: {last}")
+    if outcome.trials_left:
+        console.print(
+            f"stopped in time: {outcome.trials_left} trials and"
+            f" {outcome.splats_left} splats are left; the same command goes on"
+        )
+    if broken:
+        return CRASHED
+    return UNFINISHED if outcome.trials_left else 0

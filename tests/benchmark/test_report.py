@@ -148,7 +148,7 @@ def test_the_page_holds_plots_and_tables(make_result):
         for method in ("sdf-hard", "sdf-active")
         for scene in "abc"
     ]
-    page = to_html(results, "Numbers & plots")
+    page = to_html(results, report_tables(results), "Numbers & plots")
     assert "<h1>Numbers &amp; plots</h1>" in page
     # Success, clearance, acceleration, time; no splats, no rate over them.
     assert page.count("<svg") == page.count("<figcaption>") == 4
@@ -158,10 +158,10 @@ def test_the_page_holds_plots_and_tables(make_result):
         make_result("depth-hard", x, splat="surfel", splat_count=60_000)
         for x in "abc"
     ]
-    assert "Control rate and splats" in to_html(results, "x")
+    assert "Control rate and splats" in to_html(results, [], "x")
 
 
 def test_a_page_of_crashes_is_still_a_page(make_result):
     crashed = make_result(text=None, authors=None, times=None, error="no")
     crashed = dc.replace(crashed, text=None, authors=None)
-    assert "<svg" in to_html([crashed], "x")
+    assert "<svg" in to_html([crashed], [], "x")

@@ -56,7 +56,11 @@ def test_what_is_in_the_file_is_not_run_again(tmp_path, trials):
     path, counts = tmp_path / "trials.jsonl", []
     first = run_trials(trials[:1], path, jobs=0, function=instant)
     both = run_trials(
-        trials, path, jobs=0, on_start=counts.append, function=instant
+        trials,
+        path,
+        jobs=0,
+        on_start=lambda queue: counts.append(queue.trials_left),
+        function=instant,
     )
     assert counts == [1]
     assert both[0] == first[0]
@@ -109,7 +113,13 @@ def test_an_interrupted_run_goes_on_where_it_was(tmp_path, trials):
     with pytest.raises(KeyboardInterrupt):
         run_trials(trials, path, jobs=0, on_result=interrupt, function=instant)
     assert len(read_results(path)) == 1
-    run_trials(trials, path, jobs=0, on_start=counts.append, function=instant)
+    run_trials(
+        trials,
+        path,
+        jobs=0,
+        on_start=lambda queue: counts.append(queue.trials_left),
+        function=instant,
+    )
     assert counts == [1]
     assert len(read_results(path)) == 2
 

@@ -1,0 +1,86 @@
+"""How a scene's splat is made, and where it is kept.
+
+Every recipe has a folder of its own in the user's cache: another recipe
+never takes a splat for its own. In it, splats are named by the content of
+their scenes. Scenes that differ in nothing but their target share one.
+"""
+
+import dataclasses as dc
+import hashlib
+from pathlib import Path
+
+from remosplat_drake import resources
+from remosplat_drake.benchmark.reaching_task import TRAINED
+from remosplat_drake.errors import FieldError, unknown_name
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.strict_yaml import load_text
+
+RECIPE_VERSION = 1
+"""Raised whenever the same settings would give other splats."""
+
+REFINED = "refined"
+"""What tables call a splat that was fitted on the CPU, without gradients."""
+
+ORIGINS = {"cuda": TRAINED, "cpu": REFINED}
+"""By the device that makes them."""
+
+
+@dc.dataclass
+class SplatRecipe:
+    """Rendered views, and what is made of them."""
+
+    # `cuda` trains, `cpu` refines.
+    device: str = "cuda"
+    # Rendered views.
+    views: int = 120
+    # Size of a view [pixels].
+    width: int = 640
+    height: int = 480
+    # Splats at most; finest around the target.
+    count: int = 60_000
+    # Optimisation steps.
+    steps: int = 2000
+    # Of everything random.
+    seed: int = 0
+
+    @property
+    def origin(self) -> str:
+        """What tables call its splats."""
+        return ORIGINS[self.device]
+
+    @property
+    def folder(self) -> Path:
+        """Where its splats are kept."""
+        settings = repr((RECIPE_VERSION, self))
+        digest = hashlib.sha256(settings.encode()).hexdigest()[:12]
+        return resources.cache_dir() / "splats" / f"{self.origin}-{digest}"
+
+    def splat_file(self, truth: PrimitiveScene) -> Path:
+        """Where the splat of a scene is, or would be."""
+        return self.folder / f"{truth.content_hash}.ply"
+
+
+def load_recipe(device: str, override: str = "") -> SplatRecipe:
+    """The recipe for a device, with YAML laid over it.
+
+    Raises:
+        FieldError: A field is unknown, or its value is out of range.
+        FileError: `override` is not YAML.
+    """
+    recipe = SplatRecipe(device=device)
+    if override:
+        recipe = load_text(SplatRecipe, override, "--recipe", recipe)
+    if recipe.device not in ORIGINS:
+        problem = unknown_name("device", recipe.device, ORIGINS)
+        raise FieldError("--recipe", "device", problem)
+    for field in ("views", "width", "height", "count", "steps"):
+        value = getattr(recipe, field)
+        if value < 1:
+            problem = f"must be at least 1, got {value}"
+            raise FieldError("--recipe", field, problem)
+    return recipe
+
+
+def default_folders() -> tuple[Path, ...]:
+    """Where splats of the default recipes are, the trained ones first."""
+    return tuple(SplatRecipe(device=device).folder for device in ORIGINS)

@@ -1,0 +1,92 @@
+"""`SplatRecord`: what is known about a splat that was made for a scene."""
+
+import dataclasses as dc
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+from remosplat_drake.atomic_file import write_atomically
+from remosplat_drake.errors import FileError
+from remosplat_drake.reconstruction.quality import DistanceQuality
+
+
+@dc.dataclass(frozen=True)
+class SplatRecord:
+    """How a scene's splat was made, and how well it measures distances.
+
+    Attributes:
+        scene: Name of the scene.
+        family: Family of the scene.
+        origin: "trained" or "refined"; see `SplatRecipe`.
+        recipe: All settings.
+        version: Of this package.
+        count: How many splats.
+        capture_seconds: Rendering the views and laying the first discs [s].
+        fit_seconds: Training or refining [s].
+        quality: Distance errors by oracle.
+        error: Why there is no splat; empty otherwise.
+    """
+
+    scene: str
+    family: str
+    origin: str
+    recipe: dict
+    version: str
+    count: int = 0
+    capture_seconds: float = 0.0
+    fit_seconds: float = 0.0
+    quality: dict[str, DistanceQuality] = dc.field(default_factory=dict)
+    error: str = ""
+
+
+def write_record(splat_file: Path, record: SplatRecord) -> None:
+    """Puts a record beside its splat.
+
+    Raises:
+        FileError: The folder cannot be written.
+    """
+    write_records(splat_file.with_suffix(".json"), [record])
+
+
+def read_record(splat_file: Path) -> SplatRecord | None:
+    """The record beside a splat; None for a splat from elsewhere.
+
+    Raises:
+        FileError: There is a file, but it holds something else.
+    """
+    return next(iter(read_records(splat_file.with_suffix(".json"))), None)
+
+
+def write_records(path: Path, records: Iterable[SplatRecord]) -> None:
+    """Writes one line of JSON a record.
+
+    Raises:
+        FileError: The file cannot be written.
+    """
+    lines = [json.dumps(dc.asdict(r), sort_keys=True) + "\n" for r in records]
+    write_atomically(path, "".join(lines))
+
+
+def read_records(path: Path) -> list[SplatRecord]:
+    """What `write_records` wrote; nothing without a file.
+
+    Raises:
+        FileError: There is a file, but it holds something else.
+    """
+    try:
+        lines = path.read_text().splitlines()
+        return [_from_fields(json.loads(line)) for line in lines]
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise FileError(
+            path, f"does not hold records of splats ({error})"
+        ) from error
+
+
+def _from_fields(fields: dict) -> SplatRecord:
+    quality = {
+        oracle: DistanceQuality(**numbers)
+        for oracle, numbers in fields.pop("quality").items()
+    }
+    return SplatRecord(quality=quality, **fields)

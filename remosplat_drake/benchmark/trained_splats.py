@@ -1,0 +1,178 @@
+"""Makes the splats of scenes: renders views, fits discs, measures errors.
+
+A splat and its record are files in the recipe's folder. The splat comes
+last: where it is, everything is.
+"""
+
+import dataclasses as dc
+from collections.abc import Callable, Iterable
+from time import perf_counter
+
+import numpy as np
+
+from remosplat_drake import __version__
+from remosplat_drake.benchmark.reaching_task import BenchmarkCase
+from remosplat_drake.benchmark.splat_recipe import SplatRecipe
+from remosplat_drake.benchmark.splat_record import (
+    SplatRecord,
+    read_record,
+    write_record,
+)
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.synthetic import render_capture, survey_poses
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.oracle.config import (
+    DepthRasterization,
+    OracleConfig,
+    SphereToEllipsoid,
+    make_field,
+)
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.reconstruction.quality import (
+    DistanceQuality,
+    distance_quality,
+)
+from remosplat_drake.reconstruction.surfels import (
+    Surfels,
+    splat_of_surfels,
+    surfels_from_capture,
+)
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.ply import write_ply
+
+Fit = Callable[[Capture, Surfels, SplatRecipe], GaussianSplat]
+"""Makes a splat of a capture and the discs that were laid on it."""
+
+ORACLES: dict[str, OracleConfig] = {
+    "ellipsoid": SphereToEllipsoid(),
+    "depth": DepthRasterization(),
+}
+"""The oracles that a splat's distance errors are measured with."""
+
+QUALITY_POINTS = 4000
+"""Drawn in the space of the task, of which those near the scene count."""
+
+MARGIN, FLOOR_MARGIN, HEIGHT = 0.6, 0.05, 1.4
+"""That space reaches so far beyond start and target, and from just above the
+floor up to so high [m]."""
+
+
+@dc.dataclass(frozen=True)
+class SplatOrder:
+    """A scene that needs a splat; small enough to be sent to a worker.
+
+    Attributes:
+        case: The scene.
+        recipe: How to make its splat.
+    """
+
+    case: BenchmarkCase
+    recipe: SplatRecipe
+
+
+def failed_record(order: SplatOrder, error: str) -> SplatRecord:
+    """What is left of an order that could not be carried out."""
+    return dc.replace(_head(order), error=error)
+
+
+def make_splat(order: SplatOrder) -> SplatRecord:
+    """Makes a scene's splat on the recipe's device and stores it.
+
+    Raises:
+        Exception: Whatever goes wrong inside.
+    """
+    return make_splat_with(FITS[order.recipe.device], order)
+
+
+def make_splat_with(fit: Fit, order: SplatOrder) -> SplatRecord:
+    """Makes a scene's splat and stores it.
+
+    Args:
+        fit: Fits the discs.
+        order: Which scene, and how.
+
+    Raises:
+        Exception: Whatever goes wrong inside.
+    """
+    recipe, truth = order.recipe, order.case.task().solids
+    if truth is None or truth.X_WE_target is None:
+        raise RemoSplatError(f"{order.case.name} cannot be rendered")
+    started = perf_counter()
+    capture = render_capture(
+        truth,
+        survey_poses(truth, recipe.views, recipe.seed),
+        recipe.width,
+        recipe.height,
+    )
+    surfels = surfels_from_capture(
+        capture, recipe.count, focus=truth.X_WE_target.translation()
+    )
+    captured = perf_counter()
+    splat = fit(capture, surfels, recipe)
+    record = dc.replace(
+        _head(order),
+        count=len(splat),
+        capture_seconds=captured - started,
+        fit_seconds=perf_counter() - captured,
+        quality=splat_quality(splat, truth),
+    )
+    path = recipe.splat_file(truth)
+    write_record(path, record)
+    write_ply(path, splat, with_normals=False)
+    return record
+
+
+def stored_records(
+    cases: Iterable[BenchmarkCase], recipe: SplatRecipe
+) -> list[SplatRecord]:
+    """The records of all scenes that have a splat of a recipe."""
+    scenes = (case.task().solids for case in cases)
+    files = (recipe.splat_file(scene) for scene in scenes if scene is not None)
+    records = (read_record(path) for path in files if path.is_file())
+    return [record for record in records if record is not None]
+
+
+def splat_quality(
+    splat_W: GaussianSplat, truth: PrimitiveScene
+) -> dict[str, DistanceQuality]:
+    """Distance errors by oracle, in the space of the scene's task."""
+    assert truth.X_WE_target is not None and truth.X_WB_start is not None
+    way = np.array([truth.X_WE_target.translation()[:2], truth.X_WB_start[:2]])
+    lower = np.array([*way.min(axis=0) - MARGIN, FLOOR_MARGIN])
+    upper = np.array([*way.max(axis=0) + MARGIN, HEIGHT])
+    field = SignedDistanceField(truth)
+    return {
+        name: distance_quality(
+            make_field(config, splat_W, truth, name),
+            field,
+            lower,
+            upper,
+            QUALITY_POINTS,
+        )
+        for name, config in ORACLES.items()
+    }
+
+
+def _head(order: SplatOrder) -> SplatRecord:
+    return SplatRecord(
+        scene=order.case.name,
+        family=order.case.family,
+        origin=order.recipe.origin,
+        recipe=dc.asdict(order.recipe),
+        version=__version__,
+    )
+
+
+def _train(
+    capture: Capture, surfels: Surfels, recipe: SplatRecipe
+) -> GaussianSplat:
+    # Imported here: the extra `gpu` need not be installed.
+    from remosplat_drake.reconstruction import training
+
+    config = training.TrainingConfig(steps=recipe.steps, seed=recipe.seed)
+    return training.train(capture, splat_of_surfels(surfels), config).splat
+
+
+FITS: dict[str, Fit] = {"cuda": _train}
+"""How splats are made, by device."""

@@ -1,0 +1,112 @@
+"""The flags that give a benchmark's scenes their own splats."""
+
+import argparse
+import os
+from pathlib import Path
+
+from remosplat_drake.benchmark.engines import VISIBLE_GPUS
+from remosplat_drake.benchmark.splat_recipe import (
+    default_folders,
+    load_recipe,
+)
+from remosplat_drake.benchmark.trained_splats import FITS
+from remosplat_drake.benchmark.trial_queue import SplatMaking
+from remosplat_drake.errors import FieldError, RemoSplatError
+from remosplat_drake.oracle.depth_backend import missing_for_cuda
+
+JOBS_PER_GPU = 8
+"""Splats at once on a GPU, by default: one alone leaves it idle at times."""
+
+
+def add_splat_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the flags."""
+    group = parser.add_argument_group("splats")
+    group.add_argument(
+        "--splats",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="where trained splats are, as SCENE.ply; otherwise what --train"
+        " has made before, and surfels on the true geometry stand in",
+    )
+    either = group.add_mutually_exclusive_group()
+    either.add_argument(
+        "--trained-only",
+        action="store_true",
+        help="only scenes that have a trained splat",
+    )
+    either.add_argument(
+        "--train",
+        nargs="?",
+        const="cuda",
+        choices=list(FITS),
+        help="first render every scene that has no splat and make one, which"
+        " is kept in the cache: on CUDA devices (default), or on the CPU",
+    )
+    group.add_argument(
+        "--recipe",
+        default="",
+        metavar="YAML",
+        help="values laid over how --train makes splats, e.g. '{steps: 500,"
+        " width: 320, height: 240}' (see benchmark/splat_recipe.py)",
+    )
+    group.add_argument(
+        "--train-jobs",
+        type=int,
+        metavar="J",
+        help="splats made at the same time, spread over the GPUs (default:"
+        f" half of --jobs, at most {JOBS_PER_GPU} a GPU)",
+    )
+
+
+def splat_making(arguments: argparse.Namespace) -> SplatMaking | None:
+    """How scenes get splats; None without `--train`.
+
+    Raises:
+        RemoSplatError: A flag cannot be used here.
+    """
+    if arguments.train is None:
+        for flag in ("recipe", "train_jobs"):
+            if getattr(arguments, flag):
+                name = f"--{flag.replace('_', '-')}"
+                raise FieldError("benchmark", name, "needs --train")
+        return None
+    if arguments.ray is not None:
+        raise FieldError("benchmark", "--train", "cannot go with --ray")
+    recipe = load_recipe(arguments.train, arguments.recipe)
+    gpus = _gpus() if recipe.device == "cuda" else ()
+    at_once = arguments.train_jobs
+    if at_once is None:
+        most = JOBS_PER_GPU * len(gpus) if gpus else arguments.jobs
+        at_once = max(1, min(arguments.jobs // 2, most))
+    elif at_once < 1:
+        problem = f"must be at least 1, got {at_once}"
+        raise FieldError("benchmark", "--train-jobs", problem)
+    return SplatMaking(recipe, at_once, gpus)
+
+
+def splat_folders(
+    arguments: argparse.Namespace, splats: SplatMaking | None
+) -> tuple[Path, ...]:
+    """Where splats are looked for: the user's folders come first."""
+    if splats is None:
+        return (*arguments.splats, *default_folders())
+    return (*arguments.splats, splats.recipe.folder)
+
+
+def _gpus() -> tuple[str, ...]:
+    """The GPUs this process may use, by the names it was given.
+
+    Raises:
+        RemoSplatError: There is none, or something is not installed.
+    """
+    problem = missing_for_cuda()
+    if problem:
+        raise RemoSplatError(f"--train cuda {problem}")
+    import torch
+
+    named = os.environ.get(VISIBLE_GPUS, "")
+    if named:
+        return tuple(named.split(","))
+    return tuple(str(i) for i in range(torch.cuda.device_count()))
