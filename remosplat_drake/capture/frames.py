@@ -34,6 +34,7 @@ class Frame:
         depth: z in C, shape (h', w'), float32 [m]; 0 where unknown.
         hidden: Pixels that do not show the scene, shape (h", w"), or None.
         distortion: Of the lens; None for images of a pinhole camera.
+        time: When it was taken, if that is known [s].
     """
 
     name: str
@@ -43,6 +44,7 @@ class Frame:
     depth: np.ndarray
     hidden: np.ndarray | None = None
     distortion: Distortion | None = None
+    time: float | None = None
 
 
 def scale_intrinsics(
