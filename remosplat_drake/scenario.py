@@ -58,7 +58,8 @@ class CropConfig:
 class SceneConfig:
     """What surrounds the robot. Files are relative to the scenario's."""
 
-    # Splat file (.ply), in frame G; empty for none.
+    # Splat file (.ply, or any that `remosplat convert` reads), in frame G;
+    # empty for none.
     splat: str = ""
     # Pose of the splat's frame in the world.
     X_WG: PoseConfig = dc.field(default_factory=PoseConfig)

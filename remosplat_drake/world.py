@@ -14,8 +14,8 @@ from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
 from remosplat_drake.scenario import Scenario, make_transform
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.ply import read_ply
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -76,7 +76,7 @@ def _load_splat(scenario: Scenario) -> GaussianSplat | None:
         return None
     path = _scene_file(scenario, "splat")
     X_WG = make_transform(scene.X_WG, scenario.source, "scene.X_WG")
-    splat_W = read_ply(path).transformed(X_WG)
+    splat_W = read_splat(path).transformed(X_WG)
     if scene.crop is not None:
         splat_W = splat_W.cropped(
             np.array(scene.crop.lower), np.array(scene.crop.upper)

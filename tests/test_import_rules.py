@@ -26,7 +26,14 @@ ALLOWED = {
     "station": {"robot", "scene"},
     "task": {"controller.servo", "robot"},
     "recording": {"controller.tick_report", "oracle", "robot"},
-    "capture": {"oracle", "robot", "scene"},
+    # A live camera needs the names of the station's ports: inert data.
+    "capture": {
+        "oracle",
+        "robot",
+        "scene",
+        "station.config",
+        "station.ports",
+    },
     "reconstruction": {"capture", "oracle", "robot", "scene", "splat"},
     "visualization": {
         "controller.guidance",
@@ -44,10 +51,10 @@ ALLOWED = {
 ABOVE_THE_STAGES = {"benchmark", "commands", "diagram", "simulation"}
 """These see the wired application, and no stage may see them."""
 
-HEAVY = {"torch", "gsplat", "open3d"}
+HEAVY = {"torch", "gsplat", "open3d", "pyrealsense2"}
 """Optional packages that are imported inside functions."""
 
-OPTIONAL = HEAVY | {"trimesh", "rtbdata", "matplotlib"}
+OPTIONAL = HEAVY | {"trimesh", "rtbdata", "matplotlib", "PIL", "zstandard"}
 """All that a default installation does without."""
 
 

@@ -251,7 +251,7 @@ BAD_WORLDS = {
         "{scene: {splat: nowhere.ply}}",
         ["two.yaml", "scene.splat", "nowhere.ply", "no such file"],
     ),
-    "a folder for a splat": ("{scene: {splat: .}}", ["PLY"]),
+    "a folder for a splat": ("{scene: {splat: .}}", ["folder", "meta.json"]),
     "missing truth": (
         "{scene: {truth: nowhere.json}}",
         ["two.yaml", "scene.truth", "nowhere.json", "no such file"],

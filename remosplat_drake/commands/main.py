@@ -19,8 +19,9 @@ COMMANDS = {
     "bench": "time the oracle and the control tick on this machine",
     "noise-experiment": "measure what floaters do to the distance methods",
     "fit-spheres": "cover a robot's links with spheres",
-    "render-capture": "render RGB-D views of a scene of primitives",
+    "render-capture": "render RGB-D views of a scene, a model or a mesh",
     "reconstruct": "make a splat from an RGB-D capture",
+    "convert": "turn a splat from one format of file into another",
 }
 """Each command is the module of that name, loaded only when it is called."""
 

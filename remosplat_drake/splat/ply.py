@@ -14,11 +14,16 @@ import numpy as np
 from plyfile import PlyData, PlyElement, PlyListProperty, PlyParseError
 
 from remosplat_drake.atomic_file import atomic_write
-from remosplat_drake.errors import FileError, RemoSplatError
+from remosplat_drake.errors import FileError
+from remosplat_drake.splat.activation import (
+    checked_splat,
+    exponential,
+    logit,
+    sigmoid,
+)
 from remosplat_drake.splat.gaussian_splat import SH_C0, GaussianSplat
 
 _BLOCK = 4096
-_TINY = np.finfo(np.float32).tiny
 _POSITION = ("x", "y", "z")
 _NORMAL = ("nx", "ny", "nz")
 _COLOR = ("f_dc_0", "f_dc_1", "f_dc_2")
@@ -57,16 +62,19 @@ def read_ply(path: str | Path) -> GaussianSplat:
         raise FileError(
             path, f"no Gaussian splat: property {', '.join(missing)} is missing"
         )
-    with np.errstate(over="ignore", under="ignore"):
-        return _activated(
-            path,
-            p_GK=_columns(path, vertices, _POSITION),
-            colors=_columns(path, vertices, _COLOR),
-            logits=_columns(path, vertices, _OPACITY)[:, 0],
-            log_scales=_columns(path, vertices, scales),
-            quaternions=_columns(path, vertices, _ROTATION),
-            rest=_columns(path, vertices, rest),
-        )
+    # f_rest is channel-major: all of red, then green, then blue.
+    harmonics = _columns(path, vertices, rest).reshape(
+        len(vertices), 3, len(rest) // 3
+    )
+    return checked_splat(
+        path,
+        p_GK=_columns(path, vertices, _POSITION),
+        quaternions=_columns(path, vertices, _ROTATION),
+        scales=exponential(_columns(path, vertices, scales)),
+        opacities=sigmoid(_columns(path, vertices, _OPACITY)[:, 0]),
+        colors=0.5 + SH_C0 * _columns(path, vertices, _COLOR),
+        sh_rest=harmonics.transpose(0, 2, 1),
+    )
 
 
 def write_ply(
@@ -87,7 +95,6 @@ def write_ply(
         FileError: The file cannot be written.
     """
     n = len(splat)
-    opacity = np.clip(splat.opacities.astype(np.float64), _TINY, 1 - 2.0**-24)
     harmonics = splat.sh_rest.transpose(0, 2, 1)
     rest = harmonics.reshape(n, 3 * splat.sh_rest.shape[1])
     blocks = {
@@ -95,7 +102,7 @@ def write_ply(
         _NORMAL: np.zeros((n, 3)),
         _COLOR: (splat.colors - 0.5) / SH_C0,
         tuple(f"f_rest_{i}" for i in range(rest.shape[1])): rest,
-        _OPACITY: np.log(opacity / (1 - opacity))[:, None],
+        _OPACITY: logit(splat.opacities)[:, None],
         ("scale_0", "scale_1", "scale_2")[: splat.scales.shape[1]]: np.log(
             splat.scales
         ),
@@ -111,8 +118,13 @@ def write_ply(
         document.write(stream)
 
 
-def _read_vertices(path: Path) -> np.ndarray:
-    """The rows of the file's vertex element, checked to be a table."""
+def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
+    """The tables of a PLY by the names of its elements.
+
+    Raises:
+        FileError: The file is missing, truncated, no PLY, holds more than it
+            announces, or a property is a list.
+    """
     try:
         with _open_ply(path) as stream:
             document = PlyData.read(stream)
@@ -124,21 +136,29 @@ def _read_vertices(path: Path) -> np.ndarray:
     except (OSError, PlyParseError, ValueError) as error:
         problem = " ".join(str(error).split())
         raise FileError(path, f"unreadable as PLY: {problem}") from error
-    if "vertex" not in document:
-        raise FileError(path, "no splats: the PLY has no element 'vertex'")
-    element = document["vertex"]
-    for ply_property in element.properties:
-        if isinstance(ply_property, PlyListProperty):
-            raise FileError(
-                path, f"property {ply_property.name} is a list, not a number"
-            )
+    for element in document.elements:
+        for ply_property in element.properties:
+            if isinstance(ply_property, PlyListProperty):
+                raise FileError(
+                    path,
+                    f"property {ply_property.name} is a list, not a number",
+                )
     if trailing:
+        count = document.elements[-1].count if document.elements else 0
         raise FileError(
-            path, f"holds more data than the {element.count} rows it announces"
+            path, f"holds more data than the {count} rows it announces"
         )
-    if element.count == 0:
+    return {element.name: element.data for element in document.elements}
+
+
+def _read_vertices(path: Path) -> np.ndarray:
+    """The rows of the file's vertex element."""
+    elements = read_ply_elements(path)
+    if "vertex" not in elements:
+        raise FileError(path, "no splats: the PLY has no element 'vertex'")
+    if not len(elements["vertex"]):
         raise FileError(path, "holds no splats")
-    return element.data
+    return elements["vertex"]
 
 
 def _open_ply(path: Path) -> IO:
@@ -185,32 +205,3 @@ def _columns(
                 path, f"row {start + row}: {names[column]} is not finite"
             )
     return table
-
-
-def _activated(
-    path: Path,
-    p_GK: np.ndarray,
-    colors: np.ndarray,
-    logits: np.ndarray,
-    log_scales: np.ndarray,
-    quaternions: np.ndarray,
-    rest: np.ndarray,
-) -> GaussianSplat:
-    """The splat that raw parameters stand for."""
-    zero = ~np.any(quaternions, axis=1)
-    if zero.any():
-        raise FileError(path, f"row {zero.argmax()}: the quaternion is zero")
-    scale = np.abs(quaternions).max(axis=1, keepdims=True)
-    # f_rest is channel-major: all of red, then green, then blue.
-    harmonics = rest.reshape(len(rest), 3, rest.shape[1] // 3)
-    try:
-        return GaussianSplat(
-            p_GK=p_GK,
-            quaternions=quaternions / scale,
-            scales=np.maximum(np.exp(log_scales), _TINY),
-            opacities=np.maximum(1 / (1 + np.exp(-logits)), _TINY),
-            colors=0.5 + SH_C0 * colors,
-            sh_rest=harmonics.transpose(0, 2, 1),
-        )
-    except RemoSplatError as error:
-        raise FileError(path, str(error)) from error

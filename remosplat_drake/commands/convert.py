@@ -1,0 +1,107 @@
+"""`remosplat convert`: a splat from one format of file to another."""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from remosplat_drake.errors import FieldError
+from remosplat_drake.resources import resolve
+from remosplat_drake.splat.conversion_error import conversion_error
+from remosplat_drake.splat.formats import (
+    FORMATS,
+    format_of_file,
+    format_of_name,
+    read_splat,
+)
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.surfel_conversion import THICKNESS, flattened
+
+_MODELS = {"2dgs": True, "3dgs": False}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command line."""
+    suffixes = ", ".join(sorted(f.suffix for f in FORMATS))
+    parser.add_argument(
+        "source", metavar="A", help=f"a splat: {suffixes}, or a folder of SOG"
+    )
+    parser.add_argument(
+        "output",
+        metavar="B",
+        type=Path,
+        help="the file to write; its name's end chooses the format",
+    )
+    parser.add_argument(
+        "--surfels",
+        action="store_true",
+        help="make discs of ellipsoids: their shortest axis is the normal",
+    )
+    parser.add_argument(
+        "--crop",
+        type=float,
+        nargs=6,
+        metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"),
+        help="keep what lies between these corners, in the file's frame [m]",
+    )
+    parser.add_argument(
+        "--model",
+        choices=_MODELS,
+        help="what a checkpoint holds, if its name does not tell",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Converts, and says what was lost."""
+    target = format_of_name(arguments.output)
+    source = resolve(arguments.source)
+    splat = read_splat(source, _MODELS.get(arguments.model))
+    console = Console(highlight=False, soft_wrap=True)
+    title = format_of_file(source).title
+    console.print(f"{source}: {title}, {_description(splat)}")
+    if arguments.crop is not None:
+        splat = _cropped(splat, arguments.crop)
+    if arguments.surfels:
+        splat = flattened(splat)
+    target.write(arguments.output, splat)
+    console.print(f"{arguments.output}: {target.title}, {_description(splat)}")
+    if splat.is_surfel and not target.keeps_surfels:
+        console.print(
+            f"It holds the discs as ellipsoids {1e6 * THICKNESS:.0f} um thick;"
+            " read here, they are discs again."
+        )
+    if target.loss:
+        again = read_splat(arguments.output)
+        console.print(f"Lossy. {target.loss}")
+        console.print(_measured_loss(target.as_written(splat), again))
+    return 0
+
+
+def _cropped(splat: GaussianSplat, corners: list[float]) -> GaussianSplat:
+    lower, upper = np.array(corners[:3]), np.array(corners[3:])
+    splat = splat.cropped(lower, upper)
+    if not len(splat):
+        raise FieldError("convert", "--crop", "leaves no splats")
+    return splat
+
+
+def _description(splat: GaussianSplat) -> str:
+    model = "2DGS discs" if splat.is_surfel else "3DGS ellipsoids"
+    bands = round(np.sqrt(splat.sh_rest.shape[1] + 1)) - 1
+    return f"{len(splat)} {model}, colours of degree {bands}"
+
+
+def _measured_loss(before: GaussianSplat, after: GaussianSplat) -> str:
+    """What reading the file again shows, in one line."""
+    error = conversion_error(before, after)
+    parts = {
+        "position": (1e3 * error.position, "mm"),
+        "scale": (1e2 * error.scale, "%"),
+        "rotation": (np.degrees(error.rotation), "deg"),
+        "opacity": (error.opacity, ""),
+    }
+    return "Measured, median and largest: " + "; ".join(
+        f"{name} {np.median(values):.3g} and {values.max():.3g} {unit}".strip()
+        for name, (values, unit) in parts.items()
+    )

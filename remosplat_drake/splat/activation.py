@@ -1,0 +1,70 @@
+"""Between raw network parameters and a checked `GaussianSplat`."""
+
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.errors import FileError, RemoSplatError
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+_TINY = np.finfo(np.float32).tiny
+
+
+def sigmoid(logits: np.ndarray) -> np.ndarray:
+    """Opacities of logits."""
+    with np.errstate(over="ignore", under="ignore"):
+        return 1 / (1 + np.exp(-logits))
+
+
+def logit(opacities: np.ndarray) -> np.ndarray:
+    """Finite logits of opacities, also of those that are exactly 1."""
+    opacity = np.clip(opacities.astype(np.float64), _TINY, 1 - 2.0**-24)
+    return np.log(opacity / (1 - opacity))
+
+
+def exponential(log_scales: np.ndarray) -> np.ndarray:
+    """Scales of log scales [m]; infinite where they overflow."""
+    with np.errstate(over="ignore", under="ignore"):
+        return np.exp(log_scales)
+
+
+def checked_splat(
+    path: Path,
+    *,
+    p_GK: np.ndarray,
+    quaternions: np.ndarray,
+    scales: np.ndarray,
+    opacities: np.ndarray,
+    colors: np.ndarray,
+    sh_rest: np.ndarray,
+) -> GaussianSplat:
+    """The splat of activated values that a file holds.
+
+    Scales and opacities that underflowed to zero are raised to the smallest
+    normal float; quaternions may have any length but zero.
+
+    Raises:
+        FileError: There are no splats, or one of them cannot be.
+    """
+    if not len(p_GK):
+        raise FileError(path, "holds no splats")
+    zero = ~np.any(quaternions, axis=1)
+    if zero.any():
+        raise FileError(path, f"row {zero.argmax()}: the quaternion is zero")
+    length = np.abs(quaternions).max(axis=1, keepdims=True)
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):
+            return GaussianSplat(
+                p_GK=p_GK,
+                quaternions=quaternions / length,
+                scales=_raised(scales),
+                opacities=_raised(opacities),
+                colors=colors,
+                sh_rest=sh_rest,
+            )
+    except RemoSplatError as error:
+        raise FileError(path, str(error)) from error
+
+
+def _raised(values: np.ndarray) -> np.ndarray:
+    return np.where((values >= 0) & (values < _TINY), _TINY, values)

@@ -1,0 +1,199 @@
+"""Every format of splat files: how to know it, read it, and write it."""
+
+import dataclasses as dc
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+from remosplat_drake.errors import FileError
+from remosplat_drake.splat.antimatter import read_antimatter, write_antimatter
+from remosplat_drake.splat.checkpoint import (
+    is_checkpoint_archive,
+    read_checkpoint,
+    write_checkpoint,
+)
+from remosplat_drake.splat.compressed_ply import (
+    morton_order,
+    read_compressed_ply,
+    write_compressed_ply,
+)
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.ply import read_ply, write_ply
+from remosplat_drake.splat.sog import read_sog, write_sog
+from remosplat_drake.splat.sog_bundle import META, ZIP_MAGIC
+from remosplat_drake.splat.spz import read_spz, write_spz
+from remosplat_drake.splat.spz_container import GZIP_MAGIC, SPZ_MAGIC
+from remosplat_drake.splat.surfel_conversion import is_flat, without_thickness
+
+_LONGEST_PLY_HEADER = 2**16
+
+
+@dc.dataclass(frozen=True)
+class SplatFormat:
+    """One format of files.
+
+    Attributes:
+        title: What people call it.
+        suffix: How its files' names end.
+        read: Reads one.
+        write: Writes one, whole or not at all.
+        loss: What writing loses, as a sentence; empty if nothing but
+            rounding to single precision.
+        keeps_surfels: Whether it has discs of two scales. Where it has not,
+            they are written as thin ellipsoids and known by that.
+        reorders: Whether it writes splats in `morton_order`.
+    """
+
+    title: str
+    suffix: str
+    read: Callable[[Path], GaussianSplat]
+    write: Callable[[Path, GaussianSplat], None]
+    loss: str = ""
+    keeps_surfels: bool = False
+    reorders: bool = False
+
+    def as_written(self, splat: GaussianSplat) -> GaussianSplat:
+        """The splat in the order in which this format writes it."""
+        if not self.reorders:
+            return splat
+        return splat.select(morton_order(splat.p_GK))
+
+
+PLY = SplatFormat("PLY", ".ply", read_ply, write_ply, keeps_surfels=True)
+CHECKPOINT = SplatFormat(
+    "gsplat checkpoint", ".pt", read_checkpoint, write_checkpoint
+)
+ANTIMATTER = SplatFormat(
+    ".splat",
+    ".splat",
+    read_antimatter,
+    write_antimatter,
+    loss="Rotations, colours and opacities are rounded to 8 bits; higher"
+    " harmonics are lost.",
+)
+SPZ = SplatFormat(
+    "SPZ",
+    ".spz",
+    read_spz,
+    write_spz,
+    loss="Positions have steps of 0.24 mm, scales steps of 6 % and a least of"
+    " 45 um; rotations are rounded to 10 bits, colours and opacities to 8.",
+)
+COMPRESSED_PLY = SplatFormat(
+    "compressed PLY",
+    ".compressed.ply",
+    read_compressed_ply,
+    write_compressed_ply,
+    loss="Positions and scales are rounded to 10 or 11 bits between the"
+    " bounds of 256 neighbours, rotations to 10 bits, and colours and"
+    " opacities to 8 bits; the splats are reordered.",
+    reorders=True,
+)
+SOG = SplatFormat(
+    "SOG",
+    ".sog",
+    read_sog,
+    write_sog,
+    loss="Positions are rounded to 16 bits of their logarithm, rotations and"
+    " opacities to 8 bits, scales and colours to one of 256 values each;"
+    " higher harmonics are lost.",
+)
+
+FORMATS = (COMPRESSED_PLY, PLY, CHECKPOINT, ANTIMATTER, SPZ, SOG)
+"""All formats, those with the longer suffix first."""
+
+
+def read_splat(path: str | Path, surfel: bool | None = None) -> GaussianSplat:
+    """Reads a splat of any format, known by its content, then by its name.
+
+    Formats without discs hold discs as ellipsoids of one tiny thickness;
+    they are read as discs again (`is_flat`).
+
+    Args:
+        path: A file, or a folder of SOG.
+        surfel: Whether a checkpoint holds 2DGS, if its name does not tell:
+            see `read_checkpoint`.
+
+    Raises:
+        FileError: The file is missing, of no known format, damaged, or holds
+            what no splat can have.
+        MissingExtraError: The format needs a package that is not installed.
+    """
+    path = Path(path)
+    chosen = format_of_file(path)
+    if chosen is CHECKPOINT:
+        return read_checkpoint(path, surfel)
+    splat = chosen.read(path)
+    return without_thickness(splat) if is_flat(splat) else splat
+
+
+def write_splat(path: str | Path, splat: GaussianSplat) -> None:
+    """Writes a splat in the format that the name's end stands for.
+
+    Raises:
+        FileError: The name stands for no format, or the file cannot be
+            written.
+        MissingExtraError: The format needs a package that is not installed.
+    """
+    format_of_name(Path(path)).write(Path(path), splat)
+
+
+def format_of_name(path: Path) -> SplatFormat:
+    """The format that a file's name stands for.
+
+    Raises:
+        FileError: None does.
+    """
+    chosen = _format_by_suffix(path)
+    if chosen is None:
+        raise FileError(path, f"no format has this name's end; {_valid()}")
+    return chosen
+
+
+def format_of_file(path: Path) -> SplatFormat:
+    """The format of a file by its first bytes, or else by its name.
+
+    Raises:
+        FileError: The file is unreadable, or neither tells.
+    """
+    folder = path.parent if path.name == META else path
+    if folder.is_dir():
+        if not (folder / META).is_file():
+            raise FileError(path, f"a folder without {META} is no SOG")
+        return SOG
+    try:
+        with path.open("rb") as stream:
+            start = stream.read(_LONGEST_PLY_HEADER)
+    except OSError as error:
+        raise FileError(path, error.strerror or str(error)) from error
+    if start.startswith(b"ply"):
+        header = start.partition(b"end_header")[0]
+        return COMPRESSED_PLY if b"element chunk" in header else PLY
+    if start.startswith((GZIP_MAGIC, SPZ_MAGIC)):
+        return SPZ
+    chosen = _format_of_zip(path, start) or _format_by_suffix(path)
+    if chosen is None:
+        raise FileError(path, f"no splat file that is known; {_valid()}")
+    return chosen
+
+
+def _format_of_zip(path: Path, start: bytes) -> SplatFormat | None:
+    if not start.startswith(ZIP_MAGIC):
+        return None
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = archive.namelist()
+    except (zipfile.BadZipFile, OSError):
+        return None
+    if META in names:
+        return SOG
+    return CHECKPOINT if is_checkpoint_archive(names) else None
+
+
+def _format_by_suffix(path: Path) -> SplatFormat | None:
+    name = path.name.lower()
+    return next((f for f in FORMATS if name.endswith(f.suffix)), None)
+
+
+def _valid() -> str:
+    return f"valid: {', '.join(sorted(f.suffix for f in FORMATS))}"

@@ -1,0 +1,40 @@
+"""The smallest-three packing of unit quaternions.
+
+The component of largest magnitude follows from the other three, which lie in
+[-1/sqrt(2), 1/sqrt(2)]. All packed formats do this; they differ in the order
+of the components and in how they round.
+"""
+
+import numpy as np
+
+
+def smallest_three(unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Splits unit quaternions of any component order.
+
+    Args:
+        unit: Shape (N, 4).
+
+    Returns:
+        The index of the largest component, shape (N,), and the other three
+        in order, with the sign that makes the largest positive, (N, 3).
+    """
+    n = len(unit)
+    largest = np.abs(unit).argmax(axis=1)
+    sign = np.where(unit[np.arange(n), largest] < 0, -1.0, 1.0)
+    others = np.arange(4) != largest[:, None]
+    return largest, unit[others].reshape(n, 3) * sign[:, None]
+
+
+def from_smallest_three(largest: np.ndarray, three: np.ndarray) -> np.ndarray:
+    """The unit quaternions that `smallest_three` splits, shape (N, 4)."""
+    unit = np.empty((len(three), 4))
+    others = np.arange(4) != largest[:, None]
+    unit[others] = np.ravel(three)
+    missing = 1 - np.sum(np.square(three), axis=1)
+    unit[~others] = np.sqrt(np.maximum(missing, 0))
+    return unit
+
+
+def rounded(values: np.ndarray, largest: int) -> np.ndarray:
+    """Values rounded to the integers from 0 to `largest`, as uint32."""
+    return np.clip(np.rint(values), 0, largest).astype(np.uint32)

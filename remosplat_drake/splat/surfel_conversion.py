@@ -1,0 +1,78 @@
+"""Between 2DGS discs and 3DGS ellipsoids.
+
+Most formats of splats only know ellipsoids. A disc is written to them as an
+ellipsoid that is as thin as the coarsest of them can tell, and read again as
+the disc it was.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+THICKNESS = float(np.exp(-10.0))
+"""Third scale of a disc in formats of ellipsoids: SPZ's least, 45 um [m]."""
+
+_FLAT = 1e-4
+"""Ellipsoids of equal third scales up to this were discs [m]."""
+
+_TO_THIRD = np.array([[0.5, 0.5, 0.5, 0.5], [0.5, -0.5, -0.5, -0.5]])
+"""Quaternions wxyz of the turns that carry z to axis 0, and to axis 1."""
+
+
+def is_flat(splat: GaussianSplat) -> bool:
+    """Whether the splat's ellipsoids are discs that were given a thickness.
+
+    True if their third scales are all the same, to float precision, and at
+    most 0.1 mm: training leaves no scene like that.
+    """
+    if splat.is_surfel or not len(splat):
+        return False
+    third = splat.scales[:, 2]
+    return bool(third.max() <= min(_FLAT, 1.001 * third.min()))
+
+
+def without_thickness(splat: GaussianSplat) -> GaussianSplat:
+    """The discs spanned by the first two axes, whatever the third scale."""
+    return dc.replace(splat, scales=splat.scales[:, :2])
+
+
+def with_thickness(splat: GaussianSplat) -> GaussianSplat:
+    """Ellipsoids as thin as `THICKNESS` instead of discs; others as they are.
+
+    A disc that is smaller than that becomes a ball, or a thinner disc.
+    """
+    if not splat.is_surfel:
+        return splat
+    third = np.full((len(splat), 1), THICKNESS)
+    return dc.replace(splat, scales=np.hstack([splat.scales, third]))
+
+
+def flattened(splat: GaussianSplat) -> GaussianSplat:
+    """Discs instead of ellipsoids, their shortest axis becoming the normal.
+
+    K's axes are renamed cyclically, so that R_GK stays a rotation: with the
+    first axis the shortest they become y, z, x; with the second z, x, y.
+    Among equal scales the last is taken. Discs stay as they are.
+    """
+    if splat.is_surfel:
+        return splat
+    shortest = 2 - splat.scales[:, ::-1].argmin(axis=1)
+    quaternions = splat.quaternions.astype(np.float64)
+    scales = splat.scales[:, :2].copy()
+    for axis, turn in enumerate(_TO_THIRD):
+        chosen = shortest == axis
+        quaternions[chosen] = _times(quaternions[chosen], turn)
+        kept = [(axis + 1) % 3, (axis + 2) % 3]
+        scales[chosen] = splat.scales[np.ix_(chosen, kept)]
+    return dc.replace(splat, quaternions=quaternions, scales=scales)
+
+
+def _times(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Hamilton products of many quaternions a with one b, wxyz, (N, 4)."""
+    w, x, y, z = b
+    right = np.array(
+        [[w, x, y, z], [-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]]
+    )
+    return a @ right
