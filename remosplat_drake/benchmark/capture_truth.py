@@ -28,20 +28,16 @@ def surface_points(
     Returns:
         Mean points of cubes of side `VOXEL`, shape (n, 3), in W [m].
     """
-    sums, counts = np.zeros((0, 3)), np.zeros(0)
-    cubes = np.zeros((0, 3), np.int64)
+    cubes, sums, counts = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
     for view in range(len(capture)):
         depth = capture.depth[view]
         keep = is_surface(depth) & (depth < max_depth)
         p_GP = capture.points_W(view)[keep]
         p_WP = p_GP @ X_WG[:3, :3].T + X_WG[:3, 3]
-        # Merging view by view bounds the memory to one copy of the scene.
+        # Merging view by view keeps one copy of the scene in memory.
         cubes, place = np.unique(
-            np.concatenate([cubes, np.floor(p_WP / VOXEL).astype(np.int64)]),
-            axis=0,
-            return_inverse=True,
+            np.concatenate([cubes, _cube(p_WP)]), return_inverse=True
         )
-        place = place.ravel()
         points = np.concatenate([sums, p_WP])
         weights = np.concatenate([counts, np.ones(len(p_WP))])
         sums = np.stack(
@@ -51,6 +47,12 @@ def surface_points(
         counts = np.bincount(place, weights, len(cubes))
     dense = counts >= MIN_PIXELS
     return sums[dense] / counts[dense, None]
+
+
+def _cube(p_WP: np.ndarray) -> np.ndarray:
+    """One number for the cube of each point; good for 10 km around W."""
+    i, j, k = (np.floor(p_WP / VOXEL).astype(np.int64) + (1 << 20)).T
+    return (i << 42) | (j << 21) | k
 
 
 def is_surface(depth: np.ndarray) -> np.ndarray:

@@ -89,7 +89,7 @@ def load_scan(path: Path, scene: str, data: str = "") -> ScanConfig:
     """
     config = load_strict(ScanConfig, path, scene)
     where = f"{path}:{scene}"
-    config.data = data or str(path.parent / config.data)
+    config.data = data or str(resources.resolve(config.data, path.parent))
     _check_entries(config.start, 3, where, "start")
     for field in ("targets", "maps"):
         if not getattr(config, field):
