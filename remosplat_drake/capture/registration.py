@@ -21,6 +21,9 @@ _MIN_EDGES = 0.0005
 _MIN_FRAMES = 5
 """In a few images, edges may match by chance."""
 
+_MIN_CORRELATION = 0.1
+"""Edges that match worse at any shift have nothing to do with each other."""
+
 _MAX_SHIFT = 0.08
 """Shifts up to this fraction of the image's width are tried."""
 
@@ -62,7 +65,7 @@ class Registration:
 
 
 def measure_registration(capture: Capture) -> Registration | None:
-    """Tries shifts; None when there are too few edges to tell.
+    """Tries shifts; None when the edges cannot tell.
 
     Args:
         capture: Views of which up to two dozen are looked at.
@@ -82,6 +85,8 @@ def measure_registration(capture: Capture) -> Registration | None:
     if frames < _MIN_FRAMES:
         return None
     total /= frames
+    if total.max() < _MIN_CORRELATION:
+        return None
     row, column = np.unravel_index(total.argmax(), total.shape)
     return Registration(
         shift=(int(column) - reach, int(row) - reach),

@@ -1,0 +1,57 @@
+"""The robot masked out of its own depth images.
+
+A robot's camera sees its arm and fingers, and a map that took them for
+furniture would keep the robot from ever moving again. Its spheres cover it,
+so what lies in one of them, or is seen through one, is not the scene.
+"""
+
+import numpy as np
+
+from remosplat_drake.robot.sphere_model import Spheres
+
+
+def robot_mask(
+    spheres: Spheres,
+    K: np.ndarray,
+    X_WC: np.ndarray,
+    depth: np.ndarray,
+    margin: float = 0.02,
+) -> np.ndarray:
+    """Pixels that may show the robot, (h, w) bool.
+
+    A pixel is hidden if its ray meets an inflated sphere nearer than the
+    measured point and a margin beyond it, or anywhere if nothing was
+    measured. A camera that is itself inside an inflated sphere looks out of
+    it: that sphere hides only points that it contains.
+
+    Args:
+        spheres: The robot in W, which its spheres must cover.
+        K: Intrinsic matrix [pixels]; see `Capture`.
+        X_WC: Camera pose (OpenCV axes), a 4x4 matrix.
+        depth: z in C, shape (h, w) [m]; 0 where unknown.
+        margin: By which spheres are inflated, and how far a measured point
+            may lie in front of the robot [m]: errors of kinematics,
+            calibration and depth together.
+    """
+    height, width = depth.shape
+    x = (np.arange(width) + 0.5 - K[0, 2]) / K[0, 0]
+    y = (np.arange(height) + 0.5 - K[1, 2]) / K[1, 1]
+    # The ray of a pixel is t (x, y, 1): its parameter is the depth z.
+    square = x**2 + y[:, None] ** 2 + 1
+    reach = np.where(depth > 0, depth + margin, np.inf)
+    p_CS = (spheres.p_WS - X_WC[:3, 3]) @ X_WC[:3, :3]
+    radii = spheres.radius + margin
+    hidden = np.zeros(depth.shape, bool)
+    for (sx, sy, sz), radius in zip(p_CS, radii, strict=True):
+        # Where |t (x, y, 1) - p_CS| = radius: a quadratic equation in t.
+        middle = sx * x + sy * y[:, None] + sz
+        offset = sx**2 + sy**2 + sz**2 - radius**2
+        discriminant = middle**2 - square * offset
+        root = np.sqrt(np.maximum(discriminant, 0))
+        if offset > 0:
+            entry = (middle - root) / square
+            hidden |= (discriminant >= 0) & (middle > 0) & (entry <= reach)
+        else:
+            leaves = (middle + root) / square
+            hidden |= (depth <= leaves) | (depth == 0)
+    return hidden
