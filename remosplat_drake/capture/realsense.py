@@ -4,7 +4,11 @@ import numpy as np
 
 from remosplat_drake.capture.sources import RgbdImage
 from remosplat_drake.capture.undistortion import Distortion
-from remosplat_drake.errors import MissingExtraError, RemoSplatError
+from remosplat_drake.errors import (
+    MissingExtraError,
+    RemoSplatError,
+    unknown_name,
+)
 
 _TIMEOUT = 2000
 """How long to wait for an image [ms]."""
@@ -36,6 +40,7 @@ class RealSenseCamera:
             RemoSplatError: There is no such camera, or it has no such mode.
         """
         rs = realsense_module()
+        _check_connected(rs, serial)
         self._align = rs.align(rs.stream.color)
         self._pipeline = rs.pipeline()
         config = rs.config()
@@ -48,9 +53,8 @@ class RealSenseCamera:
         try:
             self._pipeline.start(config)
         except RuntimeError as error:
-            which = "RealSense camera" + (f" {serial}" if serial else "")
             raise RemoSplatError(
-                f"{which}, {width}x{height} at {fps} Hz: {error}"
+                f"RealSense camera, {width}x{height} at {fps} Hz: {error}"
             ) from error
 
     def __enter__(self) -> "RealSenseCamera":
@@ -138,6 +142,16 @@ def distortion_of(intrinsics) -> Distortion | None:
         )
     k1, k2, p1, p2, k3 = intrinsics.coeffs
     return Distortion(k1=k1, k2=k2, k3=k3, p1=p1, p2=p2)
+
+
+def _check_connected(rs, serial: str | None):
+    """Raises at once where librealsense would wait for a camera."""
+    devices = rs.context().query_devices()
+    serials = [d.get_info(rs.camera_info.serial_number) for d in devices]
+    if not serials:
+        raise RemoSplatError("no RealSense camera is connected")
+    if serial is not None and serial not in serials:
+        raise RemoSplatError(unknown_name("RealSense camera", serial, serials))
 
 
 def realsense_module():
