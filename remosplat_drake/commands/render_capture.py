@@ -1,38 +1,198 @@
-"""`remosplat render-capture`: RGB-D views of a scene of primitives."""
+"""`remosplat render-capture`: RGB-D views of a scene, with its ground truth."""
 
 import argparse
+import dataclasses as dc
+import math
 from pathlib import Path
 
+import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
 from rich.console import Console
+from rich.progress import Progress
 
-from remosplat_drake.capture.nerfstudio import write_capture
-from remosplat_drake.capture.synthetic import (
-    render_capture,
-    survey_poses,
+from remosplat_drake.atomic_file import check_writable
+from remosplat_drake.benchmark.scene_generators import generate
+from remosplat_drake.capture.camera_poses import CLEARANCE, RADIUS, survey
+from remosplat_drake.capture.nerfstudio import TRANSFORMS, write_capture
+from remosplat_drake.capture.rendering import render_views
+from remosplat_drake.capture.scene_files import read_solids
+from remosplat_drake.capture.seen_space import look_round
+from remosplat_drake.capture.sensor_noise import (
+    PRESETS,
+    sensor_noise,
+    with_noise,
 )
-from remosplat_drake.errors import FieldError
+from remosplat_drake.capture.solids import Solid, extent, primitive_solids
+from remosplat_drake.errors import FieldError, RemoSplatError
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.resources import resolve
-from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.scene.rmmi import read_rmmi, write_rmmi
+
+TRUTH = "truth.json"
+"""The scene as an RMMI file, beside the images that were made of it."""
+
+
+@dc.dataclass(frozen=True)
+class _Subject:
+    """What is captured: a scene, its free space, and where it matters."""
+
+    solids: tuple[Solid, ...]
+    field: DistanceField
+    focus: np.ndarray
+    radius: float
+    truth: PrimitiveScene | None = None
 
 
 def add_arguments(parser: argparse.ArgumentParser):
     """Declares the command's flags."""
-    parser.add_argument("scene", metavar="SCENE", help="an RMMI JSON file")
+    parser.add_argument(
+        "scene",
+        metavar="SCENE",
+        help="an RMMI .json, FAMILY:SEED of the benchmark's generator, a"
+        " URDF, SDF or MJCF model, or a mesh (.obj, .gltf, .glb, .stl, .ply)",
+    )
     parser.add_argument("folder", metavar="FOLDER", type=Path)
     parser.add_argument("--views", type=int, default=120, help="how many (120)")
     parser.add_argument("--width", type=int, default=480, help="pixels (480)")
     parser.add_argument("--height", type=int, default=360, help="pixels (360)")
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=0, help="of all chance (0)")
+    parser.add_argument(
+        "--floor", action="store_true", help="add a floor at z = 0"
+    )
+    parser.add_argument(
+        "--noise",
+        default="none",
+        metavar="CAMERA",
+        help=f"imperfections of a real camera: {', '.join(PRESETS)} (none)",
+    )
+    parser.add_argument(
+        "--around",
+        type=float,
+        nargs=3,
+        metavar=("X", "Y", "Z"),
+        help="what the cameras look at [m] (the scene's target, or the middle"
+        " of a mesh); inside a room, a point of its free space",
+    )
+    parser.add_argument(
+        "--radius",
+        type=float,
+        metavar="R",
+        help=f"how far away the farthest cameras stand [m] ({RADIUS:g}, less"
+        " for small meshes)",
+    )
+    parser.add_argument(
+        "--place",
+        type=float,
+        nargs=4,
+        metavar=("X", "Y", "Z", "YAW"),
+        help="where a model or mesh is put [m, deg] (as its file has it)",
+    )
+    parser.add_argument(
+        "--scale",
+        type=float,
+        help="what a mesh file's unit is [m] (1)",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Renders the capture."""
-    for name in ("views", "width", "height"):
-        if getattr(arguments, name) < 1:
-            raise FieldError("render-capture", f"--{name}", "must be positive")
-    scene = read_rmmi(resolve(arguments.scene))
-    poses = survey_poses(scene, n=arguments.views, seed=arguments.seed)
-    capture = render_capture(scene, poses, arguments.width, arguments.height)
-    write_capture(arguments.folder, capture)
+    _check(arguments)
+    noise = sensor_noise(arguments.noise)
+    check_writable(arguments.folder / TRANSFORMS)
+    subject = _subject(arguments)
+    poses = survey(
+        subject.field,
+        subject.focus,
+        arguments.views,
+        arguments.seed,
+        subject.radius,
+        min(CLEARANCE, CLEARANCE * subject.radius / RADIUS),
+    )
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True) as progress:
+        task = progress.add_task("rendering", total=len(poses))
+        capture = render_views(
+            subject.solids,
+            poses,
+            arguments.width,
+            arguments.height,
+            on_view=lambda: progress.advance(task),
+        )
+        if arguments.noise != "none":
+            progress.update(task, description="adding noise", total=None)
+            capture = with_noise(capture, noise, arguments.seed)
+        progress.update(task, description="writing", total=None)
+        if subject.truth is not None:
+            write_rmmi(arguments.folder / TRUTH, subject.truth)
+        write_capture(arguments.folder, capture)
     Console().print(f"{len(capture)} views in {arguments.folder}")
     return 0
+
+
+def _check(arguments: argparse.Namespace):
+    for name in ("views", "width", "height", "radius", "scale"):
+        value = getattr(arguments, name)
+        if value is not None and not (0 < value < math.inf):
+            raise FieldError("render-capture", f"--{name}", "must be positive")
+    if arguments.seed < 0:
+        raise FieldError("render-capture", "--seed", "must not be negative")
+    for name in ("around", "place"):
+        if not np.isfinite(getattr(arguments, name) or 0).all():
+            raise FieldError("render-capture", f"--{name}", "must be finite")
+
+
+def _subject(arguments: argparse.Namespace) -> _Subject:
+    scene = _primitive_scene(arguments.scene)
+    if scene is None:
+        return _solid_subject(arguments)
+    for name in ("place", "scale"):
+        if getattr(arguments, name) is not None:
+            problem = "only models and meshes can be placed or scaled"
+            raise FieldError("render-capture", f"--{name}", problem)
+    if arguments.around is not None:
+        focus = np.array(arguments.around)
+    elif scene.X_WE_target is not None:
+        focus = scene.X_WE_target.translation()
+    else:
+        raise RemoSplatError(f"{scene.name} has no target: say --around X Y Z")
+    if arguments.floor:
+        scene = scene.with_floor()
+    if not len(scene):
+        raise RemoSplatError(f"{scene.name} is empty")
+    return _Subject(
+        primitive_solids(scene),
+        SignedDistanceField(scene),
+        focus,
+        arguments.radius or RADIUS,
+        scene,
+    )
+
+
+def _primitive_scene(name: str) -> PrimitiveScene | None:
+    """The generated scene or RMMI file of a name, if it is one of these."""
+    family, _, seed = name.partition(":")
+    if seed.isdecimal() and family.isidentifier():
+        return generate(family, int(seed))
+    path = resolve(name)
+    return read_rmmi(path) if path.suffix.lower() == ".json" else None
+
+
+def _solid_subject(arguments: argparse.Namespace) -> _Subject:
+    *p_WM, yaw = arguments.place or (0.0, 0.0, 0.0, 0.0)
+    R_WM = RotationMatrix.MakeZRotation(np.deg2rad(yaw))
+    X_WM = RigidTransform(R_WM, p_WM)
+    solids = read_solids(resolve(arguments.scene), X_WM, arguments.scale or 1.0)
+    lower, upper = extent(solids)
+    middle, size = (lower + upper) / 2, float(np.linalg.norm(upper - lower))
+    around = None if arguments.around is None else np.array(arguments.around)
+    radius = arguments.radius or min(RADIUS, size)
+    if arguments.floor:
+        floor = PrimitiveScene().with_floor(
+            center=(middle[0], middle[1]), half_extent=max(RADIUS, size)
+        )
+        solids = (*solids, *primitive_solids(floor))
+    field = look_round(solids, lower, upper, around)
+    focus = middle if around is None else around
+    return _Subject(solids, field, focus, radius)
