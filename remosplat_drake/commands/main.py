@@ -20,7 +20,9 @@ COMMANDS = {
     "noise-experiment": "measure what floaters do to the distance methods",
     "fit-spheres": "cover a robot's links with spheres",
     "render-capture": "render RGB-D views of a scene, a model or a mesh",
+    "capture-info": "describe an RGB-D capture and check it",
     "reconstruct": "make a splat from an RGB-D capture",
+    "quality": "measure how far a splat can be trusted",
     "convert": "turn a splat from one format of file into another",
 }
 """Each command is the module of that name, loaded only when it is called."""

@@ -5,6 +5,7 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
+from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.capture.inspection import inspect_capture, list_frames
 
 
@@ -77,3 +78,17 @@ def test_one_frame_has_one_side(scene_capture):
 def test_many_frames_are_abbreviated():
     assert list_frames(np.arange(3)) == "0, 1, 2"
     assert list_frames(np.arange(12)).endswith("9 and more")
+
+
+def test_a_real_capture_passes(shared_data):
+    """A kitchen: depths agree to a centimetre over 2 m."""
+    pytest.importorskip("PIL")
+    capture = read_capture(shared_data / "redkitchen" / "capture", stride=2)
+    inspection = inspect_capture(capture)
+    assert inspection.warnings == ()
+    assert inspection.overlap.agreement > 0.9
+    assert inspection.overlap.median < 0.015
+    inverse = np.linalg.inv(capture.X_WC)
+    assert warnings_of(capture, X_WC=inverse).startswith(
+        "poses look like world-to-camera"
+    )

@@ -1,0 +1,152 @@
+"""A capture at a glance: its frames, and its cameras from above."""
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from remosplat_drake.capture.capture import Capture
+
+_COLUMNS, _MOST = 6, 12
+"""Frames in a row of the sheet, and in all."""
+
+_CELL, _MAP = 2.4, 9.0
+"""Width of a frame and height of the map on paper [in]."""
+
+_POINTS = 60_000
+"""Points in the view from above."""
+
+_ABOVE = 0.5
+"""What is so far above all cameras (ceilings, say) would hide the rest [m]."""
+
+_LOOK = 0.15
+"""Length of the strokes that show where cameras look [m]."""
+
+_INK, _FAINT, _UNKNOWN, _WRONG = "#1d2430", "#7a8494", "#e9ecf1", "#ff3b30"
+_CAMERA = "#0a7cff"
+
+
+def draw_capture(
+    capture: Capture, title: str, wrong_frames: np.ndarray
+) -> Figure:
+    """Draws a sheet of frames, colour over depth, and a map.
+
+    Args:
+        capture: At least one frame.
+        title: Says which capture it is.
+        wrong_frames: Indices of frames to draw in red.
+    """
+    shown = np.unique(np.linspace(0, len(capture) - 1, _MOST).round()).astype(
+        int
+    )
+    rows = -(-len(shown) // _COLUMNS)
+    height, width = capture.size
+    sheet_rows = 2 * rows
+    row_height = _CELL * height / width
+    figure = Figure(
+        figsize=(_COLUMNS * _CELL, sheet_rows * row_height + _MAP),
+        dpi=100,
+        facecolor="white",
+        layout="tight",
+    )
+    figure.suptitle(title, size=18, weight="bold", color=_INK)
+    grid = figure.add_gridspec(
+        sheet_rows + 1,
+        _COLUMNS,
+        height_ratios=[row_height] * sheet_rows + [_MAP],
+    )
+    cmap, norm = _depth_colors(capture)
+    wrong = set(wrong_frames.tolist())
+    for place, view in enumerate(shown.tolist()):
+        row, column = divmod(place, _COLUMNS)
+        color = figure.add_subplot(grid[2 * row, column])
+        color.imshow(capture.rgb[view])
+        color.set_title(
+            f"{view}", size=10, color=_WRONG if view in wrong else _INK
+        )
+        depth = figure.add_subplot(grid[2 * row + 1, column])
+        image = capture.depth[view]
+        depth.imshow(np.ma.masked_equal(image, 0), cmap, norm)
+        for axes in (color, depth):
+            axes.set(xticks=[], yticks=[])
+            axes.spines[:].set_color(_WRONG if view in wrong else _FAINT)
+    map_axes = figure.add_subplot(grid[sheet_rows, :])
+    _draw_map(map_axes, capture, wrong_frames)
+    bar = figure.colorbar(
+        ScalarMappable(norm, cmap), ax=map_axes, fraction=0.03, pad=0.02
+    )
+    bar.set_label("depth of the images [m]; grey: unknown", color=_INK)
+    return figure
+
+
+def up_axis(capture: Capture) -> tuple[int, float]:
+    """The world axis that is most nearly up for the cameras, and its sign.
+
+    Most cameras are held upright, and files differ in which axis is up.
+    """
+    up_W = -capture.X_WC[:, :3, 1].mean(axis=0)
+    axis = int(np.abs(up_W).argmax())
+    return axis, float(np.sign(up_W[axis]) or 1.0)
+
+
+def _depth_colors(capture: Capture):
+    known = capture.depth[capture.depth > 0]
+    low, high = np.percentile(known, (1, 99)) if known.size else (0.0, 1.0)
+    cmap = colormaps["viridis_r"].with_extremes(bad=_UNKNOWN)
+    return cmap, Normalize(low, max(high, low + 1e-3))
+
+
+def _draw_map(axes: Axes, capture: Capture, wrong_frames: np.ndarray):
+    """Points and cameras seen from above; a right-handed pair of axes."""
+    up, sign = up_axis(capture)
+    right, forward = (up + 1) % 3, (up + 2) % 3
+    if sign < 0:
+        right, forward = forward, right
+    points, colors = _points(capture)
+    p_WC = capture.X_WC[:, :3, 3]
+    height = sign * points[:, up]
+    low = height < (sign * p_WC[:, up]).max() + _ABOVE
+    order = np.flatnonzero(low)[np.argsort(height[low])]
+    axes.scatter(
+        points[order, right],
+        points[order, forward],
+        c=colors[order] / 255,
+        s=2,
+        lw=0,
+        rasterized=True,
+    )
+    axes.plot(p_WC[:, right], p_WC[:, forward], "-", color=_CAMERA, lw=0.8)
+    strokes = p_WC + _LOOK * capture.X_WC[:, :3, 2]
+    wrong = np.isin(np.arange(len(capture)), wrong_frames)
+    for which, color in ((~wrong, _CAMERA), (wrong, _WRONG)):
+        ends = np.stack([p_WC[which], strokes[which]])
+        axes.plot(ends[..., right], ends[..., forward], color=color, lw=1.2)
+        axes.plot(p_WC[which, right], p_WC[which, forward], "o", ms=4, c=color)
+    names = "xyz"
+    axes.set_title(
+        f"from above ({'-' if sign < 0 else ''}{names[up]} is up):"
+        " cameras, where they look, and what they measured",
+        size=12,
+        color=_INK,
+    )
+    axes.set(
+        xlabel=f"{names[right]} [m]",
+        ylabel=f"{names[forward]} [m]",
+        aspect="equal",
+    )
+    axes.grid(alpha=0.3)
+
+
+def _points(capture: Capture) -> tuple[np.ndarray, np.ndarray]:
+    """Random measured points in W, (m, 3) [m], and their colours."""
+    rng = np.random.default_rng(0)
+    points, colors = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    for view in range(len(capture)):
+        known = np.flatnonzero(capture.depth[view])
+        count = min(len(known), _POINTS // len(capture))
+        chosen = rng.choice(known, count, replace=False) if count else known
+        points.append(capture.points_W(view).reshape(-1, 3)[chosen])
+        colors.append(capture.rgb[view].reshape(-1, 3)[chosen])
+    return np.concatenate(points), np.concatenate(colors)

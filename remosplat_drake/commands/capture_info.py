@@ -1,0 +1,132 @@
+"""`remosplat capture-info`: what a capture holds, and whether to trust it."""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from remosplat_drake.capture.formats import (
+    FORMATS,
+    detect_format,
+    read_capture,
+)
+from remosplat_drake.capture.inspection import (
+    CaptureInspection,
+    inspect_capture,
+    list_frames,
+)
+from remosplat_drake.capture.overlap import TOLERANCE
+from remosplat_drake.resources import resolve
+
+WRONG = 1
+"""Exit code for a capture with something wrong."""
+
+
+def add_arguments(parser: argparse.ArgumentParser):
+    """Declares the command's flags."""
+    parser.add_argument("path", metavar="CAPTURE", help="a folder or file")
+    parser.add_argument(
+        "--format",
+        metavar="NAME",
+        help=f"one of {', '.join(FORMATS)} (default: told by the content)",
+    )
+    parser.add_argument(
+        "--stride", type=int, default=1, help="read every n-th frame (1)"
+    )
+    parser.add_argument(
+        "--picture",
+        type=Path,
+        metavar="FILE.png",
+        help="draw the frames, and the cameras from above",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Reads, checks and describes the capture."""
+    console = Console()
+    path = resolve(arguments.path)
+    format = arguments.format or detect_format(path)
+    capture = read_capture(path, format, stride=arguments.stride)
+    inspection = inspect_capture(capture)
+    console.print(_table(f"{path} ({format})", inspection))
+    for warning in inspection.warnings:
+        console.print(f"[bold red]wrong:[/bold red] {warning}", highlight=False)
+    if not inspection.warnings:
+        console.print("[green]nothing seems wrong[/green]")
+    if arguments.picture:
+        from remosplat_drake.capture.picture import draw_capture
+        from remosplat_drake.visualization.depth_views import save_picture
+
+        save_picture(
+            draw_capture(capture, str(path), inspection.wrong_frames),
+            arguments.picture,
+        )
+        console.print(f"picture in {arguments.picture}")
+    return WRONG if inspection.warnings else 0
+
+
+def _table(title: str, inspection: CaptureInspection) -> Table:
+    table = Table(title=title, title_justify="left", show_header=False)
+    table.add_column(style="bold")
+    table.add_column()
+    for name, value in _rows(inspection):
+        table.add_row(name, value)
+    return table
+
+
+def _rows(inspection: CaptureInspection) -> list[tuple[str, str]]:
+    height, width = inspection.size
+    low, high = inspection.focal
+    focal = f"{low:.1f}" if high - low < 0.1 else f"{low:.1f} to {high:.1f}"
+    near, median, far = inspection.depth
+    sides = " x ".join(f"{x:.2f}" for x in inspection.extent)
+    right, up = inspection.fov_deg
+    return [
+        ("frames", f"{inspection.frames} of {width}x{height} pixels"),
+        ("focal length", f"{focal} pixels"),
+        ("field of view", f"{right:.1f} x {up:.1f} degrees"),
+        (
+            "depth",
+            f"{near:.2f} to {far:.2f} m (98 % of it), median {median:.2f} m",
+        ),
+        ("known depth", f"{100 * inspection.known:.1f} % of the pixels"),
+        ("hidden", f"{100 * inspection.hidden:.1f} % of the pixels"),
+        (
+            "camera path",
+            f"{inspection.path_length:.2f} m long, in a box of {sides} m",
+        ),
+        ("colour on depth", _registration(inspection)),
+        ("overlap", _overlap(inspection)),
+        (
+            "wrong frames",
+            list_frames(inspection.wrong_frames)
+            if len(inspection.wrong_frames)
+            else "none",
+        ),
+    ]
+
+
+def _registration(inspection: CaptureInspection) -> str:
+    registration = inspection.registration
+    if registration is None:
+        return "too few edges to tell"
+    right, down = registration.shift
+    return (
+        f"edges match best moved by {right:+d}, {down:+d} pixels"
+        f" (correlation {registration.correlation:.2f})"
+    )
+
+
+def _overlap(inspection: CaptureInspection) -> str:
+    overlap = inspection.overlap
+    if np.isnan(overlap.agreement):
+        return "no two frames show the same surface"
+    return (
+        f"{len(overlap)} pairs of frames; their depths differ by"
+        f" {1e3 * overlap.median:.1f} mm (median),"
+        f" {100 * overlap.within(0.01):.0f} % by less than 10 mm,"
+        f" {100 * overlap.agreement:.0f} % by less than"
+        f" {100 * TOLERANCE:.0f} %"
+    )
