@@ -1,0 +1,65 @@
+"""`Coverage`: which part of the robot's workspace the cameras have seen."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.measured_space import times_looked_through
+
+UNSEEN, FREE, SURFACE = 0, 1, 2
+"""What is known of a voxel."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Coverage:
+    """A grid of voxels over a box of W.
+
+    Attributes:
+        lower: Lower corner of the box, shape (3,) [m].
+        voxel: Edge of a voxel [m].
+        state: `UNSEEN`, `FREE` or `SURFACE`, shape (nx, ny, nz), uint8.
+    """
+
+    lower: np.ndarray
+    voxel: float
+    state: np.ndarray
+
+    def fraction(self, state: int) -> float:
+        """The part of the voxels in a state."""
+        return float((self.state == state).mean())
+
+    @property
+    def upper(self) -> np.ndarray:
+        """Upper corner of the grid, shape (3,) [m]."""
+        return self.lower + self.voxel * np.array(self.state.shape)
+
+
+def make_coverage(
+    capture: Capture,
+    surface_W: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    voxel: float = 0.05,
+) -> Coverage:
+    """Sorts the voxels of a box by what the cameras saw of them.
+
+    A voxel that holds a measured point is surface; one whose centre a camera
+    looked through is free. Unseen is all else, the inside of things too.
+
+    Args:
+        capture: Posed RGB-D images.
+        surface_W: Measured points, shape (n, 3) [m].
+        lower: Lower corner of the box, shape (3,) [m].
+        upper: Upper corner, shape (3,) [m].
+        voxel: Edge of a voxel [m].
+    """
+    shape = np.maximum(1, np.ceil((upper - lower) / voxel - 1e-9)).astype(int)
+    index = np.argwhere(np.ones(shape, bool))
+    centers = lower + voxel * (index + 0.5)
+    free = times_looked_through(capture, centers, margin=voxel / 2) > 0
+    state = np.where(free, FREE, UNSEEN).astype(np.uint8).reshape(shape)
+    cell = np.floor((surface_W - lower) / voxel).astype(int)
+    inside = ((cell >= 0) & (cell < shape)).all(axis=1)
+    state[tuple(cell[inside].T)] = SURFACE
+    return Coverage(np.asarray(lower, float), voxel, state)

@@ -1,0 +1,229 @@
+"""What a capture's depth says about space: surfaces, and what is free.
+
+A pixel with a depth has looked through everything before it. That is the
+evidence that surfaces, floaters and free space are judged by where nobody
+knows the true geometry.
+"""
+
+import numpy as np
+from numba import njit
+from scipy.ndimage import minimum_filter
+from scipy.spatial import KDTree
+
+from remosplat_drake.capture.capture import Capture
+
+_MAX_SAMPLES = 4_000_000
+"""More pixels than this add nothing to voxels of millimetres."""
+
+_NOISE_DEPTH = 2.0
+"""Beyond this depth the noise of depth cameras, which triangulate, grows with
+the square of the depth [m]."""
+
+_DRAWS = 20
+"""Tries to find free points before giving up."""
+
+_NOISY_VOXEL = 0.01
+"""Voxels that hold enough noisy points for a mean [m]."""
+
+_SMOOTH_RADIUS, _MIN_NEIGHBORS = 0.03, 6
+"""What is around a point, to tell a surface from noise [m]."""
+
+
+def measured_points(
+    capture: Capture,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    voxel: float = 0.003,
+) -> np.ndarray:
+    """Points on the surfaces that a capture measured, shape (n, 3) [m].
+
+    They are the means of the pixels' points in each voxel. A point that two
+    views looked through is left out: depth cameras invent points at
+    silhouettes, between an object and what is behind it. Of a noisy capture
+    a wall is a layer, whose outermost points are nearest to everything: such
+    a cloud is thinned, see `thinned`.
+
+    Args:
+        capture: Posed RGB-D images.
+        lower: Lower corner of a box in W; points outside are left out,
+            shape (3,) [m].
+        upper: Upper corner, shape (3,) [m].
+        voxel: Edge of a voxel [m].
+    """
+    height, width = capture.size
+    pixels = len(capture) * height * width
+    stride = max(1, int(np.ceil(np.sqrt(pixels / _MAX_SAMPLES))))
+    clouds = []
+    for view in range(len(capture)):
+        p_W = capture.points_W(view)[::stride, ::stride].reshape(-1, 3)
+        with np.errstate(invalid="ignore"):
+            inside = ((p_W >= lower) & (p_W <= upper)).all(axis=1)
+        clouds.append(p_W[inside])
+    p_W = voxel_means(np.concatenate(clouds), voxel)
+    p_W = p_W[times_looked_through(capture, p_W) < 2]
+    if scatter(p_W) < voxel / 2:
+        return p_W
+    return thinned(voxel_means(p_W, _NOISY_VOXEL))
+
+
+def voxel_means(p_W: np.ndarray, voxel: float) -> np.ndarray:
+    """The mean of the points in each voxel that holds any, (m, 3) [m]."""
+    if not len(p_W):
+        return p_W.reshape(0, 3)
+    cell = np.floor((p_W - p_W.min(axis=0)) / voxel).astype(np.int64)
+    shape = cell.max(axis=0) + 1
+    key = (cell[:, 0] * shape[1] + cell[:, 1]) * shape[2] + cell[:, 2]
+    _, group, count = np.unique(key, return_inverse=True, return_counts=True)
+    sums = [np.bincount(group, weights=column) for column in p_W.T]
+    return np.stack(sums, axis=1) / count[:, None]
+
+
+def scatter(p_W: np.ndarray, count: int = 500, seed: int = 0) -> float:
+    """How thick a cloud's surfaces are: a noise level, 0 without one [m].
+
+    The median, over `count` random points, of the standard deviation of the
+    points around it from the plane through them.
+    """
+    if len(p_W) < _MIN_NEIGHBORS:
+        return 0.0
+    tree = KDTree(p_W)
+    chosen = np.random.default_rng(seed).choice(len(p_W), count)
+    spreads = [
+        np.sqrt(max(np.linalg.eigvalsh(np.cov(p_W[near].T))[0], 0))
+        for near in tree.query_ball_point(p_W[chosen], _SMOOTH_RADIUS)
+        if len(near) >= _MIN_NEIGHBORS
+    ]
+    return float(np.median(spreads)) if spreads else 0.0
+
+
+def thinned(p_W: np.ndarray, passes: int = 2) -> np.ndarray:
+    """Moves every point along the normal of its surroundings onto their mean.
+
+    A layer of noisy points becomes a surface (moving least squares of degree
+    0); edges are rounded off by millimetres.
+    """
+    for _ in range(passes):
+        offset, near = KDTree(p_W).query(
+            p_W, k=32, distance_upper_bound=_SMOOTH_RADIUS
+        )
+        weight = np.isfinite(offset).astype(float)
+        around = p_W[np.minimum(near, len(p_W) - 1)]
+        total = weight.sum(axis=1, keepdims=True)
+        mean = (weight[..., None] * around).sum(axis=1) / total
+        centered = (around - mean[:, None]) * weight[..., None]
+        covariance = np.einsum("nki,nkj->nij", centered, centered)
+        normal = np.linalg.eigh(covariance)[1][:, :, 0]
+        height = ((mean - p_W) * normal).sum(axis=1, keepdims=True)
+        p_W = np.where(total >= _MIN_NEIGHBORS, p_W + height * normal, p_W)
+    return p_W
+
+
+def times_looked_through(
+    capture: Capture, p_W: np.ndarray, margin: float = 0.03
+) -> np.ndarray:
+    """How many views have seen something behind each point, shape (n,).
+
+    Args:
+        capture: Posed RGB-D images.
+        p_W: Points, shape (n, 3) [m].
+        margin: A view looked through a point when the pixel that it projects
+            to, and all pixels around that, are deeper by this much; beyond 2 m
+            it grows with the square of the depth [m].
+    """
+    count = np.zeros(len(p_W), np.int64)
+    p_W = np.ascontiguousarray(p_W, float)
+    for view in range(len(capture)):
+        _count_if_behind(
+            nearest_around(capture.depth[view]),
+            capture.K[view].astype(float),
+            capture.X_WC[view].astype(float),
+            p_W,
+            margin,
+            count,
+        )
+    return count
+
+
+@njit(cache=True)
+def _count_if_behind(front, K, X_WC, p_W, margin, count):
+    """Counts each point that a depth image is deeper than."""
+    height, width = front.shape
+    for i in range(len(p_W)):
+        x = p_W[i, 0] - X_WC[0, 3]
+        y = p_W[i, 1] - X_WC[1, 3]
+        z = p_W[i, 2] - X_WC[2, 3]
+        z_C = X_WC[0, 2] * x + X_WC[1, 2] * y + X_WC[2, 2] * z
+        if z_C <= 0:
+            continue
+        x_C = X_WC[0, 0] * x + X_WC[1, 0] * y + X_WC[2, 0] * z
+        y_C = X_WC[0, 1] * x + X_WC[1, 1] * y + X_WC[2, 1] * z
+        column = np.floor(K[0, 0] * x_C / z_C + K[0, 2])
+        row = np.floor(K[1, 1] * y_C / z_C + K[1, 2])
+        if 0 <= column < width and 0 <= row < height:
+            enough = margin * max(1.0, z_C / _NOISE_DEPTH) ** 2
+            if front[int(row), int(column)] > z_C + enough:
+                count[i] += 1
+
+
+def nearest_around(depth: np.ndarray) -> np.ndarray:
+    """The least depth of each pixel and its neighbours, (h, w) [m].
+
+    0, unknown, where one of them is unknown.
+    """
+    return minimum_filter(depth, 3, mode="nearest")
+
+
+def free_points(
+    capture: Capture,
+    count: int,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    farthest: float = 0.5,
+    seed: int = 0,
+) -> np.ndarray:
+    """Points in a box of W that cameras have looked through.
+
+    Each lies on the ray of a random pixel, by a random length of up to
+    `farthest` before the measured surface.
+
+    Args:
+        capture: Posed RGB-D images.
+        count: Number of points.
+        lower: Lower corner of the box, shape (3,) [m].
+        upper: Upper corner, shape (3,) [m].
+        farthest: From the measured point, along the ray [m].
+        seed: Of the random choice.
+
+    Returns:
+        Shape (n, 3) [m]; n < count where little of the box was seen.
+    """
+    rng = np.random.default_rng(seed)
+    points, found = [], 0
+    for _ in range(_DRAWS):
+        p_W = _draw_before_surfaces(capture, count, farthest, rng)
+        p_W = p_W[((p_W >= lower) & (p_W <= upper)).all(axis=1)]
+        points.append(p_W)
+        found += len(p_W)
+        if found >= count:
+            break
+    return np.concatenate(points)[:count]
+
+
+def _draw_before_surfaces(
+    capture: Capture, count: int, farthest: float, rng: np.random.Generator
+) -> np.ndarray:
+    """Points on the rays of `count` random pixels, if they have a depth."""
+    height, width = capture.size
+    view = np.sort(rng.integers(len(capture), size=count))
+    pixel = rng.integers(height * width, size=count)
+    z = capture.depth.reshape(len(capture), -1)[view, pixel].astype(float)
+    row, column = np.divmod(pixel, width)
+    uv1 = np.stack([column + 0.5, row + 0.5, np.ones(count)], axis=1)
+    ray_C = np.einsum("nij,nj->ni", np.linalg.inv(capture.K)[view], uv1)
+    length = z * np.linalg.norm(ray_C, axis=1)
+    back = rng.uniform(0, farthest, count)
+    ahead = back < length
+    part = z[ahead] * (1 - back[ahead] / length[ahead])
+    X_WC = capture.X_WC[view[ahead]]
+    p_C = part[:, None] * ray_C[ahead]
+    return np.einsum("nij,nj->ni", X_WC[:, :3, :3], p_C) + X_WC[:, :3, 3]
