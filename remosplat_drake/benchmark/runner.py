@@ -49,7 +49,7 @@ def run_trials(
         ray_address: Run on that Ray cluster instead ("auto": the one of this
             machine, "local": a new one).
         splats: How scenes get the splats they lack; None leaves them without.
-        is_over: Once it says so, nothing new is started.
+        is_over: Once it says so, no other scene is begun.
         on_start: Called with what is left to run.
         on_result: Called with every new result, and every new splat's record.
         function: What runs a trial; must be importable by workers.

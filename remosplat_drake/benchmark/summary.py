@@ -118,10 +118,11 @@ class Comparison:
 def gather(results: Sequence[TrialResult]) -> list[Comparison]:
     """Sorts results into rows, and rows into comparisons.
 
-    The order of the results does not matter: methods come as in the shipped
+    Of several results of a set-up in a scene, with other splats for example,
+    the last one counts. Otherwise their order does not matter: methods come as in the shipped
     file, then others by name.
     """
-    by_setup = defaultdict(list)
+    by_setup = defaultdict(dict)
     for result in results:
         setup = (
             result.method,
@@ -129,7 +130,8 @@ def gather(results: Sequence[TrialResult]) -> list[Comparison]:
             result.gains,
             result.station,
         )
-        by_setup[setup].append(result)
+        scene = (result.suite, result.family, result.scene, result.seed)
+        by_setup[setup][scene] = result
     by_scenes = defaultdict(list)
     shipped = entries(METHODS_FILE)
 
@@ -139,8 +141,9 @@ def gather(results: Sequence[TrialResult]) -> list[Comparison]:
 
     for setup in sorted(by_setup, key=place):
         method, spheres, gains, station = setup
-        trials = by_setup[setup]
-        trials.sort(key=lambda t: (t.family, t.scene, t.seed))
+        trials = sorted(
+            by_setup[setup].values(), key=lambda t: (t.family, t.scene, t.seed)
+        )
         origins = {t.splat for t in trials if t.outcome(RULES[0]) != CRASH}
         row = Row(
             method,

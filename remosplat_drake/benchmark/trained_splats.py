@@ -32,6 +32,7 @@ from remosplat_drake.reconstruction.quality import (
     DistanceQuality,
     distance_quality,
 )
+from remosplat_drake.reconstruction.refinement import refine
 from remosplat_drake.reconstruction.surfels import (
     Surfels,
     splat_of_surfels,
@@ -174,5 +175,12 @@ def _train(
     return training.train(capture, splat_of_surfels(surfels), config).splat
 
 
-FITS: dict[str, Fit] = {"cuda": _train}
+def _refine(
+    capture: Capture, surfels: Surfels, recipe: SplatRecipe
+) -> GaussianSplat:
+    del recipe  # It stops by itself, and draws nothing at random.
+    return refine(capture, surfels)
+
+
+FITS: dict[str, Fit] = {"cuda": _train, "cpu": _refine}
 """How splats are made, by device."""

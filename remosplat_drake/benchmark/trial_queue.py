@@ -75,7 +75,7 @@ class TrialQueue:
             function: What runs a trial.
             splats: How scenes get the splats they lack; None leaves them
                 without.
-            is_over: Once it says so, nothing new is handed out.
+            is_over: Once it says so, no other scene is begun.
         """
         self._known, self._workers = known, workers
         self._function, self._splats = function, splats
@@ -83,6 +83,7 @@ class TrialQueue:
         self._ready: deque[Trial] = deque()
         self._waiting: deque[tuple[SplatOrder, list[Trial]]] = deque()
         self._making: dict[Job, list[Trial]] = {}
+        self._begun: BenchmarkCase | None = None
         self.keys: list[str] = []
         for case, group in groupby(trials, key=lambda trial: trial.case):
             of_scene = list(group)
@@ -106,19 +107,21 @@ class TrialQueue:
     def take(self) -> Job | None:
         """The next splat or trial.
 
-        One worker is left for trials as long as there are any.
+        One worker is left for trials as long as there are any. When it is
+        over, the methods in the scene that has begun still follow.
         """
-        if self._is_over():
-            return None
-        if self._may_make_splat():
+        is_over = self._is_over()
+        if not is_over and self._may_make_splat():
             assert self._splats is not None
             order, trials = self._waiting.popleft()
             job = Job(order, self._splats.function, failed_record)
             self._making[job] = trials
             return job
-        if self._ready:
-            return Job(self._ready.popleft(), self._function, describe)
-        return None
+        if not self._ready or (is_over and self._ready[0].case != self._begun):
+            return None
+        trial = self._ready.popleft()
+        self._begun = trial.case
+        return Job(trial, self._function, describe)
 
     def done(self, job: Job, result: object) -> None:
         """A scene whose splat has failed goes on without."""

@@ -172,7 +172,9 @@ def run(arguments: argparse.Namespace) -> int:
     if splats is not None:
         made = stored_records(cases, splats.recipe)
         write_records(output / SPLATS, [*made, *outcome.failed_splats])
-    _report(output, console)
+    # What has just been run counts more than the same with other splats.
+    _report([*read_results(output / RESULTS), *outcome.results], output)
+    console.print(f"wrote {RESULTS}, {REPORT} and {PAGE} to {output}")
     return _conclude(outcome, console)
 
 
@@ -216,16 +218,14 @@ def _run(
     )
 
 
-def _report(output: Path, console: Console) -> None:
-    """Prints and writes all that the folder holds."""
-    known = read_results(output / RESULTS)
+def _report(results: list[TrialResult], output: Path) -> None:
+    """Prints and writes the tables and plots."""
     made = splat_table(read_records(output / SPLATS))
-    tables = [*report_tables(known), *([made] if made else [])]
+    tables = [*report_tables(results), *([made] if made else [])]
     text = to_markdown(tables, HEADING)
     write_atomically(output / REPORT, text)
-    write_atomically(output / PAGE, to_html(known, tables, HEADING))
+    write_atomically(output / PAGE, to_html(results, tables, HEADING))
     print(text)
-    console.print(f"wrote {RESULTS}, {REPORT} and {PAGE} to {output}")
 
 
 def _conclude(outcome: _Outcome, console: Console) -> int:

@@ -41,8 +41,9 @@ def add_splat_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         const="cuda",
         choices=list(FITS),
-        help="first render every scene that has no splat and make one, which"
-        " is kept in the cache: on CUDA devices (default), or on the CPU",
+        help="render every scene that has no splat and make one, which is kept"
+        " in the cache: trained on CUDA devices (default), or refined on the"
+        " CPU",
     )
     group.add_argument(
         "--recipe",
@@ -103,7 +104,9 @@ def _gpus() -> tuple[str, ...]:
     """
     problem = missing_for_cuda()
     if problem:
-        raise RemoSplatError(f"--train cuda {problem}")
+        raise RemoSplatError(
+            f"--train {problem}; --train cpu refines without training"
+        )
     import torch
 
     named = os.environ.get(VISIBLE_GPUS, "")
