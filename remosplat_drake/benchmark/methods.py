@@ -26,6 +26,11 @@ METHODS_FILE = Path(__file__).with_suffix(".yaml")
 
 YAML_SUFFIXES = (".yaml", ".yml")
 
+SHIPPED_CONTROLLERS = {
+    "drake-ik": "remosplat_drake.benchmark.drake_baseline:make_control",
+}
+"""Short names for controllers that are not ours but come with the package."""
+
 BASE_METHOD = "sdf-hard"
 """Whose oracle, period and limits one's own controller gets by default."""
 
@@ -46,6 +51,13 @@ GROUPS = {
         "sdf-guided-10mm",
         "ellipsoid-guided",
         "depth-guided",
+    ),
+    "variants": (
+        "sdf-hard-rows",
+        "sdf-active-rows",
+        "ellipsoid-hard-3-steps",
+        "ellipsoid-active-3-steps",
+        "ellipsoid-active-any-opacity",
     ),
 }
 """Short names for several methods."""
@@ -85,9 +97,9 @@ def load_methods(
     """Methods by name, in the order given, each once.
 
     Args:
-        names: Shipped names, names of `GROUPS`, FILE for all methods of
-            one's own file, FILE:NAME, or one's own controller as
-            MODULE:FUNCTION or MODULE:FUNCTION:METHOD.
+        names: Shipped names, names of `GROUPS` or `SHIPPED_CONTROLLERS`,
+            FILE for all methods of one's own file, FILE:NAME, or one's own
+            controller as MODULE:FUNCTION or MODULE:FUNCTION:METHOD.
         override: YAML laid over every method, e.g. "{time_limit: 5}".
         spheres: Sphere set for every method, in place of its own.
 
@@ -116,6 +128,8 @@ def load_methods(
 
 def _split_controller(name: str) -> tuple[str, str]:
     """One's own controller, if any, and the method whose settings it uses."""
+    first, *rest = name.split(":")
+    name = ":".join([SHIPPED_CONTROLLERS.get(first, first), *rest])
     module, *rest = name.split(":")
     if not rest or Path(module).suffix in YAML_SUFFIXES:
         return "", name
@@ -134,7 +148,8 @@ def _with_controller(method: Method, controller: str) -> Method:
         method.scenario,
         controller=dc.replace(method.scenario.controller, gains="own"),
     )
-    name = controller
+    aliases = {path: alias for alias, path in SHIPPED_CONTROLLERS.items()}
+    name = aliases.get(controller, controller)
     if method.name != BASE_METHOD:
         name += f":{method.name}"
     return Method(name, scenario, controller)
@@ -151,7 +166,8 @@ def _find(name: str) -> list[tuple[Path, str]]:
         if wanted not in valid:
             # Groups are only known for the shipped file.
             groups = GROUPS if path == METHODS_FILE else ()
-            problem = unknown_name("method", wanted, [*valid, *groups])
+            others = (*groups, *SHIPPED_CONTROLLERS) if groups else ()
+            problem = unknown_name("method", wanted, [*valid, *others])
             raise RemoSplatError(f"--methods: {problem}")
     return [(path, wanted) for wanted in names]
 

@@ -1,0 +1,167 @@
+"""Drake's own differential inverse kinematics as a controller to compare with.
+
+`DifferentialInverseKinematicsSystem` knows neither splats nor a base that
+cannot move sideways. It is applied where that is fair:
+
+- It gets the scene's true solids, as `sdf-hard` does, so it stands beside
+  that method. The robot is the same spheres, with the same stopping and
+  influence distance, velocity limits and joint-limit margins, and the desired
+  twist is the paper's servo with the paper's gains.
+- Its plant's world frame is the robot's base frame B. The base's joints stay
+  at zero, the scene is what moves, and of the base only x and yaw are active:
+  sideways motion is no degree of freedom, exactly and without projection.
+- Costs, constraints and the fallback to standing still are Drake's: least
+  squares on the twist, the home posture in the null space, and collision rows
+  that let a distance shrink to the stopping distance within one tick (the
+  paper's let it shrink by a tenth of its margin).
+"""
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.multibody.inverse_kinematics import (
+    DifferentialInverseKinematicsSystem as DiffIk,
+)
+from pydrake.multibody.math import SpatialVelocity
+from pydrake.planning import DofMask, JointLimits
+from pydrake.systems.framework import BusValue
+
+from remosplat_drake.benchmark.custom_controller import Control
+from remosplat_drake.benchmark.drake_baseline_model import (
+    SIDEWAYS,
+    CollisionModel,
+    make_collision_model,
+)
+from remosplat_drake.controller.config import gain_set
+from remosplat_drake.controller.servo import pose_error, servo_twist
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.robot_model import RobotModel
+
+GAINS = gain_set("paper", "drake-ik")
+"""Servo, distances and margins are those of the paper's rows."""
+
+TWIST_WEIGHT = 100.0
+"""Of tracking against the posture; Drake's documentation asks for this."""
+
+POSTURE_GAIN = 1.0
+"""Pull towards the home posture, in the null space of tracking [1/s]."""
+
+
+def make_control(
+    robot: RobotModel, field: DistanceField, X_WT: np.ndarray, dt: float
+) -> Control:
+    """The controller; see `custom_controller`.
+
+    Args:
+        robot: With a differential base.
+        field: Must be the true solids.
+        X_WT: Target pose of the end effector, shape (4, 4).
+        dt: Control period [s].
+
+    Raises:
+        RemoSplatError: The map is not of solids, or the base is fixed.
+    """
+    if not isinstance(field, SignedDistanceField):
+        raise RemoSplatError(
+            "drake-ik: Drake's collision checker needs the scene's true"
+            " solids; a splat or a capture has none"
+        )
+    if not robot.n_base:
+        raise RemoSplatError("drake-ik: made for a robot with a mobile base")
+    model = make_collision_model(robot, field.scene)
+    system = _make_system(robot, model, dt)
+    context = system.CreateDefaultContext()
+    rest = model.positions(np.array([0.0, 0.0, 0.0, *robot.home]))
+    system.get_input_port_nominal_posture().FixValue(context, rest)
+
+    def control(q: np.ndarray, u_previous: np.ndarray) -> np.ndarray:
+        state = robot.state(q)
+        w, v = servo_twist(
+            pose_error(state.X_WE, X_WT),
+            GAINS.servo.gain,
+            GAINS.servo.max_speed,
+        )
+        R_BW = state.X_WB[:3, :3].T
+        twists = BusValue()
+        twists.Set(
+            model.end_effector,
+            AbstractValue.Make(SpatialVelocity(R_BW @ w, R_BW @ v)),
+        )
+        system.get_input_port_position().FixValue(context, model.positions(q))
+        system.get_input_port_desired_cartesian_velocities().FixValue(
+            context, AbstractValue.Make(twists)
+        )
+        with _quiet():
+            u = system.get_output_port_commanded_velocity().Eval(context)
+        # The solver keeps limits to its tolerance only.
+        return np.clip(u, -robot.velocity_limit, robot.velocity_limit)
+
+    return control
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Drops what the solver prints past every switch that Drake offers."""
+    sys.stdout.flush()
+    stdout, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    try:
+        yield
+    finally:
+        os.dup2(stdout, 1)
+        os.close(stdout)
+        os.close(nowhere)
+
+
+def _make_system(robot: RobotModel, model: CollisionModel, dt: float) -> DiffIk:
+    tracking = DiffIk.LeastSquaresCost.Config()
+    tracking.cartesian_qp_weight = TWIST_WEIGHT
+    centring = DiffIk.JointCenteringCost.Config()
+    centring.posture_gain = POSTURE_GAIN
+    collision = DiffIk.CollisionConstraint.Config()
+    collision.safety_distance = GAINS.collision.stopping
+    collision.influence_distance = GAINS.collision.influence
+    recipe = DiffIk.Recipe()
+    recipe.AddIngredient(DiffIk.LeastSquaresCost(tracking))
+    recipe.AddIngredient(DiffIk.JointCenteringCost(centring))
+    recipe.AddIngredient(_limits(robot))
+    recipe.AddIngredient(DiffIk.CollisionConstraint(collision))
+    plant = model.checker.plant()
+    active = np.arange(plant.num_positions()) < model.n_u
+    unlimited = np.full(3, np.inf)
+    return DiffIk(
+        recipe=recipe,
+        task_frame=plant.world_frame().scoped_name().get_full(),
+        collision_checker=model.checker,
+        active_dof=DofMask(active.tolist()),
+        time_step=dt,
+        K_VX=1.0,
+        Vd_TG_limit=SpatialVelocity(unlimited, unlimited),
+    )
+
+
+def _limits(robot: RobotModel) -> "DiffIk.JointVelocityLimitConstraint":
+    """Velocity limits that shrink before a joint limit, as the paper's do."""
+    config = DiffIk.JointVelocityLimitConstraint.Config()
+    config.min_margin = np.radians(GAINS.joint_limits.stop)
+    config.influence_margin = np.radians(GAINS.joint_limits.influence)
+    unlimited = np.full(robot.n_u, np.inf)
+    lower, upper = (
+        np.delete(limit, SIDEWAYS)
+        for limit in (robot.position_lower, robot.position_upper)
+    )
+    limits = JointLimits(
+        position_lower=lower,
+        position_upper=upper,
+        velocity_lower=-robot.velocity_limit,
+        velocity_upper=robot.velocity_limit,
+        acceleration_lower=-unlimited,
+        acceleration_upper=unlimited,
+    )
+    return DiffIk.JointVelocityLimitConstraint(config, limits)

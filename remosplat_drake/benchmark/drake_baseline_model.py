@@ -1,0 +1,188 @@
+"""The collision model of `drake_baseline`: robot spheres in a moving scene.
+
+The plant's world frame is the robot's base frame B, so the base stands at
+zero and the scene hangs on a planar joint. The robot is rebuilt from its
+kinematic tree: its model file would bring collision shapes of its own, and a
+base that slides sideways.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+from pydrake.common import Parallelism
+from pydrake.geometry import Box as BoxShape
+from pydrake.geometry import Cylinder as CylinderShape
+from pydrake.geometry import Shape, Sphere
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+from pydrake.multibody.tree import (
+    FixedOffsetFrame,
+    Frame,
+    PlanarJoint,
+    PrismaticJoint,
+    RevoluteJoint,
+    RigidBody,
+    SpatialInertia,
+    WeldJoint,
+)
+from pydrake.planning import RobotDiagramBuilder, SceneGraphCollisionChecker
+
+from remosplat_drake.robot.kinematics import PRISMATIC, REVOLUTE
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.primitive_scene import (
+    Box,
+    Cylinder,
+    PrimitiveScene,
+)
+
+SIDEWAYS = 1
+"""Index in q of what a differential base cannot change in its own frame."""
+
+_FRICTION = CoulombFriction(0.0, 0.0)
+_INERTIA = SpatialInertia.SolidSphereWithMass(1.0, 0.1)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class CollisionModel:
+    """A checker whose plant's first positions are those of u, in its order.
+
+    Attributes:
+        checker: Knows the distances of robot links to scene bodies.
+        n_u: The robot's degrees of freedom: forward, yaw, arm joints.
+        end_effector: Scoped name of the frame E.
+    """
+
+    checker: SceneGraphCollisionChecker
+    n_u: int
+    end_effector: str
+
+    def positions(self, q: np.ndarray) -> np.ndarray:
+        """The plant's positions for a configuration q = (x, y, yaw, arm)."""
+        x, y, yaw = q[:3]
+        c, s = np.cos(yaw), np.sin(yaw)
+        X_BW = [-c * x - s * y, s * x - c * y, -yaw]
+        return np.array([0.0, 0.0, *q[3:], *X_BW])
+
+
+def make_collision_model(
+    robot: RobotModel, scene: PrimitiveScene
+) -> CollisionModel:
+    """Builds the robot's spheres and the scene's solids.
+
+    Robot links are not checked against each other. Links that stand on the
+    floor are not checked against solids that lie wholly below the height
+    where the robot's spheres begin to see.
+
+    Args:
+        robot: With a differential base.
+        scene: The solids.
+    """
+    builder = RobotDiagramBuilder(time_step=0.0)
+    plant = builder.plant()
+    links = _add_robot(plant, robot)
+    low = _add_scene(plant, scene, _floor_height(robot))
+    plant.Finalize()
+    checker = SceneGraphCollisionChecker(
+        model=builder.Build(),
+        robot_model_instances=[links[0].model_instance()],
+        edge_step_size=0.1,  # Unused here, but required.
+        implicit_context_parallelism=Parallelism(1),
+    )
+    for i, link in enumerate(links):
+        for other in links[:i]:
+            checker.SetCollisionFilteredBetween(
+                link.index(), other.index(), True
+            )
+        if link.name() in robot.description.floor_links:
+            checker.SetCollisionFilteredBetween(link.index(), low.index(), True)
+    end_effector = checker.plant().GetFrameByName("end_effector")
+    return CollisionModel(
+        checker, robot.n_u, end_effector.scoped_name().get_full()
+    )
+
+
+def _add_robot(plant: MultibodyPlant, robot: RobotModel) -> list[RigidBody]:
+    """Adds the links, their joints, spheres and the frame E."""
+    tree = robot.tree
+    instance = plant.AddModelInstance("robot")
+    links = [plant.world_body()]
+    for i, name in enumerate(tree.names[1:], start=1):
+        link = plant.AddRigidBody(name, instance, _INERTIA)
+        links.append(link)
+        _add_joint(plant, robot, i, links[tree.parent[i]], link)
+    for i, name in enumerate(robot.spheres.links):
+        plant.RegisterCollisionGeometry(
+            links[tree.index(name)],
+            RigidTransform(robot.spheres.p_LS[i]),
+            Sphere(float(robot.spheres.radius[i])),
+            f"sphere_{i}",
+            _FRICTION,
+        )
+    last = int(np.flatnonzero(tree.position == robot.n_q - 1)[0])
+    q = np.array([0.0, 0.0, 0.0, *robot.home])
+    X_LE = np.linalg.inv(robot.body_poses(q)[last]) @ robot.end_effector_pose(q)
+    _offset_frame(plant, "end_effector", links[last], X_LE)
+    return links[1:]
+
+
+def _add_joint(
+    plant: MultibodyPlant,
+    robot: RobotModel,
+    i: int,
+    parent: RigidBody,
+    link: RigidBody,
+) -> None:
+    """Joins link i to its parent; all that does not move is welded."""
+    tree, name = robot.tree, f"joint_{i}"
+    F = _offset_frame(plant, f"{name}_F", parent, tree.X_PF[i])
+    M = _offset_frame(plant, f"{name}_M", link, np.linalg.inv(tree.X_MB[i]))
+    axis, moves = tree.axis_F[i], tree.position[i] not in (-1, SIDEWAYS)
+    if moves and tree.kind[i] == REVOLUTE:
+        plant.AddJoint(RevoluteJoint(name, F, M, axis))
+    elif moves and tree.kind[i] == PRISMATIC:
+        plant.AddJoint(PrismaticJoint(name, F, M, axis))
+    else:
+        assert tree.kind[i] != REVOLUTE
+        X_FM = RigidTransform(axis * tree.offset[i])
+        plant.AddJoint(WeldJoint(name, F, M, X_FM))
+
+
+def _offset_frame(
+    plant: MultibodyPlant, name: str, body: RigidBody, X_BF: np.ndarray
+) -> Frame:
+    return plant.AddFrame(
+        FixedOffsetFrame(name, body.body_frame(), RigidTransform(X_BF))
+    )
+
+
+def _add_scene(
+    plant: MultibodyPlant, scene: PrimitiveScene, floor_height: float
+) -> RigidBody:
+    """Adds two bodies that move together; returns the one near the floor."""
+    instance = plant.AddModelInstance("scene")
+    solids = plant.AddRigidBody("solids", instance, _INERTIA)
+    low = plant.AddRigidBody("low", instance, _INERTIA)
+    B, W = plant.world_frame(), solids.body_frame()
+    plant.AddJoint(PlanarJoint("base_to_scene", B, W))
+    plant.WeldFrames(W, low.body_frame())
+    for i, primitive in enumerate(scene.primitives):
+        plant.RegisterCollisionGeometry(
+            low if primitive.top < floor_height else solids,
+            primitive.X_WP,
+            _shape(primitive),
+            f"solid_{i}",
+            _FRICTION,
+        )
+    return low
+
+
+def _shape(primitive: Box | Cylinder) -> Shape:
+    if isinstance(primitive, Box):
+        return BoxShape(*(2 * primitive.half_extents))
+    return CylinderShape(primitive.radius, 2 * primitive.half_height)
+
+
+def _floor_height(robot: RobotModel) -> float:
+    """Below this no sphere of a floor link sees anything [m]."""
+    q = np.array([0.0, 0.0, 0.0, *robot.home])
+    return float(robot.spheres_at(q).ignore_below.max())
