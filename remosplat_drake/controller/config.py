@@ -147,14 +147,16 @@ def check_config(config: ReactiveControllerConfig, where: str) -> None:
             f"{name}.influence",
             f"must exceed the stopping distance {near}, got {far}",
         )
-    _check_guidance(config, require)
+    _check_guidance(config, where, require)
 
 
 def _check_guidance(
     config: ReactiveControllerConfig,
+    where: str,
     require: Callable[[bool, str, str], None],
 ) -> None:
     guidance = config.guidance
+    make_solver(guidance.solver, where, "guidance.solver")
     require(
         guidance.budget >= 0,
         "guidance.budget",

@@ -11,9 +11,11 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from pydrake.solvers import MathematicalProgram, SolverInterface
+from pydrake.solvers import MathematicalProgram
 
 from remosplat_drake.controller import tick_report
+from remosplat_drake.controller.active_set import DenseProgram
+from remosplat_drake.controller.drake_program import DrakeProgram, fill
 from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
 from remosplat_drake.controller.servo import PoseError
 from remosplat_drake.oracle.distance_field import Clearances
@@ -80,6 +82,14 @@ class Rows:
     kept: np.ndarray
 
 
+class Solver(Protocol):
+    """Finds the optimum of a program."""
+
+    def solve(self, program: "ReactiveProgram") -> np.ndarray | None:
+        """The optimal command, shape (n_u,), or None if there is none."""
+        ...
+
+
 class Ingredient(Protocol):
     """A cost or constraint of the program."""
 
@@ -88,17 +98,37 @@ class Ingredient(Protocol):
         ...
 
 
-class ReactiveProgram:
-    """A `MathematicalProgram` in u (n_u) and the slack delta (6).
+@dc.dataclass(frozen=True, eq=False)
+class Tracking:
+    """J u + delta = V with the cost |delta|^2 price / 2 and bounds on delta.
 
     Attributes:
-        prog: Drake's program.
-        x: All decision variables, u then delta.
-        u: Decision variables of the command.
-        delta: Slack of the end-effector twist (angular, translational).
+        J: Jacobian of the end effector (angular, translational), (6, n_u).
+        V: Wanted twist, shape (6,).
+        price: Of the squared slack delta.
+        limit: Bounds on |delta|, shape (6,).
+    """
+
+    J: np.ndarray
+    V: np.ndarray
+    price: float
+    limit: np.ndarray
+
+
+class ReactiveProgram:
+    """A quadratic program in u (n_u) and the slack delta (6), as data.
+
+    `prog` is the same as Drake's `MathematicalProgram`, `dense` as matrices
+    in u alone. An ingredient may add to `prog` itself what the methods here
+    do not express; then there is no `dense`.
+
+    Attributes:
         lower: Bounds on u, shape (n_u,); ingredients may only narrow them.
         upper: See `lower`.
         rows: Inequality rows by ingredient name.
+        linear: Linear costs c'u by ingredient name, shape (n_u,) each.
+        quadratic: Diagonals W of costs u'Wu / 2, by ingredient name.
+        tracking: Of the end effector's twist, if any.
         use_acceleration: Whether acceleration bounds are wanted.
         has_acceleration_bounds: Whether there are any.
         relax: Whether negative right-hand sides are raised to zero, so that
@@ -113,16 +143,22 @@ class ReactiveProgram:
         use_acceleration: bool = True,
         relax: bool = False,
     ):
-        n_u = len(velocity_limit)
-        self.prog = MathematicalProgram()
-        self.x = self.prog.NewContinuousVariables(n_u + 6, "x")
-        self.u, self.delta = self.x[:n_u], self.x[n_u:]
         self.lower, self.upper = -velocity_limit, velocity_limit
         self.rows: dict[str, Rows] = {}
+        self.linear: dict[str, np.ndarray] = {}
+        self.quadratic: dict[str, np.ndarray] = {}
+        self.tracking: Tracking | None = None
         self.use_acceleration = use_acceleration
         self.has_acceleration_bounds = False
         self.relax = relax
         self.yielded: list[str] = []
+        self._drake: DrakeProgram | None = None
+        self._is_finished = False
+
+    @property
+    def n_u(self) -> int:
+        """Length of the command."""
+        return len(self.lower)
 
     def narrow(self, lower: np.ndarray, upper: np.ndarray):
         """Bounds u by lower <= u <= upper, besides the present bounds."""
@@ -152,25 +188,67 @@ class ReactiveProgram:
         self.rows[name] = Rows(A, b, np.ones(len(b), bool))
 
     def finish(self):
-        """Puts bounds and rows into `prog`, less the rows that cannot bind.
+        """Marks the rows that cannot bind, and ends the data's part.
 
         A row whose largest value within the bounds of u does not exceed b_i
         is redundant: leaving it out changes nothing but the solver's time.
         """
-        self.prog.AddBoundingBoxConstraint(
-            self.lower, self.upper, self.u
-        ).evaluator().set_description("command bounds")
+        for name, rows in self.rows.items():
+            kept = self._can_bind(rows.A, rows.b)
+            self.rows[name] = dc.replace(rows, kept=kept)
+        self._is_finished = True
+        if self._drake is not None:
+            fill(self._drake, self)
+
+    @property
+    def prog(self) -> MathematicalProgram:
+        """Drake's program."""
+        return self.drake.prog
+
+    @property
+    def drake(self) -> "DrakeProgram":
+        """Drake's program and its variables; made when first asked for."""
+        if self._drake is None:
+            self._drake = DrakeProgram(self.n_u, extended=not self._is_finished)
+            if self._is_finished:
+                fill(self._drake, self)
+        return self._drake
+
+    @property
+    def u(self) -> np.ndarray:
+        """Drake's decision variables of the command."""
+        return self.drake.u
+
+    @property
+    def is_extended(self) -> bool:
+        """Whether an ingredient has used `prog`; what, only Drake knows."""
+        return self._drake is not None and self._drake.extended
+
+    def dense(self) -> DenseProgram:
+        """The program in u alone: the slack is V - J u."""
+        tracking = self.tracking
+        H, c = np.diag(sum(self.quadratic.values(), np.zeros(self.n_u))), 0.0
+        c = sum(self.linear.values(), np.zeros(self.n_u))
+        eye = np.eye(self.n_u)
+        A = [eye, -eye, *(rows.A[rows.kept] for rows in self.rows.values())]
+        b = [self.upper, -self.lower]
+        b += [rows.b[rows.kept] for rows in self.rows.values()]
+        if tracking is not None:
+            J, V, limit = tracking.J, tracking.V, tracking.limit
+            H += tracking.price * J.T @ J
+            c = c - tracking.price * V @ J
+            slack_A = np.concatenate([J, -J])
+            slack_b = np.concatenate([limit + V, limit - V])
+            kept = self._can_bind(slack_A, slack_b)
+            A.append(slack_A[kept])
+            b.append(slack_b[kept])
+        return DenseProgram(H, c, np.concatenate(A), np.concatenate(b))
+
+    def _can_bind(self, A: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """Which rows A u <= b the bounds on u do not imply, (m,) bool."""
         center = 0.5 * (self.upper + self.lower)
         radius = 0.5 * (self.upper - self.lower)
-        for name, rows in self.rows.items():
-            largest = rows.A @ center + np.abs(rows.A) @ radius
-            kept = largest > rows.b
-            self.rows[name] = dc.replace(rows, kept=kept)
-            if kept.any():
-                b = rows.b[kept]
-                self.prog.AddLinearConstraint(
-                    rows.A[kept], np.full(len(b), -np.inf), b, self.u
-                ).evaluator().set_description(name)
+        return A @ center + np.abs(A) @ radius > b
 
 
 def build_program(
@@ -199,15 +277,10 @@ def build_program(
     return program
 
 
-def solve(
-    program: ReactiveProgram, solver: SolverInterface
-) -> np.ndarray | None:
+def solve(program: ReactiveProgram, solver: Solver) -> np.ndarray | None:
     """The optimal command, shape (n_u,), or None without a finite optimum."""
-    result = solver.Solve(program.prog, None, None)  # pyright: ignore
-    if not result.is_success():
-        return None
-    u = result.GetSolution(program.u)
-    return u if np.isfinite(u).all() else None
+    u = solver.solve(program)
+    return u if u is not None and np.isfinite(u).all() else None
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -223,7 +296,7 @@ class Decision:
 def decide(
     tick: Tick,
     ingredients: Sequence[Ingredient],
-    solver: SolverInterface,
+    solver: Solver,
     program: ReactiveProgram | None = None,
 ) -> Decision:
     """Solves the tick's program, falling back in the named order.

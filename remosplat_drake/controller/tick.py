@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from time import perf_counter
 
 import numpy as np
-from pydrake.solvers import SolverInterface
 
 from remosplat_drake.controller.config import (
     ReactiveControllerConfig,
@@ -16,6 +15,7 @@ from remosplat_drake.controller.ingredients import collision_damper
 from remosplat_drake.controller.reactive_program import (
     Decision,
     Ingredient,
+    Solver,
     Tick,
     brake,
     build_program,
@@ -48,7 +48,7 @@ class ReactiveLaw:
     config: ReactiveControllerConfig
     dt: float
     ingredients: Sequence[Ingredient]
-    solver: SolverInterface
+    solver: Solver
 
     @staticmethod
     def make(
@@ -60,7 +60,7 @@ class ReactiveLaw:
             config,
             dt,
             make_ingredients(config, robot),
-            make_solver(config.solver, "controller"),
+            make_solver(config.solver, "scenario"),
         )
 
 

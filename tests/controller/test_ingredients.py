@@ -28,6 +28,7 @@ FOREARM = 3
 def added(ingredient, tick, **flags) -> ReactiveProgram:
     program = ReactiveProgram(tick.robot.velocity_limit, **flags)
     ingredient.AddToProgram(program, tick)
+    program.finish()
     return program
 
 

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.solvers import (
     ClarabelSolver,
-    MathematicalProgramResult,
     OsqpSolver,
     SolverOptions,
 )
@@ -28,9 +27,13 @@ from remosplat_drake.controller.reactive_program import (
     decide,
     solve,
 )
+from remosplat_drake.controller.solvers import (
+    ActiveSetSolver,
+    DrakeSolver,
+)
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 
-CLARABEL = ClarabelSolver()
+CLARABEL = DrakeSolver(ClarabelSolver())
 HUGE = 1e6
 
 
@@ -58,17 +61,15 @@ class Wall:
 class Unsuccessful:
     """A solver that never finds anything."""
 
-    def Solve(self, prog, initial_guess, options):
-        return MathematicalProgramResult()
+    def solve(self, program):
+        return None
 
 
 class NotFinite:
     """A solver that claims success and answers NaN."""
 
-    def Solve(self, prog, initial_guess, options):
-        result = CLARABEL.Solve(prog, None, None)
-        result.set_x_val(np.full(prog.num_vars(), np.nan))
-        return result
+    def solve(self, program):
+        return np.full(program.n_u, np.nan)
 
 
 @pytest.fixture
@@ -222,6 +223,54 @@ def test_another_solver_finds_the_same_command(frankie, make_tick, seed):
     assert result.is_success()
     np.testing.assert_allclose(
         solve(program, CLARABEL), result.GetSolution(program.u), atol=1e-4
+    )
+
+
+@given(seed=st.integers(0, 10_000), gains=st.sampled_from(["paper", "tuned"]))
+@settings(max_examples=25, deadline=None)
+def test_the_active_set_finds_the_same_command(frankie, make_tick, seed, gains):
+    tick = random_tick(frankie, make_tick, seed)
+    ingredients = ingredients_of(frankie, gains)
+    slow = decide(tick, ingredients, CLARABEL)
+    fast = decide(tick, ingredients, ActiveSetSolver())
+    assert fast.status == slow.status
+    np.testing.assert_allclose(fast.u, slow.u, atol=2e-4)
+
+
+class Push:
+    """The linear cost -p'u."""
+
+    def __init__(self, p):
+        self.p = np.array(p, float)
+
+    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
+        program.linear["push"] = -self.p
+
+
+@pytest.mark.parametrize("slack_limit", [0.1, HUGE])
+def test_the_active_set_knows_the_limits_of_the_slack(
+    three_link, make_tick, slack_limit
+):
+    """A push away from the target stops where the slack is used up."""
+    tick = make_tick(three_link, [0.3, -0.8, 0.2])
+    servo = ing.ServoTracking(
+        ing.ServoTrackingConfig(0.5, HUGE, slack_limit),
+        ing.CollisionDamperConfig(),
+    )
+    damping = ing.VelocityCost(ing.VelocityCostConfig(weight=0.02))
+    program = build_program(tick, [servo, damping, Push([5e3, 0, 0])])
+    u = solve(program, ActiveSetSolver())
+    np.testing.assert_allclose(u, solve(program, CLARABEL), atol=1e-5)
+    tracking = program.tracking
+    slack = np.abs(tracking.V - tracking.J @ u).max()
+    assert slack == pytest.approx(0.1) if slack_limit == 0.1 else slack > 1
+
+
+def test_what_only_drake_knows_is_solved_by_drake(tick):
+    program = build_program(tick, [Pull([1, 1, -0.5]), Wall([[1, 1, 0]], [1])])
+    assert program.is_extended
+    np.testing.assert_allclose(
+        solve(program, ActiveSetSolver()), [0.5, 0.5, -0.5], atol=1e-6
     )
 
 

@@ -13,6 +13,8 @@ class GuidanceConfig:
     # and 5 leave room in a period of 10 ms. With 0 nothing is simulated:
     # whenever the robot stalls, the next candidate is tried.
     budget: int = 5
+    # Convex solver of the rollouts; see controller/solvers.py.
+    solver: str = "active_set"
     # Time that one rollout step simulates [s].
     step: float = 0.1
     # Longest time that a rollout simulates [s].

@@ -37,11 +37,14 @@ def make_selection_rule(
 ) -> SelectionRule:
     """The selector's rule for a controller configuration.
 
-    Rollouts run the controller's own law with a longer step. Verification is
-    part of it: a future that it would stop must not count as arrival.
+    Rollouts run the controller's own law with a longer step, and a solver
+    that is quicker with small programs. Verification is part of it: a future
+    that it would stop must not count as arrival.
     """
     guidance = config.guidance
-    law = ReactiveLaw.make(config, robot, guidance.step)
+    law = ReactiveLaw.make(
+        dc.replace(config, solver=guidance.solver), robot, guidance.step
+    )
     candidates = make_candidates(
         [config.collision.stopping, *guidance.tiers],
         guidance.bearing,

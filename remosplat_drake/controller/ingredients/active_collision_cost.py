@@ -41,6 +41,4 @@ class ActiveCollisionCost:
         w = (influence - clearances.distance) / span
         mean = w @ tick.approach_rates / w.sum()
         nearness = (influence - clearances.minimum()) / span
-        program.prog.AddLinearCost(
-            gain * nearness**2 * mean, 0.0, program.u
-        ).evaluator().set_description("active collision")
+        program.linear["active collision"] = gain * nearness**2 * mean

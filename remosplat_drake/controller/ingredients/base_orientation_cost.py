@@ -32,9 +32,7 @@ class BaseOrientationCost:
             return
         X_WB, X_WE = tick.state.X_WB, tick.state.X_WE
         p_BE_B = X_WB[:3, :3].T @ (X_WE[:3, 3] - X_WB[:3, 3])
-        c = np.zeros(len(program.u))
+        c = np.zeros(program.n_u)
         theta = math.atan2(p_BE_B[1], p_BE_B[0])
         c[1] = -self._gain * (theta - tick.guidance.bearing)
-        program.prog.AddLinearCost(
-            c, 0.0, program.u
-        ).evaluator().set_description("base orientation")
+        program.linear["base orientation"] = c

@@ -34,11 +34,9 @@ class ManipulabilityCost:
             np.ascontiguousarray(tick.state.Jw_WE[:, arm]),
             np.ascontiguousarray(tick.state.Jv_WE[:, arm]),
         )
-        c = np.zeros(len(program.u))
+        c = np.zeros(program.n_u)
         c[arm] = -self._gain * gradient
-        program.prog.AddLinearCost(
-            c, 0.0, program.u
-        ).evaluator().set_description("manipulability")
+        program.linear["manipulability"] = c
 
 
 @njit(cache=True)

@@ -10,7 +10,11 @@ from remosplat_drake.controller.guidance.deflection import (
 from remosplat_drake.controller.ingredients.collision_damper import (
     CollisionDamperConfig,
 )
-from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.controller.reactive_program import (
+    ReactiveProgram,
+    Tick,
+    Tracking,
+)
 from remosplat_drake.controller.servo import servo_twist
 
 
@@ -43,7 +47,7 @@ class ServoTracking:
         self._damper = damper
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds the equality, the slack's bounds and its cost."""
+        """Sets what is tracked, and the slack's bounds and price."""
         config = self._config
         w, v = servo_twist(tick.error, config.gain, config.max_speed)
         v = deflected_velocity(
@@ -57,20 +61,10 @@ class ServoTracking:
         )
         V_WE = np.concatenate([w, v])
         state = tick.state
-        J = np.eye(6, len(program.x), len(program.u))
-        J[:3, : len(program.u)] = state.Jw_WE
-        J[3:, : len(program.u)] = state.Jv_WE
-        program.prog.AddLinearEqualityConstraint(
-            J, V_WE, program.x
-        ).evaluator().set_description("servo tracking")
         # Standing still must stay feasible, however fast the servo's twist.
-        limit = np.maximum(config.slack_limit, np.abs(V_WE))
-        program.prog.AddBoundingBoxConstraint(
-            -limit, limit, program.delta
-        ).evaluator().set_description("slack limit")
-        program.prog.AddQuadraticCost(
-            np.eye(6) / tick.error_scale,
-            np.zeros(6),
-            program.delta,
-            is_convex=True,
-        ).evaluator().set_description("slack")
+        program.tracking = Tracking(
+            J=np.concatenate([state.Jw_WE, state.Jv_WE]),
+            V=V_WE,
+            price=1.0 / tick.error_scale,
+            limit=np.maximum(config.slack_limit, np.abs(V_WE)),
+        )

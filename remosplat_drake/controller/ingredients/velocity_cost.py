@@ -27,11 +27,6 @@ class VelocityCost:
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
         """Adds the cost."""
-        weights = np.full(len(program.u), self._config.weight)
+        weights = np.full(program.n_u, self._config.weight)
         weights[: tick.robot.n_base] /= tick.error_scale
-        program.prog.AddQuadraticCost(
-            np.diag(weights),
-            np.zeros(len(weights)),
-            program.u,
-            is_convex=True,
-        ).evaluator().set_description("velocity")
+        program.quadratic["velocity"] = weights

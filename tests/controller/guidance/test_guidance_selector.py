@@ -1,6 +1,7 @@
 """The selector as a system, beside the controller in the whole diagram."""
 
 import copy
+import dataclasses as dc
 from pathlib import Path
 
 import numpy as np
@@ -175,6 +176,7 @@ def test_the_rule_has_every_candidate_of_every_tier(frankie):
         ["direct", "left", "right"]
     ] * 2
     assert [tier[0].stopping for tier in rule.candidates] == [0.021, 0.010]
-    assert rule.law.config is config
+    expected = dc.replace(config, solver=config.guidance.solver)
+    assert rule.law.config == expected
     assert rule.law.dt == config.guidance.step == 0.1
     assert rule.horizon == 8.0
