@@ -6,6 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from remosplat_drake.benchmark.formatting import format_median
+from remosplat_drake.benchmark.reaching_task import TRAINED
+from remosplat_drake.benchmark.splat_recipe import SplatRecipe
 from remosplat_drake.benchmark.splat_record import SplatRecord
 from remosplat_drake.benchmark.tables import Table
 from remosplat_drake.reconstruction.quality import DistanceQuality
@@ -24,8 +26,10 @@ def splat_table(records: Sequence[SplatRecord]) -> Table | None:
         for column in ("median", "99 %", "over", "under")
     ]
     rows = tuple(
-        (family, origin, *_row(groups[family, origin, settings], oracles))
-        for family, origin, settings in sorted(groups)
+        (family, origin, _recipe(group[0]), *_row(group, oracles))
+        for (family, origin, _), group in sorted(
+            groups.items(), key=lambda item: item[0]
+        )
     )
     if not rows:
         return None
@@ -34,10 +38,10 @@ def splat_table(records: Sequence[SplatRecord]) -> Table | None:
         (
             "family",
             "splat",
+            "recipe",
             "made",
             "failed",
             "discs",
-            "steps",
             "capture [s]",
             "fit [s]",
             *errors,
@@ -49,6 +53,14 @@ def splat_table(records: Sequence[SplatRecord]) -> Table | None:
         " scenes of each scene's median and 99th percentile, and the worst"
         " over- and underestimate of all.",
     )
+
+
+def _recipe(record: SplatRecord) -> str:
+    """The settings that matter most, in words."""
+    recipe = SplatRecipe(**record.recipe)
+    steps = f", {recipe.steps} steps" if record.origin == TRAINED else ""
+    size = f"{recipe.width} x {recipe.height}"
+    return f"{recipe.views} views {size}{steps}"
 
 
 def _row(
@@ -67,7 +79,6 @@ def _row(
         str(len(made)),
         str(len(records) - len(made)),
         median("count", 0),
-        str(records[0].recipe["steps"]),
         median("capture_seconds", 1),
         median("fit_seconds", 1),
         *cells,

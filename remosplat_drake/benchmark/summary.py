@@ -119,8 +119,8 @@ def gather(results: Sequence[TrialResult]) -> list[Comparison]:
     """Sorts results into rows, and rows into comparisons.
 
     Of several results of a set-up in a scene, with other splats for example,
-    the last one counts. Otherwise their order does not matter: methods come as in the shipped
-    file, then others by name.
+    the last one counts. Otherwise the order does not matter: methods come as
+    in the shipped file, then others by name.
     """
     by_setup = defaultdict(dict)
     for result in results:

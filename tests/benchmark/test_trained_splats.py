@@ -229,6 +229,7 @@ def test_the_table_of_splats_by_hand(tmp_path):
     (row,) = table.rows
     cells = dict(zip(table.header, row, strict=True))
     assert (cells["made"], cells["failed"]) == ("2", "1")
+    assert cells["recipe"] == "6 views 64 x 48, 1 steps"
     assert cells["discs"] == "100"
     assert cells["fit [s]"] == "2.0"
     assert cells["depth: median [mm]"] == "2.0"
