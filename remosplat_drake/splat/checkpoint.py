@@ -27,6 +27,7 @@ from remosplat_drake.splat.surfel_conversion import (
     without_thickness,
 )
 from remosplat_drake.splat.unpacking import (
+    ZIP_DAMAGES,
     check_count,
     check_unpacked_size,
     read_whole,
@@ -115,9 +116,8 @@ def _load_tensors(path: Path) -> dict[str, np.ndarray]:
             io.BytesIO(data), map_location="cpu", weights_only=True
         )
     except Exception as error:  # torch raises anything on damaged files.
-        problem = str(error).strip().splitlines() or [type(error).__name__]
         raise FileError(
-            path, f"unreadable as a checkpoint: {problem[0]}"
+            path, "no checkpoint of tensors alone, or damaged"
         ) from error
     splats: Any = content
     if isinstance(content, dict) and "splats" in content:
@@ -141,7 +141,7 @@ def _check_archive(path: Path, data: bytes) -> None:
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             sizes = [entry.file_size for entry in archive.infolist()]
-    except zipfile.BadZipFile:
+    except ZIP_DAMAGES:
         return
     check_unpacked_size(path, len(data), sum(sizes))
 

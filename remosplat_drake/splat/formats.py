@@ -24,6 +24,7 @@ from remosplat_drake.splat.sog_bundle import META, ZIP_MAGIC
 from remosplat_drake.splat.spz import read_spz, write_spz
 from remosplat_drake.splat.spz_container import GZIP_MAGIC, SPZ_MAGIC
 from remosplat_drake.splat.surfel_conversion import is_flat, without_thickness
+from remosplat_drake.splat.unpacking import ZIP_DAMAGES
 
 _LONGEST_PLY_HEADER = 2**16
 
@@ -183,7 +184,7 @@ def _format_of_zip(path: Path, start: bytes) -> SplatFormat | None:
     try:
         with zipfile.ZipFile(path) as archive:
             names = archive.namelist()
-    except (zipfile.BadZipFile, OSError):
+    except ZIP_DAMAGES:
         return None
     if META in names:
         return SOG

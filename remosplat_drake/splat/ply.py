@@ -7,6 +7,7 @@ module is the border: outside it only activated values exist.
 
 import math
 import re
+import textwrap
 from pathlib import Path
 from typing import IO
 
@@ -134,7 +135,7 @@ def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
             path, "announces more rows than memory holds"
         ) from error
     except (OSError, PlyParseError, ValueError) as error:
-        problem = " ".join(str(error).split())
+        problem = textwrap.shorten(str(error), 120)
         raise FileError(path, f"unreadable as PLY: {problem}") from error
     for element in document.elements:
         for ply_property in element.properties:

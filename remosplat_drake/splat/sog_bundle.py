@@ -8,7 +8,6 @@ import io
 import json
 import math
 import zipfile
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ import numpy as np
 
 from remosplat_drake.errors import FileError, MissingExtraError
 from remosplat_drake.splat.unpacking import (
+    ZIP_DAMAGES,
     check_count,
     check_unpacked_size,
     read_whole,
@@ -25,17 +25,8 @@ from remosplat_drake.splat.unpacking import (
 META = "meta.json"
 ZIP_MAGIC = b"PK\x03\x04"
 
-_DAMAGES = (
-    zipfile.BadZipFile,
-    NotImplementedError,
-    RuntimeError,
-    OSError,
-    EOFError,
-    zlib.error,
-)
-"""What zipfile raises where an archive is damaged, encrypted or exotic."""
-
 _MAX_META = 2**24
+_MAX_PICTURE = 2**28
 
 
 class SogBundle:
@@ -57,7 +48,7 @@ class SogBundle:
         if not self._folder.is_dir():
             try:
                 self._zip = zipfile.ZipFile(io.BytesIO(read_whole(path)))
-            except _DAMAGES as error:
+            except ZIP_DAMAGES as error:
                 raise FileError(path, f"no SOG: {error}") from error
         try:
             meta = json.loads(self._read(META, _MAX_META))
@@ -139,29 +130,30 @@ class SogBundle:
             )
         return names
 
-    def _read(self, name: str, limit: int | None = None) -> bytes:
+    def _read(self, name: str, limit: int = _MAX_PICTURE) -> bytes:
         if self._zip is None:
             path = self._folder / name
-            if limit is not None and path.is_file():
+            if path.is_file():
                 self._check_limit(name, path.stat().st_size, limit)
             return read_whole(path)
         try:
             entry = self._zip.getinfo(name)
         except KeyError as error:
             raise FileError(self._path, f"{name} is missing") from error
-        if limit is not None:
-            self._check_limit(name, entry.file_size, limit)
+        self._check_limit(name, entry.file_size, limit)
         check_unpacked_size(self._path, entry.compress_size, entry.file_size)
         try:
             return self._zip.read(entry)
-        except _DAMAGES as error:
+        except ZIP_DAMAGES as error:
             raise FileError(
                 self._path, f"{name} is damaged: {error}"
             ) from error
 
     def _check_limit(self, name: str, size: int, limit: int) -> None:
         if size > limit:
-            raise FileError(self._path, f"{name} is of {size} bytes")
+            raise FileError(
+                self._path, f"{name} has {size} bytes; at most {limit}"
+            )
 
     def _splats(self, name: str) -> np.ndarray:
         pixels = self._pixels(name, self.count).reshape(-1, 4)

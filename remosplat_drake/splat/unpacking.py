@@ -4,10 +4,24 @@ A file of a kilobyte can announce, and even hold, gigabytes. So every reader
 of a compressed format asks here before it unpacks anything.
 """
 
+import struct
+import zipfile
 import zlib
 from pathlib import Path
 
 from remosplat_drake.errors import FileError
+
+ZIP_DAMAGES = (
+    zipfile.BadZipFile,
+    zlib.error,
+    struct.error,
+    NotImplementedError,
+    RuntimeError,
+    ValueError,
+    OSError,
+    EOFError,
+)
+"""What zipfile raises where an archive is damaged, encrypted or exotic."""
 
 MAX_SPLATS = 2**24
 """As many as any trained scene has; each takes 50 to 350 bytes of memory."""

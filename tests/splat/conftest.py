@@ -1,0 +1,22 @@
+"""Fixtures for the tests of splat files."""
+
+import pytest
+from toy_splats import random_splat
+
+from remosplat_drake.splat.formats import FORMATS, write_splat
+from remosplat_drake.splat.spz import write_spz
+
+
+@pytest.fixture(scope="session")
+def whole_files(tmp_path_factory) -> dict[str, bytes]:
+    """A good file of each format, and of both containers of SPZ."""
+    folder = tmp_path_factory.mktemp("whole")
+    splat = random_splat(3, 3)
+    files = {}
+    for format_ in FORMATS:
+        path = folder / f"ckpt_0{format_.suffix}"
+        write_splat(path, splat)
+        files[format_.suffix] = path.read_bytes()
+    write_spz(folder / "v4.spz", splat, version=4)
+    files["4.spz"] = (folder / "v4.spz").read_bytes()
+    return files
