@@ -56,7 +56,9 @@ def read_depth(source: Source, unit: float) -> np.ndarray:
                 f"expected 16-bit or float depth, got mode {image.mode}",
             )
         steps = np.asarray(image)
-    depth = steps.astype(np.float32) * np.float32(unit)
+    # Whole numbers are multiplied in double precision, so that 2429 mm become
+    # the float32 next to 2.429.
+    depth = (steps * float(unit)).astype(np.float32)
     return np.where(np.isfinite(depth), depth, np.float32(0))
 
 

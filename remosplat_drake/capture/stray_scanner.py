@@ -77,6 +77,8 @@ def _read_odometry(path: Path) -> list[dict]:
     rows = list(csv.DictReader(lines, skipinitialspace=True))
     if not rows:
         raise FileError(path, "expected a header and one row a frame")
+    if any(None in row.values() for row in rows):
+        raise FileError(path, "a row is shorter than the header")
     return rows
 
 
