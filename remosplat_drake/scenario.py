@@ -23,6 +23,11 @@ from remosplat_drake.oracle.config import (
     GroundTruth,
     SphereToEllipsoid,
 )
+from remosplat_drake.reconstruction.quality_report import (
+    MAP_ERROR_MARGIN,
+    read_report,
+    report_path,
+)
 from remosplat_drake.station.config import (
     DynamicStation,
     KinematicStation,
@@ -66,8 +71,9 @@ class SceneConfig:
     crop: CropConfig | None = None
     # True geometry (RMMI JSON) for metrics, contact and !GroundTruth.
     truth: str = ""
-    # Largest over-estimate of a distance by the splat, from its quality
-    # report; absent: unknown. Small stopping distances need it [m].
+    # Largest over-estimate of a distance by the splat; absent: what the
+    # quality report beside the splat says. Small stopping distances need it
+    # [m].
     map_error: float | None = None
     # The robot's floor links do not see the scene below this height [m].
     floor_height: float = 0.03
@@ -195,20 +201,17 @@ def check_scenario(scenario: Scenario) -> None:
             _check_length(values, 3, where, f"scene.crop.{side}")
 
 
-MAP_ERROR_MARGIN = 0.002
-"""A stopping distance must exceed the map's error by so much [m]."""
-
-
 def _check_map_error(scenario: Scenario, where: str) -> None:
     tiers = scenario.controller.guidance.tiers
     if not tiers or isinstance(scenario.oracle, GroundTruth):
         return
-    error = scenario.scene.map_error
+    error = _find_map_error(scenario)
     if error is None:
         raise FieldError(
             where,
             "controller.guidance.tiers",
-            "need scene.map_error, from the splat's quality report",
+            "need scene.map_error, or a quality report beside the splat"
+            " (`remosplat quality`)",
         )
     if min(tiers) < error + MAP_ERROR_MARGIN:
         raise FieldError(
@@ -217,6 +220,17 @@ def _check_map_error(scenario: Scenario, where: str) -> None:
             f"{min(tiers)} is too small for a map that is wrong by up to"
             f" {error}; valid: at least {error + MAP_ERROR_MARGIN:.4f}",
         )
+
+
+def _find_map_error(scenario: Scenario) -> float | None:
+    """The scenario's, or that of a quality report beside its splat."""
+    scene = scenario.scene
+    if scene.map_error is not None or not scene.splat:
+        return scene.map_error
+    splat = resources.resolve(scene.splat, scenario.folder)
+    if not report_path(splat).is_file():
+        return None
+    return read_report(splat).map_error
 
 
 def make_transform(

@@ -57,7 +57,7 @@ def make_coverage(
     shape = np.maximum(1, np.ceil((upper - lower) / voxel - 1e-9)).astype(int)
     index = np.argwhere(np.ones(shape, bool))
     centers = lower + voxel * (index + 0.5)
-    free = times_looked_through(capture, centers, margin=voxel / 2) > 0
+    free = times_looked_through(capture, centers, margin=voxel / 4) > 0
     state = np.where(free, FREE, UNSEEN).astype(np.uint8).reshape(shape)
     cell = np.floor((surface_W - lower) / voxel).astype(int)
     inside = ((cell >= 0) & (cell < shape)).all(axis=1)

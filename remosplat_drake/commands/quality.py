@@ -1,0 +1,157 @@
+"""`remosplat quality`: how far a splat can be trusted."""
+
+import argparse
+import dataclasses as dc
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from remosplat_drake.atomic_file import check_writable, write_atomically
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.formats import FORMATS, read_capture
+from remosplat_drake.capture.text_files import read_matrix
+from remosplat_drake.errors import FieldError
+from remosplat_drake.reconstruction.assessment import Workspace, assess
+from remosplat_drake.reconstruction.quality_report import (
+    QualityReport,
+    page_path,
+    report_path,
+    write_report,
+)
+from remosplat_drake.reconstruction.report_page import to_html
+from remosplat_drake.resources import resolve
+from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.splat.formats import read_splat
+
+COMPARED = 8
+"""Every so many views are compared where nobody says otherwise."""
+
+
+def add_arguments(parser: argparse.ArgumentParser):
+    """Declares the command's flags."""
+    parser.add_argument("splat", metavar="SPLAT", help="a splat file")
+    parser.add_argument("capture", metavar="CAPTURE", help="what it is from")
+    parser.add_argument(
+        "--format", choices=FORMATS, help="of the capture (default: found out)"
+    )
+    parser.add_argument(
+        "--capture-pose",
+        metavar="FILE",
+        help="a 4 x 4 matrix, as text: the pose of the capture's world in the"
+        " splat's frame (default: they agree)",
+    )
+    parser.add_argument(
+        "--truth", metavar="SCENE", help="the true geometry, an RMMI JSON file"
+    )
+    parser.add_argument(
+        "--held-out",
+        type=int,
+        metavar="N",
+        help="training did without every N-th view; images of these are"
+        f" compared (default: every {COMPARED}th, used by training or not)",
+    )
+    parser.add_argument(
+        "--focus",
+        type=float,
+        nargs=3,
+        metavar=("X", "Y", "Z"),
+        help="centre of the robot's workspace [m] (default: where most was"
+        " captured)",
+    )
+    parser.add_argument(
+        "--reach",
+        type=float,
+        default=1.0,
+        help="half the workspace's edge around the focus [m] (1)",
+    )
+    parser.add_argument(
+        "--method", default="unknown", help="how the splat was made, in words"
+    )
+    parser.add_argument(
+        "--points",
+        type=int,
+        default=5000,
+        help="at which distances are compared, at most (5000)",
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="folder of the report (default: the splat's)",
+    )
+    parser.add_argument("--seed", type=int, default=0)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Writes the report and its page, and prints the numbers."""
+    for name in ("held_out", "reach", "points"):
+        value = getattr(arguments, name)
+        if value is not None and not value > 0:
+            flag = "--" + name.replace("_", "-")
+            raise FieldError("quality", flag, "must be positive")
+    console = Console()
+    splat_path = resolve(arguments.splat)
+    folder = arguments.output or splat_path.parent
+    for path in (report_path(splat_path), page_path(splat_path)):
+        check_writable(folder / path.name)
+    splat = read_splat(splat_path)
+    truth = read_rmmi(resolve(arguments.truth)) if arguments.truth else None
+    workspace = None
+    if arguments.focus is not None:
+        workspace = Workspace.around(np.array(arguments.focus), arguments.reach)
+    with console.status("reading the capture") as status:
+        capture = _read_capture(arguments)
+        assessment = assess(
+            splat,
+            capture,
+            range(0, len(capture), arguments.held_out or COMPARED),
+            truth=truth,
+            workspace=workspace,
+            method=arguments.method,
+            held_out=arguments.held_out is not None,
+            count=arguments.points,
+            seed=arguments.seed,
+            progress=status.update,
+        )
+    write_report(splat_path, assessment.report, folder)
+    page = folder / page_path(splat_path).name
+    write_atomically(page, to_html(assessment, splat_path.name))
+    print_report(console, assessment.report)
+    console.print(f"pictures: {page}")
+    return 0
+
+
+def _read_capture(arguments: argparse.Namespace) -> Capture:
+    """The capture, its cameras in the splat's frame."""
+    capture = read_capture(resolve(arguments.capture), arguments.format)
+    if arguments.capture_pose is None:
+        return capture
+    X_WC = read_matrix(resolve(arguments.capture_pose), (4, 4)) @ capture.X_WC
+    return dc.replace(capture, X_WC=X_WC)
+
+
+def print_report(console: Console, report: QualityReport):
+    """The numbers and the verdict."""
+    table = Table(title="distance errors [mm]")
+    for heading in ("oracle", "against"):
+        table.add_column(heading)
+    for heading in ("points", "median", "99 %", "over", "under"):
+        table.add_column(heading, justify="right")
+    for row in report.distances:
+        values = (row.median, row.percentile_99, row.over, row.under)
+        table.add_row(
+            row.oracle,
+            row.reference,
+            str(row.count),
+            *(f"{1e3 * value:.1f}" for value in values),
+        )
+    console.print(table)
+    images = report.images
+    console.print(
+        f"{images.views} views: PSNR {images.psnr:.1f} dB, SSIM"
+        f" {images.ssim:.3f}, depth off by {1e3 * images.depth_median:.1f} mm"
+        f" (median), {1e3 * images.depth_percentile_99:.1f} mm (99 %)"
+    )
+    console.print(report.trust)
