@@ -16,6 +16,7 @@ from pydrake.geometry import (
     InMemoryMesh,
     Mesh,
     PerceptionProperties,
+    QueryObject,
     Role,
 )
 from pydrake.math import RigidTransform
@@ -58,7 +59,7 @@ def read_solids(
         raise FileError(path, "no such file")
     suffix = path.suffix.lower()
     if suffix in MODELS or path.name.lower().endswith(".dmd.yaml"):
-        solids = tuple(_model_solids(path, X_WM))
+        solids = tuple(solid.moved(X_WM) for solid in _model_solids(path))
     elif suffix in DRAWN_MESHES + CONVERTED_MESHES:
         solids = (_mesh_solid(X_WM, Mesh(path, scale), painted(_GRAY)),)
     else:
@@ -69,7 +70,7 @@ def read_solids(
     return solids
 
 
-def _model_solids(path: Path, X_WM: RigidTransform) -> Iterator[Solid]:
+def _model_solids(path: Path) -> Iterator[Solid]:
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
     try:
@@ -81,9 +82,14 @@ def _model_solids(path: Path, X_WM: RigidTransform) -> Iterator[Solid]:
     query = scene_graph.get_query_output_port().Eval(
         scene_graph.GetMyContextFromRoot(context)
     )
+    yield from solids_of(query)
+
+
+def solids_of(query: QueryObject) -> Iterator[Solid]:
+    """All that cameras would see of a scene graph, where it is now."""
     inspector = query.inspector()
     for geometry in inspector.GetAllGeometryIds(Role.kPerception):
-        X_WG = X_WM @ query.GetPoseInWorld(geometry)
+        X_WG = query.GetPoseInWorld(geometry)
         shape = inspector.GetShape(geometry)
         look = inspector.GetPerceptionProperties(geometry)
         if isinstance(shape, Mesh):

@@ -37,6 +37,10 @@ class Solid:
     shape: Shape
     look: PerceptionProperties
 
+    def moved(self, X: RigidTransform) -> "Solid":
+        """The same solid after a motion X of W."""
+        return dc.replace(self, X_WG=X @ self.X_WG)
+
 
 def painted(rgba: Iterable[float]) -> PerceptionProperties:
     """The look of a solid in one colour, display values in [0, 1]."""

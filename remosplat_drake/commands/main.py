@@ -16,6 +16,7 @@ COMMANDS = {
     "scenarios": "list the shipped scenarios",
     "inspect": "show what a sphere's depth views see",
     "benchmark": "compare controllers in many scenes, as the paper does",
+    "scenes": "draw the scenes that controllers are compared in",
     "bench": "time the oracle and the control tick on this machine",
     "noise-experiment": "measure what floaters do to the distance methods",
     "fit-spheres": "cover a robot's links with spheres",
