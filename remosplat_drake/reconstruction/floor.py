@@ -1,0 +1,213 @@
+"""The floor of a capture, and with it gravity.
+
+Handheld captures come in the frame of their first image. A mobile robot wants
+one whose z axis points up and whose floor is z = 0.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.reconstruction.surfels import (
+    Surfels,
+    surfels_from_capture,
+)
+
+_SAMPLES = 20_000
+"""Surfels of an even cover: their number measures area."""
+
+_HYPOTHESES = 500
+"""Surfels whose tangent plane is tried."""
+
+
+@dc.dataclass
+class FloorConfig:
+    """What makes a plane the floor."""
+
+    # Angle between it and the mean upright of the cameras, at most [rad].
+    max_tilt: float = 0.9
+    # Surfels within this distance of the plane belong to it [m] ...
+    thickness: float = 0.02
+    # ... if they face along its normal within this angle [rad].
+    facing: float = 0.35
+    # Its least area [m^2].
+    min_area: float = 0.3
+    # The cameras' median height over it is at least this [m].
+    min_camera_height: float = 0.25
+    # Fraction of what was seen that may lie more than `depth` beneath it ...
+    max_beneath: float = 0.05
+    # ... which leaves room for noise and mirror images [m].
+    depth: float = 0.06
+    # Seed of the random choice of hypotheses.
+    seed: int = 0
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Floor:
+    """A horizontal plane at the bottom of a capture.
+
+    Attributes:
+        X_FW: To the frame F with z up and the floor at z = 0. Its x axis is
+            W's, as far as the floor allows, and its origin lies below or
+            above W's.
+        area: Of what was seen of the floor [m^2].
+        rms: Of its surfels' heights [m].
+        tilt: Angle between the floor's normal and the mean upright of the
+            cameras [rad].
+        beneath: Fraction of the seen surfaces that lie beneath it.
+        camera_height: Median height of the cameras over it [m].
+    """
+
+    X_FW: RigidTransform
+    area: float
+    rms: float
+    tilt: float
+    beneath: float
+    camera_height: float
+
+    def aligned(self, capture: Capture) -> Capture:
+        """The capture in the frame F."""
+        X_FC = self.X_FW.GetAsMatrix4() @ capture.X_WC
+        return dc.replace(capture, X_WC=X_FC)
+
+
+def find_floor(capture: Capture, config: FloorConfig | None = None) -> Floor:
+    """The large level plane with nearly nothing beneath it.
+
+    Each hypothesis is the tangent plane of one random surfel (RANSAC with a
+    sample of one, as surfels have normals); the best one is then fitted to
+    its surfels by least squares. A table top is no floor as soon as the
+    capture shows anything that is lower; in a capture that shows nothing
+    lower, it cannot be told from one.
+
+    Raises:
+        RemoSplatError: No plane is convincing; says what the best one lacks.
+    """
+    config = config or FloorConfig()
+    surfels = surfels_from_capture(capture, _SAMPLES, stride=4)
+    p_WC = capture.X_WC[:, :3, 3]
+    up_W = _mean_upright(capture)
+    level = surfels.normal_W @ up_W > np.cos(config.max_tilt)
+    if not level.any():
+        raise RemoSplatError("no floor: the capture shows no level surface")
+    choice = np.flatnonzero(level)
+    rng = np.random.default_rng(config.seed)
+    if len(choice) > _HYPOTHESES:
+        choice = rng.choice(choice, _HYPOTHESES, replace=False)
+    planes = [
+        (surfels.normal_W[i], -float(surfels.normal_W[i] @ surfels.p_WK[i]))
+        for i in choice
+    ]
+    best = max(planes, key=lambda plane: _score(surfels, *plane, p_WC, config))
+    for _ in range(3):
+        inliers = _inliers(surfels, *best, config)
+        best = _fit(surfels.p_WK[inliers], up_W, best)
+    return _judged(surfels, *best, up_W, p_WC, config)
+
+
+def _mean_upright(capture: Capture) -> np.ndarray:
+    """Mean direction of the images' upper edges, in W."""
+    up_W = -capture.X_WC[:, :3, 1].mean(axis=0)
+    length = np.linalg.norm(up_W)
+    if length < 0.1:
+        raise RemoSplatError(
+            "no floor: the cameras were held in too many ways to tell up"
+        )
+    return up_W / length
+
+
+def _inliers(
+    surfels: Surfels, normal_W: np.ndarray, offset: float, config: FloorConfig
+) -> np.ndarray:
+    """Mask of the surfels of a plane n p + offset = 0."""
+    near = np.abs(surfels.p_WK @ normal_W + offset) < config.thickness
+    return near & (surfels.normal_W @ normal_W > np.cos(config.facing))
+
+
+def _score(
+    surfels: Surfels,
+    normal_W: np.ndarray,
+    offset: float,
+    p_WC: np.ndarray,
+    config: FloorConfig,
+) -> float:
+    """The more of it and the less beneath it, the better a plane is.
+
+    Something beneath counts as much as twenty times as much of the plane:
+    walls and ceilings apart, a level plane's rival is a higher one.
+    """
+    if np.median(p_WC @ normal_W + offset) < config.min_camera_height:
+        return -np.inf
+    beneath = surfels.p_WK @ normal_W + offset < -config.depth
+    inliers = _inliers(surfels, normal_W, offset, config)
+    return float(inliers.sum() - beneath.sum() / config.max_beneath)
+
+
+def _fit(
+    p_WK: np.ndarray, up_W: np.ndarray, plane: tuple[np.ndarray, float]
+) -> tuple[np.ndarray, float]:
+    """The least-squares plane of points, its normal upwards."""
+    if len(p_WK) < 3:
+        return plane
+    mean = p_WK.mean(axis=0)
+    normal_W = np.linalg.svd(p_WK - mean, full_matrices=False)[2][2]
+    normal_W = normal_W * np.sign(normal_W @ up_W)
+    return normal_W, -float(normal_W @ mean)
+
+
+def _judged(
+    surfels: Surfels,
+    normal_W: np.ndarray,
+    offset: float,
+    up_W: np.ndarray,
+    p_WC: np.ndarray,
+    config: FloorConfig,
+) -> Floor:
+    """The floor, if the plane is convincing."""
+    inliers = _inliers(surfels, normal_W, offset, config)
+    height = surfels.p_WK @ normal_W + offset
+    # Surfels cover a surface with one in the square of their spacing.
+    area = float((surfels.spacing[inliers] ** 2).sum())
+    beneath = float((height < -config.depth).mean())
+    camera_height = float(np.median(p_WC @ normal_W + offset))
+    tilt = float(np.arccos(np.clip(normal_W @ up_W, -1, 1)))
+    for wrong, problem in (
+        (area < config.min_area, f"is only {area:.2f} m^2"),
+        (
+            beneath > config.max_beneath,
+            f"has {100 * beneath:.0f} % of the scene beneath it",
+        ),
+        (
+            camera_height < config.min_camera_height,
+            f"is only {camera_height:.2f} m below the cameras",
+        ),
+        (
+            tilt > config.max_tilt,
+            f"is tilted by {np.degrees(tilt):.0f} degrees from the cameras'"
+            " upright",
+        ),
+    ):
+        if wrong:
+            raise RemoSplatError(f"no floor: the best level plane {problem}")
+    return Floor(
+        X_FW=_frame(normal_W, offset),
+        area=area,
+        rms=float(np.sqrt((height[inliers] ** 2).mean())),
+        tilt=tilt,
+        beneath=beneath,
+        camera_height=camera_height,
+    )
+
+
+def _frame(normal_W: np.ndarray, offset: float) -> RigidTransform:
+    """The pose X_FW of the floor's frame that `Floor` describes."""
+    x_W = np.array([1.0, 0, 0])
+    if abs(normal_W[0]) > 0.99:
+        x_W = np.array([0, 1.0, 0])
+    x_W = x_W - (x_W @ normal_W) * normal_W
+    x_W /= np.linalg.norm(x_W)
+    R_FW = np.stack([x_W, np.cross(normal_W, x_W), normal_W])
+    return RigidTransform(RotationMatrix(R_FW), [0, 0, offset])
