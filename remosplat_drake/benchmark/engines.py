@@ -28,8 +28,9 @@ ONE_THREAD = {
     "OPENBLAS_NUM_THREADS": "1",
     "MKL_NUM_THREADS": "1",
     "NUMBA_NUM_THREADS": "1",
+    "LP_NUM_THREADS": "1",
 }
-"""Environment of a worker."""
+"""Environment of a worker; the last one is of Mesa's renderer."""
 
 VISIBLE_GPUS = "CUDA_VISIBLE_DEVICES"
 """The variable that names the GPUs a process sees."""
