@@ -102,6 +102,11 @@ def _measured_loss(before: GaussianSplat, after: GaussianSplat) -> str:
         "opacity": (error.opacity, ""),
     }
     return "Measured, median and largest: " + "; ".join(
-        f"{name} {np.median(values):.3g} and {values.max():.3g} {unit}".strip()
+        f"{name} {_short(np.median(values))} and"
+        f" {_short(values.max())} {unit}".strip()
         for name, (values, unit) in parts.items()
     )
+
+
+def _short(value: float) -> str:
+    return f"{round(value, 4):.3g}"
