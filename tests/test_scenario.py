@@ -20,8 +20,8 @@ from remosplat_drake.scenario import (
 )
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi
+from remosplat_drake.splat.formats import write_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.ply import write_ply
 from remosplat_drake.world import load_world
 
 TWO = """
@@ -115,13 +115,16 @@ def test_an_oracle_is_chosen_by_its_tag(folder):
 
 
 @pytest.mark.parametrize(
-    "oracle",
+    ("oracle", "file"),
     [
-        "!SphereToEllipsoid {min_opacity: 0, bisection_steps: 3, threads: 2}",
-        "!DepthRasterization {resolution: 20, threads: 2}",
+        (
+            "!SphereToEllipsoid {min_opacity: 0, bisection_steps: 3, threads: 2}",
+            "disc.ply",
+        ),
+        ("!DepthRasterization {resolution: 20, threads: 2}", "disc.spz"),
     ],
 )
-def test_an_oracle_is_built_with_its_parameters(folder, oracle):
+def test_an_oracle_is_built_with_its_parameters(folder, oracle, file):
     disc = GaussianSplat(
         p_GK=np.array([[1.0, 0, 0.9]]),
         quaternions=np.array([[1.0, 0, 0, 0]]),
@@ -129,8 +132,8 @@ def test_an_oracle_is_built_with_its_parameters(folder, oracle):
         opacities=np.array([0.95]),
         colors=np.array([[0.5, 0.5, 0.5]]),
     )
-    write_ply(folder / "disc.ply", disc)
-    text = f"{{scene: {{splat: disc.ply}}, oracle: {oracle}}}"
+    write_splat(folder / file, disc)
+    text = f"{{scene: {{splat: {file}}}, oracle: {oracle}}}"
     world = load_world(LoadScenario(str(folder / "two.yaml"), text))
     assert world.splat_W is not None
     assert len(world.splat_W) == 1

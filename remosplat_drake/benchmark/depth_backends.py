@@ -32,8 +32,8 @@ from remosplat_drake.oracle.depth_rasterization_gsplat import GsplatDepthField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
 from remosplat_drake.oracle.distance_field import Clearances, DistanceField
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.ply import read_ply
 
 MAX_DISTANCE = 0.5
 """The controller's influence distance [m]."""
@@ -239,7 +239,7 @@ def _run(arguments: argparse.Namespace) -> None:
     for path in arguments.splats:
         name = path.stem if path.stem != "splat" else path.parent.name
         comparisons.append(
-            compare(name, read_ply(path), states, arguments.threads)
+            compare(name, read_splat(path), states, arguments.threads)
         )
     print_table(comparisons)
     if arguments.json:

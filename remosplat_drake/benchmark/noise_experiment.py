@@ -28,8 +28,8 @@ from remosplat_drake.scenario import Scenario
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_rmmi
 from remosplat_drake.simulation import REACHED, run
+from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.ply import read_ply
 from remosplat_drake.world import World
 
 METHODS: dict[str, OracleConfig] = {
@@ -105,14 +105,14 @@ class Trial:
 def scene_from_files(splat: str, truth: str) -> NoiseScene:
     """A scene of files, in a common frame W."""
     path = resolve(splat)
-    return NoiseScene(path.stem, read_ply(path), read_rmmi(resolve(truth)))
+    return NoiseScene(path.stem, read_splat(path), read_rmmi(resolve(truth)))
 
 
 def demo_scenes(floaters: int, seed: int) -> Iterator[NoiseScene]:
     """The shipped scenes, each as it is and with floaters added."""
     for name in DEMOS:
         folder = models_dir() / "scenes" / name
-        splat_W = read_ply(folder / "splat.ply")
+        splat_W = read_splat(folder / "splat.ply")
         truth = read_rmmi(folder / "scene.json")
         yield NoiseScene(name, splat_W, truth)
         noisy = with_floaters(
