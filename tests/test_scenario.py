@@ -118,7 +118,8 @@ def test_an_oracle_is_chosen_by_its_tag(folder):
     ("oracle", "file"),
     [
         (
-            "!SphereToEllipsoid {min_opacity: 0, bisection_steps: 3, threads: 2}",
+            "!SphereToEllipsoid"
+            " {min_opacity: 0, bisection_steps: 3, threads: 2}",
             "disc.ply",
         ),
         ("!DepthRasterization {resolution: 20, threads: 2}", "disc.spz"),
