@@ -8,7 +8,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from remosplat_drake.atomic_file import check_writable, write_atomically
+from remosplat_drake.atomic_file import check_writable
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.formats import FORMATS, read_capture
 from remosplat_drake.capture.text_files import read_matrix
@@ -18,9 +18,8 @@ from remosplat_drake.reconstruction.quality_report import (
     QualityReport,
     page_path,
     report_path,
-    write_report,
 )
-from remosplat_drake.reconstruction.report_page import to_html
+from remosplat_drake.reconstruction.report_page import write_assessment
 from remosplat_drake.resources import resolve
 from remosplat_drake.scene.rmmi import read_rmmi
 from remosplat_drake.splat.formats import read_splat
@@ -115,9 +114,7 @@ def run(arguments: argparse.Namespace) -> int:
             seed=arguments.seed,
             progress=status.update,
         )
-    write_report(splat_path, assessment.report, folder)
-    page = folder / page_path(splat_path).name
-    write_atomically(page, to_html(assessment, splat_path.name))
+    page = write_assessment(splat_path, assessment, folder)
     print_report(console, assessment.report)
     console.print(f"pictures: {page}")
     return 0
@@ -152,6 +149,7 @@ def print_report(console: Console, report: QualityReport):
     console.print(
         f"{images.views} views: PSNR {images.psnr:.1f} dB, SSIM"
         f" {images.ssim:.3f}, depth off by {1e3 * images.depth_median:.1f} mm"
-        f" (median), {1e3 * images.depth_percentile_99:.1f} mm (99 %)"
+        f" (median), {1e3 * images.depth_percentile_99:.1f} mm (99 %)",
+        soft_wrap=True,
     )
     console.print(report.trust)

@@ -41,7 +41,11 @@ def measured_points(
     views looked through is left out: depth cameras invent points at
     silhouettes, between an object and what is behind it. Of a noisy capture
     a wall is a layer, whose outermost points are nearest to everything: such
-    a cloud is thinned, see `thinned`.
+    a cloud is thinned, see `thinned`, in voxels of 1 cm.
+
+    Before a wall that is sampled s apart, a distance d to the nearest sample
+    is too large by at most s^2 / 4d: at 3 cm by 0.1 mm for samples 3 mm apart,
+    by 0.8 mm for 1 cm.
 
     Args:
         capture: Posed RGB-D images.

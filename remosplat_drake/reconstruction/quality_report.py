@@ -198,6 +198,7 @@ def reference_of(report: QualityReport) -> str:
 
 
 def _mm(length: float) -> str:
-    """A length, rounded up to tenths of millimetres."""
-    tenths = -(-round(1e7 * length) // 1000)
-    return f"{tenths / 10:.1f} mm"
+    """A length, rounded up; tenths of a millimetre matter below 1 cm."""
+    # Whole micrometres first: what is 6 mm but for rounding stays 6 mm.
+    tenths = -(-round(1e6 * length) // 100)
+    return f"{tenths / 10:.1f} mm" if tenths < 100 else f"{-(-tenths // 10)} mm"

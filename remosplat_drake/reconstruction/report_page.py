@@ -1,11 +1,17 @@
 """A quality report as one page of HTML, with its pictures inside."""
 
 import html
+from pathlib import Path
 
 import numpy as np
 
+from remosplat_drake.atomic_file import write_atomically
 from remosplat_drake.reconstruction.assessment import Assessment, Picture
-from remosplat_drake.reconstruction.quality_report import QualityReport
+from remosplat_drake.reconstruction.quality_report import (
+    QualityReport,
+    page_path,
+    write_report,
+)
 from remosplat_drake.reconstruction.report_pictures import (
     color_image,
     coverage_slices,
@@ -85,6 +91,28 @@ def to_html(assessment: Assessment, title: str) -> str:
         '<meta name="viewport" content="width=device-width">'
         f"<style>{STYLE}</style></head>\n<body>\n{body}\n</body></html>\n"
     )
+
+
+def write_assessment(
+    splat: Path, assessment: Assessment, folder: Path | None = None
+) -> Path:
+    """Writes NAME.quality.json and NAME.quality.html beside a splat file.
+
+    Args:
+        splat: The file that the assessment is about.
+        assessment: What was measured.
+        folder: Another folder to put them in.
+
+    Returns:
+        The page.
+
+    Raises:
+        FileError: The splat cannot be read or a file not written.
+    """
+    write_report(splat, assessment.report, folder)
+    page = (folder or splat.parent) / page_path(splat).name
+    write_atomically(page, to_html(assessment, splat.name))
+    return page
 
 
 def _cards(report: QualityReport) -> str:

@@ -15,7 +15,7 @@ from remosplat_drake.reconstruction.assessment import (
     assess,
 )
 from remosplat_drake.reconstruction.quality_report import (
-    QualityReport,
+    judge,
     read_report,
     report_path,
     write_report,
@@ -189,8 +189,14 @@ def test_the_page_holds_everything_in_itself(assessment):
     ).replace("http://creativecommons.org", "")
 
 
-def test_reports_have_defaults_for_the_strict_reader():
-    assert all(
-        f.default is not dc.MISSING or f.default_factory is not dc.MISSING
-        for f in dc.fields(QualityReport)
-    )
+@pytest.mark.parametrize(
+    ("over", "words"),
+    [
+        (0.006, "up to 6.0 mm"),
+        (0.00601, "up to 6.1 mm"),
+        (0.0123, "up to 13 mm"),
+    ],
+)
+def test_the_verdict_rounds_to_the_safe_side(assessment, over, words):
+    report = dc.replace(assessment.report, map_error=over)
+    assert words in judge(report)
