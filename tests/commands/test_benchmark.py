@@ -82,3 +82,36 @@ def test_a_crash_is_reported_and_ends_with_one(scenes, capsys):
     impossible = "{time_limit: 0.2, station: !DynamicStation {time_step: -1}}"
     assert benchmark(scenes, "--scenario-text", impossible) == 1
     assert "crashed:" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_scenes_get_splats_and_a_stopped_run_goes_on(
+    scenes, capsys, monkeypatch
+):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(scenes / "cache"))
+    recipe = "{views: 8, width: 64, height: 48, count: 500}"
+    train = ("--methods", "ellipsoid-hard", "--train", "cpu")
+    train += ("--recipe", recipe)
+    assert benchmark(scenes, *train, "--stop-after", "1e-9") == 3
+    stopped = capsys.readouterr().err.split()
+    assert "2 trials and 2 splats are left" in " ".join(stopped)
+    assert benchmark(scenes, *train) == 0
+    report = (scenes / "out" / "report.md").read_text()
+    assert "8 views 64 x 48" in report
+    results = read_results(scenes / "out" / "trials.jsonl")
+    assert {r.splat for r in results} == {"refined"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (("--recipe", "{steps: 3}"), "--recipe: needs --train"),
+        (("--train", "cpu", "--train-jobs", "0"), "--train-jobs: must be"),
+        (("--train", "cpu", "--ray", "auto"), "--train: cannot go with --ray"),
+    ],
+)
+def test_flags_that_make_no_sense_together(
+    scenes, capsys, arguments, complaint
+):
+    assert benchmark(scenes, *arguments) == 2
+    assert complaint in capsys.readouterr().err
