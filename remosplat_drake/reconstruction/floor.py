@@ -22,6 +22,9 @@ _SAMPLES = 20_000
 _HYPOTHESES = 500
 """Surfels whose tangent plane is tried."""
 
+_TABLE = 0.2
+"""Level surfaces higher than this over the floor are others than it [m]."""
+
 
 @dc.dataclass
 class FloorConfig:
@@ -79,9 +82,10 @@ def find_floor(capture: Capture, config: FloorConfig | None = None) -> Floor:
 
     Each hypothesis is the tangent plane of one random surfel (RANSAC with a
     sample of one, as surfels have normals); the best one is then fitted to
-    its surfels by least squares. A table top is no floor as soon as the
-    capture shows anything that is lower; in a capture that shows nothing
-    lower, it cannot be told from one.
+    its surfels by least squares, together with the largest level surface over
+    it: a near table says more about gravity than a far floor. A table top is
+    no floor as soon as the capture shows anything that is lower; in a capture
+    that shows nothing lower, it cannot be told from one.
 
     Raises:
         RemoSplatError: No plane is convincing; says what the best one lacks.
@@ -103,8 +107,7 @@ def find_floor(capture: Capture, config: FloorConfig | None = None) -> Floor:
     ]
     best = max(planes, key=lambda plane: _score(surfels, *plane, p_WC, config))
     for _ in range(3):
-        inliers = _inliers(surfels, *best, config)
-        best = _fit(surfels.p_WK[inliers], up_W, best)
+        best = _fitted(surfels, *best, config)
     return _judged(surfels, *best, up_W, p_WC, config)
 
 
@@ -146,16 +149,27 @@ def _score(
     return float(inliers.sum() - beneath.sum() / config.max_beneath)
 
 
-def _fit(
-    p_WK: np.ndarray, up_W: np.ndarray, plane: tuple[np.ndarray, float]
+def _fitted(
+    surfels: Surfels, normal_W: np.ndarray, offset: float, config: FloorConfig
 ) -> tuple[np.ndarray, float]:
-    """The least-squares plane of points, its normal upwards."""
-    if len(p_WK) < 3:
-        return plane
-    mean = p_WK.mean(axis=0)
-    normal_W = np.linalg.svd(p_WK - mean, full_matrices=False)[2][2]
-    normal_W = normal_W * np.sign(normal_W @ up_W)
-    return normal_W, -float(normal_W @ mean)
+    """The least-squares normal of the floor and what is parallel to it."""
+    inliers = _inliers(surfels, normal_W, offset, config)
+    if inliers.sum() < 3:
+        return normal_W, offset
+    mean = surfels.p_WK[inliers].mean(axis=0)
+    parts = [surfels.p_WK[inliers] - mean]
+    height = surfels.p_WK @ normal_W + offset
+    level = surfels.normal_W @ normal_W > np.cos(config.facing)
+    count, edges = np.histogram(
+        height[level & (height > _TABLE)], bins=np.arange(_TABLE, 3.0, 0.02)
+    )
+    top = edges[count.argmax()] + 0.01
+    table = _inliers(surfels, normal_W, offset - top, config)
+    if (surfels.spacing[table] ** 2).sum() > config.min_area:
+        parts.append(surfels.p_WK[table] - surfels.p_WK[table].mean(axis=0))
+    fitted = np.linalg.svd(np.concatenate(parts), full_matrices=False)[2][2]
+    fitted = fitted * np.sign(fitted @ normal_W)
+    return fitted, -float(fitted @ mean)
 
 
 def _judged(
