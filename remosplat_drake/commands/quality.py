@@ -13,13 +13,14 @@ from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.formats import FORMATS, read_capture
 from remosplat_drake.capture.text_files import read_matrix
 from remosplat_drake.errors import FieldError
-from remosplat_drake.reconstruction.assessment import Workspace, assess
+from remosplat_drake.reconstruction.assessment import assess
 from remosplat_drake.reconstruction.quality_report import (
     QualityReport,
     page_path,
     report_path,
 )
 from remosplat_drake.reconstruction.report_page import write_assessment
+from remosplat_drake.reconstruction.workspace import Workspace
 from remosplat_drake.resources import resolve
 from remosplat_drake.scene.rmmi import read_rmmi
 from remosplat_drake.splat.formats import read_splat

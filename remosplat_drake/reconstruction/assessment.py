@@ -20,14 +20,15 @@ from remosplat_drake.reconstruction.coverage import (
     make_coverage,
 )
 from remosplat_drake.reconstruction.floaters import Floaters, find_floaters
-from remosplat_drake.reconstruction.image_quality import (
-    psnr,
-    structural_similarity,
-)
 from remosplat_drake.reconstruction.measured_space import (
     free_points,
     measured_points,
     scatter,
+)
+from remosplat_drake.reconstruction.pictures import (
+    Picture,
+    draw_pictures,
+    score_pictures,
 )
 from remosplat_drake.reconstruction.quality import summarize
 from remosplat_drake.reconstruction.quality_report import (
@@ -36,12 +37,11 @@ from remosplat_drake.reconstruction.quality_report import (
     CoverageSummary,
     DistanceErrors,
     FloaterSummary,
-    ImageScores,
     QualityReport,
     judge,
     reference_of,
 )
-from remosplat_drake.reconstruction.splat_image import SplatImage, SplatRenderer
+from remosplat_drake.reconstruction.workspace import Workspace
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -51,69 +51,7 @@ NEAREST, FARTHEST = 0.03, 0.5
 nearer to a surface, and the controller looks no farther [m]."""
 
 _NOTHING = 1.0  # An oracle that sees nothing has measured this [m].
-_BEST_PSNR = 99.0  # Of equal images; JSON knows no infinity [dB].
 _LISTED_FLOATERS = 100
-
-
-@dc.dataclass(frozen=True)
-class Workspace:
-    """A box in W that the robot moves in; distances are compared inside.
-
-    Attributes:
-        lower: Lower corner, shape (3,) [m].
-        upper: Upper corner, shape (3,) [m].
-    """
-
-    lower: np.ndarray
-    upper: np.ndarray
-
-    @staticmethod
-    def around(focus: np.ndarray, reach: float = 1.0) -> "Workspace":
-        """A cube around a point, the target for example.
-
-        Of a point above the floor, z = 0, only what is above the floor.
-        """
-        focus = np.asarray(focus, float)
-        lower = focus - reach
-        if focus[2] > 0:
-            lower[2] = max(lower[2], 0)
-        return Workspace(lower, focus + reach)
-
-    @staticmethod
-    def of_capture(capture: Capture) -> "Workspace":
-        """What holds most of what was captured: 2 % are beyond each side."""
-        points = [
-            capture.points_W(i)[::8, ::8].reshape(-1, 3)
-            for i in range(len(capture))
-        ]
-        p_W = np.concatenate(points)
-        p_W = p_W[np.isfinite(p_W).all(axis=1)]
-        if not len(p_W):
-            raise RemoSplatError("the capture has no depth to compare with")
-        return Workspace(*np.percentile(p_W, [2, 98], axis=0))
-
-
-@dc.dataclass(frozen=True, eq=False)
-class Picture:
-    """One captured view and what the splat shows from there.
-
-    Attributes:
-        view: Index in the capture.
-        rendered: The splat's image.
-        rgb: The captured colours, (h, w, 3), uint8.
-        depth: The captured depth, (h, w) [m]; 0 where unknown.
-    """
-
-    view: int
-    rendered: SplatImage
-    rgb: np.ndarray
-    depth: np.ndarray
-
-    @property
-    def depth_error(self) -> np.ndarray:
-        """Rendered minus captured, (h, w) [m]; NaN where either is unknown."""
-        known = (self.depth > 0) & (self.rendered.depth > 0)
-        return np.where(known, self.rendered.depth - self.depth, np.nan)
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -174,52 +112,50 @@ def assess(
     surface_W = measured_points(
         capture, workspace.lower - FARTHEST, workspace.upper + FARTHEST
     )
-    if not len(surface_W):
-        raise RemoSplatError("the capture shows no surface in the workspace")
-    references: dict[str, DistanceField] = {
-        CAPTURE: PointDistanceField(surface_W)
-    }
-    if truth is not None:
-        references[TRUTH] = SignedDistanceField(truth)
+    references = _references(surface_W, truth)
     progress("comparing distances")
     distances, errors = _compare_distances(
         splat_W, capture, references, workspace, count, seed
     )
     progress("looking for floaters and unseen space")
     floaters = find_floaters(
-        splat_W.cropped(workspace.lower, workspace.upper),
+        splat_W,
         capture,
         references[CAPTURE],
+        workspace.lower,
+        workspace.upper,
     )
     coverage = make_coverage(
         capture, surface_W, workspace.lower, workspace.upper
     )
     progress("rendering the compared views")
-    pictures = _draw(splat_W, capture, compared)
+    pictures = draw_pictures(splat_W, capture, compared)
     report = QualityReport(
         method=method,
         splats=len(splat_W),
         views=len(capture),
         scatter=scatter(surface_W),
         distances=distances,
-        images=_score(pictures, capture, held_out),
-        floaters=FloaterSummary(
-            count=len(floaters),
-            worst=float(floaters.height.max(initial=0.0)),
-            p_WK=floaters.p_WK[:_LISTED_FLOATERS].round(4).tolist(),
-        ),
-        coverage=CoverageSummary(
-            lower=coverage.lower.tolist(),
-            upper=coverage.upper.tolist(),
-            free=coverage.fraction(FREE),
-            surface=coverage.fraction(SURFACE),
-            unseen=coverage.fraction(UNSEEN),
-        ),
+        images=score_pictures(pictures, capture, held_out),
+        floaters=_summarize_floaters(floaters),
+        coverage=_summarize_coverage(coverage),
     )
     best = reference_of(report)
     report.map_error = max(d.over for d in distances if d.reference == best)
     report.trust = judge(report)
     return Assessment(report, pictures, errors[best], coverage, floaters)
+
+
+def _references(
+    surface_W: np.ndarray, truth: PrimitiveScene | None
+) -> dict[str, DistanceField]:
+    """What distances are compared with, by name."""
+    if not len(surface_W):
+        raise RemoSplatError("the capture shows no surface in the workspace")
+    fields: dict[str, DistanceField] = {CAPTURE: PointDistanceField(surface_W)}
+    if truth is not None:
+        fields[TRUTH] = SignedDistanceField(truth)
+    return fields
 
 
 def _compare_distances(
@@ -266,45 +202,19 @@ def _compare_distances(
     return rows, errors
 
 
-def _draw(
-    splat_W: GaussianSplat, capture: Capture, compared: Sequence[int]
-) -> tuple[Picture, ...]:
-    renderer = SplatRenderer(splat_W)
-    return tuple(
-        Picture(
-            int(i),
-            renderer.render(capture.K[i], capture.X_WC[i], capture.size),
-            capture.rgb[i],
-            capture.depth[i],
-        )
-        for i in compared
+def _summarize_floaters(floaters: Floaters) -> FloaterSummary:
+    return FloaterSummary(
+        count=len(floaters),
+        worst=float(floaters.height.max(initial=0.0)),
+        p_WK=floaters.p_WK[:_LISTED_FLOATERS].round(4).tolist(),
     )
 
 
-def _score(
-    pictures: tuple[Picture, ...], capture: Capture, held_out: bool
-) -> ImageScores:
-    ratios, similarities, depth_errors = [], [], []
-    for picture in pictures:
-        hidden = (
-            None if capture.hidden is None else capture.hidden[picture.view]
-        )
-        rendered = np.clip(picture.rendered.color, 0, 1)
-        captured = picture.rgb / 255.0
-        ratio = psnr(rendered, captured, hidden)
-        ratios.append(min(ratio, _BEST_PSNR))
-        similarities.append(structural_similarity(rendered, captured, hidden))
-        error = picture.depth_error
-        depth_errors.append(np.abs(error[np.isfinite(error)]))
-    depth_error = np.concatenate(depth_errors)
-    median, percentile = (
-        np.percentile(depth_error, [50, 99]) if len(depth_error) else (0, 0)
-    )
-    return ImageScores(
-        views=len(pictures),
-        held_out=held_out,
-        psnr=float(np.nanmean(ratios)),
-        ssim=float(np.nanmean(similarities)),
-        depth_median=float(median),
-        depth_percentile_99=float(percentile),
+def _summarize_coverage(coverage: Coverage) -> CoverageSummary:
+    return CoverageSummary(
+        lower=coverage.lower.tolist(),
+        upper=coverage.upper.tolist(),
+        free=coverage.fraction(FREE),
+        surface=coverage.fraction(SURFACE),
+        unseen=coverage.fraction(UNSEEN),
     )

@@ -34,6 +34,8 @@ def find_floaters(
     splat_W: GaussianSplat,
     capture: Capture,
     truth: DistanceField,
+    lower: np.ndarray,
+    upper: np.ndarray,
     *,
     min_opacity: float = 0.1,
     min_views: int = 2,
@@ -44,20 +46,22 @@ def find_floaters(
     Args:
         splat_W: The splat.
         capture: Posed RGB-D images of the same scene.
-        truth: Distances to the real surfaces; only near them are floaters
-            found, since the field may know no others.
+        truth: Distances to the real surfaces.
+        lower: Lower corner of a box in W; floaters outside are left out,
+            shape (3,) [m].
+        upper: Upper corner, shape (3,) [m].
         min_opacity: More transparent splats disturb no oracle.
         min_views: So many views must have looked through the centre.
         margin: See `times_looked_through`; surfaces nearer to a floater than
             this show in the distance errors instead [m].
     """
-    candidate = np.flatnonzero(splat_W.opacities >= min_opacity)
+    inside = ((splat_W.p_GK >= lower) & (splat_W.p_GK <= upper)).all(axis=1)
+    candidate = np.flatnonzero(inside & (splat_W.opacities >= min_opacity))
     p_WK = splat_W.p_GK[candidate].astype(float)
     through = times_looked_through(capture, p_WK, margin) >= min_views
     candidate, p_WK = candidate[through], p_WK[through]
-    height = truth.clearances(Spheres.at(p_WK.reshape(-1, 3))).per_sphere(
-        len(p_WK)
-    )
+    near = truth.clearances(Spheres.at(p_WK.reshape(-1, 3)))
+    height = near.per_sphere(len(p_WK))
     real = np.flatnonzero((height > margin) & np.isfinite(height))
     worst = real[np.argsort(-height[real], kind="stable")]
     return Floaters(candidate[worst], p_WK[worst], height[worst])

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from remosplat_drake.atomic_file import write_atomically
-from remosplat_drake.reconstruction.assessment import Assessment, Picture
+from remosplat_drake.reconstruction.assessment import Assessment
+from remosplat_drake.reconstruction.pictures import Picture
 from remosplat_drake.reconstruction.quality_report import (
     QualityReport,
     page_path,

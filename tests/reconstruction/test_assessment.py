@@ -11,7 +11,6 @@ from remosplat_drake.capture.capture import Capture
 from remosplat_drake.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.reconstruction.assessment import (
     Assessment,
-    Workspace,
     assess,
 )
 from remosplat_drake.reconstruction.quality_report import (
@@ -21,6 +20,7 @@ from remosplat_drake.reconstruction.quality_report import (
     write_report,
 )
 from remosplat_drake.reconstruction.report_page import to_html
+from remosplat_drake.reconstruction.workspace import Workspace
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -113,6 +113,8 @@ def test_a_floater_is_found_and_makes_distances_too_small():
     assessment = assess(
         splat, _capture(), [0], workspace=WORKSPACE, count=200, held_out=False
     )
+    n = len(_splat())
+    np.testing.assert_array_equal(assessment.floaters.index, [n, n + 1])
     floaters = assessment.report.floaters
     np.testing.assert_allclose(
         floaters.p_WK, [[0.1, 0, 1.6], [0, 0.2, 1.8]], atol=1e-4

@@ -1,0 +1,46 @@
+"""`Workspace`: the box that a splat has to be right in."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.errors import RemoSplatError
+
+
+@dc.dataclass(frozen=True)
+class Workspace:
+    """A box in W that the robot moves in; distances are compared inside.
+
+    Attributes:
+        lower: Lower corner, shape (3,) [m].
+        upper: Upper corner, shape (3,) [m].
+    """
+
+    lower: np.ndarray
+    upper: np.ndarray
+
+    @staticmethod
+    def around(focus: np.ndarray, reach: float = 1.0) -> "Workspace":
+        """A cube around a point, the target for example.
+
+        Of a point above the floor, z = 0, only what is above the floor.
+        """
+        focus = np.asarray(focus, float)
+        lower = focus - reach
+        if focus[2] > 0:
+            lower[2] = max(lower[2], 0)
+        return Workspace(lower, focus + reach)
+
+    @staticmethod
+    def of_capture(capture: Capture) -> "Workspace":
+        """What holds most of what was captured: 2 % are beyond each side."""
+        points = [
+            capture.points_W(i)[::8, ::8].reshape(-1, 3)
+            for i in range(len(capture))
+        ]
+        p_W = np.concatenate(points)
+        p_W = p_W[np.isfinite(p_W).all(axis=1)]
+        if not len(p_W):
+            raise RemoSplatError("the capture has no depth to compare with")
+        return Workspace(*np.percentile(p_W, [2, 98], axis=0))
