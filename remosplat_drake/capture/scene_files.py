@@ -2,13 +2,13 @@
 
 Drake draws .obj and .gltf meshes itself; trimesh (extra `meshes`) converts
 the other formats. Files of the glTF family are y-up, as that format has it,
-and are turned upright; all others are taken as they are. Drake's parser wants
-collision meshes that it can read itself, though they are not drawn.
+and are turned upright; all others are taken as they are.
 """
 
 import importlib.util
 from collections.abc import Iterator
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 from pydrake.common import MemoryFile
@@ -33,6 +33,7 @@ MODELS = (".urdf", ".sdf", ".xml")
 DRAWN_MESHES = (".obj", ".gltf")
 CONVERTED_MESHES = (".glb", ".stl", ".ply", ".dae", ".off")
 
+_WITH_COLLISION = (".urdf", ".sdf")
 _GRAY = (0.75, 0.75, 0.75, 1.0)
 _Y_UP = (".glb",)
 # From z-up to the y-up of glTF, which Drake turns back.
@@ -73,16 +74,45 @@ def read_solids(
 def _model_solids(path: Path) -> Iterator[Solid]:
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
+    parser = Parser(plant)
+    for folder in path.absolute().parents:
+        if (folder / "package.xml").is_file():
+            parser.package_map().AddPackageXml(folder / "package.xml")
     try:
-        Parser(plant).AddModels(path)
+        if path.suffix.lower() in _WITH_COLLISION:
+            text = _without_collision(path)
+            parser.AddModelsFromString(text, path.suffix.lower()[1:])
+        else:
+            parser.AddModels(path)
         plant.Finalize()
-    except RuntimeError as error:
+    except (RuntimeError, OSError, ElementTree.ParseError) as error:
         raise FileError(path, " ".join(str(error).split())) from error
     context = builder.Build().CreateDefaultContext()
     query = scene_graph.get_query_output_port().Eval(
         scene_graph.GetMyContextFromRoot(context)
     )
     yield from solids_of(query)
+
+
+def _without_collision(path: Path) -> str:
+    """A URDF or SDF without what is not drawn, its file names absolute.
+
+    Drake refuses models with collision meshes in formats that it cannot read.
+    """
+    root = ElementTree.parse(path).getroot()
+    for element in list(root.iter()):
+        for collision in element.findall("collision"):
+            element.remove(collision)
+    folder = path.absolute().parent
+    for element in root.iter():
+        name = element.get("filename") or (element.text or "").strip()
+        if element.tag not in ("mesh", "uri") or not (folder / name).exists():
+            continue
+        if "filename" in element.attrib:
+            element.set("filename", f"file://{folder / name}")
+        elif name:
+            element.text = f"file://{folder / name}"
+    return ElementTree.tostring(root, encoding="unicode")
 
 
 def solids_of(query: QueryObject) -> Iterator[Solid]:

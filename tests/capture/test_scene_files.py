@@ -96,6 +96,28 @@ def test_a_models_links_are_where_its_joints_put_them(tmp_path):
     assert radius.min() > 0.097 and radius.max() < 0.1001
 
 
+@pytest.mark.parametrize("filename", ["{}", "package://shop/{}"])
+def test_a_models_meshes_may_be_of_any_format(block, tmp_path, filename):
+    folder = tmp_path / "urdf"
+    folder.mkdir()
+    (tmp_path / "package.xml").write_text(
+        "<package><name>shop</name></package>"
+    )
+    block.export(folder / "block.stl")
+    name = filename.format(
+        "urdf/block.stl" if "shop" in filename else "block.stl"
+    )
+    mesh = f'<geometry><mesh filename="{name}" scale="2 2 2"/></geometry>'
+    (folder / "shop.urdf").write_text(
+        f"<robot name='shop'><link name='block'><visual>{mesh}</visual>"
+        f"<collision>{mesh}</collision></link></robot>"
+    )
+    lower, upper = extent(read_solids(folder / "shop.urdf"))
+    np.testing.assert_allclose(
+        [lower, upper], [2 * LOWER, 2 * UPPER], atol=1e-6
+    )
+
+
 def test_unseen_space_counts_as_solid():
     box = Box(RigidTransform([0, 0, 0.5]), np.full(3, 0.5))
     solids = primitive_solids(PrimitiveScene(boxes=(box,)))
@@ -135,7 +157,7 @@ def test_no_room_for_cameras_is_said(trimesh, tmp_path):
     ("name", "content", "problem"),
     [
         ("scene.txt", "", "expected a file of .urdf"),
-        ("bad.urdf", "<robot", "XML"),
+        ("bad.urdf", "<robot", "bad.urdf: unclosed"),
         ("empty.urdf", "<robot name='a'><link name='b'/></robot>", "no visual"),
         ("bad.obj", "v 1 2", "vertices"),
         ("bad.gltf", "{}", "bad.gltf"),
