@@ -1,63 +1,65 @@
-"""The true surfaces of a real scene, as far as its capture knows them."""
+"""The truth about a real scene, as far as its capture knows it."""
+
+import hashlib
+from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
+from pydrake.math import RigidTransform
 
-from remosplat_drake.capture.capture import Capture
+from remosplat_drake import resources
+from remosplat_drake.atomic_file import atomic_write
+from remosplat_drake.capture.formats import read_capture
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.oracle.point_distance import PointDistanceField
+from remosplat_drake.reconstruction.measured_space import measured_points
 
-VOXEL = 0.01
-"""Points are averaged over cubes of this side [m]."""
-
-MIN_PIXELS = 8
-"""Cubes with fewer pixels are noise, mostly beside silhouettes."""
-
-MAX_JUMP = 0.03
-"""Depth that changes by more than this part of itself from a pixel to the
-next belongs to no surface: sensors interpolate across silhouettes."""
+SURFACES_VERSION = 1
+"""Raised whenever a capture would give other surfaces."""
 
 
-def surface_points(
-    capture: Capture, X_WG: np.ndarray, max_depth: float
-) -> np.ndarray:
-    """Points on the surfaces that the capture's depth shows.
+@lru_cache(maxsize=1)
+def capture_field(
+    folder: Path, X_WG: tuple[float, ...], max_depth: float
+) -> DistanceField:
+    """Distances to the surfaces that a capture's depth shows.
 
     Args:
-        capture: In its own world frame G.
-        X_WG: Pose of that frame in W, shape (4, 4).
-        max_depth: Farther pixels are left out [m].
+        folder: The capture.
+        X_WG: Pose of its world frame in W, the upper 12 entries row by row.
+        max_depth: Farther pixels do not count [m].
 
-    Returns:
-        Mean points of cubes of side `VOXEL`, shape (n, 3), in W [m].
+    Raises:
+        RemoSplatError: The capture cannot be read.
     """
-    cubes, sums, counts = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
-    for view in range(len(capture)):
-        depth = capture.depth[view]
-        keep = is_surface(depth) & (depth < max_depth)
-        p_GP = capture.points_W(view)[keep]
-        p_WP = p_GP @ X_WG[:3, :3].T + X_WG[:3, 3]
-        # Merging view by view keeps one copy of the scene in memory.
-        cubes, place = np.unique(
-            np.concatenate([cubes, _cube(p_WP)]), return_inverse=True
-        )
-        points = np.concatenate([sums, p_WP])
-        weights = np.concatenate([counts, np.ones(len(p_WP))])
-        sums = np.stack(
-            [np.bincount(place, column, len(cubes)) for column in points.T],
-            axis=1,
-        )
-        counts = np.bincount(place, weights, len(cubes))
-    dense = counts >= MIN_PIXELS
-    return sums[dense] / counts[dense, None]
+    p_GP = _surfaces(folder, max_depth)
+    transform = RigidTransform(np.reshape(X_WG, (3, 4)))
+    return PointDistanceField(transform.multiply(p_GP.T).T)
 
 
-def _cube(p_WP: np.ndarray) -> np.ndarray:
-    """One number for the cube of each point; good for 10 km around W."""
-    i, j, k = (np.floor(p_WP / VOXEL).astype(np.int64) + (1 << 20)).T
-    return (i << 42) | (j << 21) | k
+def _surfaces(folder: Path, max_depth: float) -> np.ndarray:
+    """Points (n, 3) in G; kept in a file, for they take a minute to find."""
+    name = f"{content_digest(folder)}-{max_depth:g}-v{SURFACES_VERSION}.npy"
+    path = resources.cache_dir() / "measured-surfaces" / name
+    try:
+        return np.load(path)
+    except (OSError, ValueError):
+        pass  # Not there yet, or damaged.
+    capture = read_capture(folder, max_depth=max_depth)
+    everywhere = np.full(3, np.inf)
+    p_GP = measured_points(capture, -everywhere, everywhere)
+    with atomic_write(path, "wb") as file:
+        np.save(file, p_GP)
+    return p_GP
 
 
-def is_surface(depth: np.ndarray) -> np.ndarray:
-    """Pixels (h, w) whose depth is known and like its neighbours'."""
-    along_v = np.abs(np.gradient(depth.astype(float), axis=0))
-    along_u = np.abs(np.gradient(depth.astype(float), axis=1))
-    jump = np.maximum(along_v, along_u)
-    return (depth > 0) & (jump < MAX_JUMP * depth)
+@lru_cache(maxsize=8)
+def content_digest(path: Path) -> str:
+    """A digest of a file, or of all files in a folder and their names."""
+    digest = hashlib.sha256()
+    files = [path] if path.is_file() else sorted(path.rglob("*"))
+    for file in files:
+        if file.is_file():
+            digest.update(file.relative_to(path.parent).as_posix().encode())
+            digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]

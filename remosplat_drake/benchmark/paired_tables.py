@@ -40,7 +40,14 @@ def paired_table(comparison: Comparison) -> Table:
 def station_tables(comparisons: Sequence[Comparison]) -> list[Table]:
     """The dynamic station against the kinematic one, method by method."""
     rows: dict[tuple, Row] = {
-        (row.method, row.spheres, row.gains, row.scenes, row.station): row
+        (
+            row.method,
+            comparison.suite,
+            row.spheres,
+            row.gains,
+            row.scenes,
+            row.station,
+        ): row
         for comparison in comparisons
         for row in comparison.rows
     }

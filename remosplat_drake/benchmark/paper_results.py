@@ -80,3 +80,39 @@ PAPER_TABLE_I = {
     ),
 }
 """By the name of our corresponding method."""
+
+SCAN, NOISY_SCAN = "scan", "noisy scan"
+"""Families of cases that repeat the paper's experiments 2 and 3."""
+
+
+@dc.dataclass(frozen=True)
+class PaperScanRow:
+    """One row of the paper's Table II or III.
+
+    Attributes:
+        label: Its name there.
+        successes: Out of `PAPER_TARGETS`.
+        gracefulness: Over its successes [m/s^2]; None without any.
+        collisions: Out of `PAPER_TARGETS`; None where not given.
+    """
+
+    label: str
+    successes: int
+    gracefulness: float | None
+    collisions: int | None
+
+
+PAPER_TARGETS = 7
+"""Targets in its scan, one of which nobody can reach."""
+
+PAPER_SCANS = {
+    SCAN: (
+        PaperScanRow("sphere-to-ellipsoid", 6, 0.148, 0),
+        PaperScanRow("depth rasterisation", 6, 0.196, 0),
+    ),
+    NOISY_SCAN: (
+        PaperScanRow("sphere-to-ellipsoid", 0, None, None),
+        PaperScanRow("depth rasterisation", 4, 0.281, 0),
+    ),
+}
+"""Tables II and III, by the family of our cases."""

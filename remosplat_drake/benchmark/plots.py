@@ -5,10 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from remosplat_drake.benchmark.paper_results import (
-    PAPER_TABLE_I,
-    PAPER_TRIALS,
-)
+from remosplat_drake.benchmark.paper_results import PAPER_TRIALS
 from remosplat_drake.benchmark.statistics import wilson_interval
 from remosplat_drake.benchmark.summary import Comparison, Row
 
@@ -22,7 +19,7 @@ def success_plot(comparison: Comparison) -> str:
         for place, row in enumerate(comparison.rows):
             solved = int(row.successes("text").sum())
             _draw_rate(axes, place - 0.12, solved, len(row), OURS)
-            paper = PAPER_TABLE_I.get(row.method)
+            paper = comparison.paper.get(row.method)
             if paper is not None:
                 _draw_rate(
                     axes, place + 0.12, paper.successes, PAPER_TRIALS, PAPERS

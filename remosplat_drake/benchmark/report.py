@@ -14,19 +14,15 @@ from remosplat_drake.benchmark.paired_tables import (
     paired_table,
     station_tables,
 )
-from remosplat_drake.benchmark.paper_results import (
-    PAPER_TABLE_I,
-    PAPER_TRIALS,
-    PaperRow,
+from remosplat_drake.benchmark.paper_results import PAPER_TRIALS, PaperRow
+from remosplat_drake.benchmark.result import (
+    RULE_TITLES,
+    RULES,
+    TrialResult,
 )
-from remosplat_drake.benchmark.result import RULES, TrialResult
+from remosplat_drake.benchmark.scan_table import scan_table
 from remosplat_drake.benchmark.summary import Comparison, Row, gather
 from remosplat_drake.benchmark.tables import Table
-
-RULE_TITLES = {
-    "text": "success by the paper's text: 2 cm and 2 deg",
-    "authors": "success as the authors' code has it: L1 < 2 cm, any rotation",
-}
 
 STARRED = (
     ("average_distance", 3),
@@ -42,7 +38,8 @@ def report_tables(results: Sequence[TrialResult]) -> list[Table]:
     """All tables that results give, comparison by comparison."""
     tables, comparisons = [], gather(results)
     for comparison in comparisons:
-        tables += [main_table(comparison, rule) for rule in RULES]
+        first_table = scan_table if comparison.is_scan else main_table
+        tables += [first_table(comparison, rule) for rule in RULES]
         tables += [
             family_table(comparison),
             outcome_table(comparison),
@@ -65,8 +62,8 @@ def main_table(comparison: Comparison, rule: str) -> Table:
     rows = []
     for row in comparison.rows:
         rows.append(_main_row(row, rule, common))
-        if row.method in PAPER_TABLE_I:
-            rows.append(_paper_row(PAPER_TABLE_I[row.method]))
+        if row.method in comparison.paper:
+            rows.append(_paper_row(comparison.paper[row.method]))
     return Table(
         f"{comparison.title}: {RULE_TITLES[rule]}",
         (
@@ -104,7 +101,7 @@ def _main_row(row: Row, rule: str, common: np.ndarray) -> tuple[str, ...]:
     return (
         row.method,
         row.gains,
-        _splat(row),
+        row.splat_label,
         format_rate(int(row.successes(rule).sum()), len(row)),
         *starred,
         format_rare(row.collisions(), len(row)),
@@ -178,12 +175,12 @@ def timing_table(comparison: Comparison) -> Table:
     rows = []
     for row in comparison.rows:
         p50, p99 = 1e3 * row.times("tick_p50"), 1e3 * row.times("tick_p99")
-        paper = PAPER_TABLE_I.get(row.method)
+        paper = comparison.paper.get(row.method)
         rate = "" if paper is None or not paper.rate else f"{paper.rate:g}"
         rows.append(
             (
                 row.method,
-                _splat(row),
+                row.splat_label,
                 format_median(p50, 2),
                 format_median(p99, 2),
                 format_median(1e3 / p50, 0),
@@ -205,10 +202,3 @@ def timing_table(comparison: Comparison) -> Table:
         tuple(rows),
         "Medians over the trials, several of which ran at once.",
     )
-
-
-def _splat(row: Row) -> str:
-    if row.splat == "none":
-        return "–"
-    counts = [t.splat_count for t in row.trials if t.splat_count]
-    return f"{row.splat}, {np.mean(counts) / 1e3:.0f}k"

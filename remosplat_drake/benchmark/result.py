@@ -24,6 +24,11 @@ the software.
 RULES = ("text", "authors")
 """Success rules; see `ArrivalConfig`."""
 
+RULE_TITLES = {
+    "text": "success by the paper's text: 2 cm and 2 deg",
+    "authors": "success as the authors' code has it: L1 < 2 cm, any rotation",
+}
+
 
 @dc.dataclass(frozen=True)
 class Judgement:

@@ -1,16 +1,15 @@
 """Reaching targets in scanned scenes: the paper's experiments 2 and 3."""
 
 import dataclasses as dc
-import hashlib
-from functools import lru_cache
 from pathlib import Path
 
-import numpy as np
-from pydrake.math import RigidTransform
-
 from remosplat_drake import resources
-from remosplat_drake.benchmark.capture_truth import surface_points
+from remosplat_drake.benchmark.capture_truth import (
+    capture_field,
+    content_digest,
+)
 from remosplat_drake.benchmark.floaters import with_floaters
+from remosplat_drake.benchmark.paper_results import NOISY_SCAN, SCAN
 from remosplat_drake.benchmark.reaching_task import (
     TRAINED,
     ReachingTask,
@@ -25,15 +24,10 @@ from remosplat_drake.benchmark.scan_config import (
     scan_names,
 )
 from remosplat_drake.errors import FieldError, FileError
-from remosplat_drake.oracle.distance_field import DistanceField
-from remosplat_drake.oracle.point_distance import PointDistanceField
 from remosplat_drake.scenario import make_transform
 from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.ply import read_ply
-
-SCAN, NOISY_SCAN = "scan", "noisy scan"
-"""Families: the paper's experiments 2 and 3."""
 
 
 @dc.dataclass(frozen=True)
@@ -89,20 +83,20 @@ class ScanCase:
         return ReachingTask(
             X_WT,
             (x, y, yaw),
-            f"{_folder_digest(folder)}-{(rows, reach)}",
-            lambda: _capture_field(folder, rows, reach),
+            f"{content_digest(folder)}-{(rows, reach)}",
+            lambda: capture_field(folder, rows, reach),
         )
 
     def splat_key(self) -> str:
         """Names the splat's file by its content, and what is done to it."""
         entry = self._map()
-        return f"{_digest(self._splat_path())}-{entry}"
+        return f"{content_digest(self._splat_path())}-{entry}"
 
     def splat(self) -> tuple[GaussianSplat, str]:
         """The map in W, with its floaters."""
         entry = self._map()
         X_WG = make_transform(entry.X_WG, self._where, f"maps.{self.map}.X_WG")
-        splat_W = read_ply(self._splat_path()).transformed(X_WG)
+        splat_W = read_splat(self._splat_path()).transformed(X_WG)
         if not entry.floaters:
             return splat_W, TRAINED
         noisy = with_floaters(
@@ -111,9 +105,12 @@ class ScanCase:
         return noisy, f"{TRAINED} with {entry.floaters} floaters"
 
     def check(self) -> None:
-        """Finds out before anything runs whether the files are there."""
+        """Finds out before anything runs whether its files can be used.
+
+        Workers then find the surfaces of a capture in its cache.
+        """
         self._splat_path()
-        self.task()
+        self.task().measure_truth()
 
     @property
     def _where(self) -> str:
@@ -166,31 +163,3 @@ def scan_cases(name: str) -> list[ScanCase]:
     for case in cases:
         case.check()
     return cases
-
-
-@lru_cache(maxsize=1)
-def _capture_field(
-    folder: Path, X_WG: tuple[float, ...], max_depth: float
-) -> DistanceField:
-    """Costs seconds, so the trials of a scene share it."""
-    transform = RigidTransform(np.reshape(X_WG, (3, 4)))
-    from remosplat_drake.capture.formats import read_capture
-
-    points = surface_points(
-        read_capture(folder), transform.GetAsMatrix4(), max_depth
-    )
-    return PointDistanceField(points)
-
-
-@lru_cache(maxsize=8)
-def _folder_digest(folder: Path) -> str:
-    digest = hashlib.sha256()
-    for path in sorted(p for p in folder.rglob("*") if p.is_file()):
-        digest.update(path.relative_to(folder).as_posix().encode())
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-@lru_cache(maxsize=8)
-def _digest(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]

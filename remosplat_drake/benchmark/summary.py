@@ -7,6 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from remosplat_drake.benchmark.methods import METHODS_FILE
+from remosplat_drake.benchmark.paper_results import (
+    PAPER_SCANS,
+    PAPER_TABLE_I,
+    PaperRow,
+)
 from remosplat_drake.benchmark.result import (
     COLLISION,
     CRASH,
@@ -46,6 +51,14 @@ class Row:
         """Names and seeds of what was run."""
         return tuple((t.scene, t.seed) for t in self.trials)
 
+    @property
+    def splat_label(self) -> str:
+        """Where the splats come from, and how many there are on average."""
+        if self.splat == "none":
+            return "–"
+        counts = [t.splat_count for t in self.trials if t.splat_count]
+        return f"{self.splat}, {np.mean(counts) / 1e3:.0f}k"
+
     def successes(self, rule: str) -> np.ndarray:
         """Which trials succeeded by a rule, shape (n,) bool."""
         return np.array([t.success(rule) for t in self.trials], bool)
@@ -74,7 +87,7 @@ class Row:
 
 @dc.dataclass(frozen=True, eq=False)
 class Comparison:
-    """Rows over exactly the same scenes, spheres and station.
+    """Rows over exactly the same scenes of a suite, spheres and station.
 
     Attributes:
         rows: In the order of `gather`.
@@ -82,9 +95,24 @@ class Comparison:
 
     rows: tuple[Row, ...]
 
+    @property
+    def is_scan(self) -> bool:
+        """Whether it repeats the paper's experiment 2 or 3."""
+        return set(self.families()) <= set(PAPER_SCANS)
+
+    @property
+    def paper(self) -> dict[str, PaperRow]:
+        """The rows of the paper's Table I that belong beside these."""
+        return {} if self.is_scan else PAPER_TABLE_I
+
     def common(self, rule: str) -> np.ndarray:
         """The scenes that every row solves, shape (n,) bool."""
         return np.logical_and.reduce([r.successes(rule) for r in self.rows])
+
+    @property
+    def suite(self) -> str:
+        """What the scenes are."""
+        return self.rows[0].trials[0].suite
 
     @property
     def title(self) -> str:
@@ -94,9 +122,8 @@ class Comparison:
             f"{sum(t.family == family for t in first.trials)} {family}"
             for family in self.families()
         )
-        suite = first.trials[0].suite
         return (
-            f"{suite + ': ' if suite else ''}{families};"
+            f"{self.suite + ': ' if self.suite else ''}{families};"
             f" {first.spheres} spheres, {first.station} station"
         )
 
@@ -126,11 +153,12 @@ def gather(results: Sequence[TrialResult]) -> list[Comparison]:
     for result in results:
         setup = (
             result.method,
+            result.suite,
             result.spheres,
             result.gains,
             result.station,
         )
-        scene = (result.suite, result.family, result.scene, result.seed)
+        scene = (result.family, result.scene, result.seed)
         by_setup[setup][scene] = result
     by_scenes = defaultdict(list)
     shipped = entries(METHODS_FILE)
@@ -140,7 +168,7 @@ def gather(results: Sequence[TrialResult]) -> list[Comparison]:
         return (shipped.index(setup[0]) if known else len(shipped), setup)
 
     for setup in sorted(by_setup, key=place):
-        method, spheres, gains, station = setup
+        method, suite, spheres, gains, station = setup
         trials = sorted(
             by_setup[setup].values(), key=lambda t: (t.family, t.scene, t.seed)
         )
@@ -153,5 +181,5 @@ def gather(results: Sequence[TrialResult]) -> list[Comparison]:
             station,
             tuple(trials),
         )
-        by_scenes[row.scenes, spheres, station].append(row)
+        by_scenes[suite, row.scenes, spheres, station].append(row)
     return [Comparison(tuple(rows)) for rows in by_scenes.values()]

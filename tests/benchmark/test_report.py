@@ -17,6 +17,7 @@ from remosplat_drake.benchmark.report import (
 )
 from remosplat_drake.benchmark.report_page import to_html
 from remosplat_drake.benchmark.result import COLLISION, LOCAL_MINIMUM
+from remosplat_drake.benchmark.scan_table import scan_table
 from remosplat_drake.benchmark.summary import gather
 from remosplat_drake.benchmark.tables import Table
 
@@ -104,6 +105,38 @@ def test_paired_counts(make_result):
     assert row["only this, text"] == "0"
     assert row["only sdf-hard, text"] == "1"
     assert row["p, text"] == "1"
+
+
+def test_scans_stand_beside_the_papers_tables_two_and_three(make_result):
+    results = [
+        make_result(
+            "depth-hard",
+            f"kitchen/{scene}",
+            text=outcome,
+            family=family,
+            suite=f"kitchen, {family} map",
+            splat="trained",
+            splat_count=50_000,
+        )
+        for scene, family, outcome in (
+            ("mug", "scan", "success"),
+            ("cupboard", "scan", LOCAL_MINIMUM),
+            ("mug", "noisy scan", COLLISION),
+            ("cupboard", "noisy scan", LOCAL_MINIMUM),
+        )
+    ]
+    noisy, clean = (scan_table(c, "text") for c in gather(results))
+    row = cells(clean, "depth-hard")
+    assert (row["success"], row["collisions"]) == ("1/2", "0/2")
+    assert row["not reached"] == "cupboard (local minimum)"
+    assert row["gracefulness [m/s²]"] == "0.400"
+    paper = cells(clean, "*paper: depth rasterisation*")
+    assert (paper["success"], paper["gracefulness [m/s²]"]) == ("6/7", "0.196")
+    row = cells(noisy, "depth-hard")
+    assert (row["success"], row["collisions"]) == ("0/2", "1/2")
+    assert cells(noisy, "*paper: sphere-to-ellipsoid*")["success"] == "0/7"
+    # Nothing of Table I stands in a report about scans.
+    assert "RMMI" not in to_markdown(report_tables(results), "Scans")
 
 
 def test_stations_are_compared_where_both_have_run(make_result):
