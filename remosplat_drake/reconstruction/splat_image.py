@@ -234,19 +234,10 @@ def _draw_band(
                     owner[count] = k
                     _insert(head, row - first_row, column, link, values, count)
                     count += 1
-    for row in range(len(head)):
-        for column in range(width):
-            _composite(
-                head[row, column],
-                link,
-                owner,
-                values,
-                colors,
-                color[first_row + row, column],
-                depth[first_row + row],
-                alpha[first_row + row],
-                column,
-            )
+    band = slice(first_row, last_row + 1)
+    _composite_all(
+        head, link, owner, values, colors, color[band], depth[band], alpha[band]
+    )
 
 
 @lean
@@ -278,20 +269,25 @@ def _insert(head, row, column, link, values, new):
     link[at] = new
 
 
-@lean
-def _composite(at, link, owner, values, colors, color, depth, alpha, column):
-    """Composites one pixel's fragments, from the first on."""
-    clear, red, green, blue = 1.0, 0.0, 0.0, 0.0
-    while at >= 0:
-        if clear > 0.5:
-            depth[column] = values[at, 0]
-        k, weight = owner[at], clear * values[at, 1]
-        red += weight * colors[k, 0]
-        green += weight * colors[k, 1]
-        blue += weight * colors[k, 2]
-        clear *= 1 - values[at, 1]
-        at = link[at]
-    if clear >= 0.5:
-        depth[column] = 0.0
-    alpha[column] = 1 - clear
-    color[0], color[1], color[2] = red, green, blue
+@kernel
+def _composite_all(head, link, owner, values, colors, color, depth, alpha):
+    """Composites the fragments of each pixel, from its first one on."""
+    for row in range(head.shape[0]):
+        for column in range(head.shape[1]):
+            clear, red, green, blue = 1.0, 0.0, 0.0, 0.0
+            at = head[row, column]
+            while at >= 0:
+                if clear > 0.5:
+                    depth[row, column] = values[at, 0]
+                k, weight = owner[at], clear * values[at, 1]
+                red += weight * colors[k, 0]
+                green += weight * colors[k, 1]
+                blue += weight * colors[k, 2]
+                clear *= 1 - values[at, 1]
+                at = link[at]
+            if clear >= 0.5:
+                depth[row, column] = 0.0
+            alpha[row, column] = 1 - clear
+            color[row, column, 0] = red
+            color[row, column, 1] = green
+            color[row, column, 2] = blue
