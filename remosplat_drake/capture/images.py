@@ -36,7 +36,7 @@ def read_colors(source: Source) -> np.ndarray:
 
 
 def read_depth(source: Source, unit: float) -> np.ndarray:
-    """Depth from a 16-bit or float image or .npy file, (h, w) float32 [m].
+    """Depth (h, w), float32 [m], from a 16-bit or float image, .exr or .npy.
 
     Args:
         source: The file. What is not finite in it is unknown.
@@ -44,10 +44,12 @@ def read_depth(source: Source, unit: float) -> np.ndarray:
 
     Raises:
         FileError: It is missing or damaged, or is no depth image.
-        MissingExtraError: Pillow is not installed.
+        MissingExtraError: Pillow or OpenEXR is not installed.
     """
     if source.name.endswith(".npy"):
         steps = _read_array(source)
+    elif source.name.endswith(".exr"):
+        steps = _read_exr(source)
     else:
         image = _read_image(source)
         if image.mode not in ("I;16", "I;16B", "I", "F"):
@@ -142,3 +144,25 @@ def _read_array(source: Source) -> np.ndarray:
             f"expected a depth image, got {array.dtype} of shape {array.shape}",
         )
     return np.array(array)
+
+
+def _read_exr(source: Source) -> np.ndarray:
+    """The first channel of an OpenEXR file."""
+    try:
+        import OpenEXR
+    except ImportError as error:
+        raise MissingExtraError(
+            "depth in OpenEXR files", "reconstruction"
+        ) from error
+    path = Path(str(source))
+    if not path.is_file():
+        raise FileError(path, "no such file")
+    try:
+        with OpenEXR.File(str(path), header_only=True) as file:
+            low, high = file.header()["dataWindow"]
+        check_pixel_count(source, *(high - low + 1).tolist())
+        with OpenEXR.File(str(path)) as file:
+            pixels = next(iter(file.channels().values())).pixels
+    except (RuntimeError, ValueError, TypeError, StopIteration) as error:
+        raise FileError(path, f"unreadable OpenEXR file: {error}") from error
+    return pixels if pixels.ndim == 2 else pixels[..., 0]

@@ -1,13 +1,17 @@
-"""Captures of the Record3D app: an .r3d archive, or that archive unpacked.
+"""Captures of the Record3D app: .r3d archives and EXR exports.
 
 `metadata` (JSON) holds the camera of the colour images, column by column in
 `K` or, in newer files, for each frame in `perFrameIntrinsicCoeffs` (fx, fy,
 cx, cy), and poses `qx qy qz qw tx ty tz` of OpenGL cameras. `rgbd/N.jpg` is
 the colour image; `rgbd/N.depth` holds float32 metres and `rgbd/N.conf` ARKit's
 confidence, both packed with LZFSE. Files are read from the archive one by one
-and never unpacked to disk.
+and never unpacked to disk; an unpacked one is read alike.
+
+The app's "EXR + JPG" export is a folder with the same metadata in
+`metadata.json`, images `rgb/N.jpg` and metres in `depth/N.exr`.
 """
 
+import dataclasses as dc
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -17,7 +21,7 @@ import numpy as np
 
 from remosplat_drake.capture.arkit import keep_confident
 from remosplat_drake.capture.frames import Frame, scale_intrinsics
-from remosplat_drake.capture.images import Source, read_colors
+from remosplat_drake.capture.images import Source, read_colors, read_depth
 from remosplat_drake.capture.lzfse_data import unpack
 from remosplat_drake.capture.poses import (
     OPENGL_FROM_OPENCV,
@@ -30,13 +34,35 @@ SUFFIX = ".r3d"
 MAX_MEMBER_BYTES = 64_000_000
 """No file of an archive is larger; one that says so is a trap."""
 
-LOOKS_FOR = f"an {SUFFIX} file, or a folder with metadata and rgbd/"
+LOOKS_FOR = (
+    f"an {SUFFIX} file, or a folder with metadata and rgbd/, or with"
+    " metadata.json, rgb/ and depth/"
+)
+
+
+@dc.dataclass(frozen=True)
+class _Layout:
+    """Where the files are; {} stands for a frame's number."""
+
+    metadata: str
+    color: str
+    depth: str
+    confidence: str | None
+
+    def found_in(self, folder: Path) -> bool:
+        return (folder / self.metadata).is_file() and all(
+            (folder / name).parent.is_dir() for name in (self.color, self.depth)
+        )
+
+
+_ARCHIVE = _Layout("metadata", "rgbd/{}.jpg", "rgbd/{}.depth", "rgbd/{}.conf")
+_EXPORT = _Layout("metadata.json", "rgb/{}.jpg", "depth/{}.exr", None)
 
 
 def recognises(path: Path) -> bool:
     """Whether `path` is such an archive or folder."""
     if path.is_dir():
-        return (path / "metadata").is_file() and (path / "rgbd").is_dir()
+        return any(layout.found_in(path) for layout in (_ARCHIVE, _EXPORT))
     return path.suffix.lower() == SUFFIX
 
 
@@ -46,15 +72,16 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
     Raises:
         FileError: A file is missing, unreadable or too large.
         FieldError: A field of the metadata is unusable.
-        MissingExtraError: lzfse is not installed.
+        MissingExtraError: lzfse or OpenEXR is not installed.
     """
     if path.is_dir():
-        yield from _read_frames(path, stride)
+        layout = _EXPORT if _EXPORT.found_in(path) else _ARCHIVE
+        yield from _read_frames(path, layout, stride)
         return
     try:
         with zipfile.ZipFile(path) as archive:
             _check_members(path, archive)
-            yield from _read_frames(zipfile.Path(archive), stride)
+            yield from _read_frames(zipfile.Path(archive), _ARCHIVE, stride)
     except (
         OSError,
         zipfile.BadZipFile,
@@ -64,22 +91,19 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
         raise FileError(path, f"unreadable archive: {error}") from error
 
 
-def _read_frames(root: Source, stride: int) -> Iterator[Frame]:
-    metadata_path = root / "metadata"
+def _read_frames(root: Source, layout: _Layout, stride: int) -> Iterator[Frame]:
+    metadata_path = root / layout.metadata
     where = str(metadata_path)
     metadata = read_json(metadata_path)
     height, width = (as_number(where, k, metadata.get(k)) for k in ("h", "w"))
     X_WC = _poses(where, metadata)
     K = _intrinsics(where, metadata, len(X_WC))
     for i in range(0, len(X_WC), stride):
-        rgb = read_colors(root / "rgbd" / f"{i}.jpg")
-        depth = _read_depth(root / "rgbd" / f"{i}.depth", where, metadata)
-        confidence = root / "rgbd" / f"{i}.conf"
-        if confidence.exists():
-            levels = np.frombuffer(unpack(confidence, depth.size), np.uint8)
-            depth = keep_confident(confidence, depth, levels)
+        color_file = layout.color.format(i)
+        rgb = read_colors(root / color_file)
+        depth = _read_depth(root, layout, i, metadata)
         yield Frame(
-            name=f"rgbd/{i}",
+            name=color_file,
             K=scale_intrinsics(K[i], (height, width), rgb.shape[:2]),
             X_WC=X_WC[i],
             rgb=rgb,
@@ -137,8 +161,22 @@ def _table(where: str, metadata: dict, key: str, width: int) -> np.ndarray:
         raise FieldError(where, key, error.problem) from error
 
 
-def _read_depth(source: Source, where: str, metadata: dict) -> np.ndarray:
-    """Metres, (h, w); 0 where unknown."""
+def _read_depth(
+    root: Source, layout: _Layout, frame: int, metadata: dict
+) -> np.ndarray:
+    """Metres, (h, w); 0 where unknown or in doubt."""
+    source = root / layout.depth.format(frame)
+    if layout.confidence is None:
+        return read_depth(source, unit=1.0)
+    depth = _unpack_depth(source, str(root / layout.metadata), metadata)
+    confidence = root / layout.confidence.format(frame)
+    if not confidence.exists():
+        return depth
+    levels = np.frombuffer(unpack(confidence, depth.size), np.uint8)
+    return keep_confident(confidence, depth, levels)
+
+
+def _unpack_depth(source: Source, where: str, metadata: dict) -> np.ndarray:
     data = unpack(source)
     count = len(data) // 4
     if "dw" in metadata and "dh" in metadata:

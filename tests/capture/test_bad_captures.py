@@ -14,6 +14,10 @@ from remosplat_drake.errors import RemoSplatError
 
 lzfse = pytest.importorskip("lzfse")
 pytest.importorskip("av")
+pytest.importorskip("OpenEXR")
+
+PACKED_BOMB = 25 * lzfse.compress(bytes(10_000_000))[:-4] + b"bvx$"
+"""150 kB that unpack to 250 MB."""
 
 TALL = np.zeros((20, 10), np.uint16)
 
@@ -148,6 +152,9 @@ BAD = [
     *[("tum", *case) for case in BAD_TUM],
     *[("trajectory-log", *case) for case in BAD_TRAJECTORY_LOG],
     *[("stray-scanner", *case) for case in BAD_STRAY_SCANNER],
+    ("record3d-export", replace("depth/1.exr", None), r"1\.exr: no such file"),
+    ("record3d-export", replace("depth/1.exr", b"x"), r"1\.exr: unreadable"),
+    ("record3d-export", cut("depth/1.exr"), r"1\.exr: unreadable"),
     ("nerfstudio", replace("transforms.json", "{"), "no JSON"),
     ("nerfstudio", replace("transforms.json", "[" * 10**5), "no JSON"),
     ("nerfstudio", replace("transforms.json", "[1]"), "expected a JSON object"),
@@ -160,7 +167,7 @@ def test_names_what_is_wrong(name, damage, match, scene_capture, tmp_path):
     writers.WRITERS[name](tmp_path, scene_capture.select(np.arange(4)))
     damage(tmp_path)
     with pytest.raises(RemoSplatError, match=match) as info:
-        read_capture(tmp_path, name)
+        read_capture(tmp_path, name.removesuffix("-export"))
     assert "\n" not in str(info.value)
     assert str(tmp_path) in str(info.value)
 
@@ -200,7 +207,7 @@ def change(**members):
             r"rgbd/1\.depth: expected 120x90 float32 depths, got 8 bytes",
         ),
         (
-            change(rgbd__1_depth=lzfse.compress(bytes(300_000_000))),
+            change(rgbd__1_depth=PACKED_BOMB),
             r"rgbd/1\.depth: unpacks to more than",
         ),
         (
