@@ -24,7 +24,7 @@ ALLOWED = {
     "safety": {"oracle", "robot"},
     "controller": {"oracle", "robot", "safety"},
     "station": {"robot", "scene"},
-    "task": {"controller.servo", "robot"},
+    "task": {"controller.servo", "oracle", "robot"},
     "recording": {"controller.tick_report", "oracle", "robot"},
     # A live camera needs the names of the station's ports: inert data.
     "capture": {

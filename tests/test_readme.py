@@ -25,8 +25,8 @@ SHORTER = {
     "scenarios": [],
     "run": ["--headless"],
     "fit-spheres": ["--count", "6"],
-    "render-capture": ["--views", "4", "--width", "80", "--height", "60"],
-    "reconstruct": ["--count", "500", "--untrained"],
+    "render-capture": ["--views", "9", "--width", "80", "--height", "60"],
+    "reconstruct": ["--count", "500", "--device", "cpu"],
 }
 # Programs that are not ours to test.
 FOREIGN = {"cd", "git", "pip"}

@@ -1,0 +1,162 @@
+"""From a capture to a splat: surfels, refinement, training.
+
+Surfels are laid on the measured surfaces, refined against all depth images on
+the CPU, and, where there is a CUDA device, trained on colours and depth.
+"""
+
+import dataclasses as dc
+import importlib.util
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture, check_reconstructible
+from remosplat_drake.errors import (
+    FieldError,
+    MissingExtraError,
+    RemoSplatError,
+    unknown_name,
+)
+from remosplat_drake.reconstruction.point_cloud import (
+    InitialisationConfig,
+    initialise,
+)
+from remosplat_drake.reconstruction.refinement import RefinementConfig, refine
+from remosplat_drake.reconstruction.surfels import splat_of_surfels
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+AUTO, CUDA, CPU, NONE = "auto", "cuda", "cpu", "none"
+"""Devices: the best there is; train; refine only; surfels as they are."""
+
+DEVICES = (AUTO, CUDA, CPU, NONE)
+
+Report = Callable[[str, int, int], None]
+"""Called with the stage, and how much of it is done of how much."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Reconstruction:
+    """A splat and how it came about.
+
+    Attributes:
+        splat: In the capture's world frame.
+        method: In words.
+        seconds: Wall-clock time it took [s].
+    """
+
+    splat: GaussianSplat
+    method: str
+    seconds: float
+
+
+def choose_device(name: str) -> str:
+    """The device that a name stands for.
+
+    Raises:
+        FieldError: There is no such name.
+        MissingExtraError: Training is asked for and torch is not installed.
+        RemoSplatError: Training is asked for and there is no CUDA device.
+    """
+    if name not in DEVICES:
+        raise FieldError(
+            "reconstruct", "--device", unknown_name("device", name, DEVICES)
+        )
+    if name in (CPU, NONE):
+        return name
+    has_torch = all(map(importlib.util.find_spec, ("torch", "gsplat")))
+    if has_torch:
+        import torch
+
+        if torch.cuda.is_available():
+            return CUDA
+    if name == AUTO:
+        return CPU
+    if not has_torch:
+        raise MissingExtraError("training a splat", "gpu")
+    raise RemoSplatError(
+        "training a splat needs a CUDA device; --device cpu refines it without"
+    )
+
+
+def reconstruct(
+    capture: Capture,
+    device: str = AUTO,
+    *,
+    initialisation: InitialisationConfig | None = None,
+    refinement: RefinementConfig | None = None,
+    steps: int = 1000,
+    seed: int = 0,
+    held_out: np.ndarray | None = None,
+    checkpoint: Path | None = None,
+    report: Report = lambda stage, done, total: None,
+) -> Reconstruction:
+    """Makes a splat of a capture.
+
+    Args:
+        capture: Posed RGB-D images.
+        device: One of `DEVICES`.
+        initialisation: See `InitialisationConfig`.
+        refinement: See `RefinementConfig`.
+        steps: Training steps at most.
+        seed: Of the order of the images in training.
+        held_out: Views, shape (n,), bool, that only judge.
+        checkpoint: Where training keeps its state; removed at the end.
+        report: See `Report`.
+
+    Raises:
+        RemoSplatError: The capture or a setting is unusable.
+    """
+    device = choose_device(device)
+    check_reconstructible(capture)
+    start = time.perf_counter()
+    if held_out is None:
+        held_out = np.zeros(len(capture), bool)
+    seen = capture.select(~held_out)
+    report("surfels", 0, 1)
+    surfels = initialise(seen, initialisation)
+    report("surfels", 1, 1)
+    method = f"{len(surfels)} surfels on {len(seen)} views"
+    if device == NONE:
+        splat = splat_of_surfels(surfels)
+    else:
+        splat = refine(
+            seen,
+            surfels,
+            refinement,
+            lambda done, total: report("refining", done, total),
+        )
+        method += ", refined on the CPU"
+    if device == CUDA:
+        splat, trained = _train(
+            capture, splat, steps, seed, held_out, checkpoint, report
+        )
+        method += f", trained by gsplat 2DGS on CUDA for {trained} steps"
+    return Reconstruction(splat, method, time.perf_counter() - start)
+
+
+def _train(
+    capture: Capture,
+    start: GaussianSplat,
+    steps: int,
+    seed: int,
+    held_out: np.ndarray,
+    checkpoint: Path | None,
+    report: Report,
+) -> tuple[GaussianSplat, int]:
+    """The trained splat and the number of steps it took."""
+    # Imported here: torch takes seconds, and need not be installed.
+    from remosplat_drake.reconstruction.training import TrainingConfig, train
+
+    trained = train(
+        capture,
+        start,
+        TrainingConfig(steps=steps, seed=seed),
+        held_out=held_out,
+        checkpoint=checkpoint,
+        report=lambda p: report("training", p.step, p.steps),
+    )
+    if checkpoint is not None:
+        checkpoint.unlink(missing_ok=True)
+    return trained.splat, trained.progress.step

@@ -1,0 +1,130 @@
+"""A first task for a scene that nobody has described: a start and a target."""
+
+import dataclasses as dc
+from collections.abc import Callable
+
+import numpy as np
+from pydrake.math import RigidTransform, RollPitchYaw
+
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.sphere_model import Spheres
+
+_NEAR, _FAR = 0.05, 0.12
+"""The hand ends so close to the scene: near enough to be worth it [m]."""
+
+_HEIGHTS = np.arange(0.35, 1.2, 0.05)
+"""Of targets [m]."""
+
+_DISTANCES = (0.9, 1.1, 1.3, 1.5, 1.8, 2.2)
+"""From the base to the target, the nearest ones first [m]."""
+
+_DIRECTIONS = 24
+
+_ROOM = 0.15
+"""A robot starts with so much room around it [m]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Suggestion:
+    """Where a robot may start, and what it may reach for.
+
+    Attributes:
+        base_pose: x, y, yaw, shape (3,) [m, m, rad].
+        X_WT: Target of the end effector, gripper down.
+    """
+
+    base_pose: np.ndarray
+    X_WT: RigidTransform
+
+
+def suggest_task(
+    robot: RobotModel,
+    field: DistanceField,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    is_free: Callable[[np.ndarray], np.ndarray],
+) -> Suggestion:
+    """A free place on the floor and, before it, a free place for the hand.
+
+    Nothing says that a path leads from one to the other.
+
+    Args:
+        robot: A robot with a base.
+        field: The scene, with the floor at z = 0.
+        lower: Lower corner of the space that was seen, shape (3,) [m].
+        upper: Upper corner [m].
+        is_free: Which points (n, 3) are known to be free: a splat does not
+            tell a solid's inside from its outside.
+
+    Raises:
+        RemoSplatError: There is no such place.
+    """
+    starts = None
+    targets = _targets(robot, field, lower, upper)
+    for p_WT in targets[is_free(targets)]:
+        starts = _starts(p_WT)
+        room = [
+            field.clearances(
+                robot.spheres_at(np.concatenate([start, robot.home])), _ROOM
+            ).minimum()
+            for start in starts
+        ]
+        if max(room) >= _ROOM:
+            start = starts[int(np.argmax(np.array(room) >= _ROOM))]
+            R_WT = RollPitchYaw(np.pi, 0, 0)
+            return Suggestion(start, RigidTransform(R_WT, p_WT))
+    raise RemoSplatError(
+        "found no place for the hand close to the scene"
+        if starts is None
+        else "found no free place for the robot near the scene"
+    )
+
+
+def _targets(
+    robot: RobotModel,
+    field: DistanceField,
+    lower: np.ndarray,
+    upper: np.ndarray,
+) -> np.ndarray:
+    """Free places for the hand near a surface, central ones first, (k, 3)."""
+    axes = [np.arange(lower[i], upper[i], 0.1) for i in (0, 1)]
+    heights = _HEIGHTS[(lower[2] < _HEIGHTS) & (upper[2] > _HEIGHTS)]
+    points = np.stack(np.meshgrid(*axes, heights), axis=-1).reshape(-1, 3)
+    hand = _hand_pointing_down(robot)
+    n = len(hand)
+    spheres = Spheres(
+        (points[:, None] + hand.p_WS).reshape(-1, 3),
+        np.tile(hand.R_WL, (len(points), 1, 1)),
+        np.tile(hand.radius, len(points)),
+        np.tile(hand.ignore_below, len(points)),
+    )
+    distance = field.clearances(spheres, _FAR).per_sphere(len(spheres))
+    room = distance.reshape(len(points), n).min(axis=1)
+    found = points[(room > _NEAR) & (room < _FAR)]
+    middle = 0.5 * (lower + upper)[:2]
+    return found[np.linalg.norm(found[:, :2] - middle, axis=1).argsort()]
+
+
+def _hand_pointing_down(robot: RobotModel) -> Spheres:
+    """The leading spheres with the end effector at the origin."""
+    q = np.concatenate([np.zeros(robot.n_base and 3), robot.home])
+    spheres = robot.spheres_at(q).select(robot.leading_spheres)
+    X_WE = robot.end_effector_pose(q)
+    R = RollPitchYaw(np.pi, 0, 0).ToRotationMatrix().matrix() @ X_WE[:3, :3].T
+    return dc.replace(
+        spheres,
+        p_WS=(spheres.p_WS - X_WE[:3, 3]) @ R.T,
+        R_WL=R @ spheres.R_WL,
+    )
+
+
+def _starts(p_WT: np.ndarray) -> np.ndarray:
+    """Base poses around a target that face it, nearest first, (k, 3)."""
+    angle = np.linspace(-np.pi, np.pi, _DIRECTIONS, endpoint=False)
+    distance, angle = (
+        a.ravel() for a in np.meshgrid(_DISTANCES, angle, indexing="ij")
+    )
+    offset = distance[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1)
+    return np.column_stack([p_WT[:2] - offset, angle])

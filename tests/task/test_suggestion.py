@@ -1,0 +1,59 @@
+"""A task for an unknown scene: somewhere free, close to something."""
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform
+
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.task.suggestion import suggest_task
+
+LOWER, UPPER = np.array([0.5, -0.5, 0.0]), np.array([1.5, 0.5, 1.2])
+BOARD = Box(RigidTransform([1, 0, 0.5]), np.array([0.3, 0.4, 0.03]))
+
+
+def everywhere(points):
+    return np.ones(len(points), bool)
+
+
+@pytest.fixture
+def field():
+    return SignedDistanceField(PrimitiveScene(boxes=(BOARD,)).with_floor())
+
+
+def test_the_robot_stands_free_and_faces_a_target_over_the_board(
+    frankie, field
+):
+    task = suggest_task(frankie, field, LOWER, UPPER, everywhere)
+    q = np.concatenate([task.base_pose, frankie.home])
+    assert field.clearances(frankie.spheres_at(q)).minimum() > 0.14
+    p_WT = task.X_WT.translation()
+    ahead = p_WT[:2] - task.base_pose[:2]
+    bearing = np.arctan2(ahead[1], ahead[0])
+    assert np.cos(bearing - task.base_pose[2]) > 0.999
+    np.testing.assert_allclose(
+        task.X_WT.rotation().matrix(), np.diag([1, -1, -1]), atol=1e-12
+    )
+    # The gripper's tip is some centimetres over the board.
+    assert 0.55 < p_WT[2] < 0.8
+
+
+def test_only_what_is_known_to_be_free_is_suggested(frankie, field):
+    task = suggest_task(
+        frankie, field, LOWER, UPPER, lambda points: points[:, 1] > 0.15
+    )
+    assert task.X_WT.translation()[1] > 0.15
+
+
+def test_it_says_what_is_missing(frankie, field):
+    far = UPPER + 10
+    with pytest.raises(RemoSplatError, match="no place for the hand"):
+        suggest_task(frankie, field, far, far + 1, everywhere)
+    # A ceiling that leaves room for a hand but not for a robot.
+    ceiling = Box(RigidTransform([1, 0, 1.06]), np.array([5, 5, 0.02]))
+    low = PrimitiveScene(boxes=(BOARD, ceiling)).with_floor()
+    with pytest.raises(RemoSplatError, match="no free place for the robot"):
+        suggest_task(
+            frankie, SignedDistanceField(low), LOWER, UPPER, everywhere
+        )
