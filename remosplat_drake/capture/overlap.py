@@ -91,7 +91,7 @@ def measure_overlap(capture: Capture, seed: int = 0) -> Overlap:
         capture: Any views; the order does not matter.
         seed: Of the choice of points.
     """
-    p_C = _sample(capture, _SAMPLES, np.random.default_rng(seed))
+    p_C = sample_points(capture, _SAMPLES, np.random.default_rng(seed))
     pairs = neighbours(capture, p_C[:, :_COARSE])
     agreeing = np.zeros(len(pairs), int)
     contradicting = np.zeros(len(pairs), int)
@@ -145,6 +145,28 @@ def neighbours(capture: Capture, p_C: np.ndarray) -> np.ndarray:
     b = best.ravel()
     pairs = np.sort(np.stack([a, b], axis=1), axis=1)
     return np.unique(pairs[shared[a, b] >= _MIN_OVERLAP], axis=0)
+
+
+def sample_points(
+    capture: Capture, count: int, rng: np.random.Generator
+) -> np.ndarray:
+    """Points of random known pixels of each view in its camera.
+
+    Returns:
+        Shape (n, count, 3) [m]; NaN for a view without depth.
+    """
+    p_C = np.full((len(capture), count, 3), np.nan)
+    for view, depth in enumerate(capture.depth):
+        known = np.flatnonzero(depth)
+        if not len(known):
+            continue
+        pixels = rng.choice(known, count)
+        row, column = np.divmod(pixels, capture.size[1])
+        K, z = capture.K[view], depth.flat[pixels]
+        p_C[view, :, 0] = (column + 0.5 - K[0, 2]) / K[0, 0] * z
+        p_C[view, :, 1] = (row + 0.5 - K[1, 2]) / K[1, 1] * z
+        p_C[view, :, 2] = z
+    return p_C
 
 
 def compare(
@@ -208,21 +230,3 @@ def _fraction_seen(capture: Capture, p_W: np.ndarray) -> np.ndarray:
         inside = (z > 0) & (u >= 0) & (v >= 0) & (u < width) & (v < height)
     known = max(int(np.isfinite(p_W[:, 0]).sum()), 1)
     return inside.sum(axis=1) / known
-
-
-def _sample(
-    capture: Capture, count: int, rng: np.random.Generator
-) -> np.ndarray:
-    """Points of random known pixels of each view, (n, count, 3) [m]."""
-    p_C = np.full((len(capture), count, 3), np.nan)
-    for view, depth in enumerate(capture.depth):
-        known = np.flatnonzero(depth)
-        if not len(known):
-            continue
-        pixels = rng.choice(known, count)
-        row, column = np.divmod(pixels, capture.size[1])
-        K, z = capture.K[view], depth.flat[pixels]
-        p_C[view, :, 0] = (column + 0.5 - K[0, 2]) / K[0, 0] * z
-        p_C[view, :, 1] = (row + 0.5 - K[1, 2]) / K[1, 1] * z
-        p_C[view, :, 2] = z
-    return p_C

@@ -34,9 +34,10 @@ def collect_frames(robot, scene, believed: WristCameraConfig, n: int = 6):
     )
     context = station.CreateDefaultContext()
 
+    arm = np.random.default_rng(0).normal(0, 0.15, (n, 7))
+
     def move(i: int):
-        q = start + np.r_[0.02 * i, 0.05 * i, -0.08 * i, np.zeros(7)]
-        q[3:] += 0.06 * i * np.array([1, -1, 1, -1, 0, 1, -1])
+        q = start + np.r_[0.02 * i, 0.05 * i, -0.05 * i, arm[i]]
         state = context.get_mutable_continuous_state_vector()
         x = state.CopyToVector()
         x[: len(q)] = q
