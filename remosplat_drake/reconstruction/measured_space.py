@@ -107,19 +107,25 @@ def thinned(p_W: np.ndarray, passes: int = 2) -> np.ndarray:
     0); edges are rounded off by millimetres.
     """
     for _ in range(passes):
-        offset, near = KDTree(p_W).query(
-            p_W, k=32, distance_upper_bound=_SMOOTH_RADIUS
-        )
-        weight = np.isfinite(offset).astype(float)
-        around = p_W[np.minimum(near, len(p_W) - 1)]
-        total = weight.sum(axis=1, keepdims=True)
-        mean = (weight[..., None] * around).sum(axis=1) / total
-        centered = (around - mean[:, None]) * weight[..., None]
-        covariance = np.einsum("nki,nkj->nij", centered, centered)
-        normal = np.linalg.eigh(covariance)[1][:, :, 0]
-        height = ((mean - p_W) * normal).sum(axis=1, keepdims=True)
-        p_W = np.where(total >= _MIN_NEIGHBORS, p_W + height * normal, p_W)
+        tree = KDTree(p_W)
+        # In parts, for the sake of memory.
+        parts = np.array_split(p_W, max(1, len(p_W) // 50_000))
+        p_W = np.concatenate([_onto_mean(part, tree) for part in parts])
     return p_W
+
+
+def _onto_mean(p_W: np.ndarray, tree: KDTree) -> np.ndarray:
+    """The points, each moved along the normal onto the mean around it."""
+    offset, near = tree.query(p_W, k=32, distance_upper_bound=_SMOOTH_RADIUS)
+    weight = np.isfinite(offset).astype(float)
+    around = tree.data[np.minimum(near, tree.n - 1)]
+    total = weight.sum(axis=1, keepdims=True)
+    mean = (weight[..., None] * around).sum(axis=1) / total
+    centered = (around - mean[:, None]) * weight[..., None]
+    covariance = np.einsum("nki,nkj->nij", centered, centered)
+    normal = np.linalg.eigh(covariance)[1][:, :, 0]
+    height = ((mean - p_W) * normal).sum(axis=1, keepdims=True)
+    return np.where(total >= _MIN_NEIGHBORS, p_W + height * normal, p_W)
 
 
 def times_looked_through(

@@ -79,8 +79,14 @@ def score_pictures(
     return ImageScores(
         views=len(pictures),
         held_out=held_out,
-        psnr=float(np.nanmean(ratios)),
-        ssim=float(np.nanmean(similarities)),
+        psnr=_mean(ratios),
+        ssim=_mean(similarities),
         depth_median=float(median),
         depth_percentile_99=float(percentile),
     )
+
+
+def _mean(scores: list[float]) -> float:
+    """Over the views that show anything; 0 if none does."""
+    known = [score for score in scores if np.isfinite(score)]
+    return float(np.mean(known)) if known else 0.0

@@ -125,6 +125,18 @@ def test_a_floater_is_found_and_makes_distances_too_small():
     assert "true geometry is unknown" in assessment.report.trust
 
 
+def test_views_that_hide_everything_have_no_score():
+    hidden = np.ones((4, 200, 200), bool)
+    hidden[1:] = False
+    capture = dc.replace(_capture(), hidden=hidden)
+    for compared, ssim in (([0], 0), ([0, 1], 1)):
+        assessment = assess(
+            _splat(), capture, compared, workspace=WORKSPACE, count=50
+        )
+        images = assessment.report.images
+        assert images.ssim == pytest.approx(ssim, abs=0.01)
+
+
 def test_what_cannot_be_compared_is_refused():
     with pytest.raises(RemoSplatError, match="no view"):
         assess(_splat(), _capture(), [])
