@@ -40,6 +40,9 @@ from remosplat_drake.splat.gaussian_splat import (
 _LEAST_NOISE = 1e-4
 """No depth is taken to be better than this [m]."""
 
+_FAINT = 0.1
+"""A surfel with less than this part of another's weight is faint beside it."""
+
 _CHUNK = 30_000
 """Surfels whose votes are in memory at a time: 47 MB."""
 
@@ -198,24 +201,24 @@ def _uncrowded(
 ) -> np.ndarray:
     """Mask that drops, of surfels that fell together, the less known ones.
 
-    One that no view confirms goes when another is within its spacing.
+    A faint one, about which the views say next to nothing, goes when a
+    well-known one is within its spacing: its normal is not to be trusted.
     """
-    known = weight > 0
-    radius = np.where(known, crowding, 1.0) * surfels.spacing
     # In the order of what is known about them, ties by index.
     rank = np.empty(len(surfels), np.int64)
     rank[np.argsort(-weight, kind="stable")] = np.arange(len(surfels))
     pairs = KDTree(surfels.p_WK).query_pairs(
-        float(np.percentile(radius, 99)), output_type="ndarray"
+        float(np.percentile(surfels.spacing, 99)), output_type="ndarray"
     )
     better = np.where(
         rank[pairs[:, 0]] < rank[pairs[:, 1]], pairs[:, 0], pairs[:, 1]
     )
     worse = pairs.sum(axis=1) - better
     apart = np.linalg.norm(surfels.p_WK[better] - surfels.p_WK[worse], axis=1)
+    apart /= surfels.spacing[worse]
     cosine = (surfels.normal_W[better] * surfels.normal_W[worse]).sum(axis=1)
-    close = (apart < radius[worse]) & ((cosine > 0.7) | ~known[worse])
-    close &= known[better]
+    faint = weight[worse] < _FAINT * weight[better]
+    close = ((cosine > 0.7) & (apart < crowding)) | (faint & (apart < 1))
     better, worse = better[close], worse[close]
     keep = np.ones(len(surfels), bool)
     for k in np.argsort(rank[better], kind="stable"):
@@ -267,7 +270,7 @@ def _cut_to_shape(
         extents, patches.p_WK, patches.R_WK, config.scale * surfels.spacing
     )
     # An unconfirmed disc is somewhat opaque, a confirmed one fully.
-    confidence = (extents.solid + 0.25) / (extents.solid + extents.free + 0.35)
+    confidence = (extents.solid + 0.1) / (extents.solid + extents.free + 0.14)
     keep = (extents.solid >= extents.free) & (scales.min(axis=1) > 5e-4)
     return GaussianSplat(
         p_GK=p_WK[keep],
