@@ -138,6 +138,10 @@ def check_camera(name: str, K: np.ndarray, X_WC: np.ndarray):
         raise RemoSplatError(f"{name}: its camera is not finite")
     if not (K[0, 0] > 0 and K[1, 1] > 0):
         raise RemoSplatError(f"{name}: focal lengths must be positive")
+    if np.abs(X_WC[3] - [0, 0, 0, 1]).max() > _ROTATION_TOLERANCE:
+        raise RemoSplatError(
+            f"{name}: the last row of its pose must be 0 0 0 1 (transposed?)"
+        )
     R_WC = X_WC[:3, :3]
     scale = np.cbrt(np.linalg.det(R_WC))
     if scale < 0:

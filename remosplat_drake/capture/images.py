@@ -138,7 +138,7 @@ def _read_array(source: Source) -> np.ndarray:
         raise FileError(str(source), "no such file") from error
     except (OSError, ValueError, EOFError) as error:
         raise FileError(str(source), f"unreadable array: {error}") from error
-    if array.ndim != 2 or array.dtype.kind not in "fiu":
+    if array.ndim != 2 or not array.size or array.dtype.kind not in "fiu":
         raise FileError(
             str(source),
             f"expected a depth image, got {array.dtype} of shape {array.shape}",

@@ -15,6 +15,7 @@ to metres; `applied_transform` only turned the world, so it is left alone.
 
 import dataclasses as dc
 import json
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -101,8 +102,8 @@ class _Fields:
             raise self.error(key, f"expected a file, got {name!r}")
         stem = self.path.parent / name
         for suffix in _SUFFIXES:
-            candidate = stem.with_name(stem.name + suffix)
-            if "\0" not in name and candidate.is_file():
+            candidate = Path(f"{stem}{suffix}")
+            if os.path.isfile(candidate):
                 return candidate
         raise FileError(stem, f"no such file ({self.name}.{key})")
 

@@ -95,7 +95,7 @@ def _read_frames(root: Source, layout: _Layout, stride: int) -> Iterator[Frame]:
     metadata_path = root / layout.metadata
     where = str(metadata_path)
     metadata = read_json(metadata_path)
-    height, width = (as_number(where, k, metadata.get(k)) for k in ("h", "w"))
+    height, width = _size(where, metadata, "h", "w")
     X_WC = _poses(where, metadata)
     K = _intrinsics(where, metadata, len(X_WC))
     for i in range(0, len(X_WC), stride):
@@ -122,6 +122,14 @@ def _check_members(path: Path, archive: zipfile.ZipFile):
             )
         if member.flag_bits & 1:
             raise FileError(path, f"{member.filename} is encrypted")
+
+
+def _size(where: str, metadata: dict, *keys: str) -> tuple[int, int]:
+    """Height and width from two fields of the metadata."""
+    height, width = (as_number(where, k, metadata.get(k)) for k in keys)
+    if height < 1 or width < 1:
+        raise FieldError(where, ", ".join(keys), "must be positive")
+    return int(height), int(width)
 
 
 def _poses(where: str, metadata: dict) -> np.ndarray:
@@ -180,9 +188,7 @@ def _unpack_depth(source: Source, where: str, metadata: dict) -> np.ndarray:
     data = unpack(source)
     count = len(data) // 4
     if "dw" in metadata and "dh" in metadata:
-        width, height = (
-            int(as_number(where, key, metadata[key])) for key in ("dw", "dh")
-        )
+        height, width = _size(where, metadata, "dh", "dw")
     else:
         # Older files do not say; depth has the shape of colour.
         height = round((count * metadata["h"] / metadata["w"]) ** 0.5)

@@ -59,6 +59,8 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
         raise FileError(odometry, str(error)) from error
     K = _intrinsics(path, rows)
     numbers = _columns(odometry, rows, ("frame",))[:, 0]
+    if not np.isfinite(numbers).all():
+        raise FileError(odometry, "frame numbers must be finite")
     wanted = {int(numbers[i]): i for i in range(0, len(rows), stride)}
     for number, rgb in _video_frames(path / VIDEO, set(wanted)):
         i = wanted[number]

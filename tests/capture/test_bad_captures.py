@@ -70,6 +70,7 @@ def huge_png():
     return bytes(data)
 
 
+MOVED = np.eye(4) + np.eye(4, k=3) * 0.5
 MIRROR = np.diag([1.0, 1, -1, 1])
 DOUBLE = np.diag([2.0, 2, 2, 1])
 SHEAR = np.eye(4) + np.eye(4, k=1) * [[0.3], [0], [0], [0]]
@@ -91,6 +92,7 @@ BAD_SEVEN_SCENES = [
     (pose(MIRROR), "frame-000002: its pose is a reflection"),
     (pose(DOUBLE), "frame-000002: its pose is scaled by 2"),
     (pose(SHEAR), "frame-000002: its pose has no rotation matrix"),
+    (pose(MOVED.T), "frame-000002: the last row of its pose must be 0 0 0 1"),
     (pose(NAN), "frame-000002: its camera is not finite"),
     (pose(np.eye(3)), r"pose\.txt: expected a 4x4 matrix"),
     (pose([["a"] * 4] * 4), r"pose\.txt: expected numbers"),
@@ -191,6 +193,7 @@ def change(**members):
     [
         (change(metadata=None), "metadata: no such file"),
         (change(metadata=b"{}"), "metadata: h: expected a number"),
+        (change(metadata=b'{"h": 9, "w": 0}'), "metadata: h, w: must be pos"),
         (change(metadata=b'{"h": 9, "w": 9}'), "metadata: poses: expected"),
         (
             change(metadata=b'{"h": 9, "w": 9, "poses": [[1, 2]]}'),
