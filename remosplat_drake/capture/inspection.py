@@ -11,7 +11,10 @@ from remosplat_drake.capture.overlap import (
     measure_overlap,
     wrong_frames,
 )
-from remosplat_drake.capture.pose_conventions import find_mistake
+from remosplat_drake.capture.pose_conventions import (
+    GOOD_AGREEMENT,
+    find_mistake,
+)
 from remosplat_drake.capture.registration import (
     Registration,
     measure_registration,
@@ -177,13 +180,8 @@ def _judge_overlap(
     capture: Capture, overlap: Overlap, wrong: np.ndarray
 ) -> list[str]:
     agreement = overlap.agreement
-    if agreement >= MIN_AGREEMENT and overlap.supported >= _MIN_SUPPORTED:
-        if not len(wrong):
-            return []
-        return [
-            f"the poses of {len(wrong)} of {len(capture)} frames disagree with"
-            f" all of their neighbours': {list_frames(wrong)}"
-        ]
+    supported = overlap.supported >= _MIN_SUPPORTED
+    is_good = agreement >= GOOD_AGREEMENT and supported
     if (capture.depth > 0).mean() < MIN_DEPTH_FRACTION or len(capture) < 2:
         return []
     facts = (
@@ -192,14 +190,21 @@ def _judge_overlap(
         if np.isfinite(agreement)
         else "no two frames show the same surface"
     )
-    found = find_mistake(capture, overlap)
-    if found is None:
-        return [f"{facts}, and no usual mistake about poses explains it"]
-    mistake, mended = found
-    return [
-        f"{mistake.words}: {facts}, but {100 * mended.agreement:.0f} % with"
-        " that undone"
-    ]
+    found = None if is_good else find_mistake(capture, overlap)
+    if found is not None:
+        mistake, mended = found
+        return [
+            f"{mistake.words}: {facts}, but {100 * mended.agreement:.0f} %"
+            " with that undone"
+        ]
+    if agreement >= MIN_AGREEMENT and supported and len(wrong):
+        return [
+            f"the poses of {len(wrong)} of {len(capture)} frames disagree with"
+            f" all of their neighbours': {list_frames(wrong)}"
+        ]
+    if is_good:
+        return []
+    return [f"{facts}, and no usual mistake about poses explains it"]
 
 
 def list_frames(frames: np.ndarray, most: int = 10) -> str:

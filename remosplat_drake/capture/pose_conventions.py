@@ -13,17 +13,15 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.overlap import (
-    MIN_AGREEMENT,
-    Overlap,
-    measure_overlap,
-)
+from remosplat_drake.capture.overlap import Overlap, measure_overlap
 
 _FLIP_YZ = np.diag([1.0, -1.0, -1.0, 1.0])
 
-_MIN_GAIN = 1.5
-"""The right convention supports this many times more points, or it is not
-the right one."""
+GOOD_AGREEMENT = 0.8
+"""Neighbours with the right poses agree about more than this."""
+
+_LEFT = 0.5
+"""With the mistake undone, less than this part of the disagreement is left."""
 
 
 @dc.dataclass(frozen=True)
@@ -51,12 +49,15 @@ def find_mistake(
     Returns:
         The mistake and the overlap without it; None when none fits.
     """
-    best = None
-    supported = _MIN_GAIN * overlap.supported
+    disagreement = 1 - np.nan_to_num(overlap.agreement)
+    best, supported = None, overlap.supported
     for mistake in MISTAKES:
         mended = dc.replace(capture, X_WC=mistake.undo(capture.X_WC))
         without = measure_overlap(mended)
-        fits = without.agreement >= MIN_AGREEMENT
+        fits = (
+            without.agreement >= GOOD_AGREEMENT
+            and 1 - without.agreement < _LEFT * disagreement
+        )
         if fits and without.supported > supported:
             best, supported = (mistake, without), without.supported
     return best
