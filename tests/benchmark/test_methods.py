@@ -9,6 +9,7 @@ from remosplat_drake.benchmark.methods import (
 )
 from remosplat_drake.benchmark.paper_results import PAPER_TABLE_I
 from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.oracle.config import GroundTruth, SphereToEllipsoid
 
 TOY = """
 slow:
@@ -35,6 +36,28 @@ def test_every_shipped_method_loads():
     assert len({method.fingerprint for method in methods}) == len(methods)
     assert {m.scenario.control_period for m in methods} == {0.05}
     assert {m.scenario.time_limit for m in methods} == {15.0}
+
+
+def test_the_variants_differ_in_what_they_are_called_after():
+    oracles = {m.name: m.scenario.oracle for m in load_methods(["variants"])}
+    assert oracles["sdf-hard-rows"] == GroundTruth(rows="per_primitive")
+    assert oracles["ellipsoid-hard-3-steps"] == SphereToEllipsoid(
+        bisection_steps=3
+    )
+    assert oracles["ellipsoid-active-any-opacity"] == SphereToEllipsoid(
+        min_opacity=0
+    )
+
+
+def test_shipped_controllers_go_by_short_names():
+    (plain, on_splats) = load_methods(["drake-ik", "drake-ik:ellipsoid-hard"])
+    assert (plain.name, plain.needs_splat) == ("drake-ik", False)
+    assert (on_splats.name, on_splats.needs_splat) == (
+        "drake-ik:ellipsoid-hard",
+        True,
+    )
+    with pytest.raises(RemoSplatError, match="did you mean 'drake-ik'"):
+        load_methods(["drake-ki"])
 
 
 def test_the_papers_six_have_its_gains_and_no_safety_net():
