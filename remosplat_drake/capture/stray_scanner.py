@@ -131,9 +131,11 @@ def _video_frames(
         ) from error
     try:
         with av.open(str(path)) as video:
-            if not video.streams.video:
-                raise FileError(path, "holds no video")
-            camera = video.streams.video[0].codec_context
+            streams = video.streams.video
+            # A stream of an unknown codec has no context.
+            if not streams or streams[0].codec_context is None:
+                raise FileError(path, "holds no video that can be decoded")
+            camera = streams[0].codec_context
             check_pixel_count(path, camera.width, camera.height)
             for number, image in enumerate(video.decode(video=0)):
                 if number in wanted:

@@ -49,6 +49,17 @@ def cut(name, keep=0.5):
     return damage
 
 
+def swap(name, old, new):
+    """A damage: some bytes of a file are others."""
+
+    def damage(folder):
+        data = (folder / name).read_bytes()
+        assert old in data
+        (folder / name).write_bytes(data.replace(old, new))
+
+    return damage
+
+
 def pose(matrix):
     text = "\n".join(" ".join(map(str, row)) for row in matrix)
     return replace("frame-000002.pose.txt", text)
@@ -130,6 +141,7 @@ BAD_STRAY_SCANNER = [
     (replace("depth/000001.png", None), r"000001\.png: no such file"),
     (replace("rgb.mp4", b"no video"), r"rgb\.mp4: unreadable video"),
     (cut("rgb.mp4"), r"rgb\.mp4: unreadable video"),
+    (swap("rgb.mp4", b"avc1", b"zzzz"), r"rgb\.mp4: holds no video that can"),
     (replace("odometry.csv", ""), r"odometry\.csv: expected a header"),
     (replace("odometry.csv", "frame, x\n0, 1"), "has no column y, z, qx"),
     (
