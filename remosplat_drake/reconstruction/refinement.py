@@ -11,7 +11,6 @@ import dataclasses as dc
 from collections.abc import Callable
 
 import numpy as np
-from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from remosplat_drake.capture.capture import Capture
@@ -31,6 +30,10 @@ from remosplat_drake.reconstruction.surfel_gathering import (
     gather_votes,
     make_view,
 )
+from remosplat_drake.reconstruction.surfel_thinning import (
+    uncrowded,
+    with_spacing,
+)
 from remosplat_drake.reconstruction.surfels import Surfels, quaternions_onto
 from remosplat_drake.splat.gaussian_splat import (
     GaussianSplat,
@@ -39,9 +42,6 @@ from remosplat_drake.splat.gaussian_splat import (
 
 _LEAST_NOISE = 1e-4
 """No depth is taken to be better than this [m]."""
-
-_FAINT = 0.1
-"""A surfel with less than this part of another's weight is faint beside it."""
 
 _CHUNK = 30_000
 """Surfels whose votes are in memory at a time: 47 MB."""
@@ -111,8 +111,8 @@ def refine(
         tolerance = max(last, tolerance / 2)
         if finest and np.percentile(step, 99) < config.converged:
             break
-    kept = _uncrowded(surfels, weight, config.crowding)
-    surfels = _with_spacing(surfels, kept)
+    kept = uncrowded(surfels, weight, config.crowding)
+    surfels = with_spacing(surfels, kept)
     return _cut_to_shape(capture, surfels, noise, last, config, progress)
 
 
@@ -193,50 +193,6 @@ def _rescaled(noise: DepthNoise, excess: float) -> DepthNoise:
     return noise._replace(
         floor=noise.floor * excess + _LEAST_NOISE,
         growth=noise.growth * excess,
-    )
-
-
-def _uncrowded(
-    surfels: Surfels, weight: np.ndarray, crowding: float
-) -> np.ndarray:
-    """Mask that drops, of surfels that fell together, the less known ones.
-
-    A faint one, about which the views say next to nothing, goes when a
-    well-known one is within its spacing: its normal is not to be trusted.
-    """
-    # In the order of what is known about them, ties by index.
-    rank = np.empty(len(surfels), np.int64)
-    rank[np.argsort(-weight, kind="stable")] = np.arange(len(surfels))
-    pairs = KDTree(surfels.p_WK).query_pairs(
-        float(np.percentile(surfels.spacing, 99)), output_type="ndarray"
-    )
-    better = np.where(
-        rank[pairs[:, 0]] < rank[pairs[:, 1]], pairs[:, 0], pairs[:, 1]
-    )
-    worse = pairs.sum(axis=1) - better
-    apart = np.linalg.norm(surfels.p_WK[better] - surfels.p_WK[worse], axis=1)
-    apart /= surfels.spacing[worse]
-    cosine = (surfels.normal_W[better] * surfels.normal_W[worse]).sum(axis=1)
-    faint = weight[worse] < _FAINT * weight[better]
-    close = ((cosine > 0.7) & (apart < crowding)) | (faint & (apart < 1))
-    better, worse = better[close], worse[close]
-    keep = np.ones(len(surfels), bool)
-    for k in np.argsort(rank[better], kind="stable"):
-        if keep[better[k]]:
-            keep[worse[k]] = False
-    return keep
-
-
-def _with_spacing(surfels: Surfels, kept: np.ndarray) -> Surfels:
-    """The kept surfels, with the spacing that they have now."""
-    p_WK, least = surfels.p_WK[kept], surfels.spacing[kept]
-    neighbors, _ = KDTree(p_WK).query(p_WK, k=min(4, len(p_WK)))
-    spacing = neighbors[:, 1:].mean(axis=1)
-    return Surfels(
-        p_WK,
-        surfels.normal_W[kept],
-        surfels.colors[kept],
-        np.clip(spacing, least, 1.5 * least),
     )
 
 
