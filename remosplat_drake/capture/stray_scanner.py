@@ -140,5 +140,5 @@ def _video_frames(
             for number, image in enumerate(video.decode(video=0)):
                 if number in wanted:
                     yield number, image.to_ndarray(format="rgb24")
-    except av.FFmpegError as error:
+    except (av.FFmpegError, UnicodeDecodeError) as error:
         raise FileError(path, f"unreadable video: {error}") from error
