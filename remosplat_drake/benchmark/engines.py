@@ -3,6 +3,7 @@
 An engine is a generator of results, in whatever order they come.
 """
 
+import logging
 import multiprocessing
 import os
 import signal
@@ -131,6 +132,7 @@ def _pool(workers: int, gpus: Sequence[str]) -> Iterator[ProcessPoolExecutor]:
 def _start_worker(started: "Synchronized[int]", gpus: tuple[str, ...]):
     """Gives a worker its GPU, before anything has looked for one."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    logging.getLogger("drake").setLevel(logging.WARNING)
     with started.get_lock():
         worker = started.value
         started.value += 1

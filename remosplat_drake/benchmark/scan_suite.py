@@ -50,8 +50,8 @@ class ScanCase:
 
     @property
     def name(self) -> str:
-        """Scene and target, the same on every map."""
-        return f"{self.scene}/{self.target}"
+        """Scene, map and target."""
+        return f"{self.scene}/{self.map}/{self.target}"
 
     @property
     def family(self) -> str:

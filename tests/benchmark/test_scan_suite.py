@@ -55,10 +55,10 @@ def write_suite(tmp_path, monkeypatch, scene, scene_capture):
 def test_every_target_is_a_case_on_every_map(write_suite):
     cases = load_cases(f"scan:{write_suite()}", 20)
     assert [(c.suite, c.family, c.name) for c in cases[1:5]] == [
-        ("board, clean map", "scan", "board/beside-it"),
-        ("board, floaters map", "noisy scan", "board/over-the-board"),
-        ("board, floaters map", "noisy scan", "board/beside-it"),
-        ("board, shifted map", "noisy scan", "board/over-the-board"),
+        ("board, clean map", "scan", "board/clean/beside-it"),
+        ("board, floaters map", "noisy scan", "board/floaters/over-the-board"),
+        ("board, floaters map", "noisy scan", "board/floaters/beside-it"),
+        ("board, shifted map", "noisy scan", "board/shifted/over-the-board"),
     ]
     task = cases[0].task()
     assert task.X_WB_start == (-0.4, 0.0, 0.0)
@@ -81,11 +81,12 @@ def test_maps_are_placed_and_given_floaters(write_suite):
 
 
 def test_keys_tell_maps_targets_and_content_apart(write_suite):
-    (method,) = load_methods(["ellipsoid-active"])
     file = write_suite()
     cases = scan_cases(file)
-    keys = [Trial(method, case).key() for case in cases]
-    assert len(set(keys)) == len(cases) == 6
+    for name in ("sdf-hard", "ellipsoid-active"):
+        (method,) = load_methods([name])
+        keys = [Trial(method, case).key() for case in cases]
+        assert len(set(keys)) == len(cases) == 6
     # The same data elsewhere is the same trial.
     moved = Path(file).parent / "elsewhere"
     (Path(file).parent / "data").rename(moved)
