@@ -100,7 +100,7 @@ def make_control(
         with _quiet():
             u = system.get_output_port_commanded_velocity().Eval(context)
         # The solver keeps limits to its tolerance only.
-        return np.clip(u, -robot.velocity_limit, robot.velocity_limit)
+        return u / max(1.0, np.max(np.abs(u) / robot.velocity_limit))
 
     return control
 

@@ -122,7 +122,11 @@ def load_cases(
     splat_folders: tuple[Path, ...] = (),
     trained_only: bool = False,
 ) -> Sequence[BenchmarkCase]:
-    """The cases of any suite: "scan:..." as a whole, or `load_suite`."""
+    """The cases of any suite.
+
+    Of scans ("scan:NAME", see `scan_cases`) these are all, whatever `count`,
+    with the splats that the suite itself names; else see `load_suite`.
+    """
     kind, _, scans = name.partition(":")
     if kind == "scan":
         return scan_cases(scans)
