@@ -1,5 +1,7 @@
 """The paper's Tables II and III: ours, and the paper's rows below."""
 
+from collections import defaultdict
+
 from remosplat_drake.benchmark.formatting import format_mean
 from remosplat_drake.benchmark.paper_results import (
     PAPER_SCANS,
@@ -51,11 +53,19 @@ def _row(row: Row, rule: str) -> tuple[str, ...]:
         format_mean(row.values("acceleration", rule, solved), 3),
         f"{touched}/{len(row)}",
         f"{1e3 * clearance.min():.1f}" if len(clearance) else "–",
-        ", ".join(
-            f"{trial.scene.rpartition('/')[2]} ({trial.outcome(rule)})"
-            for trial, success in zip(row.trials, solved, strict=True)
-            if not success
-        ),
+        _not_reached(row, rule),
+    )
+
+
+def _not_reached(row: Row, rule: str) -> str:
+    """The targets by what kept the robot from them."""
+    targets = defaultdict(list)
+    for trial in row.trials:
+        if not trial.success(rule):
+            target = trial.scene.rpartition("/")[2]
+            targets[trial.outcome(rule)].append(target)
+    return "; ".join(
+        f"{outcome}: {', '.join(names)}" for outcome, names in targets.items()
     )
 
 

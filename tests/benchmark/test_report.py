@@ -128,7 +128,7 @@ def test_scans_stand_beside_the_papers_tables_two_and_three(make_result):
     noisy, clean = (scan_table(c, "text") for c in gather(results))
     row = cells(clean, "depth-hard")
     assert (row["success"], row["collisions"]) == ("1/2", "0/2")
-    assert row["not reached"] == "cupboard (local minimum)"
+    assert row["not reached"] == "local minimum: cupboard"
     assert row["gracefulness [m/s²]"] == "0.400"
     paper = cells(clean, "*paper: depth rasterisation*")
     assert (paper["success"], paper["gracefulness [m/s²]"]) == ("6/7", "0.196")
