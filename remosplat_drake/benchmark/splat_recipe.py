@@ -15,7 +15,7 @@ from remosplat_drake.errors import FieldError
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.strict_yaml import load_text
 
-RECIPE_VERSION = 1
+RECIPE_VERSION = 2
 """Raised whenever the same settings would give other splats."""
 
 REFINED = "refined"
@@ -29,17 +29,17 @@ ORIGINS = {"cuda": TRAINED, "cpu": REFINED}
 class SplatRecipe:
     """Rendered views, and what is made of them."""
 
-    # `cuda` trains, `cpu` refines.
+    # `cpu` refines; `cuda` refines and then trains.
     device: str = "cuda"
     # Rendered views.
-    views: int = 120
+    views: int = 100
     # Size of a view [pixels].
-    width: int = 320
-    height: int = 240
+    width: int = 480
+    height: int = 360
     # Splats at most; finest around the target.
     count: int = 60_000
     # Optimisation steps of a training; refining ends by itself.
-    steps: int = 1000
+    steps: int = 300
     # Of everything random.
     seed: int = 0
 

@@ -35,7 +35,6 @@ from remosplat_drake.reconstruction.quality import (
 from remosplat_drake.reconstruction.refinement import refine
 from remosplat_drake.reconstruction.surfels import (
     Surfels,
-    splat_of_surfels,
     surfels_from_capture,
 )
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
@@ -172,7 +171,7 @@ def _train(
     from remosplat_drake.reconstruction import training
 
     config = training.TrainingConfig(steps=recipe.steps, seed=recipe.seed)
-    return training.train(capture, splat_of_surfels(surfels), config).splat
+    return training.train(capture, refine(capture, surfels), config).splat
 
 
 def _refine(

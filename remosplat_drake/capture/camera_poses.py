@@ -36,6 +36,7 @@ def survey(
     seed: int = 0,
     radius: float = RADIUS,
     clearance: float = CLEARANCE,
+    lowest: float = -np.inf,
 ) -> list[RigidTransform]:
     """Camera poses X_WC that see a scene around a point from all sides.
 
@@ -51,6 +52,8 @@ def survey(
         radius: How far from the focus the farthest cameras stand, measured
             level [m]; every other length but the clearance goes with it.
         clearance: No camera is nearer than this to a solid [m].
+        lowest: No camera stands lower: under a floor it would see nothing
+            that matters [m].
 
     Raises:
         RemoSplatError: No free place is found.
@@ -66,7 +69,8 @@ def survey(
         placed = np.array([pose.translation() for pose in poses])
         apart = np.linalg.norm(p_WC[:, None] - placed.reshape(1, -1, 3), axis=2)
         nearest = apart.min(axis=1, initial=5 * radius)
-        score = np.where(free > clearance, nearest, -1)
+        allowed = (free > clearance) & (p_WC[:, 2] >= lowest)
+        score = np.where(allowed, nearest, -1)
         rejected = 0 if score.max() > 0 else rejected + 1
         if rejected == 0:
             poses.append(look_at(*views[int(score.argmax())]))

@@ -16,6 +16,10 @@ from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
+_LOWEST = 0.1
+"""Scenes stand on a floor at z = 0, whether it is among the solids or not
+[m]."""
+
 
 def render_capture(
     scene: PrimitiveScene,
@@ -43,4 +47,4 @@ def survey_poses(
         raise RemoSplatError(f"{scene.name} has no target to look at")
     focus = scene.X_WE_target.translation()
     field = SignedDistanceField(scene)
-    return survey(field, focus, n, seed, clearance=clearance)
+    return survey(field, focus, n, seed, clearance=clearance, lowest=_LOWEST)

@@ -92,7 +92,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--random-points", type=int, default=0, help="floaters to add (0)"
     )
     parser.add_argument(
-        "--steps", type=int, default=1000, help="of training, at most (1000)"
+        "--steps", type=int, default=500, help="of training, at most (500)"
     )
     parser.add_argument("--seed", type=int, default=0)
 

@@ -86,7 +86,7 @@ def reconstruct(
     *,
     initialisation: InitialisationConfig | None = None,
     refinement: RefinementConfig | None = None,
-    steps: int = 1000,
+    steps: int = 500,
     seed: int = 0,
     held_out: np.ndarray | None = None,
     checkpoint: Path | None = None,

@@ -67,15 +67,8 @@ def surfels_from_capture(
         distance = np.linalg.norm(samples[:, :3] - focus, axis=1)
         doublings = np.log2(np.maximum(distance / _FINE_RADIUS, 1))
         level = np.ceil(doublings).astype(np.int64)
-    # Ten halvings of the (logarithmic) interval settle the size to 0.5 %.
-    fine, coarse = 0.001, 0.128
-    for _ in range(10):
-        voxel = np.sqrt(fine * coarse)
-        keys = _voxel_keys(samples, level, voxel)
-        fine, coarse = (
-            (voxel, coarse) if len(np.unique(keys)) > count else (fine, voxel)
-        )
-    pooled = _pool(samples, _voxel_keys(samples, level, coarse))
+    voxel = _voxel_for(samples, level, count)
+    pooled = _pool(samples, _voxel_keys(samples, level, voxel))
     p_WK, normal_W = pooled[:, :3], pooled[:, 3:6]
     neighbors, _ = KDTree(p_WK).query(p_WK, k=min(4, len(p_WK)))
     return Surfels(
@@ -130,6 +123,23 @@ def _view_samples(capture: Capture, view: int, stride: int) -> np.ndarray:
         axis=-1,
     ).reshape(-1, 9)
     return samples[np.isfinite(samples).all(axis=1)].astype(np.float32)
+
+
+def _voxel_for(samples: np.ndarray, level: np.ndarray, count: int) -> float:
+    """An edge that gives at most `count` voxels, and hardly fewer [m].
+
+    Surfaces fill voxels as the square of their size, which guesses well.
+    """
+    fine, coarse = 0.001, 0.128
+    voxel = np.sqrt(fine * coarse)
+    for _ in range(12):
+        found = len(np.unique(_voxel_keys(samples, level, voxel)))
+        fine, coarse = (voxel, coarse) if found > count else (fine, voxel)
+        if 0.98 * count <= found <= count or coarse < 1.003 * fine:
+            break
+        guess = voxel * np.sqrt(found / (0.99 * count))
+        voxel = guess if fine < guess < coarse else np.sqrt(fine * coarse)
+    return coarse
 
 
 def _voxel_keys(

@@ -31,15 +31,17 @@ class TrainingConfig:
     """Steps, weights and limits of the optimisation."""
 
     # Optimisation steps at most, and images in each.
-    steps: int = 1000
+    steps: int = 500
     batch: int = 2
     # Seed of the order of the images.
     seed: int = 0
     # A disc's standard deviations stay within these factors of the first.
-    scale_limits: tuple[float, float] = (0.2, 1.6)
-    # Learning rates; that of the centres is in metres a step.
-    center_rate: float = 2e-4
-    rotation_rate: float = 1e-3
+    # Discs that shrink at an edge hide it: distances become too large.
+    scale_limits: tuple[float, float] = (0.85, 1.2)
+    # Learning rates; that of the centres is in metres a step. Discs start
+    # where all depth images together have put them, and shall stay near.
+    center_rate: float = 2e-5
+    rotation_rate: float = 1e-4
     scale_rate: float = 5e-3
     opacity_rate: float = 3e-2
     color_rate: float = 5e-3

@@ -35,6 +35,12 @@ HAS_CUDA = torch.cuda.is_available()
 NEEDS_CUDA = pytest.mark.skipif(not HAS_CUDA, reason="needs a CUDA device")
 
 
+LOOSE = TrainingConfig(
+    center_rate=1e-3, rotation_rate=1e-3, scale_limits=(0.2, 1.6)
+)
+"""Discs may go where they have to: they start in the wrong places."""
+
+
 @pytest.fixture(scope="module")
 def capture() -> Capture:
     """Cameras 1 m above the plane z = 0, looking down, with a red ripple."""
@@ -100,7 +106,7 @@ def train_by_reference(capture, start, config, **options):
 
 
 def test_discs_settle_on_the_plane_and_floaters_go(capture, start):
-    config = TrainingConfig(steps=100, center_rate=1e-3, opacity_rate=0.1)
+    config = dc.replace(LOOSE, steps=100, opacity_rate=0.1)
     seen = []
     trained = train_by_reference(capture, start, config, report=seen.append)
     assert [p.step for p in seen] == list(range(10, 101, 10))
@@ -177,5 +183,7 @@ def test_gsplat_draws_what_the_reference_draws(capture, start):
 @NEEDS_CUDA
 def test_the_same_with_gsplat(capture, start):
     pytest.importorskip("gsplat")
-    trained = train(capture, start, TrainingConfig(steps=600))
+    trained = train(
+        capture, start, dc.replace(LOOSE, steps=600, center_rate=2e-4)
+    )
     check_trained(trained.splat, start)
