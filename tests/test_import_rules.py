@@ -23,7 +23,8 @@ ALLOWED = {
     "oracle": {"scene", "splat", "robot"},
     "safety": {"oracle", "robot"},
     "controller": {"oracle", "robot", "safety"},
-    "station": {"robot", "scene"},
+    "messages": set(),
+    "station": {"messages", "robot", "scene"},
     "task": {"controller.servo", "oracle", "robot"},
     "recording": {"controller.tick_report", "oracle", "robot"},
     # A live camera needs the names of the station's ports: inert data.

@@ -1,0 +1,29 @@
+"""The channels between the station and the drivers, and their expiry rule.
+
+Stamps are wall clock microseconds of the Unix epoch on every channel. A
+driver compares a command's stamp with its own clock, in both directions, and
+drives at zero velocity while the latest command is expired.
+"""
+
+PANDA_COMMAND = "PANDA_COMMAND"
+"""lcmt_panda_command: joint rates, to drake-franka-driver or its like."""
+PANDA_STATUS = "PANDA_STATUS"
+"""lcmt_panda_status: measured joints and the robot's mode, at 1 kHz."""
+PANDA_HAND_COMMAND = "PANDA_HAND_COMMAND"
+"""lcmt_schunk_wsg_command: width and force of the Franka hand."""
+PANDA_HAND_STATUS = "PANDA_HAND_STATUS"
+"""lcmt_schunk_wsg_status: measured width of the Franka hand, at 10 Hz."""
+BASE_COMMAND = "BASE_COMMAND"
+"""base_command: forward speed and yaw rate."""
+BASE_STATUS = "BASE_STATUS"
+"""base_status: odometry and stops of the base, at 10 to 37 Hz and more."""
+WRIST_CAMERA = "WRIST_CAMERA"
+"""lcmt_image_array: an RGB and a depth image of the wrist camera."""
+
+COMMAND_EXPIRY = 0.1
+"""Age, past or future, at which a driver drops a command [s]."""
+STATUS_EXPIRY = 0.05
+"""Age of the arm's status at which the station calls it stale [s]."""
+BASE_STATUS_EXPIRY = 0.25
+"""Age of the base's status at which the station calls it stale [s]: its
+odometry may come at 10 Hz only, and one message may be lost."""
