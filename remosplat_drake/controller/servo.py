@@ -1,6 +1,7 @@
 """The position-based servo: from a pose error to a desired twist."""
 
 import dataclasses as dc
+import math
 
 import numpy as np
 
@@ -22,7 +23,7 @@ class PoseError:
     @property
     def distance(self) -> float:
         """Straight distance to the target [m]."""
-        return float(np.linalg.norm(self.p_ET_W))
+        return math.hypot(*self.p_ET_W)
 
     @property
     def distance_l1(self) -> float:
@@ -32,7 +33,7 @@ class PoseError:
     @property
     def angle(self) -> float:
         """Rotation angle to the target [rad]."""
-        return float(np.linalg.norm(self.rotation_W))
+        return math.hypot(*self.rotation_W)
 
 
 def pose_error(X_WE: np.ndarray, X_WT: np.ndarray) -> PoseError:
@@ -49,9 +50,9 @@ def rotation_vector(R: np.ndarray) -> np.ndarray:
     twice_sine_axis = np.array(
         [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]
     )
-    sine = 0.5 * np.linalg.norm(twice_sine_axis)
-    cosine = 0.5 * (np.trace(R) - 1.0)
-    angle = np.arctan2(sine, cosine)
+    sine = 0.5 * math.hypot(*twice_sine_axis)
+    cosine = 0.5 * (R[0, 0] + R[1, 1] + R[2, 2] - 1.0)
+    angle = math.atan2(sine, cosine)
     if sine > 1e-6:
         return twice_sine_axis * (0.5 * angle / sine)
     if cosine > 0:
@@ -76,7 +77,7 @@ def servo_twist(
         Angular (3,) and translational (3,) velocity [rad/s, m/s].
     """
     w, v = gain * error.rotation_W, gain * error.p_ET_W
-    speed = float(np.linalg.norm(v))
+    speed = math.hypot(*v)
     if speed > max_speed:
         scale = max_speed / speed
         w, v = w * scale, v * scale

@@ -73,6 +73,7 @@ def run_tick(
     field: DistanceField,
     u_previous: np.ndarray,
     guidance: Guidance = DIRECT,
+    state: RobotState | None = None,
 ) -> TickReport:
     """Runs one tick (paper eq. 1 to 4, then verify-then-scale).
 
@@ -85,13 +86,14 @@ def run_tick(
         field: The map, for verification.
         u_previous: The command being executed, shape (n_u,).
         guidance: How the tick is bent.
+        state: Kinematics at q, if the caller has them already.
     """
     start = perf_counter()
     problem = _unknown_surroundings(q, clearances)
     if problem:
         return _blind_report(law, time, q, X_WT, u_previous, problem)
     clearances = clearances.within(law.config.collision.influence)
-    state = law.robot.state(q)
+    state = state or law.robot.state(q)
     after_kinematics = perf_counter()
     if np.isfinite(X_WT).all():
         tick = Tick(

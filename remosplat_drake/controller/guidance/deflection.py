@@ -1,5 +1,7 @@
 """Bend the servo's velocity round what is in the hand's way."""
 
+import math
+
 import numpy as np
 
 from remosplat_drake.controller.guidance.guidance import Guidance
@@ -42,30 +44,32 @@ def deflected_velocity(
     Returns:
         Desired velocity in W, shape (3,) [m/s].
     """
-    speed = float(np.linalg.norm(v_WE))
+    speed = math.hypot(*v_WE)
+    if guidance.side == 0.0 or speed == 0.0:
+        return v_WE
     rows = np.flatnonzero(
         leading[clearances.sphere] & (clearances.distance < NEAR)
     )
-    if guidance.side == 0.0 or speed == 0.0 or not len(rows):
+    if not len(rows):
         return v_WE
     ahead_W = v_WE / speed
     d = clearances.distance[rows]
     away_W = -clearances.direction_W[rows]
-    w = np.clip((NEAR - d) / (NEAR - stopping), 0.0, 1.0)
-    a = np.clip((0.1 - away_W @ ahead_W) / 0.4, 0.0, 1.0)
-    b = np.clip(-(d + away_W @ error.p_ET_W) / _PASSED, 0.0, 1.0)
-    f = w * a * b
+    w = (NEAR - d) / (NEAR - stopping)
+    a = (0.1 - away_W @ ahead_W) / 0.4
+    b = -(d + away_W @ error.p_ET_W) / _PASSED
+    f = np.prod(np.minimum(np.maximum([w, a, b], 0.0), 1.0), axis=0)
     strength = float(f.max())
     if strength == 0.0:
         return v_WE
     mean_W = f**3 @ away_W
-    norm = float(np.linalg.norm(mean_W))
+    norm = math.hypot(*mean_W)
     if norm == 0.0:
         return v_WE
     n_W = mean_W / norm
     along_W = guidance.side * np.array([n_W[1], -n_W[0], 0.0])  # n x z
     direction = (1.0 - strength) * ahead_W + strength * along_W
-    length = float(np.linalg.norm(direction))
+    length = math.hypot(*direction)
     if length < 1e-9:
         return v_WE
     return max(speed, 0.6 * strength * max_speed) * direction / length

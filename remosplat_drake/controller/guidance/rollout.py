@@ -9,6 +9,7 @@ from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.servo import pose_error
 from remosplat_drake.controller.tick import ReactiveLaw, run_tick
 from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.robot.robot_model import RobotState
 
 RUNNING, REACHED, STALLED, HORIZON = "running", "reached", "stalled", "horizon"
 
@@ -33,6 +34,8 @@ class Rollout:
         position_error: Distance to the target [m].
         angle_error: Angle to the target [rad].
         path: End-effector positions so far, a tuple of arrays of shape (3,).
+        state: Kinematics at q while it is running; they spare the next step
+            from computing them again.
     """
 
     guidance: Guidance
@@ -44,6 +47,7 @@ class Rollout:
     position_error: float = math.inf
     angle_error: float = math.inf
     path: tuple[np.ndarray, ...] = ()
+    state: RobotState | None = None
 
     def __deepcopy__(self, memo) -> "Rollout":
         return self
@@ -79,20 +83,21 @@ def step_rollout(
         arrived: Whether a `PoseError` counts as arrival.
         horizon: Longest simulated time [s].
     """
-    spheres = law.robot.spheres_at(rollout.q)
+    state = rollout.state or law.robot.state(rollout.q)
     report = run_tick(
         law,
         rollout.time,
         rollout.q,
         X_WT,
-        field.clearances(spheres, law.config.collision.influence),
+        field.clearances(state.spheres, law.config.collision.influence),
         field,
         rollout.u,
         rollout.guidance,
+        state,
     )
     q = law.robot.advance(rollout.q, report.command, law.dt)
-    X_WE = law.robot.end_effector_pose(q)
-    error = pose_error(X_WE, X_WT)
+    following = law.robot.state(q)
+    error = pose_error(following.X_WE, X_WT)
     time = rollout.time + law.dt
     still = rollout.still + law.dt if _stands(law, report.command) else 0.0
     if arrived(error):
@@ -112,7 +117,8 @@ def step_rollout(
         status,
         error.distance,
         error.angle,
-        (*rollout.path, X_WE[:3, 3]),
+        (*rollout.path, following.X_WE[:3, 3]),
+        following if status == RUNNING else None,
     )
 
 

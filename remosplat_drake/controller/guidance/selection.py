@@ -26,6 +26,14 @@ IDLE = 1.0
 """How long a guidance that arrives is trusted before it is checked again
 [s]."""
 
+PATIENCE = 1.0
+"""After a round in which nothing arrives the next one waits so long [s],
+or until the robot has moved: from where it stands it would end the same."""
+
+_MOVED = 0.05
+"""Change of a configuration variable that makes another round worth while
+[m, rad]."""
+
 _MARGIN = 0.5
 """A candidate must be better by so much to take over [s]."""
 
@@ -60,7 +68,9 @@ class Selection:
         tier: The present tier.
         finished: Rollouts of the present round, the incumbent's first.
         latest: Rollouts of the latest complete round.
-        idle_until: Nothing is computed before this time [s].
+        idle_until: Nothing is computed before this time [s],
+        hopeless_at: unless the latest round has ended here without an
+            arrival and the robot has moved on, shape (n_q,).
         revision: Of the map that the round looks at.
         X_WT: Target that the round goes for, shape (4, 4).
         seconds: Wall-clock time of the latest update [s].
@@ -74,6 +84,7 @@ class Selection:
     finished: tuple[Rollout, ...] = ()
     latest: tuple[Rollout, ...] = ()
     idle_until: float = -np.inf
+    hopeless_at: np.ndarray | None = None
     revision: str = ""
     X_WT: np.ndarray | None = None
     seconds: float = 0.0
@@ -120,7 +131,7 @@ def advance_selection(
     selection = on_the_same_world(rule, selection, field.revision, X_WT)
     for _ in range(budget):
         if selection.running is None:
-            if time < selection.idle_until:
+            if time < selection.idle_until and not _has_moved(selection, q):
                 break
             first = Rollout(selection.guidance, q, u)
             selection = dc.replace(selection, running=first)
@@ -184,7 +195,7 @@ def _file(
         tier += 1
         waiting = _others(rule, tier, finished[0].guidance)
     if not waiting:
-        return _decide(rule, selection, finished, time)
+        return _decide(rule, selection, finished, time, q)
     return dc.replace(
         selection,
         running=Rollout(waiting[0], q, u),
@@ -205,20 +216,29 @@ def _decide(
     selection: Selection,
     finished: tuple[Rollout, ...],
     time: float,
+    q: np.ndarray,
 ) -> Selection:
     first_tier = rule.candidates[0][0].stopping or 0.0
     incumbent = finished[0]
     best = min(finished, key=lambda rollout: rollout.score(first_tier))
     gain = incumbent.score(first_tier) - best.score(first_tier)
     if best is incumbent or gain <= _MARGIN:
+        best = incumbent
         reason = f"{incumbent.guidance.name} {incumbent.status}, none better"
-        return _end_round(selection, incumbent.guidance, finished, reason, time)
-    reason = (
-        f"{incumbent.guidance.name} {incumbent.status},"
-        f" {best.guidance.name} {best.status}"
+    else:
+        reason = (
+            f"{incumbent.guidance.name} {incumbent.status},"
+            f" {best.guidance.name} {best.status}"
+        )
+    arrives = best.status == REACHED
+    return _end_round(
+        selection,
+        best.guidance,
+        finished,
+        reason,
+        time + (IDLE if arrives else PATIENCE),
+        None if arrives else q,
     )
-    idle = IDLE if best.status == REACHED else 0.0
-    return _end_round(selection, best.guidance, finished, reason, time + idle)
 
 
 def _end_round(
@@ -227,12 +247,20 @@ def _end_round(
     finished: tuple[Rollout, ...],
     reason: str,
     idle_until: float,
+    hopeless_at: np.ndarray | None = None,
 ) -> Selection:
     return Selection(
         guidance=guidance,
         reason=reason,
         latest=finished,
         idle_until=idle_until,
+        hopeless_at=hopeless_at,
         revision=selection.revision,
         X_WT=selection.X_WT,
     )
+
+
+def _has_moved(selection: Selection, q: np.ndarray) -> bool:
+    """Whether the robot has left the place of a hopeless round."""
+    there = selection.hopeless_at
+    return there is not None and bool(np.abs(q - there).max() > _MOVED)

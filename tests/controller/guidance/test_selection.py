@@ -14,6 +14,7 @@ from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.guidance.rollout import REACHED, STALLED
 from remosplat_drake.controller.guidance.selection import (
     IDLE,
+    PATIENCE,
     Selection,
     advance_selection,
     start_selection,
@@ -168,10 +169,23 @@ def test_much_nearer_takes_over_though_it_does_not_arrive(toy):
     selection = until_decided(rule, toy)
     assert names(selection) == ["remote", "far"]
     assert selection.guidance is toy.far
-    # What does not arrive is not trusted: the next round begins at once.
-    selection = advance(rule, selection, toy, budget=1)
-    assert selection.running is not None
-    assert selection.running.guidance is toy.far
+
+
+def test_a_hopeless_round_is_not_repeated_where_the_robot_stands(toy, counted):
+    remote = dc.replace(toy.far, name="remote", stopping=0.120)
+    rule = toy.rule((remote, toy.far))
+    selection = until_decided(rule, toy)
+    counted.clear()
+    for time in (0.0, 0.5 * PATIENCE, PATIENCE - 1e-6):
+        assert advance(rule, selection, toy, time=time) is selection
+    assert not counted
+    # It is, once the robot has moved on, and after a while.
+    moved = advance(rule, selection, toy, q=toy.q + 0.06, budget=1)
+    later = advance(rule, selection, toy, time=PATIENCE, budget=1)
+    assert counted == [toy.far] * 2
+    for following in (moved, later):
+        assert following.running is not None
+        assert following.running.guidance is toy.far
 
 
 def test_a_new_target_starts_afresh(toy):
