@@ -31,6 +31,7 @@ class Timing:
         p50: Median.
         p95: 95th percentile.
         p99: 99th percentile.
+        longest: The slowest call.
         calls: How many calls were timed.
     """
 
@@ -38,6 +39,7 @@ class Timing:
     p50: float
     p95: float
     p99: float
+    longest: float
     calls: int
 
 
@@ -51,4 +53,11 @@ def measure(case: Case, min_calls: int = 2) -> Timing:
         case.function()
         durations.append(perf_counter() - start)
     p50, p95, p99 = np.percentile(durations, [50, 95, 99])
-    return Timing(case.name, float(p50), float(p95), float(p99), len(durations))
+    return Timing(
+        case.name,
+        float(p50),
+        float(p95),
+        float(p99),
+        max(durations),
+        len(durations),
+    )

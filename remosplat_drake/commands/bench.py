@@ -11,12 +11,13 @@ from rich.table import Table
 
 from remosplat_drake.atomic_file import atomic_write
 from remosplat_drake.benchmark.depth_cases import depth_cases
+from remosplat_drake.benchmark.guidance_cases import guidance_cases
 from remosplat_drake.benchmark.oracle_cases import oracle_cases
 from remosplat_drake.benchmark.tick_cases import tick_cases
 from remosplat_drake.benchmark.timing import Timing, measure
 from remosplat_drake.errors import FileError
 
-GROUPS = ("tick", "oracle", "depth")
+GROUPS = ("tick", "oracle", "depth", "guidance")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,6 +53,8 @@ def run(arguments: argparse.Namespace) -> int:
         cases += oracle_cases()
     if arguments.group in (None, "depth"):
         cases += depth_cases()
+    if arguments.group in (None, "guidance"):
+        cases += guidance_cases()
     timings = [
         measure(case)
         for case in track(
@@ -79,7 +82,7 @@ def _read(path: Path) -> dict[str, float]:
 
 def _table(timings: list[Timing], earlier: dict[str, float]) -> Table:
     table = Table("case")
-    for heading in ("p50 [ms]", "p99 [ms]", "calls"):
+    for heading in ("p50 [ms]", "p99 [ms]", "max [ms]", "calls"):
         table.add_column(heading, justify="right")
     if earlier:
         table.add_column("p50 / earlier", justify="right")
@@ -88,6 +91,7 @@ def _table(timings: list[Timing], earlier: dict[str, float]) -> Table:
             timing.name,
             f"{1e3 * timing.p50:.3f}",
             f"{1e3 * timing.p99:.3f}",
+            f"{1e3 * timing.longest:.3f}",
             str(timing.calls),
         ]
         if earlier:

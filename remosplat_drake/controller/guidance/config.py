@@ -9,10 +9,10 @@ class GuidanceConfig:
 
     # Whether guidance is selected at all.
     enabled: bool = True
-    # Rollout steps that a control tick may spend; each costs about a tick,
-    # and 5 leave room in a period of 10 ms. With 0 nothing is simulated:
-    # whenever the robot stalls, the next candidate is tried.
-    budget: int = 5
+    # Rollout steps that a control tick may spend; each costs about 0.6 ms
+    # with ellipsoids, and 10 leave room in a period of 10 ms. With 0 nothing
+    # is simulated: whenever the robot stalls, the next candidate is tried.
+    budget: int = 10
     # Convex solver of the rollouts; see controller/solvers.py.
     solver: str = "active_set"
     # Time that one rollout step simulates [s].

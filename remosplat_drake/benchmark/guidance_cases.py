@@ -1,0 +1,151 @@
+"""What looking ahead costs: a rollout step, and ticks beside look-ahead.
+
+The scene is one of the published kind in which the controller alone gets
+stuck, covered by 60,000 surfels: there the selector has work to do.
+"""
+
+import dataclasses as dc
+from collections.abc import Iterator
+
+import numpy as np
+
+from remosplat_drake.benchmark.primitive_surfels import surfel_splat
+from remosplat_drake.benchmark.scene_generators import generate
+from remosplat_drake.benchmark.timing import Case
+from remosplat_drake.controller.guidance.guidance_selector import (
+    make_selection_rule,
+)
+from remosplat_drake.controller.guidance.rollout import (
+    RUNNING,
+    Rollout,
+    step_rollout,
+)
+from remosplat_drake.controller.guidance.selection import (
+    SelectionRule,
+    advance_selection,
+    start_selection,
+)
+from remosplat_drake.controller.servo import pose_error
+from remosplat_drake.controller.tick import ReactiveLaw, run_tick
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.scenario import LoadScenario, Scenario
+from remosplat_drake.task.arrival import has_arrived
+
+STUCK = ("table", 6)
+"""A generated scene that needs guidance: family and seed."""
+
+_TIME_LIMIT = 12.0
+_SECONDS = 4.0  # Of timing: some closed loops to the target.
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Task:
+    """A robot before a scene, its target, and the law that takes it there."""
+
+    scenario: Scenario
+    robot: RobotModel
+    field: DistanceField
+    rule: SelectionRule
+    q0: np.ndarray
+    X_WT: np.ndarray
+
+
+def guidance_cases() -> list[Case]:
+    """A step of a rollout, and the periods of closed loops to a target."""
+    task = _make_task()
+    budget = task.scenario.controller.guidance.budget
+    rate = 1 / task.scenario.control_period
+    return [
+        Case("guidance: rollout step", _endless(_rollout_steps(task))),
+        Case(
+            f"guidance: whole tick at {rate:g} Hz, no look-ahead",
+            _endless(_periods(task, 0)),
+            _SECONDS,
+        ),
+        Case(
+            f"guidance: whole tick at {rate:g} Hz, {budget} steps",
+            _endless(_periods(task, budget)),
+            _SECONDS,
+        ),
+    ]
+
+
+def _make_task() -> _Task:
+    scenario = LoadScenario(None)
+    scene = generate(*STUCK)
+    robot = load_robot_model(
+        scenario.robot.model,
+        scenario.robot.spheres,
+        scenario.scene.floor_height,
+    )
+    assert scene.X_WE_target is not None and scene.X_WB_start is not None
+    rule = make_selection_rule(
+        scenario.controller,
+        robot,
+        lambda error: has_arrived(error, scenario.arrival),
+    )
+    return _Task(
+        scenario,
+        robot,
+        SphereToEllipsoidField(surfel_splat(scene)),
+        rule,
+        np.array([*scene.X_WB_start, *robot.home]),
+        scene.X_WE_target.GetAsMatrix4(),
+    )
+
+
+def _endless(steps: Iterator[None]):
+    return lambda: next(steps)
+
+
+def _rollout_steps(task: _Task) -> Iterator[None]:
+    """The rollouts of all candidates from the start, again and again."""
+    rule = task.rule
+    while True:
+        for guidance in rule.candidates[0]:
+            rollout = Rollout(guidance, task.q0, np.zeros(task.robot.n_u))
+            while rollout.status == RUNNING:
+                rollout = step_rollout(
+                    rule.law,
+                    rollout,
+                    task.field,
+                    task.X_WT,
+                    rule.arrived,
+                    rule.horizon,
+                )
+                yield
+
+
+def _periods(task: _Task, budget: int) -> Iterator[None]:
+    """Control periods of closed loops: look-ahead, oracle, tick, motion."""
+    config, dt = task.scenario.controller, task.scenario.control_period
+    robot, field, rule = task.robot, task.field, task.rule
+    law = ReactiveLaw.make(config, robot, dt)
+    while True:
+        q, u, time = task.q0, np.zeros(robot.n_u), 0.0
+        selection = start_selection(rule)
+        arrived = False
+        while time < _TIME_LIMIT and not arrived:
+            guidance = selection.guidance
+            selection = advance_selection(
+                rule,
+                selection,
+                time=time,
+                q=q,
+                u=u,
+                X_WT=task.X_WT,
+                field=field,
+                budget=budget,
+            )
+            clearances = field.clearances(
+                robot.spheres_at(q), config.collision.influence
+            )
+            u = run_tick(
+                law, time, q, task.X_WT, clearances, field, u, guidance
+            ).command
+            q = robot.advance(q, u, dt)
+            error = pose_error(robot.end_effector_pose(q), task.X_WT)
+            arrived, time = rule.arrived(error), time + dt
+            yield
