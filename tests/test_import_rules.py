@@ -13,7 +13,14 @@ import remosplat_drake
 PACKAGE = Path(remosplat_drake.__file__).parent
 NAME = "remosplat_drake"
 
-EVERYONE = {"errors", "resources", "atomic_file", "strict_yaml", "colors"}
+EVERYONE = {
+    "errors",
+    "resources",
+    "atomic_file",
+    "strict_yaml",
+    "colors",
+    "one_thread",
+}
 """Small modules at the bottom that anybody may use."""
 
 ALLOWED = {
@@ -25,6 +32,7 @@ ALLOWED = {
     "controller": {"oracle", "robot", "safety"},
     "messages": set(),
     "station": {"messages", "robot", "scene"},
+    "drivers": {"messages", "robot", "scene", "station"},
     "task": {"controller.servo", "oracle", "robot"},
     "recording": {"controller.tick_report", "oracle", "robot"},
     # A live camera needs the names of the station's ports: inert data.

@@ -1,0 +1,132 @@
+"""`remosplat hardware-sim`: the real robot's stand-in, behind its wire."""
+
+import argparse
+import gc
+import math
+import signal
+from pathlib import Path
+
+from pydrake.lcm import DrakeLcm
+from rich.console import Console
+
+from remosplat_drake.atomic_file import check_writable
+from remosplat_drake.drivers.clock import Pacer
+from remosplat_drake.drivers.faults import FAULTS, parse_fault
+from remosplat_drake.drivers.hardware_sim import HardwareSim
+from remosplat_drake.drivers.panda_limits import TICK
+from remosplat_drake.drivers.robot_plant import RobotPlant
+from remosplat_drake.drivers.true_motion import TrueMotion
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.scenario import LoadScenario, Scenario
+from remosplat_drake.station.config import DynamicStation
+from remosplat_drake.station.simulated_station import MakeHardwareStation
+from remosplat_drake.world import World, load_world
+
+LOCAL_URL = "udpm://239.255.76.67:7667?ttl=0"
+"""The wire within one computer."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command line."""
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`):"
+        " where the robot stands and what it may bump into",
+    )
+    parser.add_argument(
+        "--lcm-url", default=LOCAL_URL, metavar="URL", help="the wire"
+    )
+    parser.add_argument(
+        "--realtime-rate",
+        type=_rate,
+        default=1.0,
+        metavar="R",
+        help="seconds of the robot in a second of the wall clock (default: 1)",
+    )
+    parser.add_argument(
+        "--time-limit",
+        type=float,
+        default=math.inf,
+        metavar="S",
+        help="end after this time of the robot (default: Ctrl-C ends)",
+    )
+    parser.add_argument(
+        "--fault",
+        action="append",
+        default=[],
+        metavar="NAME[=VALUE]@START[+DURATION]",
+        help="something that goes wrong, START seconds after the first"
+        f" command; may be repeated; one of {', '.join(FAULTS)}",
+    )
+    parser.add_argument(
+        "--record",
+        type=Path,
+        metavar="FILE",
+        help="write how the robot truly moved (.npz) at the end",
+    )
+
+
+def _rate(text: str) -> float:
+    rate = float(text)
+    if not (math.isfinite(rate) and rate > 0):
+        raise argparse.ArgumentTypeError(f"{text} is not a rate > 0")
+    return rate
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Runs the robot until Ctrl-C or the time limit."""
+    console = Console(stderr=True)
+    schedule = [parse_fault(text) for text in arguments.fault]
+    if arguments.record:
+        check_writable(arguments.record)
+    scenario = LoadScenario(arguments.scenario)
+    world = load_world(scenario)
+    plant = RobotPlant(_station(scenario, world), world.robot)
+    robot = HardwareSim(plant, _wire(arguments.lcm_url), schedule)
+    motion = TrueMotion(plant) if arguments.record else None
+    pacer = Pacer(TICK / arguments.realtime_rate)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    console.print(f"the robot is on {arguments.lcm_url}; Ctrl-C ends")
+    try:
+        _loop(robot, pacer, motion, arguments.time_limit)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        if motion is not None:
+            motion.save(arguments.record)
+    console.print(
+        f"{robot.time:.1f} s at {pacer.rate:.0f} Hz,"
+        f" {pacer.missed} ticks missed,"
+        f" latest tick {1e3 * pacer.worst:.1f} ms late"
+    )
+    return 0
+
+
+def _loop(
+    robot: HardwareSim, pacer: Pacer, motion: TrueMotion | None, limit: float
+) -> None:
+    # A collection of everything that was loaded would cost several ticks.
+    gc.collect()
+    gc.freeze()
+    while robot.time < limit:
+        pacer.wait()
+        robot.step()
+        if motion is not None:
+            motion.sample(robot.time)
+
+
+def _station(scenario: Scenario, world: World):
+    config = scenario.station
+    if not isinstance(config, DynamicStation):
+        config = DynamicStation()
+    return MakeHardwareStation(
+        config=config, robot=world.robot, scene=world.truth, q0=world.q0
+    )
+
+
+def _wire(url: str) -> DrakeLcm:
+    try:
+        return DrakeLcm(url)
+    except RuntimeError as error:
+        raise RemoSplatError(f"--lcm-url: {url}: {error}") from error

@@ -1,0 +1,1 @@
+"""Driver processes: what stands between the station's wire and a robot."""

@@ -1,0 +1,36 @@
+"""`Inbox`: what a driver has received since it last looked."""
+
+from pydrake.lcm import DrakeLcmInterface
+
+
+class Inbox:
+    """Collects encoded messages, in the order of their arrival.
+
+    A driver that looks every millisecond hears everything; Drake keeps one
+    message a channel and drops what comes after it until it is fetched.
+    """
+
+    def __init__(self, lcm: DrakeLcmInterface, channels: list[str]):
+        """Subscribes.
+
+        Args:
+            lcm: Where to listen.
+            channels: Names of the channels.
+        """
+        self._lcm = lcm
+        self._waiting: list[tuple[str, bytes]] = []
+        for channel in channels:
+            lcm.Subscribe(channel, self._keep(channel))
+
+    def _keep(self, channel: str):
+        return lambda data: self._waiting.append((channel, bytes(data)))
+
+    def fetch(self, timeout: float = 0.0) -> list[tuple[str, bytes]]:
+        """Pairs (channel, message), oldest first.
+
+        Args:
+            timeout: How long to wait for the first one [s].
+        """
+        self._lcm.HandleSubscriptions(round(1e3 * timeout))
+        messages, self._waiting[:] = list(self._waiting), []
+        return messages

@@ -1,0 +1,129 @@
+"""What the Panda lets a 1 kHz velocity command do: libfranka's filter.
+
+The limits are those of Franka's table for the Panda (FER), not of the FR3.
+Derivatives are backward differences over one tick, as the robot takes them.
+"""
+
+import dataclasses as dc
+import math
+
+import numpy as np
+
+TICK = 1e-3
+"""Period of the robot's control loop [s]."""
+
+LOW_PASS = 30.0
+"""Cutoff of the low pass before the limiter, as drake-franka-driver sets it
+[Hz]."""
+
+POSITION_LOWER = np.array(
+    [-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973]
+)
+"""Lower ends of the joints [rad]."""
+
+POSITION_UPPER = np.array(
+    [2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973]
+)
+"""Upper ends of the joints [rad]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class RateLimits:
+    """Bounds on a joint command, each of shape (7,).
+
+    Attributes:
+        velocity: Bounds on |qd| [rad/s].
+        acceleration: Bounds on |qdd| [rad/s^2].
+        jerk: Bounds on |qddd| [rad/s^3].
+    """
+
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    jerk: np.ndarray
+
+
+PANDA = RateLimits(
+    velocity=np.array([2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61]),
+    acceleration=np.array([15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0]),
+    jerk=np.array([7500.0, 3750, 5000, 6250, 7500, 10000, 10000]),
+)
+"""A command beyond these makes the robot abort its motion."""
+
+_MARGIN = 1e-3
+_LOST_PACKETS = 3
+
+LIMITER = RateLimits(
+    velocity=(
+        PANDA.velocity - _MARGIN - _LOST_PACKETS * TICK * PANDA.acceleration
+    ),
+    acceleration=PANDA.acceleration - _MARGIN,
+    jerk=PANDA.jerk - _MARGIN,
+)
+"""What libfranka 0.9 limits a command to: a little less, so that a robot that
+extrapolates three lost packets stays within its bounds."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class JointCommand:
+    """The command of one tick.
+
+    Attributes:
+        velocity: Commanded joint rates, shape (7,) [rad/s].
+        acceleration: Their backward difference, shape (7,) [rad/s^2].
+    """
+
+    velocity: np.ndarray
+    acceleration: np.ndarray
+
+
+AT_REST = JointCommand(np.zeros(7), np.zeros(7))
+"""The command that every motion starts from."""
+
+
+def low_pass(
+    target: np.ndarray, previous: np.ndarray, cutoff: float = LOW_PASS
+) -> np.ndarray:
+    """One tick of a first-order low pass.
+
+    Args:
+        target: What is asked for, shape (n,).
+        previous: The previous output, shape (n,).
+        cutoff: Cutoff frequency [Hz].
+    """
+    gain = TICK / (TICK + 1.0 / (2.0 * math.pi * cutoff))
+    return previous + gain * (target - previous)
+
+
+def limit_rate(
+    target: np.ndarray, last: JointCommand, limits: RateLimits = LIMITER
+) -> JointCommand:
+    """The command closest to a target that one tick allows.
+
+    Near the greatest velocity the acceleration is bounded in proportion to
+    what is left of the velocity. The command then approaches its bound with
+    a jerk that never exceeds its own. The law is libfranka's.
+
+    Args:
+        target: Joint rates asked for, finite, shape (7,) [rad/s].
+        last: The command of the tick before, within the limits.
+        limits: The bounds.
+    """
+    slope = limits.jerk / limits.acceleration
+    upper = np.minimum(
+        slope * (limits.velocity - last.velocity), limits.acceleration
+    )
+    lower = np.maximum(
+        slope * (-limits.velocity - last.velocity), -limits.acceleration
+    )
+    change = limits.jerk * TICK
+    wanted = (target - last.velocity) / TICK
+    acceleration = last.acceleration + np.clip(
+        wanted - last.acceleration, -change, change
+    )
+    acceleration = np.clip(acceleration, lower, upper)
+    return JointCommand(last.velocity + TICK * acceleration, acceleration)
+
+
+def next_command(target: np.ndarray, last: JointCommand) -> JointCommand:
+    """Low pass, then limiter: what the robot is told in the next tick."""
+    return limit_rate(low_pass(target, last.velocity), last)

@@ -1,0 +1,160 @@
+"""The stand-in robot as a process, and somebody who talks to it."""
+
+import contextlib
+import itertools
+import socket
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from drake import (
+    lcmt_drake_signal,
+    lcmt_panda_command,
+    lcmt_panda_status,
+    lcmt_schunk_wsg_command,
+    lcmt_schunk_wsg_status,
+)
+from pydrake.lcm import DrakeLcm
+from runs import command_line
+
+from remosplat_drake.drivers import faults
+from remosplat_drake.drivers.clock import wall_utime
+from remosplat_drake.drivers.inbox import Inbox
+from remosplat_drake.messages import channels
+from remosplat_drake.messages.base_command import base_command
+from remosplat_drake.messages.base_status import base_status
+
+TYPES = {
+    channels.PANDA_STATUS: lcmt_panda_status,
+    channels.BASE_STATUS: base_status,
+    channels.PANDA_HAND_STATUS: lcmt_schunk_wsg_status,
+}
+
+COMMAND_PERIOD = 0.01
+START_UP = 60.0
+
+
+def free_url() -> str:
+    """A wire within this computer that nobody else uses now."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("", 0))
+        return f"udpm://239.255.76.67:{probe.getsockname()[1]}?ttl=0"
+
+
+@contextlib.contextmanager
+def robot_process(url: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+    """`remosplat hardware-sim` on a wire; ended by SIGTERM."""
+    with subprocess.Popen(
+        command_line("hardware-sim", "--lcm-url", url, *arguments),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.terminate()
+
+
+class Client:
+    """Keeps all statuses, in order, and sends commands."""
+
+    def __init__(self, url: str):
+        """Starts to listen."""
+        self._lcm = DrakeLcm(url)
+        self._inbox = Inbox(self._lcm, list(TYPES))
+        self.arm: list[lcmt_panda_status] = []
+        self.base: list[base_status] = []
+        self.hand: list[lcmt_schunk_wsg_status] = []
+        self.arrivals: list[int] = []
+        """Wall clock at which each status of the arm came [us]."""
+
+    def listen(self, timeout: float = 0.001) -> None:
+        """Takes what has come, or waits for it [s]."""
+        for channel, data in self._inbox.fetch(timeout):
+            message = TYPES[channel].decode(data)
+            if channel == channels.PANDA_STATUS:
+                self.arm.append(message)
+                self.arrivals.append(wall_utime())
+            elif channel == channels.BASE_STATUS:
+                self.base.append(message)
+            else:
+                self.hand.append(message)
+
+    def wait_for(self, done: Callable[[], bool], limit: float = 10.0) -> None:
+        """Listens until something is so."""
+        end = time.monotonic() + limit
+        while not done():
+            assert time.monotonic() < end, "the robot did not do it in time"
+            self.listen()
+
+    def wait_for_robot(self) -> None:
+        """Listens until arm, base and hand have all been heard."""
+        self.wait_for(lambda: all((self.arm, self.base, self.hand)), START_UP)
+
+    def listen_for(self, duration: float) -> None:
+        """Listens for some time [s]."""
+        end = time.monotonic() + duration
+        while time.monotonic() < end:
+            self.listen()
+
+    def drive(
+        self,
+        duration: float,
+        arm: np.ndarray | None = None,
+        base: tuple[float, float] | None = None,
+        until: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """Repeats a command at 100 Hz, freshly stamped, and listens.
+
+        Args:
+            duration: For how long [s].
+            arm: Joint rates, shape (7,); None sends none.
+            base: Forward speed and yaw rate; None sends none.
+            until: Ends it earlier.
+        """
+        start = time.monotonic()
+        for i in itertools.count():
+            due = start + i * COMMAND_PERIOD
+            if due >= start + duration or until():
+                return
+            if arm is not None:
+                self.send_arm(arm)
+            if base is not None:
+                self.send_base(*base)
+            while time.monotonic() < due + COMMAND_PERIOD:
+                self.listen()
+
+    def send_arm(self, velocity: np.ndarray, age: float = 0.0) -> None:
+        """Sends one command, stamped `age` seconds ago."""
+        message = lcmt_panda_command()
+        message.utime = wall_utime() - round(1e6 * age)
+        message.num_joint_velocity = len(velocity)
+        message.joint_velocity = [float(x) for x in velocity]
+        message.control_mode_expected = 2
+        self._lcm.Publish(channels.PANDA_COMMAND, message.encode())
+
+    def send_base(self, forward: float, yaw_rate: float, age: float = 0.0):
+        """Sends one command, stamped `age` seconds ago."""
+        message = base_command()
+        message.utime = wall_utime() - round(1e6 * age)
+        message.forward, message.yaw_rate = forward, yaw_rate
+        self._lcm.Publish(channels.BASE_COMMAND, message.encode())
+
+    def send_hand(self, width: float, force: float) -> None:
+        """Sends one command [m, N]."""
+        message = lcmt_schunk_wsg_command()
+        message.utime = wall_utime()
+        message.target_position_mm, message.force = 1e3 * width, force
+        self._lcm.Publish(channels.PANDA_HAND_COMMAND, message.encode())
+
+    def inject(self, name: str, value: float = 0.0) -> None:
+        """Makes something go wrong now; `recover` ends it."""
+        message = lcmt_drake_signal()
+        message.dim, message.coord, message.val = 1, [name], [value]
+        self._lcm.Publish(faults.CHANNEL, message.encode())
+
+    def arm_velocities(self) -> np.ndarray:
+        """Measured joint rates of all statuses, shape (n, 7) [rad/s]."""
+        return np.array([status.joint_velocity for status in self.arm])
