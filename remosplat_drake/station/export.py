@@ -1,7 +1,8 @@
 """Exports the subsystems' ports under the station's names."""
 
-from pydrake.systems.framework import DiagramBuilder, System
-from pydrake.systems.sensors import RgbdSensor
+from collections.abc import Mapping
+
+from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
 from remosplat_drake.robot.robot_description import RobotDescription
 from remosplat_drake.station import ports
@@ -11,7 +12,7 @@ def export_ports(
     builder: DiagramBuilder,
     description: RobotDescription,
     systems: list[System],
-    camera: RgbdSensor | None = None,
+    camera: Mapping[str, OutputPort] | None = None,
 ) -> None:
     """Exports all of `ports.station_ports`.
 
@@ -19,7 +20,7 @@ def export_ports(
         builder: Builder of the station.
         description: The robot.
         systems: Subsystems whose ports carry the station's names already.
-        camera: The wrist camera, if there is one.
+        camera: The wrist camera's ports by name, if there is a camera.
     """
     inputs = {}
     outputs = {}
@@ -31,8 +32,7 @@ def export_ports(
             port = system.get_output_port(i)
             outputs[port.get_name()] = port
     if camera is not None:
-        outputs[ports.WRIST_CAMERA_RGB] = camera.color_image_output_port()
-        outputs[ports.WRIST_CAMERA_DEPTH] = camera.depth_image_32F_output_port()
+        outputs.update(camera)
     for port in ports.station_ports(description, camera is not None):
         if port.direction == ports.INPUT:
             builder.ExportInput(inputs[port.name], port.name)

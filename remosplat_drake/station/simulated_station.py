@@ -12,6 +12,8 @@ from remosplat_drake.station.config import (
     WristCameraConfig,
 )
 from remosplat_drake.station.dynamic_station import make_dynamic_station
+from remosplat_drake.station.hardware.config import HardwareConfig
+from remosplat_drake.station.hardware.hardware_station import HardwareStation
 from remosplat_drake.station.kinematic_station import make_kinematic_station
 
 
@@ -22,7 +24,7 @@ def MakeHardwareStation(
     scene: PrimitiveScene | None,
     q0: np.ndarray,
     wrist_camera: WristCameraConfig | None = None,
-    hardware: bool = False,
+    hardware: HardwareConfig | None = None,
 ) -> Diagram:
     """Builds a station: the robot behind one set of ports.
 
@@ -32,18 +34,19 @@ def MakeHardwareStation(
         scene: What the camera sees and the robot may bump into; or nothing.
         q0: Configuration to start from (x, y, yaw, arm), shape (n_q,).
         wrist_camera: None leaves the camera and its ports out.
-        hardware: Whether to drive the real robot instead.
+        hardware: Where the real robot's drivers are; None simulates. On the
+            real robot `config`, `scene` and `q0` have no say.
 
     Returns:
-        A diagram with the ports of `ports.station_ports`, and ground truth
-        under names that begin with `cheat.`.
+        A diagram with the ports of `ports.station_ports`. Simulated ones
+        have ground truth, too, under names that begin with `cheat.`.
 
     Raises:
-        RemoSplatError: A setting is unusable, or `hardware` is set.
+        RemoSplatError: A setting is unusable.
     """
-    if hardware:
-        raise RemoSplatError(
-            "there is no hardware station yet; run without --hardware"
+    if hardware is not None:
+        return HardwareStation(
+            config=hardware, robot=robot, wrist_camera=wrist_camera
         )
     q0 = np.asarray(q0, float)
     if q0.shape != (robot.n_q,) or not np.isfinite(q0).all():

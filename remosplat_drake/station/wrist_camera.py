@@ -13,10 +13,11 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
 from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.station import ports
 from remosplat_drake.station.config import (
     WristCameraConfig,
     check_camera_config,
@@ -31,7 +32,7 @@ def add_wrist_camera(
     plant: MultibodyPlant,
     scene_graph: SceneGraph,
     config: WristCameraConfig,
-) -> RgbdSensor:
+) -> dict[str, OutputPort]:
     """Adds the camera to a station and connects it to the scene graph.
 
     Args:
@@ -39,6 +40,9 @@ def add_wrist_camera(
         plant: The finalized plant that poses the geometry.
         scene_graph: What is rendered.
         config: Where the camera is and what it can see.
+
+    Returns:
+        The camera's ports, by the station's names.
 
     Raises:
         RemoSplatError: A setting is unusable.
@@ -76,4 +80,7 @@ def add_wrist_camera(
     builder.Connect(
         scene_graph.get_query_output_port(), camera.query_object_input_port()
     )
-    return camera
+    return {
+        ports.WRIST_CAMERA_RGB: camera.color_image_output_port(),
+        ports.WRIST_CAMERA_DEPTH: camera.depth_image_32F_output_port(),
+    }

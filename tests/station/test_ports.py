@@ -105,12 +105,6 @@ def test_without_a_camera_there_is_no_geometry(frankie):
     assert [s.get_name() for s in station.GetSystems()] == ["kinematic_robot"]
 
 
-def test_hardware_says_that_it_is_to_come(frankie):
-    with pytest.raises(RemoSplatError, match="no hardware station") as caught:
-        make(frankie, KinematicStation(), hardware=True)
-    assert "\n" not in str(caught.value)
-
-
 @pytest.mark.parametrize("q0", [np.zeros(9), np.full(10, np.nan)])
 def test_a_bad_start_is_refused(frankie, q0):
     with pytest.raises(RemoSplatError, match="q0: expected 10 finite"):

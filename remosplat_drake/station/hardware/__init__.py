@@ -1,0 +1,1 @@
+"""The hardware station: the real robot behind the ports of every station."""

@@ -1,0 +1,31 @@
+"""A command within the base's limits, scaled as a whole."""
+
+import numpy as np
+
+
+def scaled_command(
+    u: np.ndarray, lower: np.ndarray, upper: np.ndarray
+) -> np.ndarray:
+    """The longest multiple of a command that is within limits.
+
+    Cutting single entries would turn the robot off the path that was checked
+    for clearance; a multiple stays on it.
+
+    Args:
+        u: The command, shape (n_u,).
+        lower: Lower bounds, none positive, shape (n_u,).
+        upper: Upper bounds, none negative, shape (n_u,).
+    """
+    bounds = np.where(u < 0, lower, upper)
+    moving = u != 0
+    return u * np.min(bounds[moving] / u[moving], initial=1.0)
+
+
+def command_bounds(
+    n_u: int, base_lower: list[float], base_upper: list[float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds on the whole command from those on its first entries."""
+    lower, upper = np.full(n_u, -np.inf), np.full(n_u, np.inf)
+    lower[: len(base_lower)] = base_lower
+    upper[: len(base_upper)] = base_upper
+    return lower, upper

@@ -1,0 +1,75 @@
+"""`HardwareStation`: the real robot behind the ports of every station."""
+
+from drake import lcmt_image_array
+from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.lcm import LcmInterfaceSystem, LcmSubscriberSystem
+from pydrake.systems.sensors import LcmImageArrayToImages
+
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.station import ports
+from remosplat_drake.station.config import WristCameraConfig
+from remosplat_drake.station.export import export_ports
+from remosplat_drake.station.hardware.config import HardwareConfig
+from remosplat_drake.station.hardware.remote_robot import RemoteRobot
+from remosplat_drake.station.hardware.robot_link import RobotLink
+
+
+class HardwareStation(Diagram):
+    """A station with the ports of `ports.station_ports`, and nothing else.
+
+    It sends a command whenever it is told to publish (`ForcedPublish`), and
+    never otherwise; see `RemoteRobot`.
+
+    Attributes:
+        link: The wire to the robot.
+    """
+
+    def __init__(
+        self,
+        *,
+        config: HardwareConfig,
+        robot: RobotModel,
+        wrist_camera: WristCameraConfig | None,
+    ):
+        """Builds the station and opens the wire.
+
+        Args:
+            config: Where the drivers are.
+            robot: The robot; its description names the ports.
+            wrist_camera: None leaves the camera's ports out.
+
+        Raises:
+            RemoSplatError: The wire cannot be opened.
+        """
+        super().__init__()
+        self.link = RobotLink(config, robot)
+        builder = DiagramBuilder()
+        builder.AddNamedSystem("lcm", LcmInterfaceSystem(lcm=self.link.lcm))
+        system = builder.AddNamedSystem(
+            "remote_robot",
+            RemoteRobot(robot=robot, link=self.link, config=config),
+        )
+        images = None
+        if wrist_camera is not None:
+            images = self._add_camera(builder, config.channels.wrist_camera)
+        export_ports(builder, robot.description, [system], images)
+        builder.BuildInto(self)
+        self.set_name("station")
+
+    def _add_camera(self, builder: DiagramBuilder, channel: str):
+        """The latest images, as the simulated camera renders them."""
+        subscriber = builder.AddNamedSystem(
+            "wrist_camera_subscriber",
+            LcmSubscriberSystem.Make(
+                channel,
+                lcmt_image_array,
+                self.link.lcm,
+                use_cpp_serializer=True,
+            ),
+        )
+        images = builder.AddNamedSystem("wrist_camera", LcmImageArrayToImages())
+        builder.Connect(subscriber.get_output_port(), images.get_input_port())
+        return {
+            ports.WRIST_CAMERA_RGB: images.GetOutputPort("color_image"),
+            ports.WRIST_CAMERA_DEPTH: images.GetOutputPort("depth_image"),
+        }

@@ -1,0 +1,33 @@
+"""`Mailbox`: the latest packet of a channel."""
+
+import time
+
+from pydrake.lcm import DrakeLcm
+
+
+class Mailbox:
+    """Keeps the latest packet of an LCM channel, as it came.
+
+    Drake's subscription holds one packet and drops newer ones until somebody
+    calls `HandleSubscriptions`, so "latest" is as of the call before the
+    present one; `RobotLink.flush` is how to get at the newest.
+
+    Attributes:
+        channel: The channel.
+        data: The latest packet; None before the first one.
+        received: When it was handed over, by the wall clock [s].
+        count: How many packets there were.
+    """
+
+    def __init__(self, lcm: DrakeLcm, channel: str):
+        """Subscribes."""
+        self.channel = channel
+        self.data: bytes | None = None
+        self.received = 0.0
+        self.count = 0
+        lcm.Subscribe(channel, self._receive)
+
+    def _receive(self, data: bytes) -> None:
+        self.data = bytes(data)
+        self.received = time.time()
+        self.count += 1

@@ -1,0 +1,177 @@
+"""`RobotLink`: the LCM end of a robot, packets in and commands out."""
+
+import dataclasses as dc
+import math
+import time
+
+import numpy as np
+from pydrake.lcm import DrakeLcm
+
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.station.hardware.base_wire import encode_base_command
+from remosplat_drake.station.hardware.command_limits import (
+    command_bounds,
+    scaled_command,
+)
+from remosplat_drake.station.hardware.config import HardwareConfig
+from remosplat_drake.station.hardware.hand_wire import encode_hand_command
+from remosplat_drake.station.hardware.mailbox import Mailbox
+from remosplat_drake.station.hardware.measurement import (
+    Measurement,
+    with_arm_status,
+    with_base_status,
+    with_hand_status,
+)
+from remosplat_drake.station.hardware.panda_wire import encode_panda_command
+
+_MOVING = 0.02
+"""Joint rate from which the arm is expected to move measurably [rad/s]."""
+
+
+class RobotLink:
+    """Talks to the drivers of one robot.
+
+    It outlives the diagram: when that fails, whoever runs it can still bring
+    the robot to rest.
+
+    Attributes:
+        lcm: Where the messages are.
+        arm: The arm's statuses.
+        base: The base's statuses; None for a fixed robot.
+        hand: The gripper's statuses; None for a robot without one.
+        u: The command that was sent last, shape (n_u,).
+        sent: When that was, by the wall clock [s]; -inf before the first.
+    """
+
+    def __init__(self, config: HardwareConfig, robot: RobotModel):
+        """Opens the wire; nothing is sent.
+
+        Raises:
+            RemoSplatError: There is no such wire.
+        """
+        self._config = config
+        self._robot = robot
+        self.lcm = _open(config.lcm_url)
+        description, names = robot.description, config.channels
+        self.arm = Mailbox(self.lcm, names.arm_status)
+        self.base = self.hand = None
+        if description.base:
+            self.base = Mailbox(self.lcm, names.base_status)
+        if description.hand:
+            self.hand = Mailbox(self.lcm, names.hand_status)
+        self.u = np.zeros(robot.n_u)
+        self.sent = -math.inf
+        self._moving_since = math.inf
+        self._hand_sent = -math.inf
+        self._seen = [0, 0, 0]
+        yaw_rate = config.base_yaw_rate
+        self._lower, self._upper = command_bounds(
+            robot.n_u,
+            [config.base_forward_lower, -yaw_rate][: robot.n_base],
+            [config.base_forward_upper, yaw_rate][: robot.n_base],
+        )
+
+    def flush(self, timeout: float) -> bool:
+        """Gets the newest packets, and one more from the arm.
+
+        The packets that waited in Drake's subscriptions are the oldest since
+        the last call. They are taken out first; then the arm's next status,
+        a millisecond away at most, is as new as can be.
+
+        Args:
+            timeout: How long to wait for the arm [s].
+
+        Returns:
+            Whether the arm was heard within the timeout.
+        """
+        self.lcm.HandleSubscriptions(0)
+        count, deadline = self.arm.count, time.monotonic() + timeout
+        while self.arm.count == count:
+            left = deadline - time.monotonic()
+            if left <= 0:
+                return False
+            self.lcm.HandleSubscriptions(math.ceil(1e3 * left))
+        return True
+
+    def wait_for_statuses(self) -> None:
+        """Waits until arm and base have been heard.
+
+        Raises:
+            RemoSplatError: One of them kept silent; names its channel.
+        """
+        deadline = time.monotonic() + self._config.connect_timeout
+        needed = [box for box in (self.arm, self.base) if box is not None]
+        while not all(box.count for box in needed):
+            if time.monotonic() > deadline:
+                silent = [box.channel for box in needed if not box.count]
+                raise RemoSplatError(
+                    f"no {' and no '.join(silent)} on {self._config.lcm_url}"
+                    f" within {self._config.connect_timeout:g} s;"
+                    " is the driver running?"
+                )
+            self.lcm.HandleSubscriptions(50)
+
+    def updated(self, measurement: Measurement) -> Measurement:
+        """The measurement after the packets that came since the last call."""
+        n = len(self._robot.description.arm.joints)
+        for i, box in enumerate((self.arm, self.base, self.hand)):
+            if box is None or box.count == self._seen[i]:
+                continue
+            self._seen[i] = box.count
+            data, received = box.data, box.received
+            assert data is not None
+            if box is self.arm:
+                measurement = with_arm_status(
+                    measurement, data, received, n, self._config
+                )
+            elif box is self.base:
+                measurement = with_base_status(
+                    measurement, data, received, self._config
+                )
+            else:
+                measurement = with_hand_status(measurement, data)
+        return dc.replace(measurement, moving_since=self._moving_since)
+
+    def send(self, u: np.ndarray) -> None:
+        """Sends a command to base and arm, stamped now.
+
+        Args:
+            u: Velocities, shape (n_u,); scaled as a whole to the base's
+                limits, and replaced by zeros where not finite.
+        """
+        if not np.isfinite(u).all():
+            u = np.zeros_like(u)
+        u = scaled_command(u, self._lower, self._upper)
+        n_base, names = self._robot.n_base, self._config.channels
+        now = time.time()
+        arm = encode_panda_command(u[n_base:], now)
+        self.lcm.Publish(names.arm_command, arm)
+        if n_base:
+            base = encode_base_command(u[:n_base], now)
+            self.lcm.Publish(names.base_command, base)
+        self.u, self.sent = u, now
+        if not (np.abs(u[n_base:]) > _MOVING).any():
+            self._moving_since = math.inf
+        elif math.isinf(self._moving_since):
+            self._moving_since = now
+
+    def send_hand(self, width: float, force: float) -> None:
+        """Sends a command to the gripper if one is due."""
+        now = time.time()
+        if now - self._hand_sent >= self._config.hand_period:
+            self._hand_sent = now
+            self.lcm.Publish(
+                self._config.channels.hand_command,
+                encode_hand_command(width, force, now),
+            )
+
+
+def _open(url: str) -> DrakeLcm:
+    try:
+        lcm = DrakeLcm(url)
+    except RuntimeError as error:
+        raise RemoSplatError(f"hardware.lcm_url: {url!r}: {error}") from error
+    if not lcm.available():
+        raise RemoSplatError(f"hardware.lcm_url: cannot open {url!r}")
+    return lcm

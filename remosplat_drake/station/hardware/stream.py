@@ -1,0 +1,102 @@
+"""What is known about a stream of stamped messages, and what is wrong."""
+
+import dataclasses as dc
+import math
+
+
+@dc.dataclass(frozen=True)
+class Stream:
+    """The history of a channel, in a few numbers.
+
+    Attributes:
+        stamp: Of the latest good message, by the sender's wall clock [s].
+        received: When the latest message came, by our wall clock [s].
+        jump: How far the sender's clock was set, by the latest message that
+            showed it [s]; 0 if it was never set.
+        changed: When the content of a message last differed from the one
+            before, by our wall clock [s].
+        broken: What is wrong with the latest message; empty if it is good.
+    """
+
+    stamp: float = -math.inf
+    received: float = -math.inf
+    jump: float = 0.0
+    changed: float = -math.inf
+    broken: str = ""
+
+
+@dc.dataclass(frozen=True)
+class StreamLimits:
+    """When a stream is no longer to be trusted.
+
+    Attributes:
+        expiry: Age, past or future, at which a stamp is stale [s].
+        frozen_after: How long the content may stay the same while it should
+            be changing [s].
+    """
+
+    expiry: float
+    frozen_after: float
+
+
+def advanced(
+    stream: Stream, stamp: float, received: float, changed: bool, expiry: float
+) -> Stream:
+    """The stream after another good message.
+
+    A clock that was set shows as stamps that advance by another amount than
+    the time between their arrivals.
+
+    Args:
+        stream: The stream so far.
+        stamp: Of the new message [s].
+        received: When it came [s].
+        changed: Whether its content differs from the latest one's.
+        expiry: Jumps that are smaller do no harm [s].
+    """
+    first = math.isinf(stream.stamp)
+    jump = (stamp - stream.stamp) - (received - stream.received)
+    return Stream(
+        stamp=stamp,
+        received=received,
+        jump=stream.jump if first or not abs(jump) > expiry else jump,
+        changed=received if changed or first else stream.changed,
+    )
+
+
+def broken(stream: Stream, received: float, problem: str) -> Stream:
+    """The stream after a message that cannot be used."""
+    return dc.replace(stream, received=received, broken=problem)
+
+
+def stream_problem(
+    stream: Stream, now: float, limits: StreamLimits, should_change: bool
+) -> str:
+    """What is wrong with a stream, in a few words; empty if nothing is.
+
+    Args:
+        stream: The stream.
+        now: Wall clock [s].
+        limits: What may be.
+        should_change: Whether the robot was told to move.
+    """
+    if math.isinf(stream.received):
+        return "nothing came yet"
+    if stream.broken:
+        return stream.broken
+    silence, age = now - stream.received, now - stream.stamp
+    if silence > limits.expiry:
+        return f"nothing came for {_seconds(silence)}"
+    if not abs(age) <= limits.expiry:
+        if abs(stream.jump) > limits.expiry:
+            return f"the sender's clock jumped by {_seconds(stream.jump)}"
+        if age < 0:
+            return f"stamped {_seconds(-age)} in the future: set the clocks"
+        return f"stamped {_seconds(age)} ago"
+    if should_change and now - stream.changed > limits.frozen_after:
+        return f"frozen for {_seconds(now - stream.changed)}"
+    return ""
+
+
+def _seconds(time: float) -> str:
+    return f"{1e3 * time:.0f} ms" if abs(time) < 1 else f"{time:.3g} s"
