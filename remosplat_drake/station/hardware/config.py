@@ -1,9 +1,11 @@
 """`HardwareConfig`: where the robot's drivers are, and what they may do."""
 
 import dataclasses as dc
+import ipaddress
 import math
+import re
 
-from remosplat_drake.errors import FieldError
+from remosplat_drake.errors import FieldError, RemoSplatError
 from remosplat_drake.messages import channels as wire
 
 
@@ -48,6 +50,10 @@ class HardwareConfig:
 
 def check_hardware_config(config: HardwareConfig, where: str) -> None:
     """Raises `FieldError` where a value is unusable."""
+    try:
+        check_lcm_url(config.lcm_url)
+    except RemoSplatError as error:
+        raise FieldError(where, "hardware.lcm_url", str(error)) from error
     for name in (
         "connect_timeout",
         "arm_status_expiry",
@@ -76,3 +82,23 @@ def check_hardware_config(config: HardwareConfig, where: str) -> None:
                 f"hardware.channels.{field}",
                 f"must be a name of its own, got {name!r}",
             )
+
+
+def check_lcm_url(url: str) -> None:
+    """Raises `RemoSplatError` where LCM would print a line and stay deaf."""
+    if url.startswith("memq://"):
+        return
+    match = re.fullmatch(r"udpm://([\d.]+):(\d+)(\?ttl=\d+)?", url)
+    try:
+        good = match is not None and _is_group(match[1], int(match[2]))
+    except ValueError:
+        good = False
+    if not good:
+        raise RemoSplatError(
+            f"LCM URL {url!r}: expected udpm://ADDRESS:PORT?ttl=N with a"
+            " multicast address, or memq://"
+        )
+
+
+def _is_group(address: str, port: int) -> bool:
+    return ipaddress.IPv4Address(address).is_multicast and 0 < port < 2**16

@@ -14,7 +14,10 @@ from remosplat_drake.station.hardware.command_limits import (
     command_bounds,
     scaled_command,
 )
-from remosplat_drake.station.hardware.config import HardwareConfig
+from remosplat_drake.station.hardware.config import (
+    HardwareConfig,
+    check_lcm_url,
+)
 from remosplat_drake.station.hardware.hand_wire import encode_hand_command
 from remosplat_drake.station.hardware.mailbox import Mailbox
 from remosplat_drake.station.hardware.measurement import (
@@ -48,11 +51,12 @@ class RobotLink:
         """Opens the wire; nothing is sent.
 
         Raises:
-            RemoSplatError: There is no such wire.
+            RemoSplatError: The URL is unusable.
         """
         self._config = config
         self._robot = robot
-        self.lcm = _open(config.lcm_url)
+        check_lcm_url(config.lcm_url)
+        self.lcm = DrakeLcm(config.lcm_url)
         description, names = robot.description, config.channels
         self.arm = Mailbox(self.lcm, names.arm_status)
         self.base = self.hand = None
@@ -165,13 +169,3 @@ class RobotLink:
                 self._config.channels.hand_command,
                 encode_hand_command(width, force, now),
             )
-
-
-def _open(url: str) -> DrakeLcm:
-    try:
-        lcm = DrakeLcm(url)
-    except RuntimeError as error:
-        raise RemoSplatError(f"hardware.lcm_url: {url!r}: {error}") from error
-    if not lcm.available():
-        raise RemoSplatError(f"hardware.lcm_url: cannot open {url!r}")
-    return lcm

@@ -52,7 +52,16 @@ def test_a_plain_arm_has_only_an_arms_ports(three_link):
     assert exported(make(three_link)) == exported(make(three_link, None, None))
 
 
-def test_a_url_that_cannot_be_opened_is_named(frankie):
-    config = HardwareConfig(lcm_url="carrier://pigeon")
-    with pytest.raises(RemoSplatError, match=r"lcm_url: cannot open 'carrier"):
-        make(frankie, hardware=config)
+@pytest.mark.parametrize(
+    "url",
+    [
+        "carrier://pigeon",
+        "udpm://nonsense",
+        "udpm://192.0.2.1:7667",
+        "udpm://239.255.76.67:99999",
+        "",
+    ],
+)
+def test_a_url_that_cannot_be_opened_is_named(frankie, url):
+    with pytest.raises(RemoSplatError, match=f"LCM URL '{url}'"):
+        make(frankie, hardware=HardwareConfig(lcm_url=url))
