@@ -5,6 +5,7 @@ station --configuration--> oracle --clearances--> controller --> station
 
 import dataclasses as dc
 import math
+from functools import partial
 
 from pydrake.systems.framework import (
     Diagram,
@@ -19,6 +20,11 @@ from pydrake.systems.primitives import (
 
 from remosplat_drake.controller.guidance.guidance_selector import (
     GuidanceSelector,
+)
+from remosplat_drake.controller.guidance.look_ahead_process import (
+    LookAheadProcess,
+)
+from remosplat_drake.controller.guidance.selection_rule import (
     make_selection_rule,
 )
 from remosplat_drake.controller.reactive_controller import ReactiveController
@@ -141,17 +147,19 @@ def _AddGuidance(
     configuration: OutputPort,
 ) -> GuidanceSelector:
     """Adds the look-ahead beside the controller."""
+    config = scenario.controller
+    arrived = partial(has_arrived, config=scenario.arrival)
+    process = None
+    if config.guidance.asynchronous:
+        process = LookAheadProcess(config, robot, arrived)
     selector = GuidanceSelector.AddToBuilder(
         builder,
         controller=controller,
         oracle=oracle,
-        rule=make_selection_rule(
-            scenario.controller,
-            robot,
-            lambda error: has_arrived(error, scenario.arrival),
-        ),
-        budget=scenario.controller.guidance.budget,
+        rule=make_selection_rule(config, robot, arrived),
+        budget=config.guidance.budget,
         period=scenario.control_period,
+        process=process,
     )
     builder.Connect(configuration, selector.GetInputPort("configuration"))
     builder.Connect(

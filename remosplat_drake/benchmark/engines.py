@@ -20,18 +20,10 @@ from contextlib import contextmanager
 from multiprocessing.sharedctypes import Synchronized
 
 from remosplat_drake.benchmark.jobs import Job, JobList, JobSource, Results
+from remosplat_drake.one_thread import one_thread_environment
 
 MAX_ATTEMPTS = 2
 """A job whose worker dies so often is given up."""
-
-ONE_THREAD = {
-    "OMP_NUM_THREADS": "1",
-    "OPENBLAS_NUM_THREADS": "1",
-    "MKL_NUM_THREADS": "1",
-    "NUMBA_NUM_THREADS": "1",
-    "LP_NUM_THREADS": "1",
-}
-"""Environment of a worker; the last one is of Mesa's renderer."""
 
 VISIBLE_GPUS = "CUDA_VISIBLE_DEVICES"
 """The variable that names the GPUs a process sees."""
@@ -112,7 +104,7 @@ def gpu_for(worker: int, gpus: Sequence[str]) -> str:
 def _pool(workers: int, gpus: Sequence[str]) -> Iterator[ProcessPoolExecutor]:
     """Spawned workers of one thread each; Ctrl-C is the parent's to handle."""
     spawn = multiprocessing.get_context("spawn")
-    with _one_thread():
+    with one_thread_environment():
         pool = ProcessPoolExecutor(
             workers,
             mp_context=spawn,
@@ -138,18 +130,3 @@ def _start_worker(started: "Synchronized[int]", gpus: tuple[str, ...]):
         started.value += 1
     if gpus:
         os.environ[VISIBLE_GPUS] = gpu_for(worker, gpus)
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Children inherit these; they are read when the libraries load."""
-    before = {name: os.environ.get(name) for name in ONE_THREAD}
-    os.environ.update(ONE_THREAD)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value

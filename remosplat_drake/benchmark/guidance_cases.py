@@ -12,18 +12,18 @@ import numpy as np
 from remosplat_drake.benchmark.primitive_surfels import surfel_splat
 from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.benchmark.timing import Case
-from remosplat_drake.controller.guidance.guidance_selector import (
-    make_selection_rule,
-)
 from remosplat_drake.controller.guidance.rollout import (
     RUNNING,
     Rollout,
     step_rollout,
 )
 from remosplat_drake.controller.guidance.selection import (
-    SelectionRule,
     advance_selection,
     start_selection,
+)
+from remosplat_drake.controller.guidance.selection_rule import (
+    SelectionRule,
+    make_selection_rule,
 )
 from remosplat_drake.controller.servo import pose_error
 from remosplat_drake.controller.tick import ReactiveLaw, run_tick

@@ -163,6 +163,11 @@ def _check_guidance(
         f"must not be negative, got {guidance.budget}",
     )
     require(
+        0 < guidance.budget_ms < math.inf,
+        "guidance.budget_ms",
+        f"must be positive, got {guidance.budget_ms}",
+    )
+    require(
         guidance.step > 0,
         "guidance.step",
         f"must be positive, got {guidance.step}",

@@ -13,6 +13,12 @@ class GuidanceConfig:
     # with ellipsoids, and 10 leave room in a period of 10 ms. With 0 nothing
     # is simulated: whenever the robot stalls, the next candidate is tried.
     budget: int = 10
+    # Look ahead in a process of its own, so that ticks do not wait for it:
+    # for real robots. Runs then depend on the machine, and `budget` is idle.
+    asynchronous: bool = False
+    # How long that process may take to answer [ms]; what it has not finished
+    # by then it goes on with.
+    budget_ms: float = 10.0
     # Convex solver of the rollouts; see controller/solvers.py.
     solver: str = "active_set"
     # Time that one rollout step simulates [s].

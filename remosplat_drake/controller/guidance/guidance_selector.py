@@ -1,9 +1,9 @@
 """`GuidanceSelector`: looks ahead beside the controller, as a system."""
 
 import dataclasses as dc
-from collections.abc import Callable
 from time import perf_counter
 
+import numpy as np
 from pydrake.common.value import Value
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import (
@@ -13,44 +13,22 @@ from pydrake.systems.framework import (
     State,
 )
 
-from remosplat_drake.controller.config import ReactiveControllerConfig
-from remosplat_drake.controller.guidance.guidance import make_candidates
+from remosplat_drake.controller.guidance.look_ahead_process import (
+    LookAheadProcess,
+)
 from remosplat_drake.controller.guidance.selection import (
     Selection,
-    SelectionRule,
     advance_selection,
+    on_the_same_world,
     start_selection,
 )
+from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.controller.guidance.stall_cycling import (
     cycle_when_stalled,
 )
-from remosplat_drake.controller.servo import PoseError
-from remosplat_drake.controller.tick import ReactiveLaw
+from remosplat_drake.controller.guidance.worker import PresentState
 from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.robot.robot_model import RobotModel
-
-
-def make_selection_rule(
-    config: ReactiveControllerConfig,
-    robot: RobotModel,
-    arrived: Callable[[PoseError], bool],
-) -> SelectionRule:
-    """The selector's rule for a controller configuration.
-
-    Rollouts run the controller's own law with a longer step, and a solver
-    that is quicker with small programs. Verification is part of it: a future
-    that it would stop must not count as arrival.
-    """
-    guidance = config.guidance
-    law = ReactiveLaw.make(
-        dc.replace(config, solver=guidance.solver), robot, guidance.step
-    )
-    candidates = make_candidates(
-        [config.collision.stopping, *guidance.tiers],
-        guidance.bearing,
-        guidance.active_scale,
-    )
-    return SelectionRule(law, candidates, arrived, guidance.horizon)
+from remosplat_drake.oracle.distance_field import DistanceField
 
 
 class GuidanceSelector(LeafSystem):
@@ -71,18 +49,32 @@ class GuidanceSelector(LeafSystem):
     not depend on how fast the machine is. The `Selection` it hands out may
     come late without harm: safety does not rest on it.
 
+    With a `LookAheadProcess` it only passes on what that has decided, and
+    runs depend on the machine. While there is no process, because it is
+    starting or has died, the selector cycles as with no budget, and
+    `Selection.missing` says why.
+
     Args:
         rule: What is tried and when it counts as arrival.
         budget: Rollout steps a period; 0 cycles through the candidates
             whenever the robot stalls.
         period: Time between two updates [s].
+        process: Looks ahead in place of the selector itself.
     """
 
-    def __init__(self, *, rule: SelectionRule, budget: int, period: float):
+    def __init__(
+        self,
+        *,
+        rule: SelectionRule,
+        budget: int,
+        period: float,
+        process: LookAheadProcess | None = None,
+    ):
         super().__init__()
         self.set_name("guidance")
         self._rule = rule
         self._budget = budget
+        self._process = process
         robot = rule.law.robot
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
@@ -135,15 +127,50 @@ class GuidanceSelector(LeafSystem):
         state.get_mutable_abstract_state(cell).set_value(selection)
 
     def _advanced(self, context: Context, selection: Selection) -> Selection:
-        now = {
-            "time": context.get_time(),
-            "q": self._configuration_input.Eval(context),
-            "u": self._report_input.Eval(context).command,
-            "X_WT": self._target_input.Eval(context).GetAsMatrix4(),
-            "field": self._field_input.Eval(context),
-        }
+        now = PresentState(
+            context.get_time(),
+            self._configuration_input.Eval(context),
+            self._report_input.Eval(context).command,
+            self._target_input.Eval(context).GetAsMatrix4(),
+        )
+        field = self._field_input.Eval(context)
+        if self._process is not None:
+            return updated(self._process, self._rule, selection, now, field)
         if self._budget > 0:
             return advance_selection(
-                self._rule, selection, budget=self._budget, **now
+                self._rule,
+                selection,
+                field=field,
+                budget=self._budget,
+                **vars(now),
             )
-        return cycle_when_stalled(self._rule, selection, **now)
+        return cycle_when_stalled(
+            self._rule, selection, field=field, **vars(now)
+        )
+
+
+def updated(
+    process: LookAheadProcess,
+    rule: SelectionRule,
+    selection: Selection,
+    now: PresentState,
+    field: DistanceField,
+) -> Selection:
+    """What the process has decided; without it, cycling, and why.
+
+    Args:
+        process: The process.
+        rule: Names the candidates that are cycled through.
+        selection: Where it stands.
+        now: The present state.
+        field: The map.
+    """
+    if not (np.isfinite(now.q).all() and np.isfinite(now.X_WT).all()):
+        return selection
+    selection = on_the_same_world(rule, selection, field.revision, now.X_WT)
+    selection = process.update(selection, now, field)
+    if process.missing:
+        selection = cycle_when_stalled(
+            rule, selection, field=field, **vars(now)
+        )
+    return dc.replace(selection, missing=process.missing)

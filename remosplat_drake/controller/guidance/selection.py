@@ -7,7 +7,6 @@ cheapest one takes over if it is better by a margin.
 """
 
 import dataclasses as dc
-from collections.abc import Callable
 
 import numpy as np
 
@@ -18,8 +17,7 @@ from remosplat_drake.controller.guidance.rollout import (
     Rollout,
     step_rollout,
 )
-from remosplat_drake.controller.servo import PoseError
-from remosplat_drake.controller.tick import ReactiveLaw
+from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.oracle.distance_field import DistanceField
 
 IDLE = 1.0
@@ -39,24 +37,6 @@ _MARGIN = 0.5
 
 
 @dc.dataclass(frozen=True, eq=False)
-class SelectionRule:
-    """What stays the same from tick to tick.
-
-    Attributes:
-        law: The control law of rollouts: their step is its period.
-        candidates: See `make_candidates`; the first tier's first one is
-            where a task starts.
-        arrived: Whether a pose error counts as arrival.
-        horizon: Longest simulated time of a rollout [s].
-    """
-
-    law: ReactiveLaw
-    candidates: tuple[tuple[Guidance, ...], ...]
-    arrived: Callable[[PoseError], bool]
-    horizon: float
-
-
-@dc.dataclass(frozen=True, eq=False)
 class Selection:
     """Where the selector stands; copying returns the object itself.
 
@@ -73,6 +53,8 @@ class Selection:
             arrival and the robot has moved on, shape (n_q,).
         revision: Of the map that the round looks at.
         X_WT: Target that the round goes for, shape (4, 4).
+        missing: Why nothing is simulated although it should be, for people;
+            empty if it is.
         seconds: Wall-clock time of the latest update [s].
     """
 
@@ -87,6 +69,7 @@ class Selection:
     hopeless_at: np.ndarray | None = None
     revision: str = ""
     X_WT: np.ndarray | None = None
+    missing: str = ""
     seconds: float = 0.0
 
     def __deepcopy__(self, memo) -> "Selection":

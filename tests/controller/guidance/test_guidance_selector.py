@@ -13,9 +13,11 @@ from remosplat_drake.controller import reactive_controller
 from remosplat_drake.controller.guidance import guidance_selector
 from remosplat_drake.controller.guidance.guidance_selector import (
     GuidanceSelector,
-    make_selection_rule,
 )
 from remosplat_drake.controller.guidance.selection import Selection
+from remosplat_drake.controller.guidance.selection_rule import (
+    make_selection_rule,
+)
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.diagram import Application, MakeDiagram
 from remosplat_drake.scenario import LoadScenario

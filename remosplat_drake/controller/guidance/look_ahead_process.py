@@ -1,0 +1,175 @@
+"""`LookAheadProcess`: rollouts beside the control tick, not inside it."""
+
+import logging
+import multiprocessing
+import weakref
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from threading import Thread
+from time import perf_counter
+
+import numpy as np
+
+from remosplat_drake.controller.config import ReactiveControllerConfig
+from remosplat_drake.controller.guidance.selection import Selection
+from remosplat_drake.controller.guidance.worker import (
+    READY,
+    Failure,
+    PresentState,
+    serve,
+)
+from remosplat_drake.controller.servo import PoseError
+from remosplat_drake.one_thread import one_thread_environment
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.robot.robot_model import RobotModel
+
+STARTING = "look-ahead is starting"
+
+PATIENCE = 5.0
+"""Without an answer for so long the process is given up [s]."""
+
+_log = logging.getLogger(__name__)
+
+
+class LookAheadProcess:
+    """Looks ahead with a budget of wall-clock time, on another core.
+
+    The process is spawned, keeps to one thread and yields to everybody. The
+    map goes to it once a revision; after that messages are small. No call
+    here waits for it: what is not there yet comes at a later tick. When it
+    dies, fails or hangs, that is said once, and `missing` says it from then
+    on.
+
+    Attributes:
+        missing: Why there is no look-ahead at present; empty if there is.
+    """
+
+    def __init__(
+        self,
+        config: ReactiveControllerConfig,
+        robot: RobotModel,
+        arrived: Callable[[PoseError], bool],
+    ):
+        """Starts the process.
+
+        Args:
+            config: The controller's.
+            robot: The robot.
+            arrived: Whether a pose error counts as arrival; a function that
+                the process can import, or a `functools.partial` of one.
+        """
+        spawn = multiprocessing.get_context("spawn")
+        self._connection, theirs = spawn.Pipe()
+        budget = 1e-3 * config.guidance.budget_ms
+        self.process = spawn.Process(
+            target=serve,
+            args=(theirs, config, robot, arrived, budget),
+            name="look-ahead",
+            daemon=True,
+        )
+        with one_thread_environment():
+            self.process.start()
+        theirs.close()
+        self.missing = STARTING
+        self._sender: Thread | None = None
+        self._unanswered = 0
+        self._asked_at = 0.0
+        self._sent: tuple[str, np.ndarray] | None = None
+        self.close = weakref.finalize(
+            self, _close, self._connection, self.process
+        )
+
+    def update(
+        self, selection: Selection, now: PresentState, field: DistanceField
+    ) -> Selection:
+        """The process's latest answer for this map and target, if there is one.
+
+        Also sends the present state, as soon as the one before is answered,
+        or at once if the map or the target is new: then the process drops
+        what it is at.
+
+        Args:
+            selection: The present one, which stays in the meantime.
+            now: The present state.
+            field: The map.
+        """
+        if self._is_sending() or not self.close.alive:
+            return selection
+        try:
+            selection = self._received(selection, now, field)
+            if not self.missing:
+                self._send(now, field)
+        except (EOFError, OSError):
+            self._give_up("the look-ahead process has died")
+        return selection
+
+    def _is_sending(self) -> bool:
+        return self._sender is not None and self._sender.is_alive()
+
+    def _received(
+        self, selection: Selection, now: PresentState, field: DistanceField
+    ) -> Selection:
+        while self._connection.poll():
+            message = self._connection.recv()
+            if message == READY:
+                self.missing = ""
+                continue
+            if isinstance(message, Failure):
+                self._give_up(f"look-ahead failed: {message.reason}")
+                return selection
+            self._unanswered -= 1
+            if message is not None and _is_about(message, now, field):
+                selection = message
+        if self._unanswered and perf_counter() - self._asked_at > PATIENCE:
+            self._give_up(f"look-ahead has not answered for {PATIENCE:g} s")
+        return selection
+
+    def _send(self, now: PresentState, field: DistanceField) -> None:
+        known = self._sent
+        new_map = known is None or known[0] != field.revision
+        new_target = known is None or not np.array_equal(known[1], now.X_WT)
+        if self._unanswered and not (new_map or new_target):
+            return
+        self._sent = field.revision, now.X_WT
+        self._unanswered += 1
+        self._asked_at = perf_counter()
+        if not new_map:
+            self._connection.send(now)
+            return
+        # A map is larger than the pipe: sending it waits for the reader.
+        self._sender = Thread(
+            target=_send_all, args=(self._connection, field, now), daemon=True
+        )
+        self._sender.start()
+
+    def _give_up(self, reason: str) -> None:
+        self.missing = reason
+        _log.warning("%s; going on without", reason)
+        self.process.kill()
+        self._connection.close()
+        self.close.detach()
+
+
+def _is_about(
+    selection: Selection, now: PresentState, field: DistanceField
+) -> bool:
+    return selection.revision == field.revision and np.array_equal(
+        np.asarray(selection.X_WT), now.X_WT
+    )
+
+
+def _send_all(connection: Connection, *messages: object) -> None:
+    try:
+        for message in messages:
+            connection.send(message)
+    except OSError:
+        return  # It has died; the next `update` finds out.
+
+
+def _close(connection: Connection, process: BaseProcess) -> None:
+    """Ends the process: it leaves when nobody is at the other end."""
+    connection.close()
+    process.join(1.0)
+    if process.is_alive():
+        process.kill()

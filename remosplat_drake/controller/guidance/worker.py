@@ -1,0 +1,149 @@
+"""Looking ahead in a process of its own: what runs inside it.
+
+It receives a map whenever that changes, and the robot's states. Every state
+is answered within a budget of wall-clock time, by what has been decided since.
+"""
+
+import dataclasses as dc
+import logging
+import os
+import signal
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from time import perf_counter
+
+import numpy as np
+
+from remosplat_drake.controller.config import ReactiveControllerConfig
+from remosplat_drake.controller.guidance.selection import (
+    Selection,
+    advance_selection,
+    start_selection,
+)
+from remosplat_drake.controller.guidance.selection_rule import (
+    SelectionRule,
+    make_selection_rule,
+)
+from remosplat_drake.controller.servo import PoseError
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.robot.robot_model import RobotModel
+
+READY = "ready"
+"""What the process says when it has loaded everything."""
+
+_NICE = 10
+"""The control tick goes first."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class PresentState:
+    """What a decision starts from; see `advance_selection`."""
+
+    time: float
+    q: np.ndarray
+    u: np.ndarray
+    X_WT: np.ndarray
+
+
+@dc.dataclass(frozen=True)
+class Failure:
+    """Why the process has given up, for people."""
+
+    reason: str
+
+
+def serve(
+    connection: Connection,
+    config: ReactiveControllerConfig,
+    robot: RobotModel,
+    arrived: Callable[[PoseError], bool],
+    budget: float,
+) -> None:
+    """Answers until the other end is closed.
+
+    Args:
+        connection: Brings a `DistanceField` before the first `PresentState`;
+            takes READY, then for each state a `Selection`, or None where the
+            latest one still holds. After a `Failure` nothing follows.
+        config: The controller's.
+        robot: The robot.
+        arrived: Whether a pose error counts as arrival.
+        budget: Time that an answer may take [s].
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # The parent's to handle.
+    logging.getLogger("drake").setLevel(logging.WARNING)
+    os.nice(_NICE)
+    try:
+        _answer(connection, make_selection_rule(config, robot, arrived), budget)
+    except (EOFError, ConnectionError):
+        return
+    except Exception as error:
+        connection.send(Failure(f"{type(error).__name__}: {error}"))
+
+
+def _answer(connection: Connection, rule: SelectionRule, budget: float) -> None:
+    connection.send(READY)
+    selection, field = start_selection(rule), None
+    while True:
+        message = connection.recv()
+        if isinstance(message, DistanceField):
+            field = message
+            continue
+        assert field is not None
+        following = look_ahead(
+            rule,
+            selection,
+            message,
+            field,
+            perf_counter() + budget,
+            connection.poll,
+        )
+        connection.send(_news(selection, following))
+        selection = following
+
+
+def look_ahead(
+    rule: SelectionRule,
+    selection: Selection,
+    now: PresentState,
+    field: DistanceField,
+    until: float,
+    interrupted: Callable[[], bool],
+) -> Selection:
+    """Advances a selection until there is nothing to do or time is up.
+
+    Args:
+        rule: The rule.
+        selection: Where it stands.
+        now: The present state.
+        field: The map.
+        until: When time is up, by `perf_counter` [s].
+        interrupted: Asked between steps: whether to end at once.
+    """
+    while perf_counter() < until and not interrupted():
+        following = advance_selection(
+            rule,
+            selection,
+            time=now.time,
+            q=now.q,
+            u=now.u,
+            X_WT=now.X_WT,
+            field=field,
+            budget=1,
+        )
+        if following is selection:
+            break
+        selection = following
+    return selection
+
+
+def _news(before: Selection, after: Selection) -> Selection | None:
+    """What the controller and the viewer must know, if it is new."""
+    if (
+        after.guidance is before.guidance
+        and after.latest is before.latest
+        and after.revision == before.revision
+        and after.X_WT is before.X_WT
+    ):
+        return None
+    return dc.replace(after, running=None, waiting=(), finished=())
