@@ -69,15 +69,19 @@ class Client:
         self.hand: list[lcmt_schunk_wsg_status] = []
         self.arrivals: list[int] = []
         """Wall clock at which each status of the arm came [us]."""
+        self.latest = lcmt_panda_status()
+        self.latest_base = base_status()
 
     def listen(self, timeout: float = 0.001) -> None:
         """Takes what has come, or waits for it [s]."""
         for channel, data in self._inbox.fetch(timeout):
             message = TYPES[channel].decode(data)
             if channel == channels.PANDA_STATUS:
+                self.latest = message
                 self.arm.append(message)
                 self.arrivals.append(wall_utime())
             elif channel == channels.BASE_STATUS:
+                self.latest_base = message
                 self.base.append(message)
             else:
                 self.hand.append(message)

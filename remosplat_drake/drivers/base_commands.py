@@ -108,8 +108,9 @@ class BaseCommands:
             now: The driver's wall clock [us].
             time: The clock that `receive` was given [s].
         """
-        if time - self._arrival > self._watchdog:
-            return 0.0, 0.0
-        if abs(now - self._utime) > self._expiry:
-            return 0.0, 0.0
+        silence = time - self._arrival
+        age = abs(now - self._utime)
+        if silence > self._watchdog or age > self._expiry:
+            # Dropped for good: a stamp from the future must not count later.
+            self._velocity = (0.0, 0.0)
         return self._velocity

@@ -15,7 +15,6 @@ from remosplat_drake.drivers.robot_plant import RobotPlant
 from remosplat_drake.drivers.simulated_base import SimulatedBase
 from remosplat_drake.drivers.simulated_hand import SimulatedHand
 from remosplat_drake.drivers.simulated_panda import (
-    ArmMeasurement,
     RobotMode,
     SimulatedPanda,
 )
@@ -57,6 +56,7 @@ class HardwareSim:
         self.panda = SimulatedPanda()
         self.base = SimulatedBase()
         self.hand = SimulatedHand(plant.hand[0])
+        self._measured = plant.arm
         self._ticks = 0
         self._first_command: float | None = None
         self._frozen = lcmt_panda_status()
@@ -77,10 +77,11 @@ class HardwareSim:
         self._break(t)
         now = self._clock()
         base = self.base.step(now, t, TICK)
-        arm = self.panda.step(now, self._plant.arm)
+        arm = self.panda.step(now, self._measured)
         self._plant.command(base, arm, self.hand.command)
         self._ticks += 1
         self._plant.advance_to(self.time)
+        self._measured = self._plant.arm
         self._tell(self.time)
 
     def _clock(self) -> int:
@@ -126,7 +127,7 @@ class HardwareSim:
     def _tell(self, t: float) -> None:
         now = self._clock()
         if "status-stops" not in self._faults:
-            status = self._arm_status(now, self._plant.arm)
+            status = self._arm_status(now)
             self._lcm.Publish(channels.PANDA_STATUS, status.encode())
         base = self.base.status(
             now, t, self._plant.base_pose, self._plant.base_velocity
@@ -137,10 +138,10 @@ class HardwareSim:
         if hand is not None:
             self._lcm.Publish(channels.PANDA_HAND_STATUS, hand.encode())
 
-    def _arm_status(self, now: int, arm: ArmMeasurement) -> lcmt_panda_status:
+    def _arm_status(self, now: int) -> lcmt_panda_status:
         lost = self._faults.value("packet-loss", 0.0)
         self.panda.success_rate = 1.0 - lost
-        status = self.panda.status(now, arm)
+        status = self.panda.status(now, self._measured)
         if "status-freezes" not in self._faults:
             self._frozen = status
         else:
