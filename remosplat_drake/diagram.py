@@ -1,6 +1,7 @@
 """The application: every stage, wired together. The only place that does.
 
-station --configuration--> oracle --clearances--> controller --> station
+station --configuration--> oracle --clearances--> controller --> supervisor
+--> station
 """
 
 import dataclasses as dc
@@ -33,6 +34,8 @@ from remosplat_drake.errors import FieldError, RemoSplatError
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.safety.supervision import SupervisorLaw
+from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.scenario import Scenario, make_transform
 from remosplat_drake.station import ports
 from remosplat_drake.station.simulated_station import MakeHardwareStation
@@ -53,6 +56,7 @@ class Application:
     station: Diagram
     oracle: DistanceOracle
     controller: ReactiveController
+    supervisor: SafetySupervisor | None
     targets: TargetSequence
     recorder: TrajectoryRecorder
     configuration: OutputPort
@@ -71,7 +75,13 @@ def MakeDiagram(
     robot, dt = world.robot, scenario.control_period
     builder = DiagramBuilder()
     station = builder.AddSystem(_MakeStation(scenario, world))
-    configuration = _AddConfiguration(builder, robot, station)
+    configuration = _AddMeasured(
+        builder,
+        "configuration",
+        robot,
+        station,
+        [ports.BASE_POSE, ports.arm_position(robot.description)],
+    )
     targets = TargetSequence.AddToBuilder(
         builder,
         configuration=configuration,
@@ -101,12 +111,21 @@ def MakeDiagram(
         selector = _AddGuidance(
             builder, scenario, robot, controller, oracle, targets, configuration
         )
-    _ConnectCommand(builder, robot, controller, station)
+    supervisor = None
+    commander = controller
+    if scenario.supervisor.enabled:
+        supervisor = _AddSupervisor(
+            builder, scenario, robot, controller, station
+        )
+        commander = supervisor
+    executed = commander.GetOutputPort("velocity_commanded")
+    _ConnectCommand(builder, robot, executed, station)
     report = controller.GetOutputPort("report")
     recorder = TrajectoryRecorder.AddToBuilder(
         builder,
         configuration=configuration,
         report=report,
+        executed=executed,
         n_q=robot.n_q,
         n_u=robot.n_u,
         period=dt,
@@ -131,6 +150,7 @@ def MakeDiagram(
         station,
         oracle,
         controller,
+        supervisor,
         targets,
         recorder,
         configuration,
@@ -168,6 +188,41 @@ def _AddGuidance(
     return selector
 
 
+def _AddSupervisor(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    robot: RobotModel,
+    controller: ReactiveController,
+    station: Diagram,
+) -> SafetySupervisor:
+    """Adds the supervisor between controller and station."""
+    config = scenario.controller
+    tiers = config.guidance.tiers if config.guidance.enabled else []
+    supervisor = SafetySupervisor.AddToBuilder(
+        builder,
+        law=SupervisorLaw.make(
+            scenario.supervisor,
+            robot,
+            scenario.control_period,
+            smallest_stopping=min([config.collision.stopping, *tiers]),
+            bounded_start=config.velocity_limits.acceleration,
+        ),
+        controller=controller,
+    )
+    measured = _AddMeasured(
+        builder,
+        "velocity_measured",
+        robot,
+        station,
+        [ports.BASE_VELOCITY, ports.arm_velocity(robot.description)],
+    )
+    builder.Connect(measured, supervisor.GetInputPort("velocity_measured"))
+    builder.Connect(
+        station.GetOutputPort(ports.STATUS), supervisor.GetInputPort("status")
+    )
+    return supervisor
+
+
 def _MakeStation(scenario: Scenario, world: World) -> Diagram:
     try:
         return MakeHardwareStation(
@@ -195,17 +250,18 @@ def _targets(scenario: Scenario, world: World):
     return targets
 
 
-def _AddConfiguration(
-    builder: DiagramBuilder, robot: RobotModel, station: Diagram
+def _AddMeasured(
+    builder: DiagramBuilder,
+    name: str,
+    robot: RobotModel,
+    station: Diagram,
+    base_and_arm: list[str],
 ) -> OutputPort:
-    """Stacks the station's measurements into the configuration q."""
-    description = robot.description
-    names = [ports.arm_position(description)]
-    if robot.n_base:
-        names.insert(0, ports.BASE_POSE)
-    measured = [station.GetOutputPort(name) for name in names]
+    """Stacks two of the station's measurements, or the arm's alone."""
+    names = base_and_arm if robot.n_base else base_and_arm[1:]
+    measured = [station.GetOutputPort(n) for n in names]
     multiplexer = builder.AddNamedSystem(
-        "configuration", Multiplexer([port.size() for port in measured])
+        name, Multiplexer([port.size() for port in measured])
     )
     for i, port in enumerate(measured):
         builder.Connect(port, multiplexer.get_input_port(i))
@@ -215,7 +271,7 @@ def _AddConfiguration(
 def _ConnectCommand(
     builder: DiagramBuilder,
     robot: RobotModel,
-    controller: ReactiveController,
+    velocity: OutputPort,
     station: Diagram,
 ) -> None:
     """Splits the command u between base and arm; holds the gripper open."""
@@ -227,10 +283,7 @@ def _ConnectCommand(
     demultiplexer = builder.AddNamedSystem(
         "command", Demultiplexer([port.size() for port in inputs])
     )
-    builder.Connect(
-        controller.GetOutputPort("velocity_commanded"),
-        demultiplexer.get_input_port(),
-    )
+    builder.Connect(velocity, demultiplexer.get_input_port())
     for i, port in enumerate(inputs):
         builder.Connect(demultiplexer.get_output_port(i), port)
     if description.hand:

@@ -28,6 +28,10 @@ from remosplat_drake.reconstruction.quality_report import (
     read_report,
     report_path,
 )
+from remosplat_drake.safety.config import (
+    SupervisorConfig,
+    check_supervisor,
+)
 from remosplat_drake.station.config import (
     DynamicStation,
     KinematicStation,
@@ -109,6 +113,7 @@ class Scenario:
     controller: ReactiveControllerConfig = dc.field(
         default_factory=ReactiveControllerConfig
     )
+    supervisor: SupervisorConfig = dc.field(default_factory=SupervisorConfig)
     station: KinematicStation | DynamicStation = dc.field(
         default_factory=KinematicStation
     )
@@ -188,6 +193,7 @@ def check_scenario(scenario: Scenario) -> None:
         if not value > 0:
             raise FieldError(where, field, f"must be positive, got {value}")
     check_config(scenario.controller, where)
+    check_supervisor(scenario.supervisor, where)
     _check_map_error(scenario, where)
     check_arrival(scenario.arrival, where)
     make_transform(scenario.scene.X_WG, where, "scene.X_WG")

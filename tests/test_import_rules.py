@@ -28,7 +28,13 @@ ALLOWED = {
     "splat": set(),
     "robot": set(),
     "oracle": {"scene", "splat", "robot"},
-    "safety": {"oracle", "robot"},
+    # A supervisor reads what the controller and the station report.
+    "safety": {
+        "controller.tick_report",
+        "oracle",
+        "robot",
+        "station.status",
+    },
     "controller": {"oracle", "robot", "safety"},
     "messages": set(),
     "station": {"messages", "robot", "scene"},
@@ -51,8 +57,11 @@ ALLOWED = {
         "controller.servo",
         "oracle",
         "robot",
+        "safety.operator",
+        "safety.supervision",
         "scene",
         "splat",
+        "station.status",
     },
 }
 """The stages of the data flow; what a stage may import besides itself."""

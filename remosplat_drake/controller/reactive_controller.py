@@ -3,6 +3,7 @@
 import dataclasses as dc
 from time import perf_counter
 
+import numpy as np
 from pydrake.common.value import Value
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import (
@@ -32,6 +33,7 @@ class ReactiveController(LeafSystem):
         - distance_field
         - target
         - selection (optional)
+        - velocity_executed (optional)
         output_ports:
         - velocity_commanded
         - report
@@ -41,6 +43,8 @@ class ReactiveController(LeafSystem):
     algebraic loop. `report` is the `TickReport` of the latest tick; viewers
     and loggers read it instead of asking the oracle again. `selection` is a
     `GuidanceSelector`'s; without it the controller goes straight.
+    `velocity_executed` is what a supervisor made of the command; without it
+    the controller takes its own to be executed.
 
     Args:
         law: The control law; its `dt` is the period of the updates [s].
@@ -65,6 +69,9 @@ class ReactiveController(LeafSystem):
         )
         self._selection_input = self.DeclareAbstractInputPort(
             "selection", Value(Selection(DIRECT))
+        )
+        self._executed_input = self.DeclareVectorInputPort(
+            "velocity_executed", n_u
         )
         self._report_index = self.DeclareAbstractState(
             Value(TickReport.before_first(n_q, n_u))
@@ -96,7 +103,6 @@ class ReactiveController(LeafSystem):
 
     def _tick(self, context: Context, state: State):
         cell = int(self._report_index)
-        previous = context.get_abstract_state(cell).get_value()
         selection = self._selection(context)
         start = perf_counter()
         clearances = self._clearances_input.Eval(context)
@@ -108,7 +114,7 @@ class ReactiveController(LeafSystem):
             self._target_input.Eval(context).GetAsMatrix4(),
             clearances,
             self._field_input.Eval(context),
-            previous.command,
+            self._executed(context),
             selection.guidance,
         )
         timings = {
@@ -120,6 +126,13 @@ class ReactiveController(LeafSystem):
         state.get_mutable_abstract_state(cell).set_value(
             dc.replace(report, timings=timings)
         )
+
+    def _executed(self, context: Context) -> np.ndarray:
+        """The command of the tick before, as the robot carried it out."""
+        if self._executed_input.HasValue(context):
+            return np.array(self._executed_input.Eval(context))
+        cell = int(self._report_index)
+        return context.get_abstract_state(cell).get_value().command
 
     def _selection(self, context: Context) -> Selection:
         if self._selection_input.HasValue(context):

@@ -39,12 +39,21 @@ class Trajectory:
 
 
 def make_trajectory(
-    reports: list[TickReport], q_end: np.ndarray, n_u: int
+    reports: list[TickReport],
+    q_end: np.ndarray,
+    n_u: int,
+    executed: list[np.ndarray] | None = None,
 ) -> Trajectory:
-    """Stacks tick reports, and the configuration after the last one."""
+    """Stacks tick reports, and the configuration after the last one.
+
+    `executed` are the commands as a supervisor let them pass; without them
+    those of the reports were executed.
+    """
     phases = sorted({phase for report in reports for phase in report.timings})
     q = [report.q for report in reports] + [q_end]
-    u = [report.command for report in reports]
+    u = executed
+    if u is None:
+        u = [report.command for report in reports]
     return Trajectory(
         time=np.array([report.time for report in reports]),
         q=np.array(q),

@@ -22,9 +22,10 @@ class TrajectoryRecorder(LeafSystem):
         input_ports:
         - configuration
         - report
+        - velocity_executed (optional)
 
-    It publishes once a control period and keeps each new report; another
-    simulation starts over.
+    It publishes once a control period and keeps each new report, and with it
+    what a supervisor made of its command; another simulation starts over.
 
     Args:
         n_q: Size of the configuration.
@@ -40,11 +41,15 @@ class TrajectoryRecorder(LeafSystem):
         self.set_name("recorder")
         self._n_u = n_u
         self.reports: list[TickReport] = []
+        self._executed: list[np.ndarray] = []
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", n_q
         )
         self._report_input = self.DeclareAbstractInputPort(
             "report", Value(TickReport.before_first(n_q, n_u))
+        )
+        self._executed_input = self.DeclareVectorInputPort(
+            "velocity_executed", n_u
         )
         self.DeclareInitializationPublishEvent(self._forget)
         self.DeclarePeriodicPublishEvent(period, 0.0, self._record)
@@ -55,12 +60,17 @@ class TrajectoryRecorder(LeafSystem):
         *,
         configuration: OutputPort,
         report: OutputPort,
+        executed: OutputPort | None = None,
         **arguments,
     ) -> "TrajectoryRecorder":
         """Adds a recorder and connects it."""
         recorder = builder.AddSystem(TrajectoryRecorder(**arguments))
         builder.Connect(configuration, recorder.GetInputPort("configuration"))
         builder.Connect(report, recorder.GetInputPort("report"))
+        if executed is not None:
+            builder.Connect(
+                executed, recorder.GetInputPort("velocity_executed")
+            )
         return recorder
 
     @property
@@ -72,12 +82,17 @@ class TrajectoryRecorder(LeafSystem):
         """Everything so far, ending at the context's configuration."""
         self._record(context)
         q_end = np.array(self._configuration_input.Eval(context))
-        return make_trajectory(self.reports, q_end, self._n_u)
+        return make_trajectory(self.reports, q_end, self._n_u, self._executed)
 
     def _forget(self, context: Context):
         self.reports.clear()
+        self._executed.clear()
 
     def _record(self, context: Context):
         report = self._report_input.Eval(context)
         if np.isfinite(report.time) and report is not self.latest:
+            u = report.command
+            if self._executed_input.HasValue(context):
+                u = np.array(self._executed_input.Eval(context))
             self.reports.append(report)
+            self._executed.append(u)

@@ -1,0 +1,131 @@
+"""What the supervisor knows, sees and remembers: plain values."""
+
+import dataclasses as dc
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.safety.config import SupervisorConfig
+from remosplat_drake.station.status import StationStatus
+
+STARTING = "starting"
+"""From a standstill, as soon as there are measurements and a command."""
+RUNNING = "running"
+"""The controller's commands are passed on."""
+STOPPING = "stopping"
+"""The command ramps down to zero."""
+STOPPED = "stopped"
+"""Zero until an explicit release."""
+
+LATCHED = (STOPPING, STOPPED)
+"""Modes that only a release ends."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class SupervisorLaw:
+    """What stays the same from tick to tick.
+
+    Attributes:
+        config: Thresholds.
+        dt: Control period [s].
+        acceleration: Bounds on |du/dt| of the braking ramp, shape (n_u,).
+        start_acceleration: The same for the first commands; infinite where
+            the controller has no such bounds either, shape (n_u,).
+        velocity: Bounds on |u|, shape (n_u,).
+        min_clearance: A clearance below is wrong [m].
+    """
+
+    config: SupervisorConfig
+    dt: float
+    acceleration: np.ndarray
+    start_acceleration: np.ndarray
+    velocity: np.ndarray
+    min_clearance: float
+
+    @staticmethod
+    def make(
+        config: SupervisorConfig,
+        robot: RobotModel,
+        dt: float,
+        *,
+        smallest_stopping: float,
+        bounded_start: bool = True,
+    ) -> "SupervisorLaw":
+        """The law for a robot.
+
+        Args:
+            config: Thresholds.
+            robot: Its limits.
+            dt: Control period [s].
+            smallest_stopping: Closest that the controller goes by design [m].
+            bounded_start: Whether the first commands must respect the
+                acceleration limits.
+        """
+        limit = robot.acceleration_limit
+        return SupervisorLaw(
+            config,
+            dt,
+            limit,
+            limit if bounded_start else np.full_like(limit, np.inf),
+            robot.velocity_limit,
+            smallest_stopping - config.clearance_margin,
+        )
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Observation:
+    """What the supervisor sees at one tick.
+
+    Attributes:
+        time: Time of the tick [s].
+        command: The wanted velocity, shape (n_u,).
+        report: The controller's latest.
+        status: The station's.
+        u_measured: Measured velocities, shape (n_u,).
+        map_age: Age of the map [s].
+        stop: Why somebody asks for a stop; empty if nobody does.
+        release: Whether somebody releases the stop.
+    """
+
+    time: float
+    command: np.ndarray
+    report: TickReport
+    status: StationStatus
+    u_measured: np.ndarray
+    map_age: float = 0.0
+    stop: str = ""
+    release: bool = False
+
+
+@dc.dataclass(frozen=True, eq=False)
+class SupervisorState:
+    """What the supervisor remembers; copying returns the object itself.
+
+    Attributes:
+        command: What the robot is to do until the next tick, shape (n_u,).
+        mode: STARTING, RUNNING, STOPPING or STOPPED.
+        reason: Why it stopped, or what it waits for; empty while running.
+        refusal: Why the latest release was not granted.
+        time: Of the latest tick [s]; NaN before the first one.
+        p_WT: Target of the latest tick, shape (3,) [m].
+        since: When each present symptom began [s].
+    """
+
+    command: np.ndarray
+    mode: str = STARTING
+    reason: str = ""
+    refusal: str = ""
+    time: float = math.nan
+    p_WT: np.ndarray = dc.field(default_factory=lambda: np.full(3, np.nan))
+    since: Mapping[str, float] = dc.field(default_factory=dict)
+
+    def __deepcopy__(self, memo) -> "SupervisorState":
+        return self
+
+    @property
+    def is_latched(self) -> bool:
+        """Whether only a release lets the robot move on."""
+        return self.mode in LATCHED

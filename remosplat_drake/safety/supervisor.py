@@ -1,0 +1,144 @@
+"""The supervisor as a pure state machine: may the robot move, and how.
+
+It passes the controller's command, scales it as a whole, or runs the braking
+ramp. It never changes one joint alone: that would break the clearance rows
+that a command fulfils as a vector. The ramp starts from the command being
+executed and is the one that verify-then-scale has checked against the map,
+so that a stop at any tick keeps the guarantee of `verify.py`.
+
+| mode     | output                                  | left when          |
+|----------|-----------------------------------------|--------------------|
+| starting | zero, then the command, grown from zero | it passes whole    |
+| running  | the command                             | something is wrong |
+| stopping | the braking ramp                        | it is at zero      |
+| stopped  | zero                                    | released, and well |
+"""
+
+import dataclasses as dc
+import math
+
+import numpy as np
+
+from remosplat_drake.safety.braking import braking_command
+from remosplat_drake.safety.supervision import (
+    RUNNING,
+    STARTING,
+    STOPPED,
+    STOPPING,
+    Observation,
+    SupervisorLaw,
+    SupervisorState,
+)
+from remosplat_drake.safety.symptoms import Symptom, symptoms
+
+_ROUNDING = 1e-9
+"""Of sums of periods [s], and of ramps relative to their bounds."""
+
+
+def supervise(
+    law: SupervisorLaw, state: SupervisorState, now: Observation
+) -> SupervisorState:
+    """One tick: the next state, whose command may be executed until the next.
+
+    Args:
+        law: Thresholds and limits.
+        state: After the tick before.
+        now: What is seen.
+    """
+    found = symptoms(law, state, now)
+    since = _since(state, found, now.time)
+    tripped = _tripped(found, since, now)
+    state = dc.replace(
+        state,
+        time=now.time,
+        p_WT=now.report.X_WT[:3, 3],
+        since=since,
+    )
+    if state.mode == STOPPED:
+        return _rest(state, now, found)
+    if state.mode == STOPPING:
+        return _brake(law, state, state.reason)
+    missing = _missing(now)
+    if missing and not (state.command.any() or now.stop):
+        return dc.replace(state, reason=missing)
+    if tripped:
+        return _brake(law, state, tripped)
+    if state.mode == STARTING:
+        return _start(law, state, now.command)
+    return dc.replace(state, command=now.command)
+
+
+def _since(
+    state: SupervisorState, found: list[Symptom], time: float
+) -> dict[str, float]:
+    """When each symptom began; a clock that went back starts them anew."""
+    known = {} if time < state.time else state.since
+    return {symptom.name: known.get(symptom.name, time) for symptom in found}
+
+
+def _tripped(
+    found: list[Symptom], since: dict[str, float], now: Observation
+) -> str:
+    """Why the robot must stop; empty if it need not."""
+    if now.stop:
+        return now.stop
+    for symptom in found:
+        lasted = now.time - since[symptom.name]
+        if not lasted < symptom.dwell - _ROUNDING:
+            return symptom.message
+    return ""
+
+
+def _missing(now: Observation) -> str:
+    """What a start still waits for."""
+    if now.status.age == math.inf:
+        return "waiting for the first measurement"
+    if math.isnan(now.report.time):
+        return "waiting for the first control tick"
+    return ""
+
+
+def _start(
+    law: SupervisorLaw, state: SupervisorState, u: np.ndarray
+) -> SupervisorState:
+    """As far from the braking ramp towards u as the acceleration allows."""
+    brake = braking_command(state.command, law.start_acceleration, law.dt)
+    fraction = _reachable(law, state.command, brake, u)
+    if fraction == 1.0:
+        return dc.replace(state, mode=RUNNING, reason="", command=u)
+    command = brake + fraction * (u - brake)
+    return dc.replace(state, reason="", command=command)
+
+
+def _reachable(
+    law: SupervisorLaw, u_previous: np.ndarray, brake: np.ndarray, u: np.ndarray
+) -> float:
+    """Largest f in [0, 1] with |brake + f (u - brake) - u_previous| <= a dt."""
+    way = u - brake
+    moving = way != 0.0
+    step = law.start_acceleration * law.dt * (1.0 + _ROUNDING)
+    room = step + np.sign(way) * (u_previous - brake)
+    shares = room[moving] / np.abs(way[moving])
+    return float(np.clip(np.min(shares, initial=1.0), 0.0, 1.0))
+
+
+def _brake(
+    law: SupervisorLaw, state: SupervisorState, reason: str
+) -> SupervisorState:
+    command = braking_command(state.command, law.acceleration, law.dt)
+    mode = STOPPING if command.any() else STOPPED
+    return dc.replace(
+        state, mode=mode, reason=reason, refusal="", command=command
+    )
+
+
+def _rest(
+    state: SupervisorState, now: Observation, found: list[Symptom]
+) -> SupervisorState:
+    """Only a release ends a stop, and only where nothing is wrong."""
+    if not now.release:
+        return state
+    obstacle = now.stop or (found and found[0].message)
+    if obstacle:
+        return dc.replace(state, refusal=f"not released: {obstacle}")
+    return dc.replace(state, mode=STARTING, reason="", refusal="")

@@ -1,0 +1,228 @@
+"""`SafetySupervisor`: between controller and station, real or simulated."""
+
+import dataclasses as dc
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    State,
+    ValueProducer,
+)
+
+from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.safety.operator import OperatorRequests
+from remosplat_drake.safety.supervision import (
+    Observation,
+    SupervisorLaw,
+    SupervisorState,
+)
+from remosplat_drake.safety.supervisor import supervise
+from remosplat_drake.station.status import StationStatus
+
+STOP_BUTTON = "stop button"
+"""Reason of a stop that a person asked for."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Sample:
+    """What a tick found before the controller ran."""
+
+    time: float
+    status: StationStatus
+    u_measured: np.ndarray
+    map_age: float
+    operator: OperatorRequests
+    stop: str
+    release: bool
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Memory:
+    """State between two ticks; copying returns the object itself.
+
+    Attributes:
+        before: The supervisor after the tick before.
+        sample: What the present tick found; None before the first one.
+        stop: Why a program asks for a stop at the next tick.
+        release: Whether a program releases the stop at the next tick.
+    """
+
+    before: SupervisorState
+    sample: _Sample | None = None
+    stop: str = ""
+    release: bool = False
+
+    def __deepcopy__(self, memo) -> "_Memory":
+        return self
+
+
+class SafetySupervisor(LeafSystem):
+    """Passes the controller's commands while nothing is wrong.
+
+    .. pydrake_system::
+
+        name: SafetySupervisor
+        input_ports:
+        - velocity_commanded
+        - report
+        - status
+        - velocity_measured
+        - map_age (optional)
+        - operator (optional)
+        output_ports:
+        - velocity_commanded
+        - supervision
+
+    Measurements are sampled once a control period, at the instant at which
+    the controller ticks. The command is passed straight through, so that what
+    the controller decided at a tick acts from that very instant: there is no
+    tick of delay, and no algebraic loop, because the output depends on the
+    sample and on the controller's state only. It changes at ticks alone.
+
+    `supervision` is the `SupervisorState`; `operator` carries
+    `OperatorRequests`, `map_age` seconds.
+
+    Args:
+        law: Thresholds and limits; its `dt` is the period [s].
+    """
+
+    def __init__(self, *, law: SupervisorLaw):
+        super().__init__()
+        self.set_name("supervisor")
+        self._law = law
+        n_u = len(law.velocity)
+        self._command_input = self.DeclareVectorInputPort(
+            "velocity_commanded", n_u
+        )
+        self._report_input = self.DeclareAbstractInputPort(
+            "report", Value(TickReport.before_first(0, n_u))
+        )
+        self._status_input = self.DeclareAbstractInputPort(
+            "status", Value(StationStatus())
+        )
+        self._measured_input = self.DeclareVectorInputPort(
+            "velocity_measured", n_u
+        )
+        self._map_age_input = self.DeclareVectorInputPort("map_age", 1)
+        self._operator_input = self.DeclareAbstractInputPort(
+            "operator", Value(OperatorRequests())
+        )
+        start = SupervisorState(np.zeros(n_u))
+        self._memory_index = self.DeclareAbstractState(Value(_Memory(start)))
+        self._supervision = self.DeclareCacheEntry(
+            "supervision",
+            ValueProducer(allocate=Value(start).Clone, calc=self._calc),
+            {
+                self.abstract_state_ticket(self._memory_index),
+                self._command_input.ticket(),
+                self._report_input.ticket(),
+            },
+        )
+        self.DeclareVectorOutputPort(
+            "velocity_commanded",
+            n_u,
+            self._calc_command,
+            {self._supervision.ticket()},
+        )
+        self.DeclareAbstractOutputPort(
+            "supervision",
+            Value(start).Clone,
+            self._calc_supervision,
+            {self._supervision.ticket()},
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(law.dt, 0.0, self._tick)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder, *, law: SupervisorLaw, controller: LeafSystem
+    ) -> "SafetySupervisor":
+        """Adds a supervisor, and connects it to and with a controller."""
+        supervisor = builder.AddSystem(SafetySupervisor(law=law))
+        for name in ("velocity_commanded", "report"):
+            builder.Connect(
+                controller.GetOutputPort(name), supervisor.GetInputPort(name)
+            )
+        builder.Connect(
+            supervisor.GetOutputPort("velocity_commanded"),
+            controller.GetInputPort("velocity_executed"),
+        )
+        return supervisor
+
+    def supervision(self, context: Context) -> SupervisorState:
+        """The present state, from the system's own context."""
+        return self._supervision.Eval(context)
+
+    def request_stop(self, context: Context, reason: str) -> None:
+        """Lets the robot ramp to a standstill from the next tick on.
+
+        Args:
+            context: The system's own, between two steps of a simulation.
+            reason: What a person reads.
+        """
+        self._change(context, stop=reason)
+
+    def request_release(self, context: Context) -> None:
+        """Releases a stop at the next tick, where nothing is wrong then."""
+        self._change(context, release=True)
+
+    def _change(self, context: Context, **changes) -> None:
+        cell = int(self._memory_index)
+        value = context.get_mutable_abstract_state(cell)
+        value.set_value(dc.replace(value.get_value(), **changes))
+
+    def _tick(self, context: Context, state: State):
+        sample = self._sample(context)
+        memory = _Memory(self._supervision.Eval(context), sample)
+        cell = int(self._memory_index)
+        state.get_mutable_abstract_state(cell).set_value(memory)
+
+    def _sample(self, context: Context) -> _Sample:
+        memory = self._memory(context)
+        known = memory.sample.operator if memory.sample else OperatorRequests()
+        operator = known
+        if self._operator_input.HasValue(context):
+            operator = self._operator_input.Eval(context)
+        map_age = 0.0
+        if self._map_age_input.HasValue(context):
+            map_age = float(self._map_age_input.Eval(context)[0])
+        pressed = STOP_BUTTON if operator.stops > known.stops else ""
+        return _Sample(
+            time=context.get_time(),
+            status=self._status_input.Eval(context),
+            u_measured=np.array(self._measured_input.Eval(context)),
+            map_age=map_age,
+            operator=operator,
+            stop=memory.stop or pressed,
+            release=memory.release or operator.releases > known.releases,
+        )
+
+    def _memory(self, context: Context) -> _Memory:
+        return context.get_abstract_state(int(self._memory_index)).get_value()
+
+    def _calc(self, context: Context, value: Value):
+        memory = self._memory(context)
+        sample = memory.sample
+        if sample is None:
+            value.set_value(memory.before)
+            return
+        now = Observation(
+            time=sample.time,
+            command=np.array(self._command_input.Eval(context)),
+            report=self._report_input.Eval(context),
+            status=sample.status,
+            u_measured=sample.u_measured,
+            map_age=sample.map_age,
+            stop=sample.stop,
+            release=sample.release,
+        )
+        value.set_value(supervise(self._law, memory.before, now))
+
+    def _calc_command(self, context: Context, output: BasicVector):
+        output.SetFromVector(self.supervision(context).command)
+
+    def _calc_supervision(self, context: Context, output: Value):
+        output.set_value(self.supervision(context))

@@ -1,0 +1,138 @@
+"""The supervisor's rules: what may be wrong at a tick."""
+
+import dataclasses as dc
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from remosplat_drake.controller import tick_report
+from remosplat_drake.safety.supervision import (
+    Observation,
+    SupervisorLaw,
+    SupervisorState,
+)
+from remosplat_drake.station import status as station_status
+
+
+@dc.dataclass(frozen=True)
+class Symptom:
+    """Something that is wrong at this tick.
+
+    Attributes:
+        name: Of the rule.
+        message: What a person reads.
+        dwell: It may last so long [s].
+    """
+
+    name: str
+    message: str
+    dwell: float = 0.0
+
+
+def symptoms(
+    law: SupervisorLaw, state: SupervisorState, now: Observation
+) -> list[Symptom]:
+    """All that is wrong at this tick, the most telling first.
+
+    Comparisons are written so that NaN is always wrong.
+
+    Args:
+        law: Thresholds.
+        state: After the tick before; its command is the executed one.
+        now: What is seen.
+    """
+    return [
+        *_of_clock(law, state, now),
+        *_of_station(law, now),
+        *_of_motion(law, state, now),
+        *_of_tick(law, now),
+        *_of_target_and_map(law, state, now),
+    ]
+
+
+def _of_clock(
+    law: SupervisorLaw, state: SupervisorState, now: Observation
+) -> Iterator[Symptom]:
+    pause = now.time - state.time
+    if not math.isfinite(now.time):
+        yield Symptom("clock", "the clock is not finite")
+    elif pause < 0:
+        yield Symptom("clock", f"the clock went back by {-pause:.3g} s")
+    elif pause > law.dt + law.config.max_overrun:
+        yield Symptom("clock", f"the loop stood still for {pause:.3g} s")
+
+
+def _of_station(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
+    config, status = law.config, now.status
+    if status.protective_stop:
+        yield Symptom("protective_stop", "protective stop of the base")
+    if status.robot_mode not in config.robot_modes:
+        yield Symptom("robot_mode", f"the arm's mode is {status.robot_mode}")
+    if status.mode != station_status.RUNNING:
+        reason = status.stop_reason or "it gives no reason"
+        yield Symptom("station", f"the station stopped: {reason}")
+    if not status.age <= config.max_status_age:
+        age = f"{1e3 * status.age:.0f} ms"
+        yield Symptom("status_age", f"measurements are {age} old")
+    if not status.success_rate >= config.min_success_rate:
+        share = f"{100 * status.success_rate:.0f} %"
+        yield Symptom(
+            "success_rate",
+            f"only {share} of the commands reach the arm in time",
+            config.success_rate_dwell,
+        )
+
+
+def _of_motion(
+    law: SupervisorLaw, state: SupervisorState, now: Observation
+) -> Iterator[Symptom]:
+    if not np.isfinite(now.u_measured).all():
+        yield Symptom("measurement", "measured velocities are not finite")
+        return
+    error = np.abs(state.command - now.u_measured) / law.velocity
+    if error.max() > law.config.max_follow_error:
+        i = int(error.argmax())
+        yield Symptom(
+            "follow",
+            "the robot does not follow its command:"
+            f" u[{i}] is {now.u_measured[i]:.2f}, not {state.command[i]:.2f}",
+            law.config.follow_dwell,
+        )
+
+
+def _of_tick(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
+    config, report = law.config, now.report
+    if not np.isfinite(now.command).all():
+        yield Symptom("command", "the command is not finite")
+    if not np.isfinite(report.q).all():
+        yield Symptom("configuration", "measured positions are not finite")
+    if not now.time - report.time <= config.max_tick_age:
+        age = f"{1e3 * (now.time - report.time):.0f} ms"
+        yield Symptom("tick_age", f"the latest control tick is {age} old")
+    clearance = report.clearances.minimum()
+    if not clearance >= law.min_clearance:
+        yield Symptom(
+            "clearance",
+            f"clearance {1e3 * clearance:.1f} mm is below"
+            f" {1e3 * law.min_clearance:.1f} mm",
+            config.clearance_dwell,
+        )
+    if report.status == tick_report.BRAKING:
+        yield Symptom(
+            "braking",
+            f"no command for {config.max_braking_time:g} s: {report.reason}",
+            config.max_braking_time,
+        )
+
+
+def _of_target_and_map(
+    law: SupervisorLaw, state: SupervisorState, now: Observation
+) -> Iterator[Symptom]:
+    config = law.config
+    if config.max_target_jump is not None:
+        jump = float(np.linalg.norm(now.report.X_WT[:3, 3] - state.p_WT))
+        if jump > config.max_target_jump:
+            yield Symptom("target", f"the target jumped by {jump:.2f} m")
+    if config.max_map_age is not None and not now.map_age <= config.max_map_age:
+        yield Symptom("map_age", f"the map is {now.map_age:.3g} s old")

@@ -1,0 +1,350 @@
+"""The supervisor's state machine, rule by rule and for any history."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from supervised import (
+    ACCELERATION,
+    DT,
+    VELOCITY,
+    make_law,
+    make_observation,
+)
+
+from remosplat_drake.controller.tick_report import BRAKING, RELAXED
+from remosplat_drake.safety.braking import braking_command, braking_steps
+from remosplat_drake.safety.supervision import (
+    RUNNING,
+    STARTING,
+    STOPPED,
+    STOPPING,
+    SupervisorLaw,
+    SupervisorState,
+)
+from remosplat_drake.safety.supervisor import supervise
+from remosplat_drake.safety.symptoms import symptoms
+from remosplat_drake.station.status import STOPPED as STATION_STOPPED
+from remosplat_drake.station.status import StationStatus
+
+FAST = 0.8 * VELOCITY
+
+
+class Drive:
+    """A supervisor that is shown one tick after the other."""
+
+    def __init__(self, law: SupervisorLaw | None = None):
+        self.law = law or make_law()
+        self.state = SupervisorState(np.zeros(3))
+        self.k = 0
+
+    @property
+    def time(self) -> float:
+        return self.k * DT
+
+    def tick(self, u=FAST, **seen) -> SupervisorState:
+        now = make_observation(self.state, self.time, u, **seen)
+        self.state = supervise(self.law, self.state, now)
+        self.k += 1
+        return self.state
+
+    def ticks(self, n: int, u=FAST, **seen) -> SupervisorState:
+        for _ in range(n):
+            self.tick(u, **seen)
+        return self.state
+
+    def time_until_stopping(self, limit: float = 3.0, **seen) -> float:
+        """How long something may last [s]; inf: longer than the limit."""
+        start = self.time
+        while self.time - start < limit:
+            if self.tick(**seen).mode in (STOPPING, STOPPED):
+                return self.time - DT - start
+        return math.inf
+
+
+@pytest.fixture
+def running() -> Drive:
+    drive = Drive()
+    drive.ticks(100)
+    assert drive.state.mode == RUNNING
+    return drive
+
+
+# Starting
+
+
+def test_it_starts_along_the_command_from_zero():
+    # Joint 0 needs longest: 0.4 in steps of 1.0 * 0.01, that is 40 ticks.
+    drive = Drive()
+    for k in range(1, 40):
+        state = drive.tick()
+        assert state.mode == STARTING
+        np.testing.assert_allclose(state.command, FAST * k / 40, atol=1e-9)
+    state = drive.tick()
+    assert state.mode == RUNNING
+    np.testing.assert_array_equal(state.command, FAST)
+
+
+def test_a_command_that_starts_gently_is_passed_from_the_first_tick():
+    state = Drive().tick(ACCELERATION * DT)
+    assert state.mode == RUNNING
+    np.testing.assert_array_equal(state.command, ACCELERATION * DT)
+
+
+def test_it_waits_for_measurements_without_a_stop():
+    drive = Drive()
+    state = drive.ticks(50, status=StationStatus(age=math.inf))
+    assert state.mode == STARTING
+    assert state.reason == "waiting for the first measurement"
+    assert not state.command.any()
+    assert drive.tick().command.any()
+
+
+def test_it_waits_for_the_first_tick_without_a_stop():
+    drive = Drive()
+    state = drive.ticks(50, tick_age=math.nan)
+    assert state.reason == "waiting for the first control tick"
+    assert not state.command.any()
+
+
+def test_a_robot_in_trouble_is_not_started():
+    """It must not set off by itself when somebody lifts the emergency stop."""
+    drive = Drive()
+    drive.tick(status=StationStatus(robot_mode="user_stopped"))
+    assert drive.tick().mode == STOPPED
+    assert drive.state.reason == "the arm's mode is user_stopped"
+
+
+def test_measurements_that_are_lost_during_the_start_stop_it():
+    drive = Drive()
+    drive.ticks(10)
+    state = drive.tick(status=StationStatus(age=math.inf))
+    assert state.mode == STOPPING
+
+
+# Rules: what stops a running robot, and how long it may last
+
+
+@pytest.mark.parametrize(
+    ("seen", "dwell", "reason"),
+    [
+        ({"status": StationStatus(age=0.06)}, 0, "measurements are 60 ms old"),
+        ({"status": StationStatus(age=math.nan)}, 0, "nan ms old"),
+        ({"status": StationStatus(robot_mode="reflex")}, 0, "mode is reflex"),
+        (
+            {"status": StationStatus(mode=STATION_STOPPED, stop_reason="x")},
+            0,
+            "the station stopped: x",
+        ),
+        (
+            {"status": StationStatus(protective_stop=True)},
+            0,
+            "protective stop of the base",
+        ),
+        ({"status": StationStatus(success_rate=0.5)}, 0.2, "only 50 %"),
+        ({"status": StationStatus(success_rate=math.nan)}, 0.2, "nan %"),
+        ({"tick_age": 0.11}, 0, "control tick is 110 ms old"),
+        ({"tick_age": math.nan}, 0, "control tick is nan ms old"),
+        ({"u": [0, np.nan, 0]}, 0, "the command is not finite"),
+        ({"u": [0, np.inf, 0]}, 0, "the command is not finite"),
+        ({"q": np.nan}, 0, "measured positions are not finite"),
+        ({"u_measured": np.full(3, np.nan)}, 0, "velocities are not finite"),
+        ({"clearance": 0.0159}, 0.1, "clearance 15.9 mm is below 16.0 mm"),
+        ({"clearance": -np.inf}, 0.1, "clearance -inf mm"),
+        ({"status_": BRAKING}, 1.0, "no command for 1 s: no feasible"),
+        ({"u_measured": np.zeros(3)}, 0.5, "u[0] is 0.00, not 0.40"),
+        ({"stop": "stop button"}, 0, "stop button"),
+    ],
+    ids=lambda value: str(value)[:40],
+)
+def test_rule(running, seen, dwell, reason):
+    if "status_" in seen:
+        seen = {"report_status": seen["status_"]}
+    assert running.time_until_stopping(**seen) == pytest.approx(dwell)
+    assert reason in running.state.reason
+    # Better again, and nothing moves without a release.
+    running.ticks(200)
+    assert running.state.mode == STOPPED
+    assert reason in running.state.reason
+    assert not running.state.command.any()
+
+
+@pytest.mark.parametrize(
+    "seen",
+    [
+        {"status": StationStatus(age=0.05)},
+        {"status": StationStatus(robot_mode="idle")},
+        {"status": StationStatus(success_rate=0.8)},
+        {"tick_age": 0.099},
+        {"clearance": 0.016},
+        {"report_status": RELAXED},
+        {"u_measured": FAST - 0.29 * VELOCITY},
+        {"map_age": 1e9},
+    ],
+    ids=lambda value: str(value)[:40],
+)
+def test_what_is_just_good_enough(running, seen):
+    assert running.time_until_stopping(**seen) == math.inf
+
+
+def test_a_symptom_that_goes_away_in_time_stops_nothing(running):
+    for _ in range(10):
+        running.ticks(9, clearance=0.0)
+        running.tick()
+    assert running.state.mode == RUNNING
+
+
+def test_optional_rules():
+    drive = Drive(make_law(max_target_jump=0.2, max_map_age=1.0))
+    drive.ticks(100)
+    assert drive.tick(map_age=0.9, x_WT=1.19).mode == RUNNING
+    assert drive.tick(x_WT=0.9).mode == STOPPING
+    assert drive.state.reason == "the target jumped by 0.29 m"
+    drive = Drive(make_law(max_map_age=1.0))
+    drive.ticks(100)
+    assert drive.tick(map_age=1.1).mode == STOPPING
+    assert drive.state.reason == "the map is 1.1 s old"
+
+
+@pytest.mark.parametrize(
+    ("skip", "reason"),
+    [
+        (20, "the loop stood still for 0.21 s"),
+        (-50, "the clock went back by 0.49 s"),
+    ],
+)
+def test_a_clock_that_jumps_stops_the_robot(running, skip, reason):
+    running.k += skip
+    assert running.tick().mode == STOPPING
+    assert running.state.reason == reason
+    running.ticks(100)
+    assert running.state.mode == STOPPED
+
+
+# Stopping and releasing
+
+
+def test_the_ramp_takes_as_long_as_the_slowest_joint(running):
+    running.tick(stop="now")
+    n = 1
+    while running.state.mode == STOPPING:
+        np.testing.assert_allclose(
+            running.state.command, FAST * (1 - n / 40), atol=1e-9
+        )
+        running.tick()
+        n += 1
+    # 0.4 m/s in steps of 0.01 m/s.
+    assert n == 40
+    assert running.state.mode == STOPPED
+
+
+def test_a_release_starts_again_from_zero(running):
+    running.tick(stop="now")
+    running.ticks(100)
+    before = running.tick(release=True)
+    assert before.mode == STARTING
+    assert not before.command.any()
+    state = running.tick()
+    np.testing.assert_allclose(state.command, FAST / 40, atol=1e-9)
+    assert running.ticks(60).mode == RUNNING
+
+
+def test_a_release_before_the_standstill_does_nothing(running):
+    running.tick(stop="now")
+    running.tick(release=True)
+    assert running.state.mode == STOPPING
+    running.ticks(100)
+    assert running.state.mode == STOPPED
+
+
+def test_a_release_while_something_is_wrong_is_refused(running):
+    """The base lifts its protective stop by itself; that is no release."""
+    trouble = StationStatus(protective_stop=True)
+    running.ticks(100, status=trouble)
+    state = running.tick(status=trouble, release=True)
+    assert state.mode == STOPPED
+    assert state.refusal == "not released: protective stop of the base"
+    running.ticks(100)
+    assert running.state.mode == STOPPED
+    assert running.tick(release=True).mode == STARTING
+
+
+# Any history
+
+ages = st.sampled_from([0.0, 0.01, 0.049, 0.051, 1.0, math.inf, math.nan])
+speeds = st.one_of(
+    st.floats(-1.0, 1.0), st.sampled_from([0.0, 1.0, -1.0, np.nan, np.inf])
+)
+statuses = st.builds(
+    StationStatus,
+    age=ages,
+    mode=st.sampled_from(["running"] * 9 + ["stopped"]),
+    robot_mode=st.sampled_from(["move"] * 9 + ["reflex", ""]),
+    success_rate=st.sampled_from([1.0, 0.9, 0.5, math.nan]),
+    protective_stop=st.sampled_from([False] * 9 + [True]),
+)
+well = st.builds(StationStatus)
+histories = st.lists(
+    st.fixed_dictionaries(
+        {
+            "u": st.tuples(speeds, speeds, speeds),
+            "repeat": st.integers(1, 30),
+        },
+        optional={
+            "status": st.one_of(well, well, statuses),
+            "clearance": st.sampled_from([0.1, 0.02, 0.01, -np.inf]),
+            "report_status": st.sampled_from([BRAKING, RELAXED]),
+            "tick_age": st.sampled_from([0.0, 0.2, math.nan]),
+            "q": st.sampled_from([0.0, np.nan]),
+            "skip": st.sampled_from([0, 0, 3, 50, -5]),
+            "stop": st.sampled_from(["", "", "stop button"]),
+            "release": st.booleans(),
+        },
+    ),
+    max_size=30,
+)
+
+
+@given(histories)
+@settings(max_examples=200, deadline=None)
+def test_whatever_happens(history):
+    law = make_law()
+    drive = Drive(law)
+    step = ACCELERATION * DT * (1 + 1e-6)
+    for seen in history:
+        u = np.array(seen.pop("u")) * VELOCITY
+        drive.k += seen.pop("skip", 0)
+        for _ in range(seen.pop("repeat")):
+            before, time = drive.state, drive.time
+            now = make_observation(before, time, u, **seen)
+            after = drive.tick(u, **seen)
+            wrong = symptoms(law, before, now)
+
+            assert np.isfinite(after.command).all()
+            change = np.abs(after.command - before.command)
+            ramp = braking_command(before.command, ACCELERATION, DT)
+            if after.mode == RUNNING:
+                # The command as it is, or not at all.
+                np.testing.assert_array_equal(after.command, u)
+                assert not [s for s in wrong if s.dwell == 0]
+                assert not seen.get("stop")
+            if (before.mode, after.mode) != (RUNNING, RUNNING):
+                assert (change <= step).all()
+            if after.mode in (STOPPING, STOPPED):
+                np.testing.assert_array_equal(after.command, ramp)
+                assert after.reason
+            if after.mode == STOPPED:
+                assert not after.command.any()
+            if before.mode == STOPPING:
+                assert after.mode in (STOPPING, STOPPED)
+            if before.mode == STOPPED and after.mode != STOPPED:
+                assert seen.get("release")
+                assert not wrong
+            if before.mode == STOPPED:
+                assert not after.command.any()
+    # However fast it was, a stop takes no longer than the ramp.
+    speed = drive.state.command
+    drive.ticks(math.ceil(braking_steps(speed, ACCELERATION, DT)) + 1, stop="x")
+    assert drive.state.mode == STOPPED
