@@ -63,7 +63,11 @@ class Application:
 
 
 def MakeDiagram(
-    scenario: Scenario, world: World, page: MeshcatPage | None = None
+    scenario: Scenario,
+    world: World,
+    page: MeshcatPage | None = None,
+    *,
+    hardware: bool = False,
 ) -> Application:
     """Wires a scenario's stages into one diagram.
 
@@ -71,10 +75,11 @@ def MakeDiagram(
         scenario: The experiment.
         world: What its files hold.
         page: A browser page to draw on.
+        hardware: Whether the station is the real robot; nothing else differs.
     """
     robot, dt = world.robot, scenario.control_period
     builder = DiagramBuilder()
-    station = builder.AddSystem(_MakeStation(scenario, world))
+    station = builder.AddSystem(_MakeStation(scenario, world, hardware))
     configuration = _AddMeasured(
         builder,
         "configuration",
@@ -223,7 +228,7 @@ def _AddSupervisor(
     return supervisor
 
 
-def _MakeStation(scenario: Scenario, world: World) -> Diagram:
+def _MakeStation(scenario: Scenario, world: World, hardware: bool) -> Diagram:
     try:
         return MakeHardwareStation(
             config=scenario.station,
@@ -231,6 +236,7 @@ def _MakeStation(scenario: Scenario, world: World) -> Diagram:
             scene=world.truth,
             q0=world.q0,
             wrist_camera=scenario.wrist_camera,
+            hardware=scenario.hardware if hardware else None,
         )
     except RemoSplatError as error:
         raise RemoSplatError(f"{scenario.source}: {error}") from error

@@ -37,6 +37,10 @@ from remosplat_drake.station.config import (
     KinematicStation,
     WristCameraConfig,
 )
+from remosplat_drake.station.hardware.config import (
+    HardwareConfig,
+    check_hardware_config,
+)
 from remosplat_drake.strict_yaml import entries, load_strict
 from remosplat_drake.task.arrival import ArrivalConfig, check_arrival
 
@@ -118,6 +122,8 @@ class Scenario:
         default_factory=KinematicStation
     )
     wrist_camera: WristCameraConfig | None = None
+    # The real robot, in place of `station` with `remosplat run --hardware`.
+    hardware: HardwareConfig = dc.field(default_factory=HardwareConfig)
     # Time between two control ticks [s].
     control_period: float = 0.01
     # The run is given up after this long [s].
@@ -194,6 +200,7 @@ def check_scenario(scenario: Scenario) -> None:
             raise FieldError(where, field, f"must be positive, got {value}")
     check_config(scenario.controller, where)
     check_supervisor(scenario.supervisor, where)
+    check_hardware_config(scenario.hardware, where)
     _check_map_error(scenario, where)
     check_arrival(scenario.arrival, where)
     make_transform(scenario.scene.X_WG, where, "scene.X_WG")

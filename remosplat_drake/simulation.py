@@ -11,6 +11,7 @@ from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.diagram import Application
 from remosplat_drake.recording.metrics import RunMetrics, run_metrics
 from remosplat_drake.recording.trajectory import Trajectory
+from remosplat_drake.safety.supervision import STOPPED, SupervisorState
 from remosplat_drake.station.config import kinematic_simulator_config
 
 REACHED = "reached"
@@ -23,7 +24,8 @@ class RunResult:
     """How a run ended.
 
     Attributes:
-        outcome: REACHED, TIME_LIMIT or INTERRUPTED.
+        outcome: REACHED, TIME_LIMIT, INTERRUPTED, or STOPPED and, after a
+            colon, why the supervisor stopped the robot.
         targets_reached: How many of the targets were reached.
         targets: How many there were.
         position_error: Of the end effector at the end [m].
@@ -42,6 +44,7 @@ class RunResult:
 
 
 ProgressCallback = Callable[[float, PoseError, TickReport | None], None]
+SupervisionCallback = Callable[[SupervisorState], None]
 
 
 def run(
@@ -49,61 +52,134 @@ def run(
     *,
     realtime_rate: float = 0.0,
     on_progress: ProgressCallback | None = None,
+    on_supervision: SupervisionCallback | None = None,
     until: Callable[[PoseError], bool] | None = None,
+    patience: float = 0.0,
 ) -> RunResult:
     """Simulates until the last target is reached or time is up.
+
+    A robot that its supervisor has stopped ends the run, too.
 
     Args:
         application: The diagram to run.
         realtime_rate: Pace relative to the wall clock; 0 is unlimited.
         on_progress: Called after every step with the time, the pose error
             and the latest tick report.
+        on_supervision: Called whenever the supervisor's mode has changed.
         until: Ends the run in place of the arrival at the last target; asked
             once a step with the error to the present target.
+        patience: So long a stopped robot waits to be released [s]. The time
+            limit does not count this time.
     """
-    scenario, targets = application.scenario, application.targets
+    scenario = application.scenario
     simulator = Simulator(application.diagram)
     ApplySimulatorConfig(
         kinematic_simulator_config(scenario.control_period), simulator
     )
     simulator.set_target_realtime_rate(realtime_rate)
 
-    def monitor(root: Context) -> EventStatus:
-        context = targets.GetMyContextFromRoot(root)
-        if on_progress is not None:
-            on_progress(
-                root.get_time(),
-                targets.error(context),
-                application.recorder.latest,
-            )
-        finished = (
-            targets.progress(context).finished
-            if until is None
-            else until(targets.error(context))
-        )
-        if finished:
-            return EventStatus.ReachedTermination(None, REACHED)
-        return EventStatus.DidNothing()
-
+    monitor = _Monitor(
+        application, on_progress, on_supervision, until, patience
+    )
     simulator.set_monitor(monitor)
     interrupted = False
     try:
         simulator.Initialize()
-        simulator.AdvanceTo(scenario.time_limit)
+        end = 0.0
+        while not monitor.is_finished and end < monitor.time_limit:
+            end = monitor.time_limit
+            simulator.AdvanceTo(end)
     except KeyboardInterrupt:
         interrupted = True
-    return _result(application, simulator.get_context(), interrupted)
+    return make_result(application, simulator.get_context(), interrupted)
 
 
-def _result(
+class _Monitor:
+    """Looks on after every step, and says when the run is over."""
+
+    def __init__(
+        self,
+        application: Application,
+        on_progress: ProgressCallback | None,
+        on_supervision: SupervisionCallback | None,
+        until: Callable[[PoseError], bool] | None,
+        patience: float,
+    ):
+        self._application = application
+        self._on_progress = on_progress
+        self._on_supervision = on_supervision
+        self._until = until
+        self._patience = patience
+        self._time = 0.0
+        self._mode = ""
+        self._waited = 0.0
+        self._paused = 0.0
+        self.is_finished = False
+
+    @property
+    def time_limit(self) -> float:
+        """The scenario's, and the time that the robot was stopped [s]."""
+        return self._application.scenario.time_limit + self._paused
+
+    def __call__(self, root: Context) -> EventStatus:
+        """Drake's monitor callback."""
+        targets = self._application.targets
+        context = targets.GetMyContextFromRoot(root)
+        if self._on_progress is not None:
+            self._on_progress(
+                root.get_time(),
+                targets.error(context),
+                self._application.recorder.latest,
+            )
+        supervision = supervision_of(self._application, root)
+        if supervision is not None:
+            self._watch(root.get_time(), supervision)
+        if supervision is not None and supervision.is_latched:
+            stands = supervision.mode == STOPPED
+            self.is_finished = stands and self._waited >= self._patience
+        elif self._until is None:
+            self.is_finished = targets.progress(context).finished
+        else:
+            self.is_finished = self._until(targets.error(context))
+        if self.is_finished:
+            return EventStatus.ReachedTermination(None, "the run is over")
+        return EventStatus.DidNothing()
+
+    def _watch(self, time: float, supervision: SupervisorState) -> None:
+        """Counts how long the robot stands stopped; tells of changes."""
+        step, self._time = time - self._time, time
+        stands = supervision.mode == STOPPED
+        self._waited = self._waited + step if stands else 0.0
+        self._paused += step if stands and self._patience > 0 else 0.0
+        if supervision.mode != self._mode:
+            self._mode = supervision.mode
+            if self._on_supervision is not None:
+                self._on_supervision(supervision)
+
+
+def supervision_of(
+    application: Application, root: Context
+) -> SupervisorState | None:
+    """What the supervisor is at; None without one."""
+    supervisor = application.supervisor
+    if supervisor is None:
+        return None
+    return supervisor.supervision(supervisor.GetMyContextFromRoot(root))
+
+
+def make_result(
     application: Application, root: Context, interrupted: bool
 ) -> RunResult:
+    """How a run ended, read off the diagram's context."""
     scenario, world = application.scenario, application.world
     targets, recorder = application.targets, application.recorder
     context = targets.GetMyContextFromRoot(root)
     progress, error = targets.progress(context), targets.error(context)
     trajectory = recorder.trajectory(recorder.GetMyContextFromRoot(root))
-    if progress.finished:
+    supervision = supervision_of(application, root)
+    if supervision is not None and supervision.is_latched:
+        outcome = f"{STOPPED}: {supervision.reason}"
+    elif progress.finished:
         outcome = REACHED
     else:
         outcome = INTERRUPTED if interrupted else TIME_LIMIT

@@ -66,7 +66,13 @@ ALLOWED = {
 }
 """The stages of the data flow; what a stage may import besides itself."""
 
-ABOVE_THE_STAGES = {"benchmark", "commands", "diagram", "simulation"}
+ABOVE_THE_STAGES = {
+    "benchmark",
+    "commands",
+    "diagram",
+    "hardware_run",
+    "simulation",
+}
 """These see the wired application, and no stage may see them."""
 
 HEAVY = {"torch", "gsplat", "open3d", "pyrealsense2"}

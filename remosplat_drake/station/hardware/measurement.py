@@ -35,6 +35,7 @@ class Measurement:
         base: The base.
         base_stream: Its statuses.
         hand: The gripper.
+        counts: Packets so far, from arm, base and gripper.
         moving_since: Since when the arm has been told to move, by our wall
             clock [s]; infinite while it is told to stand.
     """
@@ -44,6 +45,7 @@ class Measurement:
     base: BaseState | None = None
     base_stream: Stream = dc.field(default_factory=Stream)
     hand: HandState | None = None
+    counts: tuple[int, ...] = (0, 0, 0)
     moving_since: float = math.inf
 
     def __deepcopy__(self, memo) -> "Measurement":

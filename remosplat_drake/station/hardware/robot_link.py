@@ -68,7 +68,6 @@ class RobotLink:
         self.sent = -math.inf
         self._moving_since = math.inf
         self._hand_sent = -math.inf
-        self._seen = [0, 0, 0]
         yaw_rate = config.base_yaw_rate
         self._lower, self._upper = command_bounds(
             robot.n_u,
@@ -117,14 +116,16 @@ class RobotLink:
             self.lcm.HandleSubscriptions(50)
 
     def updated(self, measurement: Measurement) -> Measurement:
-        """The measurement after the packets that came since the last call."""
+        """The measurement with the packets that it does not know yet."""
         n = len(self._robot.description.arm.joints)
-        for i, box in enumerate((self.arm, self.base, self.hand)):
-            if box is None or box.count == self._seen[i]:
+        boxes = (self.arm, self.base, self.hand)
+        counts = tuple(box.count if box else 0 for box in boxes)
+        for box, count, seen in zip(
+            boxes, counts, measurement.counts, strict=True
+        ):
+            if box is None or box.data is None or count == seen:
                 continue
-            self._seen[i] = box.count
             data, received = box.data, box.received
-            assert data is not None
             if box is self.arm:
                 measurement = with_arm_status(
                     measurement, data, received, n, self._config
@@ -135,7 +136,9 @@ class RobotLink:
                 )
             else:
                 measurement = with_hand_status(measurement, data)
-        return dc.replace(measurement, moving_since=self._moving_since)
+        return dc.replace(
+            measurement, counts=counts, moving_since=self._moving_since
+        )
 
     def send(self, u: np.ndarray) -> None:
         """Sends a command to base and arm, stamped now.

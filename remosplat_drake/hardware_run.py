@@ -1,0 +1,214 @@
+"""Run an application on the real robot, by the robot's own clock."""
+
+import dataclasses as dc
+import gc
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from pydrake.systems.analysis import InitializeParams, Simulator
+
+from remosplat_drake.diagram import Application
+from remosplat_drake.real_time import (
+    LoopLog,
+    LoopQuality,
+    next_tick,
+    sleep_until,
+)
+from remosplat_drake.safety.braking import braking_command
+from remosplat_drake.simulation import ProgressCallback, RunResult, make_result
+from remosplat_drake.station import ports
+from remosplat_drake.station.hardware.hardware_station import HardwareStation
+from remosplat_drake.station.hardware.robot_link import RobotLink
+from remosplat_drake.stop_signals import stop_signals
+
+STATUS_TIMEOUT = 0.003
+"""A tick waits so long for the arm's next status, a millisecond away [s]."""
+
+FINAL_ZEROS = 0.1
+"""Zero commands are sent for so long before the wire falls silent [s]."""
+
+_BEFORE_TICK = 1e-4  # Far more than the resolution of epoch times [s].
+
+
+@dc.dataclass(frozen=True, eq=False)
+class HardwareResult:
+    """How a run on the robot ended, and how its loop was kept."""
+
+    run: RunResult
+    loop: LoopQuality
+
+
+def run_on_hardware(
+    application: Application, *, on_progress: ProgressCallback | None = None
+) -> HardwareResult:
+    """Runs until the last target is reached or time is up.
+
+    It waits for the drivers, rehearses one tick without sending it, and then
+    ticks on the robot's statuses. However it ends, by Ctrl-C or by an
+    exception, too, the robot is brought to rest along the braking ramp.
+
+    Args:
+        application: The diagram; its station must be a `HardwareStation`.
+        on_progress: Called after every tick with the time since the start,
+            the pose error and the latest tick report.
+
+    Raises:
+        RemoSplatError: A driver keeps silent.
+    """
+    loop = HardwareLoop(application)
+    loop.link.wait_for_statuses()
+    loop.rehearse()
+    with stop_signals() as request:
+        try:
+            with _garbage_kept():
+                loop.start()
+                while not (loop.finished or request.made):
+                    loop.tick()
+                    if on_progress is not None:
+                        on_progress(*loop.progress())
+        finally:
+            bring_to_rest(
+                loop.link,
+                application.world.robot.acceleration_limit,
+                application.scenario.control_period,
+            )
+    result = make_result(application, loop.context, request.made)
+    return HardwareResult(result, loop.log.quality())
+
+
+class HardwareLoop:
+    """Ticks an application at the pace of the wall clock.
+
+    A tick first gets the newest statuses, then lets the diagram compute, and
+    sends the command at once; drawing and recording come after it. A tick
+    that comes too late is left out rather than made up for.
+
+    Attributes:
+        context: Of the whole diagram; its time is the wall clock's.
+        link: The wire.
+        log: How the ticks are kept.
+    """
+
+    def __init__(self, application: Application):
+        """Prepares; nothing is sent before `tick`."""
+        station = application.station
+        assert isinstance(station, HardwareStation)
+        self._application = application
+        self._station = station
+        self._period = application.scenario.control_period
+        self._status = station.GetOutputPort(ports.STATUS)
+        self.link = station.link
+        self.log = LoopLog(self._period)
+        self._restart()
+
+    def _restart(self) -> None:
+        self._simulator = Simulator(self._application.diagram)
+        self.context = self._simulator.get_mutable_context()
+        self._station_context = self._station.GetMyContextFromRoot(self.context)
+
+    def rehearse(self) -> None:
+        """Computes one tick that is not sent, and forgets it.
+
+        What is compiled or loaded on first use then does not delay a tick on
+        which the robot relies.
+        """
+        self.start()
+        self._compute()
+        self._restart()
+
+    def start(self) -> None:
+        """Starts at the next tick from the measured state, at rest."""
+        self.link.flush(STATUS_TIMEOUT)
+        self._first = self._next = next_tick(time.time(), self._period, 0)
+        self.context.SetTime(self._next * self._period - _BEFORE_TICK)
+        self._simulator.Initialize()
+
+    @property
+    def finished(self) -> bool:
+        """Whether the last target is reached or time is up."""
+        application = self._application
+        targets = application.targets
+        done = targets.progress(targets.GetMyContextFromRoot(self.context))
+        ran = (self._next - self._first) * self._period
+        return done.finished or ran >= application.scenario.time_limit
+
+    def tick(self) -> None:
+        """Waits for the next tick and runs it."""
+        sleep_until(self._next * self._period, self._period)
+        if not self.link.flush(min(STATUS_TIMEOUT, self._period)):
+            self.log.unheard += 1
+        heard = time.time()
+        self._compute()
+        self._station.ForcedPublish(self._station_context)
+        status = self._status.Eval(self._station_context)
+        self.log.record(
+            stamp=self.context.get_time() - status.age,
+            heard=heard,
+            sent=self.link.sent,
+        )
+        self._use_slack()
+
+    def _compute(self) -> None:
+        """Lets the diagram tick on what the link has received."""
+        self._simulator.AdvanceTo(self._next * self._period)
+        self._simulator.AdvancePendingEvents()
+
+    def _use_slack(self) -> None:
+        """Draws and records until the next tick, and finds out which it is."""
+        following = (self._next + 1) * self._period
+        self._simulator.AdvanceTo(following - _BEFORE_TICK)
+        gc.collect(1)
+        latest = self._next
+        self._next = next_tick(time.time(), self._period, latest)
+        if self._next > latest + 1:
+            self.log.missed += self._next - latest - 1
+            self.context.SetTime(self._next * self._period - _BEFORE_TICK)
+            self._simulator.Initialize(
+                InitializeParams(suppress_initialization_events=True)
+            )
+
+    def progress(self):
+        """Time since the start, pose error and report, for a person."""
+        targets = self._application.targets
+        context = targets.GetMyContextFromRoot(self.context)
+        ran = (self._next - self._first) * self._period
+        latest = self._application.recorder.latest
+        return ran, targets.error(context), latest
+
+
+def bring_to_rest(
+    link: RobotLink, acceleration_limit: np.ndarray, period: float
+) -> None:
+    """Ramps the robot down from its latest command, then falls silent.
+
+    It needs nothing but the wire, and Ctrl-C does not shorten it.
+
+    Args:
+        link: The wire.
+        acceleration_limit: Bounds on |du/dt|, shape (n_u,).
+        period: Time between two commands [s].
+    """
+    zeros = round(FINAL_ZEROS / period)
+    while zeros > 0:
+        try:
+            u = braking_command(link.u, acceleration_limit, period)
+            link.send(u)
+            zeros -= not u.any()
+            time.sleep(period)
+        except KeyboardInterrupt:
+            continue
+
+
+@contextmanager
+def _garbage_kept() -> Iterator[None]:
+    """Keeps Python from collecting garbage in the middle of a tick."""
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+        gc.unfreeze()

@@ -1,0 +1,127 @@
+"""Ticks by the wall clock, and how well they were kept."""
+
+import dataclasses as dc
+import math
+import time
+
+import numpy as np
+
+
+def next_tick(now: float, period: float, latest: int) -> int:
+    """Number of the next tick: those that have passed are left out.
+
+    Tick n is at n * period, counted from the Unix epoch as Drake counts its
+    periodic events from 0.
+
+    Args:
+        now: Wall clock [s].
+        period: Time between two ticks [s].
+        latest: Number of the latest tick.
+    """
+    return max(latest + 1, math.floor(now / period) + 1)
+
+
+def sleep_until(wake: float, longest: float) -> None:
+    """Sleeps until a time of the wall clock, even if that is set back.
+
+    Args:
+        wake: When to return [s].
+        longest: No sleep is longer [s].
+    """
+    duration = min(wake - time.time(), longest)
+    if duration > 0:
+        time.sleep(duration)
+
+
+@dc.dataclass(frozen=True)
+class Spread:
+    """How a quantity is spread, in its own unit."""
+
+    p50: float
+    p99: float
+    max: float
+
+    @staticmethod
+    def of(values: np.ndarray) -> "Spread":
+        """The spread of some values; NaN without any."""
+        if not len(values):
+            return Spread(math.nan, math.nan, math.nan)
+        p50, p99 = np.percentile(values, [50, 99])
+        return Spread(float(p50), float(p99), float(values.max()))
+
+
+@dc.dataclass(frozen=True)
+class LoopQuality:
+    """How a real-time loop ran.
+
+    Attributes:
+        period: That was asked for [s].
+        ticks: How many there were.
+        missed: Ticks that were left out because one before took too long.
+        unheard: Ticks for which the robot sent no new status in time.
+        age: From the stamp of the status that a command rests on to that of
+            the command [s].
+        jitter: Difference of the time between two commands and the period,
+            without its sign [s].
+        work: From the status to the command [s].
+    """
+
+    period: float
+    ticks: int
+    missed: int
+    unheard: int
+    age: Spread
+    jitter: Spread
+    work: Spread
+
+
+class LoopLog:
+    """Collects what `LoopQuality` sums up.
+
+    Attributes:
+        missed: See `LoopQuality`.
+        unheard: See `LoopQuality`.
+    """
+
+    def __init__(self, period: float):
+        """Starts empty.
+
+        Args:
+            period: Time between two ticks [s].
+        """
+        self._period = period
+        self._sent: list[float] = []
+        self._ages: list[float] = []
+        self._work: list[float] = []
+        self.missed = 0
+        self.unheard = 0
+
+    @property
+    def age(self) -> float:
+        """From status to command at the latest tick [s]; NaN before."""
+        return self._ages[-1] if self._ages else math.nan
+
+    def record(self, *, stamp: float, heard: float, sent: float) -> None:
+        """Notes one tick.
+
+        Args:
+            stamp: Of the status, by the sender's wall clock [s].
+            heard: When the status was there, by our wall clock [s].
+            sent: Stamp of the command [s].
+        """
+        self._ages.append(sent - stamp)
+        self._work.append(sent - heard)
+        self._sent.append(sent)
+
+    def quality(self) -> LoopQuality:
+        """Sums up all ticks so far."""
+        between = np.diff(self._sent)
+        return LoopQuality(
+            period=self._period,
+            ticks=len(self._sent),
+            missed=self.missed,
+            unheard=self.unheard,
+            age=Spread.of(np.array(self._ages)),
+            jitter=Spread.of(np.abs(between - self._period)),
+            work=Spread.of(np.array(self._work)),
+        )
