@@ -78,8 +78,12 @@ def run(
     )
     simulator.set_target_realtime_rate(realtime_rate)
 
-    monitor = _Monitor(
-        application, on_progress, on_supervision, until, patience
+    monitor = RunMonitor(
+        application,
+        on_progress=on_progress,
+        on_supervision=on_supervision,
+        until=until,
+        patience=patience,
     )
     simulator.set_monitor(monitor)
     interrupted = False
@@ -94,23 +98,40 @@ def run(
     return make_result(application, simulator.get_context(), interrupted)
 
 
-class _Monitor:
-    """Looks on after every step, and says when the run is over."""
+class RunMonitor:
+    """Looks on after every step, and says when the run is over.
+
+    Attributes:
+        is_finished: Whether the run is over.
+    """
 
     def __init__(
         self,
         application: Application,
-        on_progress: ProgressCallback | None,
-        on_supervision: SupervisionCallback | None,
-        until: Callable[[PoseError], bool] | None,
-        patience: float,
+        *,
+        start: float = 0.0,
+        on_progress: ProgressCallback | None = None,
+        on_supervision: SupervisionCallback | None = None,
+        until: Callable[[PoseError], bool] | None = None,
+        patience: float = 0.0,
     ):
+        """Prepares; see `run` for the other arguments.
+
+        Args:
+            application: The diagram that runs.
+            start: Time at which the run starts [s].
+            on_progress: Called with the time since the start.
+            on_supervision: See `run`.
+            until: See `run`.
+            patience: See `run`.
+        """
         self._application = application
         self._on_progress = on_progress
         self._on_supervision = on_supervision
         self._until = until
         self._patience = patience
-        self._time = 0.0
+        self._start = start
+        self._time = start
         self._mode = ""
         self._waited = 0.0
         self._paused = 0.0
@@ -118,8 +139,12 @@ class _Monitor:
 
     @property
     def time_limit(self) -> float:
-        """The scenario's, and the time that the robot was stopped [s]."""
-        return self._application.scenario.time_limit + self._paused
+        """When the run is given up, by the context's time [s].
+
+        The time in which the robot was stopped is given back to it.
+        """
+        limit = self._application.scenario.time_limit
+        return self._start + limit + self._paused
 
     def __call__(self, root: Context) -> EventStatus:
         """Drake's monitor callback."""
@@ -127,7 +152,7 @@ class _Monitor:
         context = targets.GetMyContextFromRoot(root)
         if self._on_progress is not None:
             self._on_progress(
-                root.get_time(),
+                root.get_time() - self._start,
                 targets.error(context),
                 self._application.recorder.latest,
             )

@@ -129,6 +129,39 @@ def test_an_interrupted_run_keeps_what_it_has(folder):
     check_consistent(result, application)
 
 
+def test_a_stop_ends_the_run_and_is_no_arrival(folder):
+    """The second target is a jump that this supervisor does not allow."""
+    application = make_application(
+        folder, "Two", "{supervisor: {max_target_jump: 0.1}}"
+    )
+    modes = []
+    result = run(
+        application, on_supervision=lambda state: modes.append(state.mode)
+    )
+    assert modes == ["starting", "running", "stopping", "stopped"]
+    assert result.outcome == "stopped: the target jumped by 0.15 m"
+    assert result.targets_reached == 1
+    assert not result.trajectory.u[-1].any()
+    check_consistent(result, application)
+    # It came to rest within the robot's limits.
+    change = np.abs(np.diff(result.trajectory.u, axis=0)) / 0.02
+    limit = application.world.robot.acceleration_limit
+    assert (change <= limit * (1 + 1e-9)).all()
+
+
+def test_a_stopped_robot_waits_for_its_release(folder):
+    """The time limit does not count the wait."""
+    application = make_application(
+        folder,
+        "Two",
+        "{supervisor: {max_target_jump: 0.1}, time_limit: 5}",
+    )
+    result = run(application, patience=2.0)
+    assert result.outcome.startswith("stopped")
+    standing = (result.trajectory.u == 0).all(axis=1)
+    assert standing[-100:].all() and not standing[-110:].all()
+
+
 def test_progress_is_told_at_every_tick(folder):
     seen = []
     application = make_application(folder, "One", "{time_limit: 0.2}")
@@ -192,8 +225,23 @@ def test_not_reaching_exits_with_1_and_says_how_far_it_is(folder, capfd):
     assert "mm and 0.0 deg away" in error
 
 
+def test_a_stop_exits_with_1_and_is_named(folder, capfd):
+    """No simulated arm is in this mode."""
+    text = "{supervisor: {robot_modes: [guiding]}}"
+    output = folder / "out"
+    assert (
+        remosplat_run(
+            folder, "Here", "--scenario-text", text, "--output", str(output)
+        )
+        == 1
+    )
+    assert "stopped: the arm's mode is move" in capfd.readouterr().err
+    metrics = json.loads((output / "metrics.json").read_text())
+    assert metrics["outcome"] == "stopped: the arm's mode is move"
+
+
 def test_an_interrupt_exits_with_130_and_leaves_its_record(folder, monkeypatch):
-    def interrupted(application, *, realtime_rate, on_progress):
+    def interrupted(application, **arguments):
         def stop(t, error, report):
             if t > 0.1:
                 raise KeyboardInterrupt

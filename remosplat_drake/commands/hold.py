@@ -25,17 +25,20 @@ def add_page_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def is_held(wanted: bool | None) -> bool:
+    """Whether a page stays; None: if somebody sits at a terminal."""
+    return sys.stdin.isatty() if wanted is None else wanted
+
+
 def hold(wanted: bool | None, page: MeshcatPage, console: Console) -> None:
     """Serves a page and its buttons until Ctrl-C.
 
     Args:
-        wanted: Whether to; None: if somebody sits at a terminal.
+        wanted: See `is_held`.
         page: To be kept.
         console: To say so.
     """
-    if wanted is None:
-        wanted = sys.stdin.isatty()
-    if not wanted:
+    if not is_held(wanted):
         return
     console.print(f"the page stays at {page.url}; Ctrl-C ends")
     try:

@@ -14,11 +14,12 @@ from rich.text import Text
 
 from remosplat_drake import warm_up
 from remosplat_drake.atomic_file import atomic_write, check_writable
-from remosplat_drake.commands.hold import add_page_arguments, hold
+from remosplat_drake.commands.hold import add_page_arguments, hold, is_held
 from remosplat_drake.controller.servo import PoseError
 from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.diagram import Application, MakeDiagram
 from remosplat_drake.recording.trajectory import save_trajectory
+from remosplat_drake.safety.supervision import STOPPED, SupervisorState
 from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.simulation import INTERRUPTED, REACHED, RunResult
 from remosplat_drake.simulation import run as simulate
@@ -106,7 +107,9 @@ def run(arguments: argparse.Namespace) -> int:
         rate = 0.0 if arguments.headless else 1.0
     if page is not None:
         page.start_recording()
-    result = _simulate(application, rate, console)
+    watched = page is not None and not arguments.headless
+    patience = math.inf if watched and is_held(arguments.hold) else 0.0
+    result = _simulate(application, rate, patience, console)
     warm_up.remember()
     if page is not None:
         page.finish_recording()
@@ -132,7 +135,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 
 
 def _simulate(
-    application: Application, rate: float, console: Console
+    application: Application, rate: float, patience: float, console: Console
 ) -> RunResult:
     last = -math.inf
     with Live(console=console, auto_refresh=False, transient=True) as live:
@@ -144,7 +147,19 @@ def _simulate(
                 last = now
                 live.update(_progress_line(t, error, report), refresh=True)
 
-        return simulate(application, realtime_rate=rate, on_progress=show)
+        def tell(supervision: SupervisorState):
+            if supervision.mode == STOPPED:
+                console.print(f"[bold red]stopped:[/] {supervision.reason}")
+                if patience > 0:
+                    console.print("the page's release button lets it go on")
+
+        return simulate(
+            application,
+            realtime_rate=rate,
+            on_progress=show,
+            on_supervision=tell,
+            patience=patience,
+        )
 
 
 def _progress_line(t: float, error: PoseError, report: TickReport) -> Text:
