@@ -17,7 +17,13 @@ from remosplat_drake.real_time import (
     sleep_until,
 )
 from remosplat_drake.safety.braking import braking_command
-from remosplat_drake.simulation import ProgressCallback, RunResult, make_result
+from remosplat_drake.simulation import (
+    ProgressCallback,
+    RunMonitor,
+    RunResult,
+    SupervisionCallback,
+    make_result,
+)
 from remosplat_drake.station import ports
 from remosplat_drake.station.hardware.hardware_station import HardwareStation
 from remosplat_drake.station.hardware.robot_link import RobotLink
@@ -41,7 +47,11 @@ class HardwareResult:
 
 
 def run_on_hardware(
-    application: Application, *, on_progress: ProgressCallback | None = None
+    application: Application,
+    *,
+    on_progress: ProgressCallback | None = None,
+    on_supervision: SupervisionCallback | None = None,
+    patience: float = 0.0,
 ) -> HardwareResult:
     """Runs until the last target is reached or time is up.
 
@@ -53,6 +63,8 @@ def run_on_hardware(
         application: The diagram; its station must be a `HardwareStation`.
         on_progress: Called after every tick with the time since the start,
             the pose error and the latest tick report.
+        on_supervision: Called whenever the supervisor's mode has changed.
+        patience: So long a stopped robot waits to be released [s].
 
     Raises:
         RemoSplatError: A driver keeps silent.
@@ -64,10 +76,18 @@ def run_on_hardware(
         try:
             with _garbage_kept():
                 loop.start()
-                while not (loop.finished or request.made):
+                monitor = RunMonitor(
+                    application,
+                    start=loop.context.get_time(),
+                    on_progress=on_progress,
+                    on_supervision=on_supervision,
+                    patience=patience,
+                )
+                while not (monitor.is_finished or request.made):
+                    if loop.context.get_time() > monitor.time_limit:
+                        break
                     loop.tick()
-                    if on_progress is not None:
-                        on_progress(*loop.progress())
+                    monitor(loop.context)
         finally:
             bring_to_rest(
                 loop.link,
@@ -121,18 +141,9 @@ class HardwareLoop:
     def start(self) -> None:
         """Starts at the next tick from the measured state, at rest."""
         self.link.flush(STATUS_TIMEOUT)
-        self._first = self._next = next_tick(time.time(), self._period, 0)
+        self._next = next_tick(time.time(), self._period, 0)
         self.context.SetTime(self._next * self._period - _BEFORE_TICK)
         self._simulator.Initialize()
-
-    @property
-    def finished(self) -> bool:
-        """Whether the last target is reached or time is up."""
-        application = self._application
-        targets = application.targets
-        done = targets.progress(targets.GetMyContextFromRoot(self.context))
-        ran = (self._next - self._first) * self._period
-        return done.finished or ran >= application.scenario.time_limit
 
     def tick(self) -> None:
         """Waits for the next tick and runs it."""
@@ -168,14 +179,6 @@ class HardwareLoop:
             self._simulator.Initialize(
                 InitializeParams(suppress_initialization_events=True)
             )
-
-    def progress(self):
-        """Time since the start, pose error and report, for a person."""
-        targets = self._application.targets
-        context = targets.GetMyContextFromRoot(self.context)
-        ran = (self._next - self._first) * self._period
-        latest = self._application.recorder.latest
-        return ran, targets.error(context), latest
 
 
 def bring_to_rest(
