@@ -48,19 +48,15 @@ def with_floaters(
     log_opacity = rng.exponential(LOG_OPACITY_MEAN, count)
     opacity = FAINTEST * np.exp(np.where(faded, 0.0, log_opacity))
     scales = SCALE_MEDIAN * np.exp(rng.normal(0, SCALE_SPREAD, (count, 2)))
-    added = {
-        "p_GK": _free_points(splat_W, truth, count, rng),
-        "quaternions": rng.normal(size=(count, 4)),
-        "scales": scales,
-        "opacities": np.minimum(opacity, 0.97),
-        "colors": rng.uniform(size=(count, 3)),
-    }
-    return GaussianSplat(
-        **{
-            name: np.concatenate([getattr(splat_W, name), values])
-            for name, values in added.items()
-        }
+    floaters = GaussianSplat(
+        p_GK=_free_points(splat_W, truth, count, rng),
+        quaternions=rng.normal(size=(count, 4)),
+        scales=scales,
+        opacities=np.minimum(opacity, 0.97),
+        colors=rng.uniform(size=(count, 3)),
+        sh_rest=np.zeros((count, *splat_W.sh_rest.shape[1:])),
     )
+    return splat_W.joined_with(floaters)
 
 
 def _free_points(

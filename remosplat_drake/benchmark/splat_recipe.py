@@ -15,7 +15,7 @@ from remosplat_drake.errors import FieldError
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.strict_yaml import load_text
 
-RECIPE_VERSION = 2
+RECIPE_VERSION = 3
 """Raised whenever the same settings would give other splats."""
 
 REFINED = "refined"

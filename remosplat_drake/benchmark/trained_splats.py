@@ -28,6 +28,7 @@ from remosplat_drake.oracle.config import (
     make_field,
 )
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.reconstruction.holes import fill_holes
 from remosplat_drake.reconstruction.quality import (
     DistanceQuality,
     distance_quality,
@@ -171,7 +172,9 @@ def _train(
     from remosplat_drake.reconstruction import training
 
     config = training.TrainingConfig(steps=recipe.steps, seed=recipe.seed)
-    return training.train(capture, refine(capture, surfels), config).splat
+    refined = refine(capture, surfels)
+    trained = training.train(capture, refined, config)
+    return fill_holes(capture, trained.splat, refined)
 
 
 def _refine(

@@ -19,6 +19,11 @@ from remosplat_drake.errors import (
     RemoSplatError,
     unknown_name,
 )
+from remosplat_drake.reconstruction.holes import fill_holes
+from remosplat_drake.reconstruction.measured_space import (
+    measured_points,
+    scatter,
+)
 from remosplat_drake.reconstruction.point_cloud import (
     InitialisationConfig,
     initialise,
@@ -29,6 +34,9 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 AUTO, CUDA, CPU, NONE = "auto", "cuda", "cpu", "none"
 """Devices: the best there is; train; refine only; surfels as they are."""
+
+_MARGIN_PER_SCATTER = 4.0
+"""How much farther than a surface scatters free space begins."""
 
 DEVICES = (AUTO, CUDA, CPU, NONE)
 
@@ -149,14 +157,18 @@ def _train(
     # Imported here: torch takes seconds, and need not be installed.
     from remosplat_drake.reconstruction.training import TrainingConfig, train
 
+    # Where views disagree, a surface must not be taken for free space.
+    few = capture.select(np.arange(0, len(capture), -(-len(capture) // 16)))
+    surface_W = measured_points(few, *np.array([[-np.inf], [np.inf]]))
+    margin = TrainingConfig.margin + _MARGIN_PER_SCATTER * scatter(surface_W)
     trained = train(
         capture,
         start,
-        TrainingConfig(steps=steps, seed=seed),
+        TrainingConfig(steps=steps, seed=seed, margin=margin),
         held_out=held_out,
         checkpoint=checkpoint,
         report=lambda p: report("training", p.step, p.steps),
     )
     if checkpoint is not None:
         checkpoint.unlink(missing_ok=True)
-    return trained.splat, trained.progress.step
+    return fill_holes(capture, trained.splat, start), trained.progress.step

@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.reconstruction.holes import fill_holes
 from remosplat_drake.reconstruction.surfel_extent import (
     Extents,
     find_extents,
@@ -34,7 +35,11 @@ from remosplat_drake.reconstruction.surfel_thinning import (
     uncrowded,
     with_spacing,
 )
-from remosplat_drake.reconstruction.surfels import Surfels, quaternions_onto
+from remosplat_drake.reconstruction.surfels import (
+    Surfels,
+    quaternions_onto,
+    splat_of_surfels,
+)
 from remosplat_drake.splat.gaussian_splat import (
     GaussianSplat,
     rotation_matrices,
@@ -99,6 +104,7 @@ def refine(
         RemoSplatError: No view has a depth at any surfel.
     """
     config = config or RefinementConfig()
+    first = splat_of_surfels(surfels, config.scale, config.opacity)
     progress = _Progress(capture, len(surfels), config, report)
     noise = DepthNoise(*config.noise, config.min_cosine, 0.1)
     tolerance, last = config.tolerance
@@ -113,7 +119,8 @@ def refine(
             break
     kept = uncrowded(surfels, weight, config.crowding)
     surfels = with_spacing(surfels, kept)
-    return _cut_to_shape(capture, surfels, noise, last, config, progress)
+    splat = _cut_to_shape(capture, surfels, noise, last, config, progress)
+    return fill_holes(capture, splat, first)
 
 
 class _Progress:

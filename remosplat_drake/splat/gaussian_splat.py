@@ -131,6 +131,17 @@ class GaussianSplat:
             **{f.name: getattr(self, f.name)[keep] for f in dc.fields(self)}
         )
 
+    def joined_with(self, other: "GaussianSplat") -> "GaussianSplat":
+        """These splats, then another's of the same kind and degree."""
+        return GaussianSplat(
+            **{
+                f.name: np.concatenate(
+                    [getattr(self, f.name), getattr(other, f.name)]
+                )
+                for f in dc.fields(self)
+            }
+        )
+
     def cropped(self, lower: np.ndarray, upper: np.ndarray) -> "GaussianSplat":
         """The splats whose centres lie in the box [lower, upper] of G [m]."""
         inside = (self.p_GK >= lower) & (self.p_GK <= upper)
