@@ -16,9 +16,9 @@ class GuidanceConfig:
     # Look ahead in a process of its own, so that ticks do not wait for it:
     # for real robots. Runs then depend on the machine, and `budget` is idle.
     asynchronous: bool = False
-    # How long that process may take to answer [ms]; what it has not finished
-    # by then it goes on with.
-    budget_ms: float = 10.0
+    # How long that process takes for an answer [ms], best a little less than
+    # the control period; what it has not finished it goes on with.
+    budget_ms: float = 8.0
     # Convex solver of the rollouts; see controller/solvers.py.
     solver: str = "active_set"
     # Time that one rollout step simulates [s].

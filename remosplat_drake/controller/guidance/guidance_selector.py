@@ -50,9 +50,8 @@ class GuidanceSelector(LeafSystem):
     come late without harm: safety does not rest on it.
 
     With a `LookAheadProcess` it only passes on what that has decided, and
-    runs depend on the machine. While there is no process, because it is
-    starting or has died, the selector cycles as with no budget, and
-    `Selection.missing` says why.
+    runs depend on the machine. When the process is lost, the selector
+    cycles as with no budget, and `Selection.missing` says why.
 
     Args:
         rule: What is tried and when it counts as arrival.

@@ -14,7 +14,6 @@ import numpy as np
 from remosplat_drake.controller.config import ReactiveControllerConfig
 from remosplat_drake.controller.guidance.selection import Selection
 from remosplat_drake.controller.guidance.worker import (
-    READY,
     Failure,
     PresentState,
     serve,
@@ -24,10 +23,13 @@ from remosplat_drake.one_thread import one_thread_environment
 from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.robot.robot_model import RobotModel
 
-STARTING = "look-ahead is starting"
+START_TIME = 60.0
+"""How long the process may take to start [s]."""
 
 PATIENCE = 5.0
 """Without an answer for so long the process is given up [s]."""
+
+DIED = "the look-ahead process has died"
 
 _log = logging.getLogger(__name__)
 
@@ -36,13 +38,14 @@ class LookAheadProcess:
     """Looks ahead with a budget of wall-clock time, on another core.
 
     The process is spawned, keeps to one thread and yields to everybody. The
-    map goes to it once a revision; after that messages are small. No call
-    here waits for it: what is not there yet comes at a later tick. When it
-    dies, fails or hangs, that is said once, and `missing` says it from then
-    on.
+    map goes to it once a revision; after that messages are small. Once it
+    has started, nothing waits for it: what is not there yet comes at a later
+    tick. When it dies, fails or hangs, that is logged once, and `missing`
+    says it from then on.
 
     Attributes:
-        missing: Why there is no look-ahead at present; empty if there is.
+        missing: Why there is no look-ahead any more; empty if there is.
+        process: The process.
     """
 
     def __init__(
@@ -51,7 +54,7 @@ class LookAheadProcess:
         robot: RobotModel,
         arrived: Callable[[PoseError], bool],
     ):
-        """Starts the process.
+        """Starts the process and waits until it has loaded everything.
 
         Args:
             config: The controller's.
@@ -71,7 +74,7 @@ class LookAheadProcess:
         with one_thread_environment():
             self.process.start()
         theirs.close()
-        self.missing = STARTING
+        self.missing = ""
         self._sender: Thread | None = None
         self._unanswered = 0
         self._asked_at = 0.0
@@ -79,6 +82,16 @@ class LookAheadProcess:
         self.close = weakref.finalize(
             self, _close, self._connection, self.process
         )
+        self._wait_until_ready()
+
+    def _wait_until_ready(self) -> None:
+        try:
+            ready = self._connection.poll(START_TIME)
+            message = self._connection.recv() if ready else Failure("no answer")
+        except (EOFError, OSError):
+            message = Failure(DIED)
+        if isinstance(message, Failure):
+            self._give_up(f"look-ahead has not started: {message.reason}")
 
     def update(
         self, selection: Selection, now: PresentState, field: DistanceField
@@ -94,14 +107,14 @@ class LookAheadProcess:
             now: The present state.
             field: The map.
         """
-        if self._is_sending() or not self.close.alive:
+        if self.missing or self._is_sending():
             return selection
         try:
             selection = self._received(selection, now, field)
             if not self.missing:
                 self._send(now, field)
         except (EOFError, OSError):
-            self._give_up("the look-ahead process has died")
+            self._give_up(DIED)
         return selection
 
     def _is_sending(self) -> bool:
@@ -112,9 +125,6 @@ class LookAheadProcess:
     ) -> Selection:
         while self._connection.poll():
             message = self._connection.recv()
-            if message == READY:
-                self.missing = ""
-                continue
             if isinstance(message, Failure):
                 self._give_up(f"look-ahead failed: {message.reason}")
                 return selection
@@ -170,6 +180,7 @@ def _send_all(connection: Connection, *messages: object) -> None:
 def _close(connection: Connection, process: BaseProcess) -> None:
     """Ends the process: it leaves when nobody is at the other end."""
     connection.close()
-    process.join(1.0)
+    process.join(0.5)
     if process.is_alive():
         process.kill()
+        process.join()

@@ -97,6 +97,14 @@ def test_where_the_controller_alone_is_stuck_guidance_arrives(application):
     assert clearance is not None and clearance >= 0.021 - 1e-9
 
 
+def test_beside_the_tick_it_arrives_as_well(application):
+    app = application("{asynchronous: true, budget_ms: 20}")
+    guided = run(app, realtime_rate=2.0)
+    assert guided.outcome == REACHED
+    clearance = guided.metrics.truth_clearance_min
+    assert clearance is not None and clearance >= 0.021 - 1e-9
+
+
 def test_a_future_that_verification_would_stop_is_not_followed(application):
     guided = run(application("{tiers: [0.010]}", scene=TIGHT))
     assert guided.outcome == REACHED

@@ -1,0 +1,188 @@
+"""Look-ahead beside the tick: real processes, which may be lost."""
+
+import copy
+import dataclasses as dc
+import operator
+from collections.abc import Callable, Iterator
+from functools import partial
+from time import monotonic, perf_counter, sleep
+
+import numpy as np
+import pytest
+
+from remosplat_drake.benchmark.scene_generators import generate
+from remosplat_drake.controller.config import gain_set
+from remosplat_drake.controller.guidance.guidance_selector import updated
+from remosplat_drake.controller.guidance.look_ahead_process import (
+    DIED,
+    LookAheadProcess,
+)
+from remosplat_drake.controller.guidance.selection import (
+    Selection,
+    start_selection,
+)
+from remosplat_drake.controller.guidance.selection_rule import (
+    SelectionRule,
+    make_selection_rule,
+)
+from remosplat_drake.controller.guidance.worker import (
+    PresentState,
+    look_ahead,
+)
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
+
+ARRIVED = partial(has_arrived, config=ArrivalConfig())
+LONG = 20.0
+
+
+@dc.dataclass(frozen=True)
+class Stuck:
+    """A robot that gets stuck if it goes straight.
+
+    Attributes:
+        rule: What the selector tries.
+        field: The map.
+        now: The robot's first state.
+    """
+
+    rule: SelectionRule
+    field: SignedDistanceField
+    now: PresentState
+
+
+@pytest.fixture(scope="module")
+def stuck(frankie) -> Stuck:
+    scene = generate("table", 6)
+    assert scene.X_WE_target is not None and scene.X_WB_start is not None
+    return Stuck(
+        make_selection_rule(gain_set("tuned", "test"), frankie, ARRIVED),
+        SignedDistanceField(scene),
+        PresentState(
+            0.0,
+            np.array([*scene.X_WB_start, *frankie.home]),
+            np.zeros(frankie.n_u),
+            scene.X_WE_target.GetAsMatrix4(),
+        ),
+    )
+
+
+@pytest.fixture(scope="module")
+def shared_process(frankie) -> Iterator[LookAheadProcess]:
+    process = make_process(frankie)
+    yield process
+    process.close()
+    assert not process.process.is_alive()
+    process.close()  # Once more does no harm.
+
+
+def make_process(frankie, arrived: Callable = ARRIVED) -> LookAheadProcess:
+    return LookAheadProcess(gain_set("tuned", "test"), frankie, arrived)
+
+
+def until(process, stuck, good, now=None, field=None) -> Selection:
+    """Updates for a robot that stands still, until the selection is good."""
+    selection, now = start_selection(stuck.rule), now or stuck.now
+    end = monotonic() + LONG
+    while monotonic() < end:
+        # Nothing that has been decided holds for longer than a second.
+        now = dc.replace(now, time=monotonic())
+        selection = updated(
+            process, stuck.rule, selection, now, field or stuck.field
+        )
+        if good(selection):
+            return selection
+        sleep(0.005)
+    raise AssertionError(f"nothing but {selection.reason!r}")
+
+
+def test_it_decides_what_the_selector_would_decide(shared_process, stuck):
+    found = until(shared_process, stuck, lambda s: s.latest)
+    here = look_ahead(
+        stuck.rule,
+        start_selection(stuck.rule),
+        stuck.now,
+        stuck.field,
+        perf_counter() + LONG,
+        lambda: False,
+    )
+    assert found.guidance == here.guidance
+    assert found.guidance.name != "direct"
+    assert found.reason == here.reason
+    assert not found.missing
+    for theirs, ours in zip(found.latest, here.latest, strict=True):
+        np.testing.assert_array_equal(theirs.path, ours.path)
+
+
+def test_a_new_target_and_a_new_map_are_answered_for(shared_process, stuck):
+    until(shared_process, stuck, lambda s: s.latest)
+    X_WT = stuck.now.X_WT.copy()
+    X_WT[2, 3] += 0.4
+    elsewhere = dc.replace(stuck.now, X_WT=X_WT)
+    found = until(shared_process, stuck, lambda s: s.latest, now=elsewhere)
+    np.testing.assert_array_equal(found.X_WT, X_WT)
+    other = copy.copy(stuck.field)
+    other.revision = "another"
+    found = until(
+        shared_process, stuck, lambda s: s.latest, now=elsewhere, field=other
+    )
+    assert found.revision == "another"
+
+
+def test_an_answer_about_another_world_is_dropped(shared_process, stuck):
+    until(shared_process, stuck, lambda s: s.latest)
+    other = copy.copy(stuck.field)
+    other.revision = "a third"
+    start = start_selection(stuck.rule)
+    # Whatever is under way now is about the map before.
+    for _ in range(20):
+        selection = updated(shared_process, stuck.rule, start, stuck.now, other)
+        assert selection.revision == "a third"
+        sleep(0.01)
+
+
+def test_a_lost_measurement_changes_nothing(shared_process, stuck):
+    selection = start_selection(stuck.rule)
+    lost = dc.replace(stuck.now, q=np.full_like(stuck.now.q, np.nan))
+    assert (
+        updated(shared_process, stuck.rule, selection, lost, stuck.field)
+        is selection
+    )
+
+
+def test_interrupted_it_stops_between_two_steps(stuck):
+    asked = []
+
+    def interrupted() -> bool:
+        asked.append(True)
+        return len(asked) > 3
+
+    selection = look_ahead(
+        stuck.rule,
+        start_selection(stuck.rule),
+        stuck.now,
+        stuck.field,
+        perf_counter() + LONG,
+        interrupted,
+    )
+    assert selection.running is not None
+    assert len(selection.running.path) == 3
+
+
+def test_without_its_process_it_cycles_and_says_why(frankie, stuck):
+    process = make_process(frankie)
+    until(process, stuck, lambda s: s.latest)
+    process.process.kill()
+    selection = until(process, stuck, lambda s: s.missing)
+    assert selection.missing == DIED
+    # The robot stands: the next candidate's turn comes.
+    later = dc.replace(stuck.now, time=monotonic() + 10.0)
+    following = updated(process, stuck.rule, selection, later, stuck.field)
+    assert following.guidance is not selection.guidance
+    assert following.missing == DIED
+
+
+def test_an_error_inside_is_named(frankie, stuck):
+    process = make_process(frankie, partial(operator.truediv, 1.0))
+    selection = until(process, stuck, lambda s: s.missing)
+    assert selection.missing.startswith("look-ahead failed: TypeError")
