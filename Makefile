@@ -48,5 +48,5 @@ $(RUNTIME): pyproject.toml | $(VENV)/pyvenv.cfg
 	@touch $@
 
 $(DEV): pyproject.toml | $(VENV)/pyvenv.cfg
-	$(BIN)/python -m pip install --quiet --editable '.[meshes,reconstruction,formats]' --group dev
+	$(BIN)/python -m pip install --quiet --editable '.[meshes,reconstruction,formats,ros2,panda]' --group dev
 	@touch $@ $(RUNTIME)

@@ -78,7 +78,15 @@ ABOVE_THE_STAGES = {
 HEAVY = {"torch", "gsplat", "open3d", "pyrealsense2"}
 """Optional packages that are imported inside functions."""
 
-OPTIONAL = HEAVY | {"trimesh", "rtbdata", "matplotlib", "PIL", "zstandard"}
+OPTIONAL = HEAVY | {
+    "trimesh",
+    "rtbdata",
+    "matplotlib",
+    "PIL",
+    "zstandard",
+    "cyclonedds",
+    "panda_py",
+}
 """All that a default installation does without."""
 
 

@@ -6,7 +6,6 @@ import math
 import signal
 from pathlib import Path
 
-from pydrake.lcm import DrakeLcm
 from rich.console import Console
 
 from remosplat_drake.atomic_file import check_writable
@@ -16,14 +15,11 @@ from remosplat_drake.drivers.hardware_sim import HardwareSim
 from remosplat_drake.drivers.panda_limits import TICK
 from remosplat_drake.drivers.robot_plant import RobotPlant
 from remosplat_drake.drivers.true_motion import TrueMotion
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.drivers.wire import add_wire_argument, open_wire
 from remosplat_drake.scenario import LoadScenario, Scenario
 from remosplat_drake.station.config import DynamicStation
 from remosplat_drake.station.simulated_station import MakeHardwareStation
 from remosplat_drake.world import World, load_world
-
-LOCAL_URL = "udpm://239.255.76.67:7667?ttl=0"
-"""The wire within one computer."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,9 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="NAME, FILE or FILE:NAME (see `remosplat scenarios`):"
         " where the robot stands and what it may bump into",
     )
-    parser.add_argument(
-        "--lcm-url", default=LOCAL_URL, metavar="URL", help="the wire"
-    )
+    add_wire_argument(parser)
     parser.add_argument(
         "--realtime-rate",
         type=_rate,
@@ -83,7 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = LoadScenario(arguments.scenario)
     world = load_world(scenario)
     plant = RobotPlant(_station(scenario, world), world.robot)
-    robot = HardwareSim(plant, _wire(arguments.lcm_url), schedule)
+    robot = HardwareSim(plant, open_wire(arguments.lcm_url), schedule)
     motion = TrueMotion(plant) if arguments.record else None
     pacer = Pacer(TICK / arguments.realtime_rate)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -123,10 +117,3 @@ def _station(scenario: Scenario, world: World):
     return MakeHardwareStation(
         config=config, robot=world.robot, scene=world.truth, q0=world.q0
     )
-
-
-def _wire(url: str) -> DrakeLcm:
-    try:
-        return DrakeLcm(url)
-    except RuntimeError as error:
-        raise RemoSplatError(f"--lcm-url: {url}: {error}") from error

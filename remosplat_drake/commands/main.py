@@ -15,6 +15,7 @@ COMMANDS = {
     "run": "drive the robot of a scenario to its targets",
     "scenarios": "list the shipped scenarios",
     "hardware-sim": "stand in for the real robot, behind the same wire",
+    "base-driver": "drive a mobile base that speaks ROS",
     "inspect": "show what a sphere's depth views see",
     "benchmark": "compare controllers in many scenes, as the paper does",
     "scenes": "draw the scenes that controllers are compared in",

@@ -1,0 +1,83 @@
+"""`remosplat base-driver`: between the station's wire and a base on ROS."""
+
+import argparse
+import os
+import signal
+import time
+
+from rich.console import Console
+
+from remosplat_drake.drivers.clock import Pacer, wall_utime
+from remosplat_drake.drivers.ros1_link import Ros1Link
+from remosplat_drake.drivers.ros2_link import Ros2Link
+from remosplat_drake.drivers.ros_base import PERIOD, RosBase, RosLink
+from remosplat_drake.drivers.wire import add_wire_argument, open_wire
+from remosplat_drake.errors import FieldError
+
+ROS1, ROS2 = "ros1", "ros2"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command line."""
+    parser.add_argument(
+        "ros",
+        choices=(ROS1, ROS2),
+        help="what the base speaks: ROS 1 (rospy) or ROS 2 (CycloneDDS)",
+    )
+    add_wire_argument(parser)
+    parser.add_argument(
+        "--command-topic",
+        default="/frankie/cmd_vel",
+        metavar="TOPIC",
+        help="Twist to the base (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--odometry-topic",
+        default="/frankie/odom",
+        metavar="TOPIC",
+        help="Odometry from the base (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--domain",
+        type=int,
+        metavar="N",
+        help="ROS 2 only: domain (default: ROS_DOMAIN_ID, or 0)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Bridges until Ctrl-C; the base is told to stop at the end."""
+    lcm = open_wire(arguments.lcm_url)
+    link = _link(arguments)
+    bridge = RosBase(lcm, link)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    Console(stderr=True).print(
+        f"{arguments.lcm_url} <-> {arguments.command_topic},"
+        f" {arguments.odometry_topic}; Ctrl-C ends"
+    )
+    pacer = Pacer(PERIOD)
+    try:
+        while True:
+            pacer.wait()
+            bridge.step(wall_utime(), time.monotonic())
+    except KeyboardInterrupt:
+        return 0
+    finally:
+        bridge.stop()
+        link.close()
+
+
+def _link(arguments: argparse.Namespace) -> RosLink:
+    topics = (arguments.command_topic, arguments.odometry_topic)
+    if arguments.ros == ROS1:
+        return Ros1Link(*topics)
+    return Ros2Link(*topics, domain=_domain(arguments.domain))
+
+
+def _domain(given: int | None) -> int:
+    if given is not None:
+        return given
+    text = os.environ.get("ROS_DOMAIN_ID", "0")
+    if not text.isdecimal():
+        raise FieldError("environment", "ROS_DOMAIN_ID", f"{text!r}: no number")
+    return int(text)

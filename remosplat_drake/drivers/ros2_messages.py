@@ -1,0 +1,124 @@
+"""ROS 2's messages as DDS types, with ROS's names on the wire.
+
+DDS knows `geometry_msgs/msg/Twist` as `geometry_msgs::msg::dds_::Twist_` and
+the topic `/cmd_vel` as `rt/cmd_vel`. Only cyclonedds is needed, no ROS. This
+module is imported where the optional extra `ros2` is installed.
+"""
+
+# The package annotates neither its class arguments nor its array lengths.
+# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
+
+import dataclasses as dc
+
+from cyclonedds.idl import IdlStruct
+from cyclonedds.idl.annotations import final
+from cyclonedds.idl.types import array, float64, int32, uint32
+
+
+def dds_topic(topic: str) -> str:
+    """The DDS name of a ROS 2 topic."""
+    return f"rt/{topic.strip('/')}"
+
+
+def _zeros36() -> list[float]:
+    return [0.0] * 36
+
+
+@dc.dataclass
+@final
+class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
+    """Seconds and nanoseconds of the Unix epoch."""
+
+    sec: int32 = 0
+    nanosec: uint32 = 0
+
+
+@dc.dataclass
+@final
+class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
+    """When and in which frame."""
+
+    stamp: Time = dc.field(default_factory=Time)
+    frame_id: str = ""
+
+
+@dc.dataclass
+@final
+class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
+    """A vector."""
+
+    x: float64 = 0.0
+    y: float64 = 0.0
+    z: float64 = 0.0
+
+
+@dc.dataclass
+@final
+class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
+    """A velocity [m/s, rad/s]."""
+
+    linear: Vector3 = dc.field(default_factory=Vector3)
+    angular: Vector3 = dc.field(default_factory=Vector3)
+
+
+@dc.dataclass
+@final
+class Point(IdlStruct, typename="geometry_msgs::msg::dds_::Point_"):
+    """A position [m]."""
+
+    x: float64 = 0.0
+    y: float64 = 0.0
+    z: float64 = 0.0
+
+
+@dc.dataclass
+@final
+class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
+    """A rotation."""
+
+    x: float64 = 0.0
+    y: float64 = 0.0
+    z: float64 = 0.0
+    w: float64 = 1.0
+
+
+@dc.dataclass
+@final
+class Pose(IdlStruct, typename="geometry_msgs::msg::dds_::Pose_"):
+    """A position and a rotation."""
+
+    position: Point = dc.field(default_factory=Point)
+    orientation: Quaternion = dc.field(default_factory=Quaternion)
+
+
+@dc.dataclass
+@final
+class PoseWithCovariance(
+    IdlStruct, typename="geometry_msgs::msg::dds_::PoseWithCovariance_"
+):
+    """A pose, and how sure it is."""
+
+    pose: Pose = dc.field(default_factory=Pose)
+    covariance: array[float64, 36] = dc.field(default_factory=_zeros36)
+
+
+@dc.dataclass
+@final
+class TwistWithCovariance(
+    IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovariance_"
+):
+    """A velocity, and how sure it is."""
+
+    twist: Twist = dc.field(default_factory=Twist)
+    covariance: array[float64, 36] = dc.field(default_factory=_zeros36)
+
+
+@dc.dataclass
+@final
+class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
+    """Where a base is and how fast it goes."""
+
+    header: Header = dc.field(default_factory=Header)
+    child_frame_id: str = ""
+    pose: PoseWithCovariance = dc.field(default_factory=PoseWithCovariance)
+    twist: TwistWithCovariance = dc.field(default_factory=TwistWithCovariance)
