@@ -7,17 +7,19 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from remosplat_drake.capture.formats import (
-    FORMATS,
-    detect_format,
-    read_capture,
-)
+from remosplat_drake.atomic_file import check_writable
+from remosplat_drake.capture.formats import detect_format
 from remosplat_drake.capture.inspection import (
     CaptureInspection,
     inspect_capture,
     list_frames,
 )
 from remosplat_drake.capture.overlap import TOLERANCE
+from remosplat_drake.commands.flags import (
+    add_capture_arguments,
+    captured,
+    check_positive,
+)
 from remosplat_drake.resources import resolve
 
 WRONG = 1
@@ -26,15 +28,7 @@ WRONG = 1
 
 def add_arguments(parser: argparse.ArgumentParser):
     """Declares the command's flags."""
-    parser.add_argument("path", metavar="CAPTURE", help="a folder or file")
-    parser.add_argument(
-        "--format",
-        metavar="NAME",
-        help=f"one of {', '.join(FORMATS)} (default: told by the content)",
-    )
-    parser.add_argument(
-        "--stride", type=int, default=1, help="read every n-th frame (1)"
-    )
+    add_capture_arguments(parser)
     parser.add_argument(
         "--picture",
         type=Path,
@@ -45,12 +39,16 @@ def add_arguments(parser: argparse.ArgumentParser):
 
 def run(arguments: argparse.Namespace) -> int:
     """Reads, checks and describes the capture."""
+    numbers = ("stride", "max_depth", "max_size")
+    check_positive("capture-info", arguments, *numbers)
+    if arguments.picture:
+        check_writable(arguments.picture)
     console = Console()
-    path = resolve(arguments.path)
-    format = arguments.format or detect_format(path)
-    capture = read_capture(path, format, stride=arguments.stride)
+    path = resolve(arguments.capture)
+    arguments.format = arguments.format or detect_format(path)
+    capture = captured(arguments)
     inspection = inspect_capture(capture)
-    console.print(_table(f"{path} ({format})", inspection))
+    console.print(_table(f"{path} ({arguments.format})", inspection))
     for warning in inspection.warnings:
         console.print(f"[bold red]wrong:[/bold red] {warning}", highlight=False)
     if not inspection.warnings:

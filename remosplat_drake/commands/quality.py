@@ -10,13 +10,19 @@ from rich.table import Table
 
 from remosplat_drake.atomic_file import check_writable
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.formats import FORMATS, read_capture
 from remosplat_drake.capture.text_files import read_matrix
-from remosplat_drake.errors import FieldError
+from remosplat_drake.commands.flags import (
+    add_capture_arguments,
+    captured,
+    check_finite,
+    check_positive,
+    check_seed,
+)
 from remosplat_drake.reconstruction.assessment import assess
 from remosplat_drake.reconstruction.quality_report import (
     QualityReport,
     page_path,
+    pose_path,
     report_path,
 )
 from remosplat_drake.reconstruction.report_page import write_assessment
@@ -32,15 +38,13 @@ COMPARED = 8
 def add_arguments(parser: argparse.ArgumentParser):
     """Declares the command's flags."""
     parser.add_argument("splat", metavar="SPLAT", help="a splat file")
-    parser.add_argument("capture", metavar="CAPTURE", help="what it is from")
-    parser.add_argument(
-        "--format", choices=FORMATS, help="of the capture (default: found out)"
-    )
+    add_capture_arguments(parser)
     parser.add_argument(
         "--capture-pose",
         metavar="FILE",
         help="a 4 x 4 matrix, as text: the pose of the capture's world in the"
-        " splat's frame (default: they agree)",
+        " splat's frame (default: what `reconstruct --floor` has left beside"
+        " the splat, SPLAT.pose.txt, or else they agree)",
     )
     parser.add_argument(
         "--truth", metavar="SCENE", help="the true geometry, an RMMI JSON file"
@@ -86,11 +90,10 @@ def add_arguments(parser: argparse.ArgumentParser):
 
 def run(arguments: argparse.Namespace) -> int:
     """Writes the report and its page, and prints the numbers."""
-    for name in ("held_out", "reach", "points"):
-        value = getattr(arguments, name)
-        if value is not None and not value > 0:
-            flag = "--" + name.replace("_", "-")
-            raise FieldError("quality", flag, "must be positive")
+    numbers = ("held_out", "reach", "points", "stride", "max_depth", "max_size")
+    check_positive("quality", arguments, *numbers)
+    check_finite("quality", arguments, "focus")
+    check_seed("quality", arguments)
     console = Console()
     splat_path = resolve(arguments.splat)
     folder = arguments.output or splat_path.parent
@@ -102,7 +105,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.focus is not None:
         workspace = Workspace.around(np.array(arguments.focus), arguments.reach)
     with console.status("reading the capture") as status:
-        capture = _read_capture(arguments)
+        capture = _captured(arguments, splat_path)
         assessment = assess(
             splat,
             capture,
@@ -121,13 +124,15 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _read_capture(arguments: argparse.Namespace) -> Capture:
+def _captured(arguments: argparse.Namespace, splat: Path) -> Capture:
     """The capture, its cameras in the splat's frame."""
-    capture = read_capture(resolve(arguments.capture), arguments.format)
-    if arguments.capture_pose is None:
+    capture = captured(arguments)
+    path = pose_path(splat)
+    if arguments.capture_pose is not None:
+        path = resolve(arguments.capture_pose)
+    elif not path.is_file():
         return capture
-    X_WC = read_matrix(resolve(arguments.capture_pose), (4, 4)) @ capture.X_WC
-    return dc.replace(capture, X_WC=X_WC)
+    return dc.replace(capture, X_WC=read_matrix(path, (4, 4)) @ capture.X_WC)
 
 
 def print_report(console: Console, report: QualityReport):

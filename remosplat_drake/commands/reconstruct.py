@@ -4,19 +4,26 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-import yaml
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from remosplat_drake.atomic_file import check_writable, write_atomically
 from remosplat_drake.capture.capture import Capture, check_reconstructible
-from remosplat_drake.capture.formats import FORMATS, read_capture
+from remosplat_drake.commands.flags import (
+    add_capture_arguments,
+    captured,
+    check_finite,
+    check_positive,
+    check_seed,
+)
 from remosplat_drake.commands.quality import print_report
+from remosplat_drake.commands.suggested_scenario import (
+    scenario_path,
+    write_scenario,
+)
 from remosplat_drake.errors import FieldError, RemoSplatError
-from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
-from remosplat_drake.reconstruction.assessment import Workspace, assess
-from remosplat_drake.reconstruction.floor import find_floor
-from remosplat_drake.reconstruction.measured_space import times_looked_through
+from remosplat_drake.reconstruction.assessment import assess
+from remosplat_drake.reconstruction.floor import Floor, find_floor
 from remosplat_drake.reconstruction.pipeline import (
     AUTO,
     DEVICES,
@@ -27,20 +34,18 @@ from remosplat_drake.reconstruction.pipeline import (
 from remosplat_drake.reconstruction.point_cloud import InitialisationConfig
 from remosplat_drake.reconstruction.quality_report import (
     page_path,
+    pose_path,
     report_path,
-    write_report,
 )
-from remosplat_drake.reconstruction.report_page import to_html
+from remosplat_drake.reconstruction.report_page import write_assessment
+from remosplat_drake.reconstruction.workspace import Workspace
 from remosplat_drake.resources import resolve
-from remosplat_drake.robot.robot_model import load_robot_model
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_rmmi
-from remosplat_drake.splat.formats import write_splat
-from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.task.suggestion import suggest_task
+from remosplat_drake.splat.formats import format_of_name, write_splat
 
-_FREE_MARGIN = 0.05
-"""Space is free if views saw at least so far beyond it [m]."""
+_LEAST_COUNT = 100
+"""Fewer splats make no scene."""
 
 TRUTH = "truth.json"
 """What a rendered capture says of its own geometry."""
@@ -48,9 +53,7 @@ TRUTH = "truth.json"
 
 def add_arguments(parser: argparse.ArgumentParser):
     """Declares the command's flags."""
-    parser.add_argument(
-        "capture", metavar="CAPTURE", help="a file or folder with RGB-D images"
-    )
+    add_capture_arguments(parser)
     parser.add_argument(
         "-o",
         "--output",
@@ -70,7 +73,19 @@ def add_arguments(parser: argparse.ArgumentParser):
         action="store_true",
         help="find the floor and put it at z = 0, z up",
     )
-    _add_capture_arguments(parser)
+    parser.add_argument(
+        "--held-out",
+        type=int,
+        default=8,
+        metavar="N",
+        help="every N-th view only judges (8)",
+    )
+    parser.add_argument(
+        "--truth",
+        metavar="SCENE",
+        help="the true geometry, an RMMI JSON file (default: the capture's"
+        f" {TRUTH}, if it has one)",
+    )
     parser.add_argument(
         "--count", type=int, default=60_000, help="splats at most (60000)"
     )
@@ -97,46 +112,19 @@ def add_arguments(parser: argparse.ArgumentParser):
     parser.add_argument("--seed", type=int, default=0)
 
 
-def _add_capture_arguments(parser: argparse.ArgumentParser):
-    parser.add_argument(
-        "--format", choices=FORMATS, help="of the capture (default: found out)"
-    )
-    parser.add_argument(
-        "--stride", type=int, default=1, help="use every so many frames (1)"
-    )
-    parser.add_argument(
-        "--max-depth", type=float, help="depth beyond is unknown [m]"
-    )
-    parser.add_argument(
-        "--max-size", type=int, help="shrink images to that width [pixels]"
-    )
-    parser.add_argument(
-        "--held-out",
-        type=int,
-        default=8,
-        metavar="N",
-        help="every N-th view only judges (8)",
-    )
-    parser.add_argument(
-        "--truth",
-        metavar="SCENE",
-        help="the true geometry, an RMMI JSON file (default: the capture's"
-        f" {TRUTH}, if it has one)",
-    )
-
-
 def run(arguments: argparse.Namespace) -> int:
     """Writes the splat, its report and a scenario."""
     _check(arguments)
     device = choose_device(arguments.device)
     console = Console()
     with console.status("reading the capture"):
-        capture = _read(arguments)
+        capture = captured(arguments)
         check_reconstructible(capture)
-        if arguments.floor:
-            floor = find_floor(capture)
+        floor = find_floor(capture) if arguments.floor else None
+        if floor is not None:
             capture = floor.aligned(capture)
-    if arguments.floor:
+    workspace = _workspace(capture, arguments)
+    if floor is not None:
         console.print(
             f"floor: {floor.area:.1f} m², flat to {1e3 * floor.rms:.1f} mm,"
             f" cameras {floor.camera_height:.2f} m above"
@@ -148,16 +136,28 @@ def run(arguments: argparse.Namespace) -> int:
         f"{len(result.splat)} splats in {result.seconds:.0f} s:"
         f" {arguments.output}"
     )
-    _report(result, capture, held_out, arguments, console)
-    _suggest(result.splat, capture, arguments, console)
+    _write_pose(floor, arguments.output)
+    _report(result, capture, held_out, workspace, arguments, console)
+    try:
+        text = write_scenario(
+            arguments.output, result.splat, capture, workspace
+        )
+    except RemoSplatError as error:
+        console.print(f"no scenario: {error}")
+        return 0
+    path = scenario_path(arguments.output)
+    console.print(f"\n{text}\n  remosplat run {path}", highlight=False)
     return 0
 
 
 def _check(arguments: argparse.Namespace):
-    for name in ("count", "steps", "stride", "held_out"):
-        if getattr(arguments, name) < 1:
-            flag = "--" + name.replace("_", "-")
-            raise FieldError("reconstruct", flag, "must be positive")
+    numbers = ("count", "steps", "stride", "held_out", "max_depth", "max_size")
+    check_positive("reconstruct", arguments, *numbers)
+    check_finite("reconstruct", arguments, "focus")
+    check_seed("reconstruct", arguments)
+    if arguments.count < _LEAST_COUNT:
+        problem = f"must be at least {_LEAST_COUNT}"
+        raise FieldError("reconstruct", "--count", problem)
     if arguments.held_out == 1:
         raise FieldError("reconstruct", "--held-out", "leaves no view to use")
     if arguments.floor and arguments.truth:
@@ -167,18 +167,15 @@ def _check(arguments: argparse.Namespace):
             "is in the capture's frame, which --floor changes; use one of them",
         )
     splat: Path = arguments.output
-    for path in (splat, report_path(splat), page_path(splat), _scenario(splat)):
+    format_of_name(splat)
+    for path in (
+        splat,
+        report_path(splat),
+        page_path(splat),
+        pose_path(splat),
+        scenario_path(splat),
+    ):
         check_writable(path)
-
-
-def _read(arguments: argparse.Namespace) -> Capture:
-    return read_capture(
-        resolve(arguments.capture),
-        arguments.format,
-        stride=arguments.stride,
-        max_depth=arguments.max_depth,
-        max_size=arguments.max_size,
-    )
 
 
 def _reconstruct(
@@ -196,7 +193,12 @@ def _reconstruct(
         TimeElapsedColumn(),
     )
     focus = arguments.focus
-    with Progress(*columns, console=console, transient=True) as progress:
+    with Progress(
+        *columns,
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    ) as progress:
         task = progress.add_task("starting")
 
         def show(stage: str, done: int, total: int):
@@ -232,13 +234,29 @@ def _truth(arguments: argparse.Namespace) -> PrimitiveScene | None:
 def _workspace(capture: Capture, arguments: argparse.Namespace) -> Workspace:
     if arguments.focus is None:
         return Workspace.of_capture(capture)
-    return Workspace.around(np.array(arguments.focus))
+    workspace = Workspace.around(np.array(arguments.focus))
+    if not workspace.is_seen(capture):
+        raise FieldError(
+            "reconstruct", "--focus", "is far from all that was captured"
+        )
+    return workspace
+
+
+def _write_pose(floor: Floor | None, splat: Path):
+    """Keeps the pose of the capture's world where `quality` looks for it."""
+    if floor is None:
+        pose_path(splat).unlink(missing_ok=True)
+        return
+    rows = floor.X_FW.GetAsMatrix4().tolist()
+    text = "\n".join(" ".join(f"{x:.12g}" for x in row) for row in rows)
+    write_atomically(pose_path(splat), text + "\n")
 
 
 def _report(
     result: Reconstruction,
     capture: Capture,
     held_out: np.ndarray,
+    workspace: Workspace,
     arguments: argparse.Namespace,
     console: Console,
 ):
@@ -248,57 +266,11 @@ def _report(
             capture,
             np.flatnonzero(held_out).tolist(),
             truth=_truth(arguments),
-            workspace=_workspace(capture, arguments),
+            workspace=workspace,
             method=result.method,
             seed=arguments.seed,
             progress=status.update,
         )
-    splat: Path = arguments.output
-    write_report(splat, assessment.report)
-    write_atomically(page_path(splat), to_html(assessment, splat.name))
+    page = write_assessment(arguments.output, assessment)
     print_report(console, assessment.report)
-    console.print(f"pictures: {page_path(splat)}")
-
-
-def _scenario(splat: Path) -> Path:
-    return splat.with_suffix(".yaml")
-
-
-def _suggest(
-    splat_W: GaussianSplat,
-    capture: Capture,
-    arguments: argparse.Namespace,
-    console: Console,
-):
-    """Writes a scenario that runs in the new scene, if there is room."""
-    workspace = _workspace(capture, arguments)
-    robot = load_robot_model("frankie", floor_height=0.03)
-    try:
-        task = suggest_task(
-            robot,
-            SphereToEllipsoidField(splat_W),
-            workspace.lower,
-            workspace.upper,
-            lambda p_W: times_looked_through(capture, p_W, _FREE_MARGIN) > 1,
-        )
-    except RemoSplatError as error:
-        console.print(f"no scenario: {error}")
-        return
-    splat: Path = arguments.output
-    entry = {
-        "scene": {"splat": splat.name},
-        "robot": {"base_pose": task.base_pose.round(3).tolist()},
-        "targets": [
-            {
-                "translation": task.X_WT.translation().round(3).tolist(),
-                "rpy_deg": [180.0, 0.0, 0.0],
-            }
-        ],
-    }
-    name = "".join(word.capitalize() for word in splat.stem.split("_"))
-    text = yaml.safe_dump(
-        {name: entry}, sort_keys=False, default_flow_style=None
-    )
-    path = _scenario(splat)
-    write_atomically(path, text)
-    console.print(f"\n{text}\n  remosplat run {path}", highlight=False)
+    console.print(f"pictures: {page}")

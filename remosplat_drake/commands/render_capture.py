@@ -2,7 +2,6 @@
 
 import argparse
 import dataclasses as dc
-import math
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ from rich.progress import Progress
 from remosplat_drake.atomic_file import check_writable
 from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.capture.camera_poses import CLEARANCE, RADIUS, survey
+from remosplat_drake.capture.images import MAX_PIXELS
 from remosplat_drake.capture.nerfstudio import TRANSFORMS, write_capture
 from remosplat_drake.capture.rendering import render_views
 from remosplat_drake.capture.scene_files import read_solids
@@ -23,6 +23,11 @@ from remosplat_drake.capture.sensor_noise import (
     with_noise,
 )
 from remosplat_drake.capture.solids import Solid, extent, primitive_solids
+from remosplat_drake.commands.flags import (
+    check_finite,
+    check_positive,
+    check_seed,
+)
 from remosplat_drake.errors import FieldError, RemoSplatError
 from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
@@ -132,15 +137,16 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check(arguments: argparse.Namespace):
-    for name in ("views", "width", "height", "radius", "scale"):
-        value = getattr(arguments, name)
-        if value is not None and not (0 < value < math.inf):
-            raise FieldError("render-capture", f"--{name}", "must be positive")
-    if arguments.seed < 0:
-        raise FieldError("render-capture", "--seed", "must not be negative")
-    for name in ("around", "place"):
-        if not np.isfinite(getattr(arguments, name) or 0).all():
-            raise FieldError("render-capture", f"--{name}", "must be finite")
+    check_positive(
+        "render-capture",
+        arguments,
+        *("views", "width", "height", "radius", "scale"),
+    )
+    check_seed("render-capture", arguments)
+    check_finite("render-capture", arguments, "around", "place")
+    if arguments.width * arguments.height > MAX_PIXELS:
+        problem = f"with --height, makes more than {MAX_PIXELS:,} pixels"
+        raise FieldError("render-capture", "--width", problem)
 
 
 def _subject(arguments: argparse.Namespace) -> _Subject:

@@ -71,7 +71,11 @@ def initialise(
         ),
         ("count", config.count < 1, "must be positive"),
         ("voxel", not config.voxel > 0, "must be positive"),
-        ("random_points", config.random_points < 0, "must not be negative"),
+        (
+            "random_points",
+            config.random_points != 0 and config.random_points < 4,
+            "must be 0 or at least 4",
+        ),
     ):
         if wrong:
             raise FieldError("initialisation", field, problem)

@@ -104,6 +104,14 @@ def page_path(splat: Path) -> Path:
     return splat.with_suffix(".quality.html")
 
 
+def pose_path(splat: Path) -> Path:
+    """Where the pose of the capture's world in the splat's frame is.
+
+    There is no such file where the two frames are the same.
+    """
+    return splat.with_suffix(".pose.txt")
+
+
 def write_report(
     splat: Path, report: QualityReport, folder: Path | None = None
 ):

@@ -35,12 +35,23 @@ class Workspace:
     @staticmethod
     def of_capture(capture: Capture) -> "Workspace":
         """What holds most of what was captured: 2 % are beyond each side."""
-        points = [
-            capture.points_W(i)[::8, ::8].reshape(-1, 3)
-            for i in range(len(capture))
-        ]
-        p_W = np.concatenate(points)
-        p_W = p_W[np.isfinite(p_W).all(axis=1)]
+        p_W = _some_points(capture)
         if not len(p_W):
             raise RemoSplatError("the capture has no depth to compare with")
         return Workspace(*np.percentile(p_W, [2, 98], axis=0))
+
+    def is_seen(self, capture: Capture) -> bool:
+        """Whether a capture shows any surface in the box."""
+        p_W = _some_points(capture)
+        inside = (p_W >= self.lower) & (p_W <= self.upper)
+        return bool(inside.all(axis=1).any())
+
+
+def _some_points(capture: Capture) -> np.ndarray:
+    """Points of every eighth row and column of the images, (n, 3) [m]."""
+    points = [
+        capture.points_W(i)[::8, ::8].reshape(-1, 3)
+        for i in range(len(capture))
+    ]
+    p_W = np.concatenate(points)
+    return p_W[np.isfinite(p_W).all(axis=1)]

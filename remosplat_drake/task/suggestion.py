@@ -25,6 +25,15 @@ _DIRECTIONS = 24
 _ROOM = 0.15
 """A robot starts with so much room around it [m]."""
 
+_BASE_HEIGHT, _BASE_ROOM = 0.2, 0.4
+"""No base fits where a point so high is nearer to the scene than that [m]."""
+
+_WAY, _WAY_ROOM = np.linspace(0, 1, 25)[:, None], 0.04
+"""Points of a hand's way, and their distance from the scene at least [m]."""
+
+_COMPARED = 50
+"""So many places to start from are compared, at most."""
+
 
 @dc.dataclass(frozen=True, eq=False)
 class Suggestion:
@@ -48,7 +57,10 @@ def suggest_task(
 ) -> Suggestion:
     """A free place on the floor and, before it, a free place for the hand.
 
-    Nothing says that a path leads from one to the other.
+    The nearer they are the better. The straight way from over the base to
+    the target is clear, so that no wall stands between; nothing says that
+    the whole robot can follow it. Of several places the one is taken that is
+    best known to be free: behind a wall nothing is.
 
     Args:
         robot: A robot with a base.
@@ -61,25 +73,48 @@ def suggest_task(
     Raises:
         RemoSplatError: There is no such place.
     """
-    starts = None
     targets = _targets(robot, field, lower, upper)
-    for p_WT in targets[is_free(targets)]:
-        starts = _starts(p_WT)
-        room = [
-            field.clearances(
-                robot.spheres_at(np.concatenate([start, robot.home])), _ROOM
-            ).minimum()
-            for start in starts
-        ]
-        if max(room) >= _ROOM:
-            start = starts[int(np.argmax(np.array(room) >= _ROOM))]
+    targets = targets[is_free(targets)]
+    if not len(targets):
+        raise RemoSplatError("found no place for the hand close to the scene")
+    for distance in _DISTANCES:
+        found = _best_start(robot, field, targets, distance, is_free)
+        if found is not None:
+            start, p_WT = found
             R_WT = RollPitchYaw(np.pi, 0, 0)
-            return Suggestion(start, RigidTransform(R_WT, p_WT))
-    raise RemoSplatError(
-        "found no place for the hand close to the scene"
-        if starts is None
-        else "found no free place for the robot near the scene"
-    )
+            return Suggestion(start, RigidTransform(R_WT, p_WT.tolist()))
+    raise RemoSplatError("found no free place for the robot near the scene")
+
+
+def _best_start(
+    robot: RobotModel,
+    field: DistanceField,
+    targets: np.ndarray,
+    distance: float,
+    is_free: Callable[[np.ndarray], np.ndarray],
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """A start so far from a target, and the target, if there is any."""
+    starts, p_WT = _starts(targets, distance)
+    p_WB = np.insert(starts[:, :2], 2, _BASE_HEIGHT, axis=1)
+    q = np.concatenate([starts[0], robot.home])
+    floor = float(robot.spheres_at(q).ignore_below.max())
+    room = field.clearances(
+        Spheres.at(p_WB, ignore_below=floor), _BASE_ROOM
+    ).per_sphere(len(p_WB))
+    fits = room >= _BASE_ROOM
+    found, known = [], []
+    for start, target in zip(starts[fits], p_WT[fits], strict=True):
+        over = np.append(start[:2], target[2])
+        way = Spheres.at(over + _WAY * (target - over))
+        if field.clearances(way, 2 * _WAY_ROOM).minimum() < _WAY_ROOM:
+            continue
+        spheres = robot.spheres_at(np.concatenate([start, robot.home]))
+        if field.clearances(spheres, _ROOM).minimum() >= _ROOM:
+            found.append((start, target))
+            known.append(is_free(spheres.p_WS).mean())
+        if len(found) == _COMPARED:
+            break
+    return found[int(np.argmax(known))] if found else None
 
 
 def _targets(
@@ -120,11 +155,12 @@ def _hand_pointing_down(robot: RobotModel) -> Spheres:
     )
 
 
-def _starts(p_WT: np.ndarray) -> np.ndarray:
-    """Base poses around a target that face it, nearest first, (k, 3)."""
+def _starts(
+    targets: np.ndarray, distance: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Base poses around the targets that face them: (k, 3) and (k, 3)."""
     angle = np.linspace(-np.pi, np.pi, _DIRECTIONS, endpoint=False)
-    distance, angle = (
-        a.ravel() for a in np.meshgrid(_DISTANCES, angle, indexing="ij")
-    )
-    offset = distance[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1)
-    return np.column_stack([p_WT[:2] - offset, angle])
+    offset = distance * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    p_WT = np.repeat(targets, _DIRECTIONS, axis=0)
+    p_WB = p_WT[:, :2] - np.tile(offset, (len(targets), 1))
+    return np.column_stack([p_WB, np.tile(angle, len(targets))]), p_WT

@@ -65,6 +65,8 @@ def test_another_folder_for_the_report(files, tmp_path):
         (["nothing.ply", "."], "nothing.ply: no such file"),
         (["scene.ply", "nowhere"], "nowhere: no such file"),
         (["scene.ply", "capture", "--held-out", "0"], "must be positive"),
+        (["scene.ply", "capture", "--seed", "-1"], "must not be negative"),
+        (["scene.ply", "capture", "--reach", "inf"], "must be finite"),
         (["scene.ply", "capture", "--truth", "pose.txt"], "pose.txt"),
         (["scene.ply", "capture", "--output", "scene.ply"], "not a folder"),
     ],

@@ -67,12 +67,23 @@ def test_floor_and_untrained_discs(folder, tmp_path, capsys):
     assert "refined" not in report.method
     # The floor is not quite where the truth has it, so it is not used.
     assert {d.reference for d in report.distances} == {"capture"}
+    # What the floor did to the capture is found again.
+    assert main(["quality", str(output), str(folder), "--held-out", "8"]) == 0
+    assert read_report(output).map_error == pytest.approx(
+        report.map_error, abs=1e-6
+    )
 
 
 @pytest.mark.parametrize(
     ("flags", "message"),
     [
-        (["--count", "0"], "--count"),
+        (["--count", "0"], "--count: must be positive"),
+        (["--count", "99"], "--count: must be at least 100"),
+        (["--seed", "-1"], "--seed: must not be negative"),
+        (["--stride", "0"], "--stride: must be positive"),
+        (["--focus", "0", "nan", "0"], "--focus: must be finite"),
+        (["--focus", "50", "0", "0"], "--focus: is far from all"),
+        (["--random-points", "2"], "random_points: must be 0 or at least 4"),
         (["--held-out", "1"], "--held-out"),
         (["--max-depth", "0.01"], "depth"),
         (["--floor", "--truth", "a.json"], "--truth"),
@@ -85,6 +96,11 @@ def test_one_line_says_what_is_wrong(folder, tmp_path, capsys, flags, message):
     assert message in error
     assert error.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_the_name_of_the_splat_is_checked_first(tmp_path, capsys):
+    assert reconstruct("nowhere", tmp_path / "a.txt") == 2
+    assert "no format has this name's end" in capsys.readouterr().err
 
 
 def test_one_line_says_what_is_missing(tmp_path, capsys):

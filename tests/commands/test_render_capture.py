@@ -65,6 +65,8 @@ def test_a_model_is_captured_where_it_is_placed(tmp_path):
         (["tables:1"], "did you mean 'table'"),
         (["nowhere.stl"], "no such file"),
         (["table:1", "--views", "0"], "--views: must be positive"),
+        (["table:1", "--width", "1000000"], "--width: with --height, makes"),
+        (["table:1", "--seed", "-1"], "--seed: must not be negative"),
         (["table:1", "--noise", "lidar"], "unknown noise preset"),
         (["table:1", "--scale", "2"], "only models and meshes"),
         (["table:1", "--around", "1", "nan", "0"], "--around: must be finite"),

@@ -46,6 +46,21 @@ def test_only_what_is_known_to_be_free_is_suggested(frankie, field):
     assert task.X_WT.translation()[1] > 0.15
 
 
+def test_a_wall_does_not_stand_between_the_robot_and_its_target(frankie):
+    # Behind the wall there is room nearer to the board than before it.
+    wall = Box(RigidTransform([1.45, 0, 1]), np.array([0.05, 5, 1]))
+    scene = PrimitiveScene(boxes=(BOARD, wall)).with_floor()
+    task = suggest_task(
+        frankie,
+        SignedDistanceField(scene),
+        LOWER,
+        UPPER,
+        everywhere,
+    )
+    assert task.base_pose[0] < 1.4
+    assert task.X_WT.translation()[0] < 1.4
+
+
 def test_it_says_what_is_missing(frankie, field):
     far = UPPER + 10
     with pytest.raises(RemoSplatError, match="no place for the hand"):

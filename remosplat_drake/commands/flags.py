@@ -1,0 +1,91 @@
+"""Flags that several commands share, and what all check about theirs."""
+
+import argparse
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.formats import FORMATS, read_capture
+from remosplat_drake.errors import FieldError
+from remosplat_drake.resources import resolve
+
+
+def add_capture_arguments(parser: argparse.ArgumentParser):
+    """Declares CAPTURE and how it is read."""
+    parser.add_argument(
+        "capture", metavar="CAPTURE", help="a file or folder with RGB-D images"
+    )
+    parser.add_argument(
+        "--format",
+        metavar="NAME",
+        help=f"one of {', '.join(FORMATS)} (default: told by the content)",
+    )
+    parser.add_argument(
+        "--stride", type=int, default=1, help="use every so many frames (1)"
+    )
+    parser.add_argument(
+        "--max-depth",
+        type=float,
+        metavar="Z",
+        help="depth beyond is unknown [m]",
+    )
+    parser.add_argument(
+        "--max-size",
+        type=int,
+        metavar="N",
+        help="shrink larger images to that width or height [pixels]",
+    )
+
+
+def captured(arguments: argparse.Namespace) -> Capture:
+    """The capture that the flags name.
+
+    Raises:
+        RemoSplatError: It cannot be read; see `read_capture`.
+    """
+    return read_capture(
+        resolve(arguments.capture),
+        arguments.format,
+        stride=arguments.stride,
+        max_depth=arguments.max_depth,
+        max_size=arguments.max_size,
+    )
+
+
+def check_positive(command: str, arguments: argparse.Namespace, *names: str):
+    """Refuses flags that are given and not positive and finite.
+
+    Raises:
+        FieldError: Names the flag.
+    """
+    for name in names:
+        value = getattr(arguments, name)
+        if value is not None and not value > 0:
+            raise FieldError(command, _flag(name), "must be positive")
+    check_finite(command, arguments, *names)
+
+
+def check_finite(command: str, arguments: argparse.Namespace, *names: str):
+    """Refuses flags that are given and hold a NaN or an infinity.
+
+    Raises:
+        FieldError: Names the flag.
+    """
+    for name in names:
+        value = getattr(arguments, name)
+        if value is not None and not np.isfinite(value).all():
+            raise FieldError(command, _flag(name), "must be finite")
+
+
+def check_seed(command: str, arguments: argparse.Namespace):
+    """Refuses a seed that random generators do.
+
+    Raises:
+        FieldError: It is negative.
+    """
+    if arguments.seed < 0:
+        raise FieldError(command, "--seed", "must not be negative")
+
+
+def _flag(name: str) -> str:
+    return "--" + name.replace("_", "-")
