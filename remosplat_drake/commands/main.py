@@ -16,6 +16,7 @@ COMMANDS = {
     "scenarios": "list the shipped scenarios",
     "hardware-sim": "stand in for the real robot, behind the same wire",
     "base-driver": "drive a mobile base that speaks ROS",
+    "panda-driver": "drive a Panda through panda-python",
     "inspect": "show what a sphere's depth views see",
     "benchmark": "compare controllers in many scenes, as the paper does",
     "scenes": "draw the scenes that controllers are compared in",
