@@ -2,6 +2,7 @@
 
 import dataclasses as dc
 import gc
+import math
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -32,6 +33,9 @@ from remosplat_drake.stop_signals import stop_signals
 STATUS_TIMEOUT = 0.003
 """A tick waits so long for the arm's next status, a millisecond away [s]."""
 
+REHEARSAL = 0.3
+"""How long the loop runs before anything is sent [s]."""
+
 FINAL_ZEROS = 0.1
 """Zero commands are sent for so long before the wire falls silent [s]."""
 
@@ -55,7 +59,7 @@ def run_on_hardware(
 ) -> HardwareResult:
     """Runs until the last target is reached or time is up.
 
-    It waits for the drivers, rehearses one tick without sending it, and then
+    It waits for the drivers, rehearses without sending anything, and then
     ticks on the robot's statuses. However it ends, by Ctrl-C or by an
     exception, too, the robot is brought to rest along the braking ramp.
 
@@ -70,7 +74,6 @@ def run_on_hardware(
         RemoSplatError: A driver keeps silent.
     """
     loop = HardwareLoop(application)
-    loop.link.wait_for_statuses()
     loop.rehearse()
     with stop_signals() as request:
         try:
@@ -120,38 +123,46 @@ class HardwareLoop:
         self._period = application.scenario.control_period
         self._status = station.GetOutputPort(ports.STATUS)
         self.link = station.link
-        self.log = LoopLog(self._period)
         self._restart()
 
     def _restart(self) -> None:
         self._simulator = Simulator(self._application.diagram)
         self.context = self._simulator.get_mutable_context()
         self._station_context = self._station.GetMyContextFromRoot(self.context)
+        self.log = LoopLog(self._period)
 
     def rehearse(self) -> None:
-        """Computes one tick that is not sent, and forgets it.
+        """Ticks for a moment without sending anything, and forgets it all.
 
-        What is compiled or loaded on first use then does not delay a tick on
-        which the robot relies.
+        What is compiled, loaded or drawn on first use then does not delay a
+        tick on which the robot relies.
         """
         self.start()
-        self._compute()
+        for _ in range(math.ceil(REHEARSAL / self._period)):
+            self._begin_tick()
+            self._end_tick()
         self._restart()
 
     def start(self) -> None:
-        """Starts at the next tick from the measured state, at rest."""
-        self.link.flush(STATUS_TIMEOUT)
+        """Starts at the next tick from the measured state, at rest.
+
+        Raises:
+            RemoSplatError: A driver keeps silent.
+        """
+        self.link.wait_for_statuses()
         self._next = next_tick(time.time(), self._period, 0)
         self.context.SetTime(self._next * self._period - _BEFORE_TICK)
         self._simulator.Initialize()
+        # Drawing everything for the first time takes a while; and the first
+        # command is zero.
+        self._application.diagram.ForcedPublish(self.context)
+        self.link.wait_for_statuses()
+        self._leave_out_late_ticks()
+        self.log = LoopLog(self._period)
 
     def tick(self) -> None:
-        """Waits for the next tick and runs it."""
-        sleep_until(self._next * self._period, self._period)
-        if not self.link.flush(min(STATUS_TIMEOUT, self._period)):
-            self.log.unheard += 1
-        heard = time.time()
-        self._compute()
+        """Waits for the next tick, runs it, and draws until the one after."""
+        heard = self._begin_tick()
         self._station.ForcedPublish(self._station_context)
         status = self._status.Eval(self._station_context)
         self.log.record(
@@ -159,23 +170,32 @@ class HardwareLoop:
             heard=heard,
             sent=self.link.sent,
         )
-        self._use_slack()
+        self._end_tick()
 
-    def _compute(self) -> None:
-        """Lets the diagram tick on what the link has received."""
-        self._simulator.AdvanceTo(self._next * self._period)
+    def _begin_tick(self) -> float:
+        """Computes a tick; returns when its status was there [s]."""
+        self._leave_out_late_ticks()
+        time_of_tick = self._next * self._period
+        sleep_until(time_of_tick, self._period)
+        if not self.link.flush(min(STATUS_TIMEOUT, self._period)):
+            self.log.unheard += 1
+        heard = time.time()
+        self._simulator.AdvanceTo(time_of_tick)
         self._simulator.AdvancePendingEvents()
+        return heard
 
-    def _use_slack(self) -> None:
-        """Draws and records until the next tick, and finds out which it is."""
-        following = (self._next + 1) * self._period
-        self._simulator.AdvanceTo(following - _BEFORE_TICK)
+    def _end_tick(self) -> None:
+        """Draws, records and clears up while nobody waits for it."""
+        self._next += 1
+        self._simulator.AdvanceTo(self._next * self._period - _BEFORE_TICK)
         gc.collect(1)
-        latest = self._next
-        self._next = next_tick(time.time(), self._period, latest)
-        if self._next > latest + 1:
-            self.log.missed += self._next - latest - 1
-            self.context.SetTime(self._next * self._period - _BEFORE_TICK)
+
+    def _leave_out_late_ticks(self) -> None:
+        due = next_tick(time.time(), self._period, self._next - 1)
+        if due > self._next:
+            self.log.missed += due - self._next
+            self._next = due
+            self.context.SetTime(due * self._period - _BEFORE_TICK)
             self._simulator.Initialize(
                 InitializeParams(suppress_initialization_events=True)
             )

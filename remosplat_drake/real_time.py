@@ -6,9 +6,12 @@ import time
 
 import numpy as np
 
+LATEST_START = 0.5
+"""A tick starts so late at most, as a share of the period."""
+
 
 def next_tick(now: float, period: float, latest: int) -> int:
-    """Number of the next tick: those that have passed are left out.
+    """Number of the next tick; those that cannot start in time are left out.
 
     Tick n is at n * period, counted from the Unix epoch as Drake counts its
     periodic events from 0.
@@ -18,7 +21,7 @@ def next_tick(now: float, period: float, latest: int) -> int:
         period: Time between two ticks [s].
         latest: Number of the latest tick.
     """
-    return max(latest + 1, math.floor(now / period) + 1)
+    return max(latest + 1, math.ceil(now / period - LATEST_START))
 
 
 def sleep_until(wake: float, longest: float) -> None:

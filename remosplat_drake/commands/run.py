@@ -18,11 +18,15 @@ from remosplat_drake.commands.hold import add_page_arguments, hold, is_held
 from remosplat_drake.controller.servo import PoseError
 from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.diagram import Application, MakeDiagram
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.hardware_run import run_on_hardware
+from remosplat_drake.real_time import LoopQuality, Spread
 from remosplat_drake.recording.trajectory import save_trajectory
 from remosplat_drake.safety.supervision import STOPPED, SupervisorState
-from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.scenario import LoadScenario, Scenario
 from remosplat_drake.simulation import INTERRUPTED, REACHED, RunResult
 from remosplat_drake.simulation import run as simulate
+from remosplat_drake.station.hardware.config import check_lcm_url
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.world import load_world
 
@@ -51,6 +55,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="R",
         help="pace against the wall clock, 0 = unlimited"
         " (default: 1 with the page, 0 headless)",
+    )
+    parser.add_argument(
+        "--hardware",
+        action="store_true",
+        help="drive the real robot in place of a simulated one",
+    )
+    parser.add_argument(
+        "--lcm-url",
+        metavar="URL",
+        help="where the robot's drivers are (default: the scenario's"
+        " hardware.lcm_url)",
     )
     parser.add_argument(
         "--output",
@@ -91,29 +106,30 @@ def run(arguments: argparse.Namespace) -> int:
     console = Console(stderr=True)
     _check_outputs(arguments)
     scenario = LoadScenario(arguments.scenario, arguments.scenario_text)
+    if arguments.hardware:
+        _prepare_for_hardware(scenario, arguments.lcm_url)
+    elif arguments.lcm_url:
+        raise RemoSplatError("--lcm-url: only with --hardware")
     warm_up.announce(console)
     world = load_world(scenario)
     page = None
     if arguments.save_html or not arguments.headless:
         page = MeshcatPage(port=arguments.port)
-    application = MakeDiagram(scenario, world, page)
+    application = MakeDiagram(
+        scenario, world, page, hardware=arguments.hardware
+    )
     if arguments.graphviz:
         with atomic_write(arguments.graphviz) as file:
             file.write(application.diagram.GetGraphvizString(max_depth=1))
     if page is not None and not arguments.headless:
         console.print(f"watch at [bold]{page.url}[/bold]")
-    rate = arguments.realtime_rate
-    if rate is None:
-        rate = 0.0 if arguments.headless else 1.0
     if page is not None:
-        page.start_recording()
-    watched = page is not None and not arguments.headless
-    patience = math.inf if watched and is_held(arguments.hold) else 0.0
-    result = _simulate(application, rate, patience, console)
+        page.start_recording(time.time() if arguments.hardware else 0.0)
+    result, loop = _drive(application, arguments, console)
     warm_up.remember()
     if page is not None:
         page.finish_recording()
-    _print_summary(result, console)
+    _print_summary(result, loop, console)
     if arguments.output:
         save_result(result, application, arguments.output)
     if page is not None and arguments.save_html:
@@ -125,6 +141,15 @@ def run(arguments: argparse.Namespace) -> int:
     return 0 if result.outcome == REACHED else 1
 
 
+def _prepare_for_hardware(scenario: Scenario, lcm_url: str | None) -> None:
+    """What else a scenario needs than another station."""
+    if lcm_url is not None:
+        check_lcm_url(lcm_url)
+        scenario.hardware.lcm_url = lcm_url
+    # The real robot does not wait for rollouts.
+    scenario.controller.guidance.asynchronous = True
+
+
 def _check_outputs(arguments: argparse.Namespace) -> None:
     """Refuses what could not be written after the run before it starts."""
     paths = [arguments.graphviz, arguments.save_html]
@@ -134,9 +159,14 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         check_writable(path)
 
 
-def _simulate(
-    application: Application, rate: float, patience: float, console: Console
-) -> RunResult:
+def _drive(
+    application: Application, arguments: argparse.Namespace, console: Console
+) -> tuple[RunResult, LoopQuality | None]:
+    rate = arguments.realtime_rate
+    if rate is None:
+        rate = 0.0 if arguments.headless else 1.0
+    waits = not arguments.headless and is_held(arguments.hold)
+    patience = math.inf if waits else 0.0
     last = -math.inf
     with Live(console=console, auto_refresh=False, transient=True) as live:
 
@@ -153,13 +183,14 @@ def _simulate(
                 if patience > 0:
                     console.print("the page's release button lets it go on")
 
-        return simulate(
-            application,
-            realtime_rate=rate,
-            on_progress=show,
-            on_supervision=tell,
-            patience=patience,
+        watchers = {"on_progress": show, "on_supervision": tell}
+        if arguments.hardware:
+            done = run_on_hardware(application, patience=patience, **watchers)
+            return done.run, done.loop
+        done = simulate(
+            application, realtime_rate=rate, patience=patience, **watchers
         )
+        return done, None
 
 
 def _progress_line(t: float, error: PoseError, report: TickReport) -> Text:
@@ -181,7 +212,9 @@ def console_width() -> int:
     return Console(stderr=True).width
 
 
-def _print_summary(result: RunResult, console: Console) -> None:
+def _print_summary(
+    result: RunResult, loop: LoopQuality | None, console: Console
+) -> None:
     metrics = result.metrics
     table = Table(show_header=False, box=None, pad_edge=False)
     style = "bold green" if result.outcome == REACHED else "bold red"
@@ -206,6 +239,14 @@ def _print_summary(result: RunResult, console: Console) -> None:
         f" p99 {1e3 * metrics.tick_p99:.2f} ms"
         f" ({metrics.control_rate:.0f} Hz possible)",
     )
+    if loop is not None:
+        table.add_row("status to command", _spread(loop.age))
+        table.add_row("period jitter", _spread(loop.jitter))
+        table.add_row(
+            "loop",
+            f"{loop.ticks} ticks, {loop.missed} left out,"
+            f" {loop.unheard} without a new status",
+        )
     statuses = ", ".join(f"{k} {v}" for k, v in metrics.statuses.items())
     table.add_row("ticks", f"{metrics.ticks}: {statuses}")
     console.print(table)
@@ -220,6 +261,13 @@ def describe_outcome(result: RunResult) -> str:
         f" {result.targets_reached + 1} of {result.targets},"
         f" {1e3 * result.position_error:.0f} mm and"
         f" {math.degrees(result.angle_error):.1f} deg away"
+    )
+
+
+def _spread(spread: Spread) -> str:
+    return (
+        f"p50 {1e3 * spread.p50:.2f} ms, p99 {1e3 * spread.p99:.2f} ms,"
+        f" max {1e3 * spread.max:.2f} ms"
     )
 
 

@@ -66,7 +66,8 @@ class ClearanceLines:
         )
         self._meshcat.SetObject(f"{path}/point", Sphere(_DOT_RADIUS), _STRONG)
         self._shown.append(False)
-        self._show(i, False, time=0.0)
+        start = self._meshcat.get_mutable_recording().start_time()
+        self._show(i, False, time=start)
 
     def _show(self, i: int, visible: bool, time: float):
         self._shown[i] = visible

@@ -67,8 +67,9 @@ class GrowingPath:
         piece = f"{self._path}/{self._count}"
         self._count += 1
         self._pieces.append(piece)
+        start = self._meshcat.get_mutable_recording().start_time()
         self._meshcat.SetProperty(
-            piece, "visible", False, time_in_recording=0.0
+            piece, "visible", False, time_in_recording=start
         )
         self._meshcat.SetProperty(
             piece, "visible", True, time_in_recording=time

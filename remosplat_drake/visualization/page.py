@@ -107,14 +107,22 @@ class MeshcatPage:
             self.meshcat.AddButton(text)
         self._status[topic] = text
 
-    def start_recording(self):
-        """Records all motion from now on, for replay in the page."""
+    def start_recording(self, start: float = 0.0):
+        """Records all motion from now on, for replay in the page.
+
+        Args:
+            start: Time of the diagram at which the recording begins [s].
+        """
         self.meshcat.DeleteRecording()
         self.meshcat.StartRecording(frames_per_second=32)
+        self.meshcat.get_mutable_recording().set_start_time(start)
 
     def finish_recording(self):
         """Stops recording; the page then replays, also when saved."""
-        self.meshcat.SetProperty(LIVE, "visible", False, time_in_recording=0.0)
+        start = self.meshcat.get_mutable_recording().start_time()
+        self.meshcat.SetProperty(
+            LIVE, "visible", False, time_in_recording=start
+        )
         self.meshcat.StopRecording()
         self.meshcat.PublishRecording()
         self.meshcat.SetProperty(LIVE, "visible", True)

@@ -98,22 +98,31 @@ class RobotLink:
         return True
 
     def wait_for_statuses(self) -> None:
-        """Waits until arm and base have been heard.
+        """Waits until arm and base have been heard anew.
 
         Raises:
             RemoSplatError: One of them kept silent; names its channel.
         """
+        self.lcm.HandleSubscriptions(0)
+        silent = {
+            box.channel: (box, box.count)
+            for box in (self.arm, self.base)
+            if box
+        }
         deadline = time.monotonic() + self._config.connect_timeout
-        needed = [box for box in (self.arm, self.base) if box is not None]
-        while not all(box.count for box in needed):
+        while silent:
             if time.monotonic() > deadline:
-                silent = [box.channel for box in needed if not box.count]
                 raise RemoSplatError(
                     f"no {' and no '.join(silent)} on {self._config.lcm_url}"
                     f" within {self._config.connect_timeout:g} s;"
                     " is the driver running?"
                 )
             self.lcm.HandleSubscriptions(50)
+            silent = {
+                channel: (box, count)
+                for channel, (box, count) in silent.items()
+                if box.count == count
+            }
 
     def updated(self, measurement: Measurement) -> Measurement:
         """The measurement with the packets that it does not know yet."""
