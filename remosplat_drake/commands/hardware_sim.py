@@ -18,7 +18,6 @@ from remosplat_drake.drivers.true_motion import TrueMotion
 from remosplat_drake.drivers.wire import add_wire_argument, open_wire
 from remosplat_drake.scenario import LoadScenario, Scenario
 from remosplat_drake.station.config import DynamicStation
-from remosplat_drake.station.simulated_station import MakeHardwareStation
 from remosplat_drake.world import World, load_world
 
 
@@ -76,7 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
         check_writable(arguments.record)
     scenario = LoadScenario(arguments.scenario)
     world = load_world(scenario)
-    plant = RobotPlant(_station(scenario, world), world.robot)
+    plant = _plant(scenario, world)
     robot = HardwareSim(plant, open_wire(arguments.lcm_url), schedule)
     motion = TrueMotion(plant) if arguments.record else None
     pacer = Pacer(TICK / arguments.realtime_rate)
@@ -110,10 +109,8 @@ def _loop(
             motion.sample(robot.time)
 
 
-def _station(scenario: Scenario, world: World):
+def _plant(scenario: Scenario, world: World) -> RobotPlant:
     config = scenario.station
     if not isinstance(config, DynamicStation):
         config = DynamicStation()
-    return MakeHardwareStation(
-        config=config, robot=world.robot, scene=world.truth, q0=world.q0
-    )
+    return RobotPlant(config, world.robot, world.truth, world.q0)

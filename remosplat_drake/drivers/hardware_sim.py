@@ -78,9 +78,8 @@ class HardwareSim:
         now = self._clock()
         base = self.base.step(now, t, TICK)
         arm = self.panda.step(now, self._measured)
-        self._plant.command(base, arm, self.hand.command)
         self._ticks += 1
-        self._plant.advance_to(self.time)
+        self._plant.step(self.time, base, arm, self.hand.command)
         self._measured = self._plant.arm
         self._tell(self.time)
 
@@ -130,7 +129,7 @@ class HardwareSim:
             status = self._arm_status(now)
             self._lcm.Publish(channels.PANDA_STATUS, status.encode())
         base = self.base.status(
-            now, t, self._plant.base_pose, self._plant.base_velocity
+            now, t, self._plant.q[:3], self._plant.base_velocity
         )
         if base is not None and "base-status-stops" not in self._faults:
             self._lcm.Publish(channels.BASE_STATUS, base.encode())

@@ -1,122 +1,154 @@
-"""`RobotPlant`: the dynamic station, driven step by step from outside."""
+"""`RobotPlant`: the dynamic station's body, driven from outside of Drake."""
 
 import numpy as np
-from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, InputPort
+from pydrake.systems.framework import DiagramBuilder
 
 from remosplat_drake.drivers.panda_commands import JOINTS
 from remosplat_drake.drivers.simulated_panda import ArmMeasurement
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.station import ports
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.station.commands import StationCommand
+from remosplat_drake.station.config import DynamicStation
+from remosplat_drake.station.dynamic_station import add_dynamic_body
+from remosplat_drake.station.status import StationStatus
+from remosplat_drake.station.velocity_driver import (
+    actuated_instances,
+    desired_state_rows,
+    desired_velocities,
+)
+
+_RUNNING = StationStatus()
 
 
 class RobotPlant:
     """The robot's bodies and motors, in steps of a millisecond.
 
-    Drake steps the rigid bodies; here are only the few numbers that go in
-    and out of each step.
+    It obeys the same law as the dynamic station, but the law is called once a
+    step and not by Drake through ports: half the time of a step otherwise
+    goes there, and a robot must not be late.
     """
 
-    def __init__(self, station: Diagram, robot: RobotModel):
-        """Starts at the station's initial configuration.
+    def __init__(
+        self,
+        config: DynamicStation,
+        robot: RobotModel,
+        scene: PrimitiveScene | None,
+        q0: np.ndarray,
+    ):
+        """Builds the bodies; the robot stands still.
 
         Args:
-            station: A dynamic station.
-            robot: The robot in it: a Panda with a hand on a mobile base.
+            config: Of the station.
+            robot: A Panda with a hand on a mobile base.
+            scene: What the robot may bump into.
+            q0: Configuration to start from, shape (n_q,).
 
         Raises:
             RemoSplatError: It is another kind of robot.
         """
-        description = robot.description
-        if (
-            len(description.arm.joints) != JOINTS
-            or not description.base
-            or not description.hand
-        ):
-            raise RemoSplatError(
-                f"{description.name}: the simulated drivers are those of a"
-                " Panda with a hand on a mobile base"
-            )
-        self._simulator = Simulator(station)
-        self._context = self._simulator.get_mutable_context()
-        self._commands = [
-            self._fix(station.GetInputPort(name))
-            for name in (
-                ports.BASE_COMMAND,
-                ports.arm_command(description),
-                ports.hand_command(description),
-            )
-        ]
-        self._outputs = {
-            name: station.GetOutputPort(name)
-            for name in (
-                ports.BASE_POSE,
-                ports.BASE_VELOCITY,
-                ports.hand_state(description),
-            )
-        }
-        self._hand_state = ports.hand_state(description)
-        self._arm_position = station.GetOutputPort(
-            ports.arm_position(description)
+        _check_kind(robot)
+        builder = DiagramBuilder()
+        body = add_dynamic_body(builder, config, robot, scene, q0)
+        plant = body.plant
+        self._robot, self._body = robot, body
+        self._hand_speed = config.hand_speed
+        self._simulator = Simulator(builder.Build())
+        self._context = plant.GetMyMutableContextFromRoot(
+            self._simulator.get_mutable_context()
         )
-        self._arm_velocity = station.GetOutputPort(
-            ports.arm_velocity(description)
+        joints = [plant.GetJointByName(name) for name in body.motors.joints]
+        self._position = np.array([j.position_start() for j in joints])
+        self._velocity = plant.num_positions() + np.array(
+            [j.velocity_start() for j in joints]
         )
-        plant = station.GetSubsystemByName("plant")
-        assert isinstance(plant, MultibodyPlant)
-        self._plant_context = plant.GetMyContextFromRoot(self._context)
-        joint = plant.GetJointByName(description.arm.joints[0])
-        arm = joint.model_instance()
+        self._inputs = [self._fix(i) for i in actuated_instances(plant)]
+        arm = joints[robot.n_q - JOINTS].model_instance()
         self._torque = plant.get_net_actuation_output_port(arm)
         self._external = plant.get_generalized_contact_forces_output_port(arm)
-        self.command(np.zeros(2), np.zeros(JOINTS), np.array([self.hand[0], 0]))
         self._simulator.Initialize()
+        self._measure()
 
-    def _fix(self, port: InputPort):
-        return port.FixValue(self._context, np.zeros(port.size()))
+    def _fix(self, instance: ModelInstanceIndex):
+        """Takes hold of the desired state of one model instance."""
+        plant = self._body.plant
+        port = plant.get_desired_state_input_port(instance)
+        x_desired = np.zeros(port.size())
+        fixed = port.FixValue(self._context, x_desired)
+        rows, source = desired_state_rows(plant, instance, self._body.motors)
+        return fixed, x_desired, rows, source
 
-    def command(
-        self, base: np.ndarray, arm: np.ndarray, hand: np.ndarray
+    def _measure(self) -> None:
+        plant = self._body.plant
+        x = plant.GetPositionsAndVelocities(self._context)
+        self._q, self._v = x[self._position], x[self._velocity]
+
+    def step(
+        self, t: float, base: np.ndarray, arm: np.ndarray, hand: np.ndarray
     ) -> None:
-        """Sets what the motors do from now on.
+        """Moves the robot up to time t.
 
         Args:
+            t: Time at the end of the step [s].
             base: Forward speed and yaw rate, shape (2,) [m/s, rad/s].
             arm: Joint rates, shape (7,) [rad/s].
             hand: Width and bound on the force, shape (2,) [m, N].
         """
-        for fixed, values in zip(
-            self._commands, (base, arm, hand), strict=True
-        ):
-            fixed.GetMutableData().get_mutable_value().SetFromVector(values)
-
-    def advance_to(self, t: float) -> None:
-        """Steps the rigid bodies up to time t [s]."""
+        command = StationCommand(
+            np.concatenate([base, arm]), hand[0], hand[1], _RUNNING
+        )
+        desired = desired_velocities(
+            command,
+            self._q,
+            self._v,
+            self._robot,
+            self._body.hand,
+            self._body.motors,
+            self._hand_speed,
+        )
+        for fixed, x_desired, rows, source in self._inputs:
+            x_desired[rows] = desired[source]
+            fixed.GetMutableData().get_mutable_value().SetFromVector(x_desired)
         self._simulator.AdvanceTo(t)
+        self._measure()
+
+    @property
+    def q(self) -> np.ndarray:
+        """The configuration (x, y, yaw, arm), shape (n_q,)."""
+        return self._q[: self._robot.n_q]
 
     @property
     def arm(self) -> ArmMeasurement:
-        """What the arm's sensors say now."""
+        """What the arm's sensors say."""
+        joints = slice(self._robot.n_q - JOINTS, self._robot.n_q)
         return ArmMeasurement(
-            self._arm_position.Eval(self._context),
-            self._arm_velocity.Eval(self._context),
-            self._torque.Eval(self._plant_context),
-            self._external.Eval(self._plant_context),
+            self._q[joints],
+            self._v[joints],
+            self._torque.Eval(self._context),
+            self._external.Eval(self._context),
         )
-
-    @property
-    def base_pose(self) -> np.ndarray:
-        """x, y, yaw in W, shape (3,) [m, m, rad]."""
-        return self._outputs[ports.BASE_POSE].Eval(self._context)
 
     @property
     def base_velocity(self) -> np.ndarray:
         """Forward speed and yaw rate, shape (2,) [m/s, rad/s]."""
-        return self._outputs[ports.BASE_VELOCITY].Eval(self._context)
+        x_dot, y_dot, yaw_rate = self._v[:3]
+        yaw = self._q[2]
+        return np.array([x_dot * np.cos(yaw) + y_dot * np.sin(yaw), yaw_rate])
 
     @property
     def hand(self) -> np.ndarray:
         """Width of the hand and its rate, shape (2,) [m, m/s]."""
-        return self._outputs[self._hand_state].Eval(self._context)
+        n = self._robot.n_q
+        return np.array([self._q[n:].sum(), self._v[n:].sum()])
+
+
+def _check_kind(robot: RobotModel) -> None:
+    description = robot.description
+    joints = len(description.arm.joints)
+    if joints != JOINTS or not description.base or not description.hand:
+        raise RemoSplatError(
+            f"{description.name}: the simulated drivers are those of a Panda"
+            " with a hand on a mobile base"
+        )

@@ -28,10 +28,12 @@ class TrueMotion:
         if t < self._next:
             return
         self._next += PERIOD
-        plant, arm = self._plant, self._plant.arm
+        plant = self._plant
         self._utime.append(wall_utime())
-        self._q.append(np.concatenate([plant.base_pose, arm.position]))
-        self._u.append(np.concatenate([plant.base_velocity, arm.velocity]))
+        self._q.append(plant.q)
+        self._u.append(
+            np.concatenate([plant.base_velocity, plant.arm.velocity])
+        )
 
     def save(self, path: Path) -> None:
         """Writes utime (n,) [us], q (n, 10) and u (n, 9), atomically."""

@@ -1,5 +1,7 @@
 """The dynamic station: rigid bodies, motors with limits, contact."""
 
+import dataclasses as dc
+
 import numpy as np
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import (
@@ -21,7 +23,11 @@ from remosplat_drake.station.config import (
 from remosplat_drake.station.contact_monitor import ContactMonitor
 from remosplat_drake.station.export import export_ports
 from remosplat_drake.station.hand import HandGeometry, hand_geometry
-from remosplat_drake.station.motors import make_motors, set_motor_gains
+from remosplat_drake.station.motors import (
+    Motors,
+    make_motors,
+    set_motor_gains,
+)
 from remosplat_drake.station.robot_visuals import add_robot_visuals
 from remosplat_drake.station.scene_geometry import add_scene_geometry
 from remosplat_drake.station.state_reader import StateReader
@@ -41,8 +47,60 @@ def make_dynamic_station(
     Gravity does not act on the robot: the Panda compensates its own weight,
     and the base stands on the floor by its planar joints alone.
     """
-    check_dynamic_config(config)
     builder = DiagramBuilder()
+    body = add_dynamic_body(builder, config, robot, scene, q0)
+    plant, scene_graph = body.plant, body.scene_graph
+    driver = VelocityDriver(
+        plant=plant,
+        robot=robot,
+        hand=body.hand,
+        motors=body.motors,
+        hand_speed=config.hand_speed,
+    ).AddToBuilder(builder, plant)
+    reader = builder.AddNamedSystem(
+        "state_reader", StateReader(plant=plant, robot=robot, hand=body.hand)
+    )
+    builder.Connect(plant.get_state_output_port(), reader.get_input_port())
+    camera = None
+    if wrist_camera is not None:
+        camera = add_wrist_camera(builder, plant, scene_graph, wrist_camera)
+    _export_ground_truth(builder, plant, scene_graph)
+    export_ports(builder, robot.description, [driver, reader], camera)
+    station = builder.Build()
+    station.set_name("station")
+    return station
+
+
+@dc.dataclass(frozen=True, eq=False)
+class DynamicBody:
+    """The robot's rigid bodies and motors in a diagram.
+
+    Attributes:
+        plant: The finalized plant.
+        scene_graph: Its geometry.
+        hand: The gripper.
+        motors: The motors, whose gains the plant has.
+    """
+
+    plant: MultibodyPlant
+    scene_graph: SceneGraph
+    hand: HandGeometry
+    motors: Motors
+
+
+def add_dynamic_body(
+    builder: DiagramBuilder,
+    config: DynamicStation,
+    robot: RobotModel,
+    scene: PrimitiveScene | None,
+    q0: np.ndarray,
+) -> DynamicBody:
+    """Adds the plant of a dynamic station, without drivers or sensors.
+
+    Raises:
+        RemoSplatError: A setting is unusable.
+    """
+    check_dynamic_config(config)
     plant, scene_graph = AddMultibodyPlant(
         MultibodyPlantConfig(
             time_step=config.time_step,
@@ -63,26 +121,7 @@ def make_dynamic_station(
     _couple_fingers(plant, hand)
     _set_start(plant, robot, q0)
     plant.Finalize()
-
-    driver = VelocityDriver(
-        plant=plant,
-        robot=robot,
-        hand=hand,
-        motors=motors,
-        hand_speed=config.hand_speed,
-    ).AddToBuilder(builder, plant)
-    reader = builder.AddNamedSystem(
-        "state_reader", StateReader(plant=plant, robot=robot, hand=hand)
-    )
-    builder.Connect(plant.get_state_output_port(), reader.get_input_port())
-    camera = None
-    if wrist_camera is not None:
-        camera = add_wrist_camera(builder, plant, scene_graph, wrist_camera)
-    _export_ground_truth(builder, plant, scene_graph)
-    export_ports(builder, robot.description, [driver, reader], camera)
-    station = builder.Build()
-    station.set_name("station")
-    return station
+    return DynamicBody(plant, scene_graph, hand, motors)
 
 
 def _couple_fingers(plant: MultibodyPlant, hand: HandGeometry) -> None:

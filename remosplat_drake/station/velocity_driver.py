@@ -95,13 +95,7 @@ class VelocityDriver(LeafSystem):
     def _declare_desired_state(
         self, plant: MultibodyPlant, instance: ModelInstanceIndex
     ) -> None:
-        joint_of = {v: k for k, v in actuator_by_joint(plant).items()}
-        joints = [
-            joint_of[index] for index in plant.GetJointActuatorIndices(instance)
-        ]
-        motor = [i for i, j in enumerate(joints) if j in self._motors.joints]
-        source = [self._motors.joints.index(joints[i]) for i in motor]
-        rows = len(joints) + np.array(motor, int)
+        rows, source = desired_state_rows(plant, instance, self._motors)
 
         def calc(context: Context, output: BasicVector) -> None:
             x_desired = np.zeros(output.size())
@@ -110,7 +104,7 @@ class VelocityDriver(LeafSystem):
 
         self.DeclareVectorOutputPort(
             desired_state_port(plant, instance),
-            2 * len(joints),
+            plant.get_desired_state_input_port(instance).size(),
             calc,
             {self._desired.ticket()},
         )
@@ -186,6 +180,23 @@ def desired_velocities(
 def near(desired, measured, error):
     """`desired`, held to within `error` of `measured`; scalars or arrays."""
     return measured + np.clip(desired - measured, -error, error)
+
+
+def desired_state_rows(
+    plant: MultibodyPlant, instance: ModelInstanceIndex, motors: Motors
+) -> tuple[np.ndarray, list[int]]:
+    """Where a model instance's desired state holds the motors' velocities.
+
+    Returns:
+        Rows of the desired state, and the motors that belong there.
+    """
+    joint_of = {v: k for k, v in actuator_by_joint(plant).items()}
+    joints = [
+        joint_of[index] for index in plant.GetJointActuatorIndices(instance)
+    ]
+    motor = [i for i, joint in enumerate(joints) if joint in motors.joints]
+    source = [motors.joints.index(joints[i]) for i in motor]
+    return len(joints) + np.array(motor, int), source
 
 
 def actuated_instances(plant: MultibodyPlant) -> list[ModelInstanceIndex]:
