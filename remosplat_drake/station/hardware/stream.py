@@ -85,18 +85,24 @@ def stream_problem(
     if stream.broken:
         return stream.broken
     silence, age = now - stream.received, now - stream.stamp
-    if silence > limits.expiry:
-        return f"nothing came for {_seconds(silence)}"
-    if not abs(age) <= limits.expiry:
-        if abs(stream.jump) > limits.expiry:
-            return f"the sender's clock jumped by {_seconds(stream.jump)}"
-        if age < 0:
-            return f"stamped {_seconds(-age)} in the future: set the clocks"
-        return f"stamped {_seconds(age)} ago"
+    if max(silence, abs(age)) > limits.expiry:
+        return _why_stale(stream, silence, age, limits)
     if should_change and now - stream.changed > limits.frozen_after:
         return f"frozen for {_seconds(now - stream.changed)}"
     return ""
 
 
+def _why_stale(
+    stream: Stream, silence: float, age: float, limits: StreamLimits
+) -> str:
+    if silence > 0.5 * limits.expiry:
+        return f"nothing came for {_seconds(silence)}"
+    if abs(stream.jump) > limits.expiry:
+        return f"the sender's clock jumped by {_seconds(stream.jump)}"
+    if age < 0:
+        return f"stamped {_seconds(-age)} in the future: set the clocks"
+    return f"stamped {_seconds(age)} ago"
+
+
 def _seconds(time: float) -> str:
-    return f"{1e3 * time:.0f} ms" if abs(time) < 1 else f"{time:.3g} s"
+    return f"{1e3 * time:.0f} ms" if abs(time) < 0.9995 else f"{time:.3g} s"
