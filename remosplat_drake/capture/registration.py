@@ -80,7 +80,10 @@ def measure_registration(capture: Capture) -> Registration | None:
         jumps = depth_edges(capture.depth[view])
         if jumps.mean() < _MIN_EDGES:
             continue
-        total += _correlations(color_edges(capture.rgb[view]), jumps, reach)
+        edges = color_edges(capture.rgb[view])
+        if capture.hidden is not None:
+            edges[capture.hidden[view]] = 0
+        total += _correlations(edges, jumps, reach)
         frames += 1
     if frames < _MIN_FRAMES:
         return None

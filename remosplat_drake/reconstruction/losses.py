@@ -131,8 +131,9 @@ def disc_losses(
 
 
 def coverage_loss(rendered: Rendered, views: Views) -> Tensor:
-    """Mean transmittance of the pixels that show a surface."""
-    return (1 - rendered.alpha)[views.depth > 0].mean()
+    """Mean transmittance of the pixels that show a surface; 0 without any."""
+    known = views.depth > 0
+    return (1 - rendered.alpha)[known].sum() / known.sum().clamp(min=1)
 
 
 def haze_loss(discs: Discs) -> Tensor:

@@ -177,21 +177,21 @@ def judge(report: QualityReport) -> str:
     usual = max(d.percentile_99 for d in judged)
     stop = report.map_error + MAP_ERROR_MARGIN
     verdict = (
-        f"Distances are right to {_mm(usual)} (99 %), over-estimates up to"
-        f" {_mm(report.map_error)}: stopping distances from {_mm(stop)} on"
-        " are safe here."
+        f"Distances are right to {rounded_up(usual)} (99 %), over-estimates up"
+        f" to {rounded_up(report.map_error)}: stopping distances from"
+        f" {rounded_up(stop)} on are safe here."
     )
     if reference == TRUTH:
         verdict += " This is against the true geometry."
     if reference == CAPTURE:
         verdict += (
             " The true geometry is unknown: this is against the capture's own"
-            f" depth, whose surfaces scatter by {_mm(report.scatter)}."
+            f" depth, whose surfaces scatter by {rounded_up(report.scatter)}."
         )
     if report.floaters.count:
         verdict += (
             f" {report.floaters.count} floaters make distances too small, by"
-            f" up to {_mm(report.floaters.worst)}."
+            f" up to {rounded_up(report.floaters.worst)}."
         )
     return verdict + (
         f" No camera has seen {100 * report.coverage.unseen:.0f} % of the"
@@ -205,8 +205,8 @@ def reference_of(report: QualityReport) -> str:
     return TRUTH if TRUTH in known else CAPTURE
 
 
-def _mm(length: float) -> str:
-    """A length, rounded up; tenths of a millimetre matter below 1 cm."""
+def rounded_up(length: float) -> str:
+    """A length in words; tenths of a millimetre matter below 1 cm."""
     # Whole micrometres first: what is 6 mm but for rounding stays 6 mm.
     tenths = -(-round(1e6 * length) // 100)
     return f"{tenths / 10:.1f} mm" if tenths < 100 else f"{-(-tenths // 10)} mm"

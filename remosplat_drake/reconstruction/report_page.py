@@ -11,6 +11,7 @@ from remosplat_drake.reconstruction.pictures import Picture
 from remosplat_drake.reconstruction.quality_report import (
     QualityReport,
     page_path,
+    rounded_up,
     write_report,
 )
 from remosplat_drake.reconstruction.report_pictures import (
@@ -119,7 +120,7 @@ def write_assessment(
 def _cards(report: QualityReport) -> str:
     images = report.images
     cards = {
-        "largest over-estimate of a distance": _mm(report.map_error),
+        "largest over-estimate of a distance": rounded_up(report.map_error),
         "median depth error of the pixels": _mm(images.depth_median),
         "PSNR": f"{images.psnr:.1f} dB",
         "SSIM": f"{images.ssim:.3f}",

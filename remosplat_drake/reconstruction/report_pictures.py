@@ -88,9 +88,11 @@ def coverage_slices(coverage: Coverage) -> str:
     shown = np.unique(np.linspace(0, heights - 1, _SLICES).round().astype(int))
     columns = min(4, len(shown))
     rows = -(-len(shown) // columns)
-    figure = Figure(figsize=(9.6, 0.5 + 2.5 * rows), layout="constrained")
-    grid = figure.subplots(rows, columns, squeeze=False).ravel()
     lower, upper = coverage.lower, coverage.upper
+    width, depth = (upper - lower)[:2]
+    row = 0.5 + 2.0 * float(np.clip(depth / width, 0.3, 2))
+    figure = Figure(figsize=(9.6, 0.5 + row * rows), layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes in grid[len(shown) :]:
         axes.set_axis_off()
     for axes, k in zip(grid, shown.tolist(), strict=False):

@@ -18,6 +18,12 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 _FINE_RADIUS = 0.6
 """Voxels are finest within this distance of the focus [m]."""
 
+_MAX_SAMPLES = 6_000_000
+"""Of long captures fewer pixels are used, for the sake of memory: 216 MB."""
+
+_LARGEST_VOXEL = 16.0
+"""Voxels grow up to this edge to keep to a number of surfels [m]."""
+
 
 @dc.dataclass(frozen=True, eq=False)
 class Surfels:
@@ -53,11 +59,14 @@ def surfels_from_capture(
         focus: A point in W around which the cover is finest; its spacing
             doubles with every doubling of the distance beyond 0.6 m. Without
             it the cover is equally fine everywhere.
-        stride: Every stride-th row and column of the images is used.
+        stride: Every stride-th row and column of the images is used; fewer
+            where that would be too many pixels.
 
     Raises:
         RemoSplatError: The capture has no depth with a normal.
     """
+    pixels = capture.depth.size
+    stride = max(stride, int(np.ceil(np.sqrt(pixels / _MAX_SAMPLES))))
     views = [_view_samples(capture, i, stride) for i in range(len(capture))]
     samples = np.concatenate(views)
     if not len(samples):
@@ -130,10 +139,16 @@ def _voxel_for(samples: np.ndarray, level: np.ndarray, count: int) -> float:
 
     Surfaces fill voxels as the square of their size, which guesses well.
     """
+
+    def found_with(voxel: float) -> int:
+        return len(np.unique(_voxel_keys(samples, level, voxel)))
+
     fine, coarse = 0.001, 0.128
+    while coarse < _LARGEST_VOXEL and found_with(coarse) > count:
+        fine, coarse = coarse, 2 * coarse
     voxel = np.sqrt(fine * coarse)
     for _ in range(12):
-        found = len(np.unique(_voxel_keys(samples, level, voxel)))
+        found = found_with(voxel)
         fine, coarse = (voxel, coarse) if found > count else (fine, voxel)
         if 0.98 * count <= found <= count or coarse < 1.003 * fine:
             break

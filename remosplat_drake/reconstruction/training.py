@@ -203,7 +203,7 @@ class _Training:
         if self._held_out is None:
             return
         each = [
-            self._loss(self._held_out[i : i + 1]).item()
+            self._loss(self._held_out[torch.tensor([i])]).item()
             for i in range(len(self._held_out))
         ]
         loss = float(np.mean(each))
@@ -286,7 +286,10 @@ def _identity(
 ) -> str:
     """A digest of all that a training's course depends on."""
     digest = hashlib.sha256(repr(config).encode())
-    for array in (capture.X_WC, capture.K, capture.rgb, capture.depth):
+    arrays = [capture.X_WC, capture.K, capture.rgb, capture.depth]
+    if capture.hidden is not None:
+        arrays.append(capture.hidden)
+    for array in arrays:
         digest.update(np.ascontiguousarray(array).tobytes())
     digest.update(start.content_hash.encode() + held_out.tobytes())
     return digest.hexdigest()

@@ -56,6 +56,20 @@ def test_round_trip_of_masks_and_a_camera_per_view(capture, tmp_path):
     np.testing.assert_array_equal(again.depth, masked.depth)
 
 
+def test_an_interrupted_capture_is_none(capture, tmp_path, monkeypatch):
+    """Neither a new one nor an older one whose images are half replaced."""
+    write_capture(tmp_path, capture)
+
+    def interrupt(image, *arguments, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Image.Image, "save", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_capture(tmp_path, capture)
+    with pytest.raises(FileError):
+        read_capture(tmp_path)
+
+
 def test_depth_too_large_for_the_file_is_unknown(capture, tmp_path):
     depth = capture.depth.copy()
     depth[0, 0, :2] = [65.535, 65.6]

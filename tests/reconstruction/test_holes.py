@@ -13,7 +13,7 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 @pytest.fixture
 def discs(scene_capture) -> GaussianSplat:
-    return splat_of_surfels(surfels_from_capture(scene_capture, 1000))
+    return splat_of_surfels(surfels_from_capture(scene_capture, 3000))
 
 
 def at(discs: GaussianSplat, p_GK) -> GaussianSplat:

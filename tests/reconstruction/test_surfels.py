@@ -1,6 +1,7 @@
 """Surfels: on the surface, facing out of it, finest near the focus."""
 
 import numpy as np
+import pytest
 
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
@@ -28,6 +29,11 @@ def test_surfels_lie_on_the_surface_and_face_out_of_it(scene, scene_capture):
     far = np.linalg.norm(surfels.p_WK - [1, 0, 0.6], axis=1) > 1.2
     spacing = surfels.spacing
     assert np.median(spacing[near]) < 0.5 * np.median(spacing[far])
+
+
+@pytest.mark.parametrize("count", [100, 500, 2000])
+def test_there_are_never_too_many(scene_capture, count):
+    assert count / 2 < len(surfels_from_capture(scene_capture, count)) <= count
 
 
 def test_untrained_splat_measures_distances(scene, scene_capture):

@@ -41,6 +41,15 @@ LOOSE = TrainingConfig(
 """Discs may go where they have to: they start in the wrong places."""
 
 
+@pytest.fixture(scope="module", autouse=True)
+def one_thread():
+    """The tensors are small: threads would only wait for each other."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
+
+
 @pytest.fixture(scope="module")
 def capture() -> Capture:
     """Cameras 1 m above the plane z = 0, looking down, with a red ripple."""
