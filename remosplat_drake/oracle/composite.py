@@ -1,6 +1,7 @@
 """`CompositeDistanceField`: several fields as one scene."""
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -32,6 +33,12 @@ class CompositeDistanceField(DistanceField):
         self.rows = rows
         self.revision = f"{rows}({'+'.join(p.revision for p in self.parts)})"
         self.is_lipschitz = all(part.is_lipschitz for part in self.parts)
+
+    @cached_property
+    def for_look_ahead(self) -> "CompositeDistanceField":
+        """Of its parts' fields for rollouts."""
+        parts = [part.for_look_ahead for part in self.parts]
+        return CompositeDistanceField(parts, self.rows)
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf

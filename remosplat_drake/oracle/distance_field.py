@@ -99,6 +99,14 @@ class DistanceField(ABC):
     views are not, and are always queried.
     """
 
+    @property
+    def for_look_ahead(self) -> "DistanceField":
+        """A field of the same map for rollouts, which may be coarser.
+
+        No safety may rest on it: verification asks the field itself.
+        """
+        return self
+
     @abstractmethod
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf

@@ -85,3 +85,19 @@ def test_needs_parts_and_known_rows():
         CompositeDistanceField([])
     with pytest.raises(RemoSplatError, match="all, closest"):
         CompositeDistanceField([LEFT], rows="both")
+
+
+class _Coarse(SignedDistanceField):
+    """A wall whose field for rollouts is another one."""
+
+    @property
+    def for_look_ahead(self) -> DistanceField:
+        return RIGHT
+
+
+def test_for_look_ahead_it_is_composed_of_its_parts_fields_for_that():
+    coarse = _Coarse(PrimitiveScene(boxes=(Box(RigidTransform(), np.ones(3)),)))
+    ahead = CompositeDistanceField([LEFT, coarse], "closest").for_look_ahead
+    assert ahead.parts == (LEFT, RIGHT)
+    assert ahead.rows == "closest"
+    assert LEFT.for_look_ahead is LEFT

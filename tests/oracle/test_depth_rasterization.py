@@ -391,3 +391,22 @@ def test_rejects_unusable_choices():
         reference.render(
             splat, np.zeros(3), np.eye(3), DepthSensor(), order="depth"
         )
+
+
+@pytest.mark.parametrize("resolution", [80, 8])
+def test_for_look_ahead_it_is_the_same_map_by_a_coarser_sensor(resolution):
+    rng = np.random.default_rng(3)
+    splat, spheres = _random_splat(rng, 40, 2), _random_spheres(rng, 10)
+    sensor = DepthSensor(resolution=resolution, alpha_cutoff=0.6)
+    field = DepthRasterizationField(splat, sensor)
+    ahead = field.for_look_ahead
+    assert ahead is field.for_look_ahead
+    coarse = dc.replace(sensor, resolution=min(resolution, 24))
+    expected = DepthRasterizationField(splat, coarse, nearest_only=True)
+    answer, wanted = ahead.clearances(spheres), expected.clearances(spheres)
+    np.testing.assert_array_equal(answer.sphere, wanted.sphere)
+    np.testing.assert_array_equal(answer.distance, wanted.distance)
+    assert ahead.revision != field.revision
+    # The field itself has not changed.
+    assert field.sensor == sensor
+    assert len(field.clearances(spheres)) > len(answer)

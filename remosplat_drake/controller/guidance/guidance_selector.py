@@ -47,7 +47,8 @@ class GuidanceSelector(LeafSystem):
 
     Every period it spends its budget of rollout steps, so that results do
     not depend on how fast the machine is. The `Selection` it hands out may
-    come late without harm: safety does not rest on it.
+    come late without harm: safety does not rest on it. So rollouts may use
+    a coarser field than control does, see `DistanceField.for_look_ahead`.
 
     With a `LookAheadProcess` it only passes on what that has decided, and
     runs depend on the machine. When the process is lost, the selector
@@ -132,7 +133,7 @@ class GuidanceSelector(LeafSystem):
             self._report_input.Eval(context).command,
             self._target_input.Eval(context).GetAsMatrix4(),
         )
-        field = self._field_input.Eval(context)
+        field = self._field_input.Eval(context).for_look_ahead
         if self._process is not None:
             return updated(self._process, self._rule, selection, now, field)
         if self._budget > 0:
