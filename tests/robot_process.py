@@ -43,18 +43,28 @@ def free_url() -> str:
 
 
 @contextlib.contextmanager
-def robot_process(url: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
-    """`remosplat hardware-sim` on a wire; ended by SIGTERM."""
+def running(
+    *arguments: str, environment: dict[str, str] | None = None
+) -> Iterator[subprocess.Popen[str]]:
+    """A command of `remosplat` as a process; ended by SIGTERM."""
     with subprocess.Popen(
-        command_line("hardware-sim", "--lcm-url", url, *arguments),
+        command_line(*arguments),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        env=environment,
     ) as process:
         try:
             yield process
         finally:
             process.terminate()
+
+
+def robot_process(
+    url: str, *arguments: str
+) -> contextlib.AbstractContextManager[subprocess.Popen[str]]:
+    """`remosplat hardware-sim` on a wire."""
+    return running("hardware-sim", "--lcm-url", url, *arguments)
 
 
 class Client:

@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from robot_process import free_url
+from robot_process import free_url, running
 from ros1_packages import Unavailable, unpacked
 from ros_robot import Station, check_bridge
-from runs import assert_one_line, command_line, remosplat
+from runs import assert_one_line, remosplat
 
 BASE = Path(__file__).with_name("ros1_base.py")
 
@@ -85,11 +85,12 @@ def master(environment: dict[str, str]) -> Iterator[None]:
 def test_a_base_is_driven_through_the_bridge(environment):
     url = free_url()
     commands: list[tuple[float, float]] = []
-    bridge_command = command_line("base-driver", "ros1", "--lcm-url", url)
     with (
         master(environment),
         process([sys.executable, str(BASE)], environment) as base,
-        process(bridge_command, environment) as bridge,
+        running(
+            *("base-driver", "ros1", "--lcm-url", url), environment=environment
+        ) as bridge,
     ):
 
         def listen() -> None:

@@ -1,13 +1,9 @@
 """ROS 2 without ROS: bytes that another decoder reads, and a bridge."""
 
-import contextlib
-import subprocess
-
 import numpy as np
 import pytest
-from robot_process import free_url
+from robot_process import free_url, running
 from ros_robot import Station, check_bridge
-from runs import command_line
 
 from remosplat_drake.drivers.clock import wall_utime
 
@@ -116,20 +112,6 @@ class Robot:
         return [(s.linear.x, s.angular.z) for s in self._reader.take(N=50)]
 
 
-@contextlib.contextmanager
-def bridge_process(*arguments: str):
-    with subprocess.Popen(
-        command_line("base-driver", *arguments),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
-        try:
-            yield process
-        finally:
-            process.terminate()
-
-
 @pytest.mark.slow
 def test_a_base_is_driven_through_the_bridge():
     url = free_url()
@@ -139,8 +121,8 @@ def test_a_base_is_driven_through_the_bridge():
         robot.send(x, forward)
         commands.extend(robot.received())
 
-    with bridge_process(
-        "ros2", "--lcm-url", url, "--domain", str(DOMAIN)
+    with running(
+        "base-driver", "ros2", "--lcm-url", url, "--domain", str(DOMAIN)
     ) as bridge:
         check_bridge(bridge, Station(url), commands, exchange)
         robot.received()

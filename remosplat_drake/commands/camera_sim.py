@@ -1,0 +1,85 @@
+"""`remosplat camera-sim`: stand in for the wrist camera of the real robot."""
+
+import argparse
+import math
+import os
+import signal
+import time
+
+from rich.console import Console
+
+from remosplat_drake.drivers.clock import wall_utime
+from remosplat_drake.drivers.inbox import Inbox
+from remosplat_drake.drivers.simulated_camera import (
+    HeardConfiguration,
+    SimulatedCamera,
+)
+from remosplat_drake.drivers.wire import add_wire_argument, open_wire
+from remosplat_drake.messages.channels import BASE_STATUS, PANDA_STATUS
+from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.station.config import WristCameraConfig
+from remosplat_drake.world import load_world
+
+_YIELD = 10
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command line."""
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`):"
+        " the camera and what it sees",
+    )
+    add_wire_argument(parser)
+    parser.add_argument(
+        "--rate",
+        type=_rate,
+        default=5.0,
+        metavar="HZ",
+        help="images a second at most (default: %(default)s)",
+    )
+
+
+def _rate(text: str) -> float:
+    rate = float(text)
+    if not (math.isfinite(rate) and rate > 0):
+        raise argparse.ArgumentTypeError(f"{text} is not a rate > 0")
+    return rate
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Sends images until Ctrl-C, once arm and base have been heard."""
+    scenario = LoadScenario(arguments.scenario)
+    world = load_world(scenario)
+    lcm = open_wire(arguments.lcm_url)
+    camera = SimulatedCamera(
+        scenario.wrist_camera or WristCameraConfig(),
+        world.robot,
+        world.truth,
+        world.q0,
+        lcm,
+    )
+    inbox = Inbox(lcm, [BASE_STATUS, PANDA_STATUS])
+    heard = HeardConfiguration()
+    # Rendering must not delay those who move the robot.
+    os.nice(_YIELD)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    Console(stderr=True).print(
+        f"the camera is on {arguments.lcm_url}; Ctrl-C ends"
+    )
+    try:
+        while True:
+            _listen(inbox, heard, 1.0 / arguments.rate)
+            if heard.q is not None:
+                camera.take(heard.q, wall_utime())
+    except KeyboardInterrupt:
+        return 0
+
+
+def _listen(inbox: Inbox, heard: HeardConfiguration, duration: float) -> None:
+    """Follows the robot until the next image is due [s]."""
+    end = time.monotonic() + duration
+    while time.monotonic() < end:
+        for channel, data in inbox.fetch(timeout=0.005):
+            heard.receive(channel, data)

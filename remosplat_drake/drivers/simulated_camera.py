@@ -1,0 +1,122 @@
+"""`SimulatedCamera`: the wrist camera and its driver, as one system."""
+
+import math
+
+import numpy as np
+from drake import lcmt_image_array, lcmt_panda_status
+from pydrake.lcm import DrakeLcmInterface
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.lcm import LcmPublisherSystem
+from pydrake.systems.sensors import ImageToLcmImageArrayT, PixelType
+
+from remosplat_drake.drivers.clock import MICROSECONDS
+from remosplat_drake.drivers.panda_commands import JOINTS
+from remosplat_drake.messages.base_status import base_status
+from remosplat_drake.messages.channels import (
+    BASE_STATUS,
+    PANDA_STATUS,
+    WRIST_CAMERA,
+)
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.station import ports
+from remosplat_drake.station.config import DynamicStation, WristCameraConfig
+from remosplat_drake.station.dynamic_station import add_dynamic_body
+from remosplat_drake.station.wrist_camera import add_wrist_camera
+
+
+class SimulatedCamera:
+    """Renders what the camera would see where the statuses say it is.
+
+    Images are compressed: raw ones overflow the usual buffers of sockets.
+    """
+
+    def __init__(
+        self,
+        config: WristCameraConfig,
+        robot: RobotModel,
+        scene: PrimitiveScene | None,
+        q0: np.ndarray,
+        lcm: DrakeLcmInterface,
+    ):
+        """Builds the scene and the camera.
+
+        Args:
+            config: The camera.
+            robot: The robot that carries it.
+            scene: What it sees.
+            q0: Any configuration, shape (n_q,).
+            lcm: Where the images go.
+
+        Raises:
+            RemoSplatError: A setting is unusable.
+        """
+        builder = DiagramBuilder()
+        body = add_dynamic_body(builder, DynamicStation(), robot, scene, q0)
+        self._plant = body.plant
+        images = add_wrist_camera(builder, body.plant, body.scene_graph, config)
+        message = builder.AddSystem(ImageToLcmImageArrayT(do_compress=True))
+        self._publisher = builder.AddSystem(
+            LcmPublisherSystem.Make(
+                WRIST_CAMERA,
+                lcmt_image_array,
+                lcm,
+                use_cpp_serializer=True,
+            )
+        )
+        color = message.DeclareImageInputPort[PixelType.kRgba8U]("color")
+        depth = message.DeclareImageInputPort[PixelType.kDepth32F]("depth")
+        builder.Connect(images[ports.WRIST_CAMERA_RGB], color)
+        builder.Connect(images[ports.WRIST_CAMERA_DEPTH], depth)
+        builder.Connect(
+            message.image_array_t_msg_output_port(),
+            self._publisher.get_input_port(),
+        )
+        diagram = builder.Build()
+        self._root = diagram.CreateDefaultContext()
+        self._context = self._plant.GetMyMutableContextFromRoot(self._root)
+        self._joints = [
+            self._plant.GetJointByName(name).position_start()
+            for name in robot.joint_names
+        ]
+
+    def take(self, q: np.ndarray, utime: int) -> None:
+        """Renders and sends one colour and one depth image.
+
+        Args:
+            q: The robot's configuration, shape (n_q,).
+            utime: Stamp of the images, wall clock [us].
+        """
+        self._root.SetTime(utime / MICROSECONDS)
+        positions = self._plant.GetPositions(self._context)
+        positions[self._joints] = q
+        self._plant.SetPositions(self._context, positions)
+        context = self._publisher.GetMyContextFromRoot(self._root)
+        self._publisher.ForcedPublish(context)
+
+
+class HeardConfiguration:
+    """The configuration that the statuses of base and arm amount to."""
+
+    def __init__(self):
+        """Nothing has been heard."""
+        self._pose: tuple[float, ...] | None = None
+        self._joints: tuple[float, ...] | None = None
+
+    def receive(self, channel: str, data: bytes) -> None:
+        """Takes a status from the wire; a broken one is ignored."""
+        if channel == BASE_STATUS:
+            pose = tuple(base_status.decode(data).pose)
+            if all(map(math.isfinite, pose)):
+                self._pose = pose
+        elif channel == PANDA_STATUS:
+            joints = tuple(lcmt_panda_status.decode(data).joint_position)
+            if len(joints) == JOINTS and all(map(math.isfinite, joints)):
+                self._joints = joints
+
+    @property
+    def q(self) -> np.ndarray | None:
+        """(x, y, yaw, arm), shape (10,); None before both were heard."""
+        if self._pose is None or self._joints is None:
+            return None
+        return np.array([*self._pose, *self._joints])
