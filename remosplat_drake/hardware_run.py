@@ -4,11 +4,12 @@ import dataclasses as dc
 import gc
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
 from pydrake.systems.analysis import InitializeParams, Simulator
+from pydrake.systems.framework import Context
 
 from remosplat_drake.diagram import Application
 from remosplat_drake.real_time import (
@@ -55,6 +56,7 @@ def run_on_hardware(
     *,
     on_progress: ProgressCallback | None = None,
     on_supervision: SupervisionCallback | None = None,
+    between_ticks: Callable[[Context], None] | None = None,
     patience: float = 0.0,
 ) -> HardwareResult:
     """Runs until the last target is reached or time is up.
@@ -68,6 +70,8 @@ def run_on_hardware(
         on_progress: Called after every tick with the time since the start,
             the pose error and the latest tick report.
         on_supervision: Called whenever the supervisor's mode has changed.
+        between_ticks: Called after every tick with the diagram's context, for
+            a program that stops the robot or releases it.
         patience: So long a stopped robot waits to be released [s].
 
     Raises:
@@ -91,6 +95,8 @@ def run_on_hardware(
                         break
                     loop.tick()
                     monitor(loop.context)
+                    if between_ticks is not None:
+                        between_ticks(loop.context)
         finally:
             bring_to_rest(
                 loop.link,
@@ -216,10 +222,10 @@ def bring_to_rest(
     zeros = round(FINAL_ZEROS / period)
     while zeros > 0:
         try:
+            time.sleep(period)
             u = braking_command(link.u, acceleration_limit, period)
             link.send(u)
             zeros -= not u.any()
-            time.sleep(period)
         except KeyboardInterrupt:
             continue
 
