@@ -4,11 +4,8 @@ from collections.abc import Callable, Iterator
 from itertools import cycle, pairwise
 
 from remosplat_drake.benchmark.timing import Case
-from remosplat_drake.controller.reactive_program import (
-    Tick,
-    build_program,
-    solve,
-)
+from remosplat_drake.controller.decision import solve
+from remosplat_drake.controller.reactive_program import Tick, build_program
 from remosplat_drake.controller.servo import pose_error
 from remosplat_drake.controller.tick import ReactiveLaw, run_tick
 from remosplat_drake.diagram import MakeDiagram

@@ -1,15 +1,9 @@
 """The program of a tick as Drake's `MathematicalProgram`."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from pydrake.solvers import MathematicalProgram
 
-if TYPE_CHECKING:
-    from remosplat_drake.controller.reactive_program import (
-        ReactiveProgram,
-        Tracking,
-    )
+from remosplat_drake.controller.program_data import ProgramData, Tracking
 
 
 class DrakeProgram:
@@ -30,7 +24,7 @@ class DrakeProgram:
         self.extended = extended
 
 
-def fill(drake: DrakeProgram, program: "ReactiveProgram") -> None:
+def fill(drake: DrakeProgram, program: ProgramData) -> None:
     """Adds costs, bounds and rows, less those that the bounds imply."""
     prog, u = drake.prog, drake.u
     prog.AddBoundingBoxConstraint(
@@ -52,7 +46,7 @@ def fill(drake: DrakeProgram, program: "ReactiveProgram") -> None:
         _add_tracking(drake, program.tracking)
 
 
-def _add_tracking(drake: DrakeProgram, tracking: "Tracking") -> None:
+def _add_tracking(drake: DrakeProgram, tracking: Tracking) -> None:
     prog = drake.prog
     prog.AddLinearEqualityConstraint(
         np.hstack([tracking.J, np.eye(6)]), tracking.V, drake.x

@@ -1,4 +1,4 @@
-"""The quadratic program of one tick: built, solved, and when it fails.
+"""The quadratic program of one tick, built by its ingredients.
 
 Decision variables are the command u and the slack delta of the end-effector
 twist (paper section III-A); what is minimised and what must hold comes from
@@ -13,14 +13,12 @@ from typing import Protocol
 import numpy as np
 from pydrake.solvers import MathematicalProgram
 
-from remosplat_drake.controller import tick_report
-from remosplat_drake.controller.active_set import DenseProgram
 from remosplat_drake.controller.drake_program import DrakeProgram, fill
 from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
+from remosplat_drake.controller.program_data import ProgramData, Rows
 from remosplat_drake.controller.servo import PoseError
 from remosplat_drake.oracle.distance_field import Clearances
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
-from remosplat_drake.safety.braking import braking_command
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -66,30 +64,6 @@ class Tick:
         )
 
 
-@dc.dataclass(frozen=True, eq=False)
-class Rows:
-    """Inequality rows A u <= b of one ingredient, all of them.
-
-    Attributes:
-        A: Shape (m, n_u).
-        b: Shape (m,).
-        kept: The rows that are in the program, shape (m,) bool; the bounds
-            on u imply the others.
-    """
-
-    A: np.ndarray
-    b: np.ndarray
-    kept: np.ndarray
-
-
-class Solver(Protocol):
-    """Finds the optimum of a program."""
-
-    def solve(self, program: "ReactiveProgram") -> np.ndarray | None:
-        """The optimal command, shape (n_u,), or None if there is none."""
-        ...
-
-
 class Ingredient(Protocol):
     """A cost or constraint of the program."""
 
@@ -98,37 +72,14 @@ class Ingredient(Protocol):
         ...
 
 
-@dc.dataclass(frozen=True, eq=False)
-class Tracking:
-    """J u + delta = V with the cost |delta|^2 price / 2 and bounds on delta.
-
-    Attributes:
-        J: Jacobian of the end effector (angular, translational), (6, n_u).
-        V: Wanted twist, shape (6,).
-        price: Of the squared slack delta.
-        limit: Bounds on |delta|, shape (6,).
-    """
-
-    J: np.ndarray
-    V: np.ndarray
-    price: float
-    limit: np.ndarray
-
-
-class ReactiveProgram:
-    """A quadratic program in u (n_u) and the slack delta (6), as data.
+class ReactiveProgram(ProgramData):
+    """What the ingredients of one tick add to.
 
     `prog` is the same as Drake's `MathematicalProgram`, `dense` as matrices
     in u alone. An ingredient may add to `prog` itself what the methods here
     do not express; then there is no `dense`.
 
     Attributes:
-        lower: Bounds on u, shape (n_u,); ingredients may only narrow them.
-        upper: See `lower`.
-        rows: Inequality rows by ingredient name.
-        linear: Linear costs c'u by ingredient name, shape (n_u,) each.
-        quadratic: Diagonals W of costs u'Wu / 2, by ingredient name.
-        tracking: Of the end effector's twist, if any.
         use_acceleration: Whether acceleration bounds are wanted.
         has_acceleration_bounds: Whether there are any.
         relax: Whether negative right-hand sides are raised to zero, so that
@@ -143,27 +94,13 @@ class ReactiveProgram:
         use_acceleration: bool = True,
         relax: bool = False,
     ):
-        self.lower, self.upper = -velocity_limit, velocity_limit
-        self.rows: dict[str, Rows] = {}
-        self.linear: dict[str, np.ndarray] = {}
-        self.quadratic: dict[str, np.ndarray] = {}
-        self.tracking: Tracking | None = None
+        super().__init__(velocity_limit)
         self.use_acceleration = use_acceleration
         self.has_acceleration_bounds = False
         self.relax = relax
         self.yielded: list[str] = []
         self._drake: DrakeProgram | None = None
         self._is_finished = False
-
-    @property
-    def n_u(self) -> int:
-        """Length of the command."""
-        return len(self.lower)
-
-    def narrow(self, lower: np.ndarray, upper: np.ndarray):
-        """Bounds u by lower <= u <= upper, besides the present bounds."""
-        self.lower = np.maximum(self.lower, lower)
-        self.upper = np.minimum(self.upper, upper)
 
     def add_rows(
         self,
@@ -194,7 +131,7 @@ class ReactiveProgram:
         is redundant: leaving it out changes nothing but the solver's time.
         """
         for name, rows in self.rows.items():
-            kept = self._can_bind(rows.A, rows.b)
+            kept = self.can_bind(rows.A, rows.b)
             self.rows[name] = dc.replace(rows, kept=kept)
         self._is_finished = True
         if self._drake is not None:
@@ -224,32 +161,6 @@ class ReactiveProgram:
         """Whether an ingredient has used `prog`; what, only Drake knows."""
         return self._drake is not None and self._drake.extended
 
-    def dense(self) -> DenseProgram:
-        """The program in u alone: the slack is V - J u."""
-        tracking = self.tracking
-        H, c = np.diag(sum(self.quadratic.values(), np.zeros(self.n_u))), 0.0
-        c = sum(self.linear.values(), np.zeros(self.n_u))
-        eye = np.eye(self.n_u)
-        A = [eye, -eye, *(rows.A[rows.kept] for rows in self.rows.values())]
-        b = [self.upper, -self.lower]
-        b += [rows.b[rows.kept] for rows in self.rows.values()]
-        if tracking is not None:
-            J, V, limit = tracking.J, tracking.V, tracking.limit
-            H += tracking.price * J.T @ J
-            c = c - tracking.price * V @ J
-            slack_A = np.concatenate([J, -J])
-            slack_b = np.concatenate([limit + V, limit - V])
-            kept = self._can_bind(slack_A, slack_b)
-            A.append(slack_A[kept])
-            b.append(slack_b[kept])
-        return DenseProgram(H, c, np.concatenate(A), np.concatenate(b))
-
-    def _can_bind(self, A: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """Which rows A u <= b the bounds on u do not imply, (m,) bool."""
-        center = 0.5 * (self.upper + self.lower)
-        radius = 0.5 * (self.upper - self.lower)
-        return A @ center + np.abs(A) @ radius > b
-
 
 def build_program(
     tick: Tick,
@@ -275,72 +186,3 @@ def build_program(
         ingredient.AddToProgram(program, tick)
     program.finish()
     return program
-
-
-def solve(program: ReactiveProgram, solver: Solver) -> np.ndarray | None:
-    """The optimal command, shape (n_u,), or None without a finite optimum."""
-    u = solver.solve(program)
-    return u if u is not None and np.isfinite(u).all() else None
-
-
-@dc.dataclass(frozen=True, eq=False)
-class Decision:
-    """A command, how it came about, and the program behind it, if any."""
-
-    u: np.ndarray
-    status: str
-    reason: str
-    program: ReactiveProgram | None = None
-
-
-def decide(
-    tick: Tick,
-    ingredients: Sequence[Ingredient],
-    solver: Solver,
-    program: ReactiveProgram | None = None,
-) -> Decision:
-    """Solves the tick's program, falling back in the named order.
-
-    As it stands; without acceleration bounds; with negative right-hand sides
-    raised to zero; and last a braking ramp. A fallback never goes unnamed.
-
-    Args:
-        tick: What is known.
-        ingredients: Costs and constraints.
-        solver: A convex QP solver.
-        program: The program as it stands, if the caller has built it.
-    """
-    program = program or build_program(tick, ingredients)
-    u = solve(program, solver)
-    if u is not None:
-        return Decision(u, tick_report.OPTIMAL, "", program)
-    if program.has_acceleration_bounds:
-        program = build_program(tick, ingredients, use_acceleration=False)
-        u = solve(program, solver)
-        if u is not None:
-            return Decision(
-                u,
-                tick_report.ACCELERATION_DROPPED,
-                "infeasible with acceleration bounds",
-                program,
-            )
-    program = build_program(
-        tick, ingredients, use_acceleration=False, relax=True
-    )
-    u = solve(program, solver)
-    if u is not None:
-        reason = "infeasible; yielded: " + (
-            ", ".join(program.yielded) or "nothing"
-        )
-        return Decision(u, tick_report.RELAXED, reason, program)
-    return brake(
-        tick.robot, tick.u_previous, tick.dt, "no feasible command found"
-    )
-
-
-def brake(
-    robot: RobotModel, u_previous: np.ndarray, dt: float, reason: str
-) -> Decision:
-    """The next step of the ramp to a standstill."""
-    u = braking_command(u_previous, robot.acceleration_limit, dt)
-    return Decision(u, tick_report.BRAKING, reason)

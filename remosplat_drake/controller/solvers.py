@@ -15,7 +15,8 @@ from remosplat_drake.controller.active_set import (
     OPTIMAL,
     solve_dense,
 )
-from remosplat_drake.controller.reactive_program import ReactiveProgram, Solver
+from remosplat_drake.controller.decision import Solver
+from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.errors import FieldError, unknown_name
 
 DRAKE_SOLVERS = {

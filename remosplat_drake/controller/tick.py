@@ -10,16 +10,18 @@ from remosplat_drake.controller.config import (
     ReactiveControllerConfig,
     make_ingredients,
 )
+from remosplat_drake.controller.decision import (
+    Decision,
+    Solver,
+    brake,
+    decide,
+)
 from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
 from remosplat_drake.controller.ingredients import collision_damper
 from remosplat_drake.controller.reactive_program import (
-    Decision,
     Ingredient,
-    Solver,
     Tick,
-    brake,
     build_program,
-    decide,
 )
 from remosplat_drake.controller.servo import pose_error
 from remosplat_drake.controller.solvers import make_solver

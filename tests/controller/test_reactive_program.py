@@ -20,12 +20,11 @@ from remosplat_drake.benchmark.scene_generators import (
 from remosplat_drake.controller import ingredients as ing
 from remosplat_drake.controller import tick_report
 from remosplat_drake.controller.config import gain_set, make_ingredients
+from remosplat_drake.controller.decision import decide, solve
 from remosplat_drake.controller.reactive_program import (
     ReactiveProgram,
     Tick,
     build_program,
-    decide,
-    solve,
 )
 from remosplat_drake.controller.solvers import (
     ActiveSetSolver,

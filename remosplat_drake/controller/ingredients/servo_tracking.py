@@ -10,11 +10,8 @@ from remosplat_drake.controller.guidance.deflection import (
 from remosplat_drake.controller.ingredients.collision_damper import (
     CollisionDamperConfig,
 )
-from remosplat_drake.controller.reactive_program import (
-    ReactiveProgram,
-    Tick,
-    Tracking,
-)
+from remosplat_drake.controller.program_data import Tracking
+from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 from remosplat_drake.controller.servo import servo_twist
 
 
