@@ -42,6 +42,7 @@ from remosplat_drake.station.simulated_station import MakeHardwareStation
 from remosplat_drake.task.arrival import has_arrived
 from remosplat_drake.task.target_sequence import TargetSequence
 from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.safety_panel import SafetyPanel
 from remosplat_drake.visualization.views import AddViews
 from remosplat_drake.world import World
 
@@ -135,6 +136,15 @@ def MakeDiagram(
         n_u=robot.n_u,
         period=dt,
     )
+    if page is not None and supervisor is not None:
+        SafetyPanel.AddToBuilder(
+            builder,
+            page=page,
+            n_u=robot.n_u,
+            supervisor=supervisor,
+            report=report,
+            status=station.GetOutputPort(ports.STATUS),
+        )
     if page is not None:
         AddViews(
             builder,

@@ -27,8 +27,9 @@ def click() -> Callable[[Meshcat, str], None]:
 
     def _click(meshcat: Meshcat, name: str):
         text = name.encode()
-        message = b"\x82\xa4type\xa6button\xa4name\xd9" + bytes([len(text)])
-        meshcat._InjectWebsocketMessage(message + text)
+        message = b"\x82\xa4type\xa6button\xa4name\xda"
+        message += struct.pack(">H", len(text)) + text
+        meshcat._InjectWebsocketMessage(message)
 
     return _click
 

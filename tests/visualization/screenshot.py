@@ -9,7 +9,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-_FLAGS = (
+FLAGS = (
     "--headless",
     "--no-sandbox",
     "--use-angle=swiftshader",
@@ -42,7 +42,7 @@ def take_screenshot(
         subprocess.run(
             [
                 chromium,
-                *_FLAGS,
+                *FLAGS,
                 f"--user-data-dir={profile}",
                 f"--window-size={size[0]},{size[1]}",
                 f"--virtual-time-budget={_SETTLE}",

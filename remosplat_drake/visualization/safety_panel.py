@@ -1,0 +1,155 @@
+"""`SafetyPanel`: the stop button of the page, and what the supervisor says."""
+
+import html
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+)
+
+from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.safety.operator import OperatorRequests
+from remosplat_drake.safety.supervision import SupervisorState
+from remosplat_drake.station.status import StationStatus
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
+
+# Meshcat draws labels as HTML and its buttons all alike. The stop button
+# shall be found without looking for it, and like the release button and the
+# text be there while the controls are closed.
+_STYLE = (
+    "<style>"
+    ".remosplat-stop,.remosplat-release"
+    "{display:block;text-align:center;color:white}"
+    ".remosplat-stop{font:bold 26px/64px sans-serif}"
+    ".remosplat-release{font:bold 13px/32px sans-serif}"
+    ".dg li.cr:has(.remosplat-stop)"
+    "{height:64px;background:#c8102e;border-left:0}"
+    ".dg li.cr:has(.remosplat-release)"
+    "{height:32px;background:#1f6f43;border-left:0}"
+    ".dg li.cr:has(.remosplat-note){height:auto}"
+    ".dg .property-name:has(.remosplat-note)"
+    "{white-space:normal;line-height:18px;padding:4px 0}"
+    "</style>"
+)
+
+STOP = f'{_STYLE}<span class="remosplat-stop">STOP (Esc)</span>'
+"""Name of the stop button."""
+
+STOP_KEY = "Escape"
+"""Unlike the space bar, no browser clicks a focused button with it."""
+
+RELEASE = '<span class="remosplat-release">Release the stop</span>'
+"""Name of the release button; it has no key, lest it be hit by chance."""
+
+_AGES_SHOWN = 0.5
+"""The largest ages of so much time are shown [s]."""
+
+
+class SafetyPanel(LeafSystem):
+    """Lets a person stop and release the robot; shows what it is at.
+
+    .. pydrake_system::
+
+        name: SafetyPanel
+        input_ports:
+        - report
+        - status
+        - supervision
+        output_ports:
+        - operator
+
+    `operator` carries the `OperatorRequests` so far. Two lines of text say
+    the supervisor's mode and why it stopped, and the arm's mode with the
+    largest ages of measurements and commands in the last half second.
+
+    Args:
+        page: Where the buttons are.
+        n_u: Size of the command.
+    """
+
+    def __init__(self, *, page: MeshcatPage, n_u: int):
+        super().__init__()
+        self.set_name("safety_panel")
+        self._page = page
+        page.meshcat.AddButton(STOP, STOP_KEY)
+        page.meshcat.AddButton(RELEASE)
+        self._report_input = self.DeclareAbstractInputPort(
+            "report", Value(TickReport.before_first(0, n_u))
+        )
+        self._status_input = self.DeclareAbstractInputPort(
+            "status", Value(StationStatus())
+        )
+        self._supervision_input = self.DeclareAbstractInputPort(
+            "supervision", Value(SupervisorState(np.zeros(n_u)))
+        )
+        self.DeclareAbstractOutputPort(
+            "operator",
+            Value(OperatorRequests()).Clone,
+            self._calc_requests,
+            {self.time_ticket()},
+        )
+        self._ages = np.zeros(2)
+        self._ages_shown = -np.inf
+        self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder,
+        *,
+        page: MeshcatPage,
+        n_u: int,
+        supervisor: LeafSystem,
+        report: OutputPort,
+        status: OutputPort,
+    ) -> "SafetyPanel":
+        """Adds a panel and connects it to and with a supervisor."""
+        panel = builder.AddSystem(SafetyPanel(page=page, n_u=n_u))
+        builder.Connect(report, panel.GetInputPort("report"))
+        builder.Connect(status, panel.GetInputPort("status"))
+        builder.Connect(
+            supervisor.GetOutputPort("supervision"),
+            panel.GetInputPort("supervision"),
+        )
+        builder.Connect(
+            panel.GetOutputPort("operator"), supervisor.GetInputPort("operator")
+        )
+        return panel
+
+    def _calc_requests(self, context: Context, output: Value):
+        clicks = self._page.meshcat.GetButtonClicks
+        output.set_value(OperatorRequests(clicks(STOP), clicks(RELEASE)))
+
+    def _publish(self, context: Context):
+        status = self._status_input.Eval(context)
+        self._show_ages(context.get_time(), status, context)
+        supervision = self._supervision_input.Eval(context)
+        parts = [supervision.mode, supervision.reason, supervision.refusal]
+        text = ": ".join(filter(None, parts))
+        self._page.set_status(_note(f"Supervisor: {text}"), "supervisor")
+
+    def _show_ages(self, time: float, status: StationStatus, context: Context):
+        report = self._report_input.Eval(context)
+        ages = [status.age, time - report.time]
+        self._ages = np.fmax(self._ages, ages)
+        if 0 <= time - self._ages_shown < _AGES_SHOWN:
+            return
+        self._ages_shown = time
+        measured, commanded = map(_milliseconds, self._ages)
+        text = f"measured {measured} ago, commanded {commanded} ago"
+        self._page.set_status(
+            _note(f"Robot: {status.robot_mode}, {text}"), "robot"
+        )
+        self._ages = np.zeros(2)
+
+
+def _note(text: str) -> str:
+    return f'<span class="remosplat-note">{html.escape(text)}</span>'
+
+
+def _milliseconds(age: float) -> str:
+    return f"{1e3 * age:.0f} ms" if np.isfinite(age) else "forever"

@@ -1,0 +1,143 @@
+"""A headless Chromium that looks at a page, clicks and types.
+
+It is driven over a pair of pipes (the DevTools protocol: one JSON message a
+NUL byte), so that nothing needs to be installed besides the browser.
+"""
+
+import base64
+import itertools
+import json
+import os
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from screenshot import FLAGS, find_chromium
+
+_TIMEOUT = 60.0
+"""Longest wait for anything [s]."""
+
+
+class Browser:
+    """One tab; made by `open_browser`."""
+
+    def __init__(self, write: int, read: int):
+        self._write, self._read = write, read
+        self._numbers = itertools.count(1)
+        self._buffer = b""
+        self._session: str | None = None
+        target = self._ask("Target.createTarget", url="about:blank")
+        attached = self._ask(
+            "Target.attachToTarget", targetId=target["targetId"], flatten=True
+        )
+        self._session = attached["sessionId"]
+
+    def open(self, url: str):
+        """Loads a page."""
+        self._ask("Page.navigate", url=url)
+
+    def evaluate(self, expression: str) -> Any:
+        """The value of a JavaScript expression in the page."""
+        answer = self._ask(
+            "Runtime.evaluate", expression=expression, returnByValue=True
+        )
+        return answer["result"].get("value")
+
+    def wait_for(self, expression: str) -> Any:
+        """Waits until an expression is true, and returns its value."""
+        end = time.monotonic() + _TIMEOUT
+        while not (value := self.evaluate(expression)):
+            assert time.monotonic() < end, f"never true: {expression}"
+            time.sleep(0.02)
+        return value
+
+    def click(self, selector: str):
+        """Clicks with the mouse into the middle of an element."""
+        x, y = self.wait_for(
+            "(() => { const e = document.querySelector("
+            f"{json.dumps(selector)}); if (!e) return null;"
+            "const r = e.getBoundingClientRect();"
+            "return [r.x + r.width / 2, r.y + r.height / 2]; })()"
+        )
+        for kind in ("mousePressed", "mouseReleased"):
+            self._ask(
+                "Input.dispatchMouseEvent",
+                type=kind,
+                x=x,
+                y=y,
+                button="left",
+                clickCount=1,
+            )
+
+    def press(self, key: str):
+        """Presses and lets go of a key whose name is its code."""
+        for kind in ("keyDown", "keyUp"):
+            self._ask("Input.dispatchKeyEvent", type=kind, key=key, code=key)
+
+    def save_picture(self, path: Path):
+        """Writes what the page looks like as a PNG."""
+        answer = self._ask("Page.captureScreenshot", format="png")
+        path.write_bytes(base64.b64decode(answer["data"]))
+
+    def _ask(self, method: str, **parameters) -> dict[str, Any]:
+        number = next(self._numbers)
+        message = {"id": number, "method": method, "params": parameters}
+        if self._session:
+            message["sessionId"] = self._session
+        os.write(self._write, json.dumps(message).encode() + b"\0")
+        while True:
+            answer = json.loads(self._receive())
+            if answer.get("id") == number:
+                assert "error" not in answer, answer
+                return answer["result"]
+
+    def _receive(self) -> bytes:
+        while b"\0" not in self._buffer:
+            chunk = os.read(self._read, 1 << 16)
+            assert chunk, "the browser has gone"
+            self._buffer += chunk
+        message, _, self._buffer = self._buffer.partition(b"\0")
+        return message
+
+
+@contextmanager
+def open_browser(size: tuple[int, int] = (1200, 800)) -> Iterator[Browser]:
+    """Starts a browser, and ends it at the end of the block."""
+    chromium = find_chromium()
+    assert chromium is not None
+    from_us, to_browser = os.pipe()
+    from_browser, to_us = os.pipe()
+
+    def arrange():
+        # Chromium reads descriptor 3 and writes descriptor 4.
+        ours = os.dup(from_us), os.dup(to_us)
+        os.dup2(ours[0], 3)
+        os.dup2(ours[1], 4)
+
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        process = subprocess.Popen(
+            [
+                chromium,
+                *FLAGS,
+                f"--user-data-dir={profile}",
+                f"--window-size={size[0]},{size[1]}",
+                "--remote-debugging-pipe",
+            ],
+            close_fds=False,
+            preexec_fn=arrange,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        os.close(from_us)
+        os.close(to_us)
+        try:
+            yield Browser(to_browser, from_browser)
+        finally:
+            process.kill()
+            process.wait()
+            os.close(to_browser)
+            os.close(from_browser)

@@ -1,0 +1,174 @@
+"""Stop and release on the page: by message, and in a real browser."""
+
+import time
+
+import numpy as np
+import pytest
+from browser import find_chromium, open_browser
+from pydrake.math import RigidTransform
+
+from remosplat_drake.diagram import Application, MakeDiagram
+from remosplat_drake.safety.supervision import RUNNING, STOPPED
+from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.scene.rmmi import write_rmmi
+from remosplat_drake.simulation import run
+from remosplat_drake.visualization.safety_panel import RELEASE, STOP
+from remosplat_drake.world import load_world
+
+FAR = """
+Far:
+  scene: {truth: scene.json}
+  oracle: !GroundTruth {}
+  control_period: 0.02
+  time_limit: 6
+  targets:
+  - translation: [9, 0, 1]
+"""
+
+
+@pytest.fixture
+def application(page, tmp_path, monkeypatch) -> Application:
+    """The robot sets off towards a target nine metres away."""
+    monkeypatch.setattr(
+        "remosplat_drake.visualization.robot_view.link_meshes",
+        lambda visuals: {},
+    )
+    box = Box(RigidTransform([-0.8, 0, 0.5]), np.array([0.1, 0.5, 0.5]))
+    write_rmmi(tmp_path / "scene.json", PrimitiveScene(boxes=(box,)))
+    (tmp_path / "test.yaml").write_text(FAR)
+    scenario = LoadScenario(f"{tmp_path}/test.yaml")
+    return MakeDiagram(scenario, load_world(scenario), page)
+
+
+class Steps:
+    """Does one thing after the other while a run goes on."""
+
+    def __init__(self, *steps):
+        self._steps = list(steps)
+
+    def __call__(self, t, error, report):
+        if self._steps and t >= self._steps[0][0]:
+            self._steps.pop(0)[1]()
+
+
+def modes_of(application: Application, steps: Steps, **arguments):
+    """The result, and (time, mode) of all changes."""
+    changes = []
+    result = run(
+        application,
+        on_progress=steps,
+        on_supervision=lambda s: changes.append((s.time, s.mode)),
+        **arguments,
+    )
+    return result, changes
+
+
+def labels(page) -> str:
+    return "\n".join(page.meshcat.GetButtonNames())
+
+
+def test_stop_and_release(page, application, click):
+    """Stops at 1 s and for good at 5 s; released at 3 s."""
+    seen = {}
+
+    def look(name):
+        seen[name] = labels(page)
+
+    result, changes = modes_of(
+        application,
+        Steps(
+            (0.9, lambda: look("running")),
+            (1.0, lambda: click(page.meshcat, STOP)),
+            (2.9, lambda: look("stopped")),
+            (3.0, lambda: click(page.meshcat, RELEASE)),
+            (4.9, lambda: look("released")),
+            (5.0, lambda: click(page.meshcat, STOP)),
+        ),
+        patience=4.0,
+    )
+    assert result.outcome == "stopped: stop button"
+    modes = [mode for _, mode in changes]
+    assert modes[2:6] == ["stopping", "stopped", "starting", "running"]
+    assert modes[6:] == ["stopping", "stopped"]
+    assert "Supervisor: running<" in seen["running"]
+    assert "Robot: move, measured 0 ms ago" in seen["running"]
+    assert "Supervisor: stopped: stop button" in seen["stopped"]
+    assert "Supervisor: running<" in seen["released"]
+
+    trajectory = result.trajectory
+    t, u = trajectory.time, trajectory.u
+    assert np.abs(u[t < 1.0]).max() > 0.3
+    # From the press to the standstill no longer than the ramp from full
+    # speed: 0.5 m/s at 1 m/s^2.
+    standing = (t > 1.56) & (t < 3.0)
+    assert standing.any() and not u[standing].any()
+    q = trajectory.q[:-1][standing]
+    assert np.ptp(q, axis=0).max() == 0.0
+    assert np.abs(u[(t > 3.0) & (t < 5.0)]).max() > 0.3
+    change = np.abs(np.diff(u, axis=0)) / 0.02
+    limit = application.world.robot.acceleration_limit
+    assert (change <= limit * (1 + 1e-9)).all()
+
+
+def test_a_release_without_a_stop_does_nothing(page, application, click):
+    _, changes = modes_of(
+        application, Steps((1.0, lambda: click(page.meshcat, RELEASE)))
+    )
+    assert changes[-1][1] == RUNNING
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    find_chromium() is None, reason="needs chromium on the PATH"
+)
+def test_a_browser_stops_and_releases(page, application):
+    """By key, by mouse, and the page says so."""
+    text = "document.querySelector('.dg').innerText"
+    with open_browser((600, 400)) as tab:
+        tab.open(page.url)
+        tab.wait_for(f"{text}.includes('STOP')")
+
+        def shows(words):
+            return lambda: tab.wait_for(f"{text}.includes('{words}')")
+
+        result, changes = modes_of(
+            application,
+            Steps(
+                (0.5, shows("Supervisor: running")),
+                (0.5, lambda: press_escape(tab, page)),
+                (2.0, shows("Supervisor: stopped: stop button")),
+                (2.0, lambda: click_on(tab, page, "release", RELEASE)),
+                (4.0, shows("Supervisor: running")),
+                (4.0, lambda: click_on(tab, page, "stop", STOP)),
+            ),
+            patience=3.0,
+        )
+        shows("Supervisor: stopped: stop button")()
+        height = "querySelector('.remosplat-stop').offsetHeight"
+        assert tab.evaluate(f"document.{height}") > 50
+    assert result.outcome == "stopped: stop button"
+    assert [m for _, m in changes].count(STOPPED) == 2
+    assert not result.trajectory.u[-1].any()
+
+
+def press_escape(tab, page):
+    """Presses the key and waits until Meshcat has heard of it."""
+    clicks = page.meshcat.GetButtonClicks(STOP)
+    tab.press("Escape")
+    wait_for_click(page, STOP, clicks)
+
+
+def click_on(tab, page, what: str, name: str):
+    """Clicks with the mouse and waits until Meshcat has heard of it."""
+    clicks = page.meshcat.GetButtonClicks(name)
+    tab.click(f".remosplat-{what}")
+    wait_for_click(page, name, clicks)
+
+
+def wait_for_click(page, name: str, before: int):
+    for _ in range(1000):
+        if page.meshcat.GetButtonClicks(name) > before:
+            return
+        time.sleep(0.02)
+    raise AssertionError("Meshcat did not hear of the click")
