@@ -1,18 +1,16 @@
-"""A relay process: a network between two wires, with delay and loss.
+"""A bad network as a process: it joins two wires, with delay and loss.
 
-    python tests/relay.py URL_A URL_B --delay 0.05 --loss 0.2 --seed 1
+    python -m remosplat_drake.benchmark.network_relay URL_A URL_B --delay 0.05
 
 Commands go from A to B, statuses from B to A. What is lost is drawn from the
-seed, message by message; the order of messages is kept.
+seed, message by message; the order of messages is kept. The network is a good
+one until the process gets SIGUSR1.
 """
 
 import argparse
-import contextlib
 import heapq
-import subprocess
-import sys
+import signal
 import time
-from collections.abc import Iterator
 
 import numpy as np
 from pydrake.lcm import DrakeLcm
@@ -32,23 +30,35 @@ STATUSES = [
     channels.WRIST_CAMERA,
 ]
 
+READY = "ready"
+"""The line that says that the relay has joined both wires."""
+
+_PERIOD = 2e-4
+"""Pause between two looks at the wires [s]."""
+
 
 class Relay:
-    """Forwards commands one way and statuses the other."""
+    """Forwards commands one way and statuses the other.
 
-    def __init__(self, a: DrakeLcm, b: DrakeLcm, delay: float, loss: float):
+    Attributes:
+        delay: Of every message from now on [s].
+        loss: Share of the messages that get lost from now on.
+    """
+
+    def __init__(self, a: DrakeLcm, b: DrakeLcm):
+        """Joins two wires by a good network."""
         self._ways = [(Inbox(a, COMMANDS), b), (Inbox(b, STATUSES), a)]
-        self._delay, self._loss = delay, loss
         self._under_way: list[tuple[float, int, DrakeLcm, str, bytes]] = []
         self._count = 0
+        self.delay = self.loss = 0.0
 
     def step(self, now: float, rng: np.random.Generator) -> None:
         """Takes what has come, sends what is due at time `now` [s]."""
         for inbox, to in self._ways:
             for channel, data in inbox.fetch():
                 self._count += 1
-                if rng.random() >= self._loss:
-                    due = now + self._delay
+                if rng.random() >= self.loss:
+                    due = now + self.delay
                     heapq.heappush(
                         self._under_way, (due, self._count, to, channel, data)
                     )
@@ -57,46 +67,26 @@ class Relay:
             to.Publish(channel, data)
 
 
-@contextlib.contextmanager
-def relay_process(
-    a: str, b: str, delay: float = 0.05, loss: float = 0.2, seed: int = 0
-) -> Iterator[subprocess.Popen[str]]:
-    """The relay between two wires, ready; commands go from a to b."""
-    with subprocess.Popen(
-        [
-            *(sys.executable, __file__, a, b),
-            *("--delay", str(delay), "--loss", str(loss), "--seed", str(seed)),
-        ],
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as process:
-        try:
-            assert process.stdout
-            assert process.stdout.readline() == "ready\n"
-            yield process
-        finally:
-            process.terminate()
-
-
 def main() -> None:
+    """Runs until the process is ended."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("a")
     parser.add_argument("b")
-    parser.add_argument("--delay", type=float, default=0.0)
-    parser.add_argument("--loss", type=float, default=0.0)
+    parser.add_argument("--delay", type=float, default=0.0, help="[s]")
+    parser.add_argument("--loss", type=float, default=0.0, help="a share")
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
     rng = np.random.default_rng(arguments.seed)
-    relay = Relay(
-        DrakeLcm(arguments.a),
-        DrakeLcm(arguments.b),
-        arguments.delay,
-        arguments.loss,
-    )
-    print("ready", flush=True)
+    relay = Relay(DrakeLcm(arguments.a), DrakeLcm(arguments.b))
+
+    def worsen(*_) -> None:
+        relay.delay, relay.loss = arguments.delay, arguments.loss
+
+    signal.signal(signal.SIGUSR1, worsen)
+    print(READY, flush=True)
     while True:
         relay.step(time.monotonic(), rng)
-        time.sleep(2e-4)
+        time.sleep(_PERIOD)
 
 
 if __name__ == "__main__":

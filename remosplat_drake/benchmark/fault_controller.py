@@ -1,0 +1,192 @@
+"""The controller's side of the fault campaign, as a process.
+
+    python -m remosplat_drake.benchmark.fault_controller URL --fault NAME
+
+It runs a scenario on the robot at a wire, as `remosplat run --hardware` does,
+and waits for a release when it is stopped. SIGUSR1 makes its fault happen.
+Its log, one JSON object a line on stdout, tells what the supervisor did, and
+at the end how the run went.
+"""
+
+import argparse
+import dataclasses as dc
+import json
+import math
+import signal
+import time
+
+import numpy as np
+from pydrake.systems.framework import Context
+
+from remosplat_drake.diagram import Application, MakeDiagram
+from remosplat_drake.hardware_run import run_on_hardware
+from remosplat_drake.oracle.distance_field import Clearances, DistanceField
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.safety.supervision import SupervisorState
+from remosplat_drake.safety.supervisor_system import STOP_BUTTON
+from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.world import load_world
+
+FAULTS = {
+    "stop-button": "somebody presses the stop button",
+    "exception": "the program fails in the middle of a tick",
+    "hang": "the program stops to compute, and does not end",
+    "map-age": "the map gets no update any more",
+    "map-nan": "the map answers that it does not know",
+    "infeasible": "for 1.2 s the map holds the hand between two walls, both"
+    " a bit too near: no command fulfils both rows",
+}
+"""What can go wrong here, by name."""
+
+_CONTRADICTION = 1.2
+"""How long no command is feasible [s]."""
+
+_TOO_NEAR = 0.002
+"""The two walls are so much nearer than the hand may come [m]."""
+
+
+class FaultyField(DistanceField):
+    """A map that answers wrongly from some time on.
+
+    Attributes:
+        fault: A name from `FAULTS`; empty while the map is good.
+    """
+
+    def __init__(self, field: DistanceField, sphere: int, distance: float):
+        """Wraps a map.
+
+        Args:
+            field: The good map.
+            sphere: That is between two walls, if need be.
+            distance: Of both walls [m].
+        """
+        self._field = field
+        self._sphere, self._distance = sphere, distance
+        self.revision = field.revision
+        self.is_lipschitz = field.is_lipschitz
+        self.fault = ""
+
+    @property
+    def for_look_ahead(self) -> DistanceField:
+        """The good map: what rollouts see is not under test."""
+        return self._field.for_look_ahead
+
+    def clearances(
+        self, spheres: Spheres, max_distance: float = np.inf
+    ) -> Clearances:
+        """The map's answer, or what is left of it."""
+        if self.fault == "exception":
+            raise RuntimeError("the map has failed, as it was told to")
+        if self.fault == "map-nan":
+            return Clearances.unknown(len(spheres))
+        answer = self._field.clearances(spheres, max_distance)
+        if self.fault != "infeasible" or len(spheres) <= self._sphere:
+            return answer
+        x = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
+        reach = self._distance + spheres.radius[self._sphere]
+        return Clearances(
+            np.append(answer.sphere, [self._sphere] * 2),
+            np.append(answer.distance, [self._distance] * 2),
+            np.vstack([answer.direction_W, x]),
+            np.vstack([answer.p_WC, spheres.p_WS[self._sphere] + reach * x]),
+            answer.revision,
+        )
+
+
+class FaultInjector:
+    """Makes one fault happen once SIGUSR1 has come.
+
+    Attributes:
+        application: The diagram, on a map that can go wrong.
+    """
+
+    def __init__(self, application: Application, field: FaultyField, name: str):
+        """Waits for the signal.
+
+        Args:
+            application: The diagram.
+            field: Its map.
+            name: Of the fault.
+        """
+        self._application = application
+        self._field, self._name = field, name
+        self._since = math.inf
+        signal.signal(signal.SIGUSR1, self._begin)
+
+    def _begin(self, *_) -> None:
+        self._since = time.time()
+
+    def __call__(self, root: Context) -> None:
+        """Does what is due between two ticks."""
+        lasted = time.time() - self._since
+        if self._name == "map-age":
+            self._age_map(root, max(lasted, 0.0))
+        if lasted < 0:
+            return
+        if self._name == "stop-button":
+            self._since = math.inf
+            self._supervisor.request_stop(self._context(root), STOP_BUTTON)
+        elif self._name == "hang":
+            signal.pause()
+        elif self._name == "infeasible" and lasted > _CONTRADICTION:
+            self._field.fault = ""
+        else:
+            self._field.fault = self._name
+
+    @property
+    def _supervisor(self):
+        assert self._application.supervisor is not None
+        return self._application.supervisor
+
+    def _context(self, root: Context) -> Context:
+        return self._supervisor.GetMyMutableContextFromRoot(root)
+
+    def _age_map(self, root: Context, age: float) -> None:
+        port = self._supervisor.GetInputPort("map_age")
+        port.FixValue(self._context(root), [age])
+
+
+def main() -> None:
+    """Runs until the target is reached or somebody ends it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("url")
+    parser.add_argument("--fault", default="", choices=["", *FAULTS])
+    parser.add_argument("--scenario-text", default="")
+    arguments = parser.parse_args()
+    scenario = LoadScenario(override=arguments.scenario_text)
+    scenario.hardware.lcm_url = arguments.url
+    scenario.controller.guidance.asynchronous = True
+    world = load_world(scenario)
+    spheres = world.robot.spheres_at(world.q0)
+    field = FaultyField(
+        world.field,
+        len(spheres) - 1,
+        scenario.controller.collision.stopping - _TOO_NEAR,
+    )
+    application = MakeDiagram(
+        scenario, dc.replace(world, field=field), hardware=True
+    )
+    injector = FaultInjector(application, field, arguments.fault)
+    result = run_on_hardware(
+        application,
+        on_supervision=_log_supervision,
+        between_ticks=injector,
+        patience=math.inf,
+    )
+    _log(
+        outcome=result.run.outcome,
+        statuses=result.run.metrics.statuses,
+        loop=dc.asdict(result.loop),
+    )
+
+
+def _log_supervision(supervision: SupervisorState) -> None:
+    _log(mode=supervision.mode, reason=supervision.reason)
+
+
+def _log(**values) -> None:
+    print(json.dumps({"time": time.time(), **values}), flush=True)
+
+
+if __name__ == "__main__":
+    main()

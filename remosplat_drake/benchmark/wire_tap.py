@@ -1,0 +1,64 @@
+"""`WireTap`: hears what the robot is told, and makes faults happen."""
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from drake import lcmt_drake_signal, lcmt_panda_command
+from pydrake.lcm import DrakeLcm
+
+from remosplat_drake.drivers import faults
+from remosplat_drake.drivers.inbox import Inbox
+from remosplat_drake.messages import channels
+from remosplat_drake.messages.base_command import base_command
+
+
+class WireTap:
+    """Listens to the commands on a wire.
+
+    Attributes:
+        moving_at: Wall clock at the first command to move [s]; None before.
+        latest: Wall clock at the latest command to move [s].
+    """
+
+    def __init__(self, url: str):
+        """Starts to listen."""
+        self._lcm = DrakeLcm(url)
+        self._inbox = Inbox(
+            self._lcm, [channels.PANDA_COMMAND, channels.BASE_COMMAND]
+        )
+        self.moving_at: float | None = None
+        self.latest = -np.inf
+
+    def wait(self, done: Callable[[], bool], limit: float) -> bool:
+        """Listens until something is so; False if it was not so in time."""
+        end = time.monotonic() + limit
+        while not done():
+            if time.monotonic() > end:
+                return False
+            self._listen()
+        return True
+
+    def listen_for(self, duration: float) -> None:
+        """Listens for some time [s]."""
+        self.wait(lambda: False, duration)
+
+    def inject(self, fault: str, value: float = 0.0) -> None:
+        """Makes something go wrong with the simulated robot now."""
+        message = lcmt_drake_signal()
+        message.dim, message.coord, message.val = 1, [fault], [value]
+        self._lcm.Publish(faults.CHANNEL, message.encode())
+
+    def _listen(self) -> None:
+        for channel, data in self._inbox.fetch(0.005):
+            if any(_velocities(channel, data)):
+                self.latest = time.time()
+                if self.moving_at is None:
+                    self.moving_at = self.latest
+
+
+def _velocities(channel: str, data: bytes) -> list[float]:
+    if channel == channels.PANDA_COMMAND:
+        return list(lcmt_panda_command.decode(data).joint_velocity)
+    message = base_command.decode(data)
+    return [message.forward, message.yaw_rate]
