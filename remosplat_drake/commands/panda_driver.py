@@ -4,12 +4,16 @@ import argparse
 import gc
 import signal
 
+from pydrake.lcm import DrakeLcm
 from rich.console import Console
 
 from remosplat_drake.drivers.clock import Pacer, wall_utime
+from remosplat_drake.drivers.hand_driver import HandDriver
+from remosplat_drake.drivers.hand_messages import PERIOD
 from remosplat_drake.drivers.panda_driver import PandaDriver
 from remosplat_drake.drivers.panda_limits import TICK
 from remosplat_drake.drivers.panda_python_arm import PandaPythonArm
+from remosplat_drake.drivers.panda_python_hand import PandaPythonHand
 from remosplat_drake.drivers.wire import add_wire_argument, open_wire
 from remosplat_drake.errors import RemoSplatError
 
@@ -18,18 +22,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command line."""
     parser.add_argument("host", help="name or address of the arm's controller")
     add_wire_argument(parser)
+    parser.add_argument(
+        "--hand",
+        action="store_true",
+        help="drive the hand, in a process beside that of the arm",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Drives the arm until Ctrl-C, which ramps it down first."""
+    """Drives the arm or the hand until Ctrl-C."""
     lcm = open_wire(arguments.lcm_url)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        if arguments.hand:
+            _drive_hand(lcm, arguments)
+        else:
+            _drive_arm(lcm, arguments)
+    except KeyboardInterrupt:
+        pass
+    return 0
+
+
+def _drive_arm(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
     arm = PandaPythonArm(arguments.host)
     driver = PandaDriver(lcm, arm)
     pacer = Pacer(TICK)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    Console(stderr=True).print(
-        f"{arguments.lcm_url} <-> {arguments.host}; Ctrl-C ends"
-    )
+    _announce(arguments)
     gc.collect()
     gc.freeze()
     try:
@@ -39,9 +57,22 @@ def run(arguments: argparse.Namespace) -> int:
             problem = arm.problem()
             if problem:
                 raise RemoSplatError(f"the arm has stopped: {problem}")
-    except KeyboardInterrupt:
-        return 0
     finally:
         while not driver.brake():
             pacer.wait()
         arm.close()
+
+
+def _drive_hand(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
+    driver = HandDriver(lcm, PandaPythonHand(arguments.host))
+    pacer = Pacer(PERIOD)
+    _announce(arguments)
+    while True:
+        pacer.wait()
+        driver.step(wall_utime())
+
+
+def _announce(arguments: argparse.Namespace) -> None:
+    Console(stderr=True).print(
+        f"{arguments.lcm_url} <-> {arguments.host}; Ctrl-C ends"
+    )

@@ -7,15 +7,12 @@ station's supervisor sees that by the age of the statuses; drake-franka-driver
 has no such gap, and is the better choice where it can be built.
 """
 
-import socket
 from typing import Any
 
 import numpy as np
 
+from remosplat_drake.drivers.franka_host import check_reachable, one_line
 from remosplat_drake.errors import MissingExtraError, RemoSplatError
-
-_FCI_PORT = 1337
-_PATIENCE = 3.0
 
 
 class PandaPythonArm:
@@ -36,7 +33,7 @@ class PandaPythonArm:
             from panda_py import controllers, libfranka
         except ImportError as error:
             raise MissingExtraError("the Panda driver", "panda") from error
-        _check_reachable(host)
+        check_reachable(host)
         try:
             self._panda = panda_py.Panda(host)
             state = self._panda.get_robot().read_once()
@@ -50,7 +47,7 @@ class PandaPythonArm:
             self._controller.set_control(np.zeros(7))
             self._panda.start_controller(self._controller)
         except RuntimeError as error:
-            raise RemoSplatError(f"{host}: {_one_line(error)}") from error
+            raise RemoSplatError(f"{host}: {one_line(error)}") from error
 
     def state(self) -> Any:
         """The latest `RobotState`."""
@@ -65,24 +62,9 @@ class PandaPythonArm:
         try:
             self._panda.raise_error()
         except RuntimeError as error:
-            return _one_line(error)
+            return one_line(error)
         return ""
 
     def close(self) -> None:
         """Gives up control; the arm should stand."""
         self._panda.stop_controller()
-
-
-def _check_reachable(host: str) -> None:
-    """Libfranka alone would wait for minutes for a host that is not there."""
-    try:
-        socket.create_connection((host, _FCI_PORT), _PATIENCE).close()
-    except OSError as error:
-        raise RemoSplatError(
-            f"no Panda answers at {host}, port {_FCI_PORT}:"
-            f" {error.strerror or error}; is FCI active in Desk?"
-        ) from error
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())

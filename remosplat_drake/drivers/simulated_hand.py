@@ -1,15 +1,13 @@
 """`SimulatedHand`: the Franka hand and its driver."""
 
-import math
-import struct
-
 import numpy as np
-from drake import lcmt_schunk_wsg_command, lcmt_schunk_wsg_status
+from drake import lcmt_schunk_wsg_status
 
-PERIOD = 0.1
-"""Period of the hand driver's loop [s]."""
-
-_MILLIMETRES = 1e3
+from remosplat_drake.drivers.hand_messages import (
+    PERIOD,
+    hand_status,
+    read_command,
+)
 
 
 class SimulatedHand:
@@ -31,15 +29,9 @@ class SimulatedHand:
 
     def receive(self, data: bytes) -> None:
         """Takes a message from the wire; one that is none is ignored."""
-        try:
-            message = lcmt_schunk_wsg_command.decode(data)
-        except (ValueError, struct.error):
-            return
-        command = (message.target_position_mm, message.force)
-        if all(map(math.isfinite, command)):
-            self.command = np.array(
-                [message.target_position_mm / _MILLIMETRES, message.force]
-            )
+        command = read_command(data)
+        if command is not None:
+            self.command = np.array(command)
 
     def status(
         self, now: int, t: float, state: np.ndarray
@@ -54,8 +46,4 @@ class SimulatedHand:
         if t < self._next_status:
             return None
         self._next_status += PERIOD
-        message = lcmt_schunk_wsg_status()
-        message.utime = now
-        message.actual_position_mm = float(_MILLIMETRES * state[0])
-        message.actual_speed_mm_per_s = float(_MILLIMETRES * state[1])
-        return message
+        return hand_status(state[0], state[1], now)

@@ -131,8 +131,8 @@ def test_the_bases_speed_is_older_than_its_pose(client):
 
 
 def test_the_hand_closes(client):
-    client.send_hand(0.03, 10.0)
-    client.wait_for(lambda: abs(client.hand[-1].actual_position_mm - 30) < 1)
+    client.send_hand(0.06, 10.0)
+    client.wait_for(lambda: abs(client.hand[-1].actual_position_mm - 60) < 1)
     client.send_hand(0.08, 10.0)
     client.wait_for(lambda: abs(client.hand[-1].actual_position_mm - 80) < 1)
 
@@ -190,7 +190,11 @@ def test_packets_are_lost(client):
 
 
 @pytest.mark.parametrize(
-    ("fault", "mode"), [("reflex", REFLEX), ("user-stop", USER_STOPPED)]
+    ("fault", "mode"),
+    [
+        ("reflex", REFLEX),
+        pytest.param("user-stop", USER_STOPPED, marks=pytest.mark.slow),
+    ],
 )
 def test_a_stopped_arm_ignores_commands_until_it_recovers(client, fault, mode):
     client.drive(0.2, SLOWLY)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from pydrake.lcm import DrakeLcm
 from robot_process import Client, free_url
-from runs import assert_one_line, remosplat
 
+from remosplat_drake.commands.main import main
 from remosplat_drake.drivers.clock import wall_utime
 from remosplat_drake.drivers.panda_commands import CommandError
 from remosplat_drake.drivers.panda_driver import PandaDriver, panda_status
@@ -116,6 +116,12 @@ def test_what_is_no_command_ends_the_driver_after_a_ramp():
     assert np.abs(arm.dq).max() < 1e-4
 
 
-@pytest.mark.parametrize("host", ["127.0.0.1", "no.such.host.invalid"])
-def test_a_wrong_host_is_told_in_one_line(host):
-    assert_one_line(remosplat("panda-driver", host), "no Panda answers", host)
+@pytest.mark.parametrize(
+    "arguments",
+    [("127.0.0.1",), ("127.0.0.1", "--hand"), ("no.such.host.invalid",)],
+)
+def test_a_wrong_host_is_told_in_one_line(arguments, capsys):
+    assert main(["panda-driver", *arguments]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "no Panda answers" in line
+    assert arguments[0] in line

@@ -1,0 +1,78 @@
+"""`HandDriver`: `PANDA_HAND_COMMAND` and its status for a Franka hand."""
+
+import math
+import threading
+from typing import Protocol
+
+from pydrake.lcm import DrakeLcmInterface
+
+from remosplat_drake.drivers.hand_messages import hand_status, read_command
+from remosplat_drake.drivers.inbox import Inbox
+from remosplat_drake.messages.channels import (
+    PANDA_HAND_COMMAND,
+    PANDA_HAND_STATUS,
+)
+
+
+class FrankaHand(Protocol):
+    """A hand that moves when told, and what it measures."""
+
+    def width(self) -> float:
+        """Opening of the fingers [m]."""
+        ...
+
+    def go_to(self, width: float, force: float) -> None:
+        """Moves the fingers [m, N]; returns when they have stopped."""
+        ...
+
+
+class HandDriver:
+    """Commands in, motions and statuses out, a tenth of a second a `step`.
+
+    A command is carried out once: equal ones after it are ignored, and of
+    those that come during a motion the last one counts.
+    """
+
+    def __init__(self, lcm: DrakeLcmInterface, hand: FrankaHand):
+        """Subscribes; the fingers stay where they are.
+
+        Args:
+            lcm: The station's wire.
+            hand: The hand.
+        """
+        self._lcm = lcm
+        self._hand = hand
+        self._inbox = Inbox(lcm, [PANDA_HAND_COMMAND])
+        self._wanted: tuple[float, float] | None = None
+        self._done: tuple[float, float] | None = None
+        self._motion: threading.Thread | None = None
+        self._last = (math.nan, 0)
+
+    def step(self, now: int) -> None:
+        """Hears, moves and tells.
+
+        Args:
+            now: Wall clock [us].
+        """
+        for _, data in self._inbox.fetch():
+            self._wanted = read_command(data) or self._wanted
+        wanted = self._wanted
+        if wanted is not None and wanted != self._done and not self._moving():
+            self._done = wanted
+            self._motion = threading.Thread(
+                target=self._hand.go_to, args=wanted, daemon=True
+            )
+            self._motion.start()
+        width = self._hand.width()
+        status = hand_status(width, self._rate(width, now), now)
+        self._lcm.Publish(PANDA_HAND_STATUS, status.encode())
+
+    def _moving(self) -> bool:
+        return self._motion is not None and self._motion.is_alive()
+
+    def _rate(self, width: float, now: int) -> float:
+        """Rate of the width since the status before; the hand has none."""
+        last, then = self._last
+        self._last = (width, now)
+        rate = 1e6 * (width - last) / max(now - then, 1)
+        return rate if math.isfinite(rate) else 0.0
