@@ -9,6 +9,10 @@ from remosplat_drake.capture.formats import FORMATS, read_capture
 from remosplat_drake.errors import FieldError
 from remosplat_drake.resources import resolve
 
+TRUTH = "truth.json"
+"""The true geometry of a rendered capture, as an RMMI file beside its
+images."""
+
 
 def add_capture_arguments(parser: argparse.ArgumentParser):
     """Declares CAPTURE and how it is read."""

@@ -10,6 +10,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from remosplat_drake.atomic_file import check_writable, write_atomically
 from remosplat_drake.capture.capture import Capture, check_reconstructible
 from remosplat_drake.commands.flags import (
+    TRUTH,
     add_capture_arguments,
     captured,
     check_finite,
@@ -46,9 +47,6 @@ from remosplat_drake.splat.formats import format_of_name, write_splat
 
 _LEAST_COUNT = 100
 """Fewer splats make no scene."""
-
-TRUTH = "truth.json"
-"""What a rendered capture says of its own geometry."""
 
 
 def add_arguments(parser: argparse.ArgumentParser):
@@ -248,7 +246,9 @@ def _write_pose(floor: Floor | None, splat: Path):
         pose_path(splat).unlink(missing_ok=True)
         return
     rows = floor.X_FW.GetAsMatrix4().tolist()
-    text = "\n".join(" ".join(f"{x:.12g}" for x in row) for row in rows)
+    text = "\n".join(
+        " ".join(f"{round(x, 12):.12g}" for x in row) for row in rows
+    )
     write_atomically(pose_path(splat), text + "\n")
 
 

@@ -24,6 +24,7 @@ from remosplat_drake.capture.sensor_noise import (
 )
 from remosplat_drake.capture.solids import Solid, extent, primitive_solids
 from remosplat_drake.commands.flags import (
+    TRUTH,
     check_finite,
     check_positive,
     check_seed,
@@ -34,9 +35,6 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.resources import resolve
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_rmmi, write_rmmi
-
-TRUTH = "truth.json"
-"""The scene as an RMMI file, beside the images that were made of it."""
 
 
 @dc.dataclass(frozen=True)

@@ -108,26 +108,17 @@ def assess(
     if not len(compared):
         raise RemoSplatError("no view of the capture is to be compared")
     workspace = workspace or Workspace.of_capture(capture)
+    box = workspace.lower, workspace.upper
     progress("collecting the measured surfaces")
-    surface_W = measured_points(
-        capture, workspace.lower - FARTHEST, workspace.upper + FARTHEST
-    )
+    surface_W = measured_points(capture, box[0] - FARTHEST, box[1] + FARTHEST)
     references = _references(surface_W, truth)
     progress("comparing distances")
     distances, errors = _compare_distances(
         splat_W, capture, references, workspace, count, seed
     )
     progress("looking for floaters and unseen space")
-    floaters = find_floaters(
-        splat_W,
-        capture,
-        references[CAPTURE],
-        workspace.lower,
-        workspace.upper,
-    )
-    coverage = make_coverage(
-        capture, surface_W, workspace.lower, workspace.upper
-    )
+    floaters = find_floaters(splat_W, capture, references[CAPTURE], *box)
+    coverage = make_coverage(capture, surface_W, *box)
     progress("rendering the compared views")
     pictures = draw_pictures(splat_W, capture, compared)
     report = QualityReport(
@@ -140,10 +131,18 @@ def assess(
         floaters=_summarize_floaters(floaters),
         coverage=_summarize_coverage(coverage),
     )
+    best = errors[reference_of(report)]
+    return Assessment(_judged(report), pictures, best, coverage, floaters)
+
+
+def _judged(report: QualityReport) -> QualityReport:
+    """The report with the numbers and the words that follow from its own."""
     best = reference_of(report)
-    report.map_error = max(d.over for d in distances if d.reference == best)
+    report.map_error = max(
+        d.over for d in report.distances if d.reference == best
+    )
     report.trust = judge(report)
-    return Assessment(report, pictures, errors[best], coverage, floaters)
+    return report
 
 
 def _references(

@@ -172,9 +172,9 @@ def _distances(assessment: Assessment) -> str:
 def _views(assessment: Assessment) -> str:
     images = assessment.report.images
     used = (
-        "that training did not use"
+        "that the splat was made without"
         if images.held_out
-        else "that training may have used"
+        else "that the splat may have been made from"
     )
     pictures = assessment.pictures
     shown = np.unique(
