@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 
 from remosplat_drake.atomic_file import check_writable
-from remosplat_drake.drivers.clock import Pacer
+from remosplat_drake.drivers.clock import Pacer, go_first
 from remosplat_drake.drivers.faults import FAULTS, parse_fault
 from remosplat_drake.drivers.hardware_sim import HardwareSim
 from remosplat_drake.drivers.panda_limits import TICK
@@ -76,6 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = LoadScenario(arguments.scenario)
     world = load_world(scenario)
     plant = _plant(scenario, world)
+    go_first()
     robot = HardwareSim(plant, open_wire(arguments.lcm_url), schedule)
     motion = TrueMotion(plant) if arguments.record else None
     pacer = Pacer(TICK / arguments.realtime_rate)
@@ -92,6 +93,11 @@ def run(arguments: argparse.Namespace) -> int:
         f"{robot.time:.1f} s at {pacer.rate:.0f} Hz,"
         f" {pacer.missed} ticks missed,"
         f" latest tick {1e3 * pacer.worst:.1f} ms late"
+    )
+    commands = robot.panda.commands
+    console.print(
+        f"{commands.received} commands to the arm,"
+        f" {commands.expired} times expired"
     )
     return 0
 

@@ -7,7 +7,7 @@ import signal
 from pydrake.lcm import DrakeLcm
 from rich.console import Console
 
-from remosplat_drake.drivers.clock import Pacer, wall_utime
+from remosplat_drake.drivers.clock import Pacer, go_first, wall_utime
 from remosplat_drake.drivers.hand_driver import HandDriver
 from remosplat_drake.drivers.hand_messages import PERIOD
 from remosplat_drake.drivers.panda_driver import PandaDriver
@@ -31,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Drives the arm or the hand until Ctrl-C."""
+    go_first()
     lcm = open_wire(arguments.lcm_url)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
