@@ -17,8 +17,8 @@ def scaled_command(
         upper: Upper bounds, none negative, shape (n_u,).
     """
     bounds = np.where(u < 0, lower, upper)
-    moving = u != 0
-    return u * np.min(bounds[moving] / u[moving], initial=1.0)
+    beyond = np.abs(u) > np.abs(bounds)
+    return u * np.min(bounds[beyond] / u[beyond], initial=1.0)
 
 
 def command_bounds(

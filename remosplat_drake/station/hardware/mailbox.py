@@ -1,8 +1,16 @@
 """`Mailbox`: the latest packet of a channel."""
 
+import math
+import struct
 import time
 
 from pydrake.lcm import DrakeLcm
+
+from remosplat_drake.station.hardware.stamps import from_utime
+
+_FINGERPRINT = 8  # Bytes.
+_STAMP = struct.Struct(">q")
+_STAMP_END = _FINGERPRINT + _STAMP.size
 
 
 class Mailbox:
@@ -26,6 +34,17 @@ class Mailbox:
         self.received = 0.0
         self.count = 0
         lcm.Subscribe(channel, self._receive)
+
+    @property
+    def stamp(self) -> float:
+        """Wall clock of the sender when it sent the latest packet [s].
+
+        Every status begins with its stamp, after LCM's fingerprint; it is
+        read without decoding the rest. NaN before the first packet.
+        """
+        if self.data is None or len(self.data) < _STAMP_END:
+            return math.nan
+        return from_utime(_STAMP.unpack_from(self.data, _FINGERPRINT)[0])
 
     def _receive(self, data: bytes) -> None:
         self.data = bytes(data)

@@ -28,6 +28,9 @@ from remosplat_drake.station.hardware.measurement import (
 )
 from remosplat_drake.station.hardware.panda_wire import encode_panda_command
 
+ARM_PERIOD = 1e-3
+"""Time between two statuses of the arm [s]."""
+
 _MOVING = 0.02
 """Joint rate from which the arm is expected to move measurably [rad/s]."""
 
@@ -76,11 +79,12 @@ class RobotLink:
         )
 
     def flush(self, timeout: float) -> bool:
-        """Gets the newest packets, and one more from the arm.
+        """Gets the newest packets.
 
-        The packets that waited in Drake's subscriptions are the oldest since
-        the last call. They are taken out first; then the arm's next status,
-        a millisecond away at most, is as new as can be.
+        Those that waited in Drake's subscriptions are the oldest since the
+        last call. They are taken out first; unless the arm's status among
+        them is the newest even so, its next one is waited for, a millisecond
+        at most.
 
         Args:
             timeout: How long to wait for the arm [s].
@@ -89,6 +93,8 @@ class RobotLink:
             Whether the arm was heard within the timeout.
         """
         self.lcm.HandleSubscriptions(0)
+        if 0 <= time.time() - self.arm.stamp < ARM_PERIOD:
+            return True
         count, deadline = self.arm.count, time.monotonic() + timeout
         while self.arm.count == count:
             left = deadline - time.monotonic()
