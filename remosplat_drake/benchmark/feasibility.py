@@ -114,9 +114,18 @@ def hand_fits(
 
 
 def goal_configuration(
-    robot: RobotModel, scene: PrimitiveScene, criteria: FeasibilityFilter
+    robot: RobotModel,
+    scene: PrimitiveScene,
+    criteria: FeasibilityFilter,
+    margin: float = MARGIN,
 ) -> np.ndarray | None:
     """A configuration (n_q,) at the goal, clear of everything, if found.
+
+    Args:
+        robot: The robot.
+        scene: With a target.
+        criteria: What it must meet.
+        margin: Part of the tolerances that the search aims at.
 
     Raises:
         RemoSplatError: The scene has no target, or the robot no base.
@@ -131,6 +140,7 @@ def goal_configuration(
         scene.X_WE_target.GetAsMatrix4(),
         _bearing(scene),
         criteria,
+        margin,
     )
     rng = np.random.default_rng(criteria.seed)
     for _ in range(criteria.restarts):
@@ -172,6 +182,7 @@ class _GoalSearch:
     X_WT: np.ndarray
     bearing: float
     criteria: FeasibilityFilter
+    margin: float = MARGIN
 
     def guess(self, rng: np.random.Generator) -> np.ndarray:
         """A base on the start's side of the target, and an arm that reaches.
@@ -243,9 +254,9 @@ class _GoalSearch:
         J = np.zeros((2 + n, self.robot.n_q))
         along = error.p_ET_W / max(error.distance, 1e-9)
         axis = error.rotation_W / max(error.angle, 1e-9)
-        if error.distance > MARGIN * self.criteria.position:
+        if error.distance > self.margin * self.criteria.position:
             J[0] = -along @ self._by_q(state.Jv_WE) / self.criteria.position
-        if error.angle > MARGIN * self.criteria.angle:
+        if error.angle > self.margin * self.criteria.angle:
             turning = np.hstack([np.zeros((3, 2)), state.Jw_WE[:, 1:]])
             J[1] = -axis @ turning / self.criteria.angle
         near = self.field.clearances(state.spheres, self._wanted)
@@ -259,9 +270,8 @@ class _GoalSearch:
     def _wanted(self) -> float:
         return self.criteria.clearance + CLEARANCE_MARGIN
 
-    @staticmethod
-    def _excess(ratio: float) -> float:
-        return max(ratio - MARGIN, 0.0)
+    def _excess(self, ratio: float) -> float:
+        return max(ratio - self.margin, 0.0)
 
     @staticmethod
     def _by_q(Jv: np.ndarray) -> np.ndarray:

@@ -36,6 +36,10 @@ SPHERE_SETS = ("paper", "covering")
 CLEARANCES = (0.021, 0.010)
 """What is asked for: sphere sets, and stopping distances, falling [m]."""
 
+_MARGIN = 0.95
+"""Part of the goal's tolerances that may be used up: a controller stops as
+soon as it is within them, and some goals can only be held at their edge."""
+
 _SAVE_EVERY = 20  # Verdicts.
 
 
@@ -53,6 +57,7 @@ class GoalQuestion:
         parts = (
             FILTER_VERSION,
             FeasibilityFilter(),
+            _MARGIN,
             CLEARANCES,
             robot.spheres.p_LS.tobytes(),
             robot.spheres.radius.tobytes(),
@@ -103,7 +108,8 @@ def largest_held(
         criteria = FeasibilityFilter(robot.spheres.name, clearance)
         if not hand_fits(robot, scene, criteria):
             continue
-        if goal_configuration(robot, scene, criteria) is not None:
+        q = goal_configuration(robot, scene, criteria, _MARGIN)
+        if q is not None:
             return clearance
     return None
 
