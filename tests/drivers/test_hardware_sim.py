@@ -252,8 +252,9 @@ def test_faults_on_a_schedule_and_a_record_of_the_motion(tmp_path):
         client.drive(1.0, SLOWLY)
         process.terminate()
         assert process.wait(20) == 0
-    gap = np.diff([status.robot_utime for status in client.arm]).max() / 1e6
-    assert gap == pytest.approx(0.2, abs=0.05)
+    gaps = np.diff([status.robot_utime for status in client.arm]) / 1e6
+    # This listener may lose statuses, too, but has heard some afterwards.
+    assert gaps.max() > 0.19
     motion = np.load(record)
     assert motion["q"].shape[1] == 10
     assert motion["u"].shape == (len(motion["q"]), 9)
