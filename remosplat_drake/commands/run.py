@@ -131,7 +131,7 @@ def run(arguments: argparse.Namespace) -> int:
         page.finish_recording()
     _print_summary(result, loop, console)
     if arguments.output:
-        save_result(result, application, arguments.output)
+        save_result(result, application, arguments.output, loop)
     if page is not None and arguments.save_html:
         page.save_html(arguments.save_html)
     if page is not None and not arguments.headless:
@@ -146,8 +146,12 @@ def _prepare_for_hardware(scenario: Scenario, lcm_url: str | None) -> None:
     if lcm_url is not None:
         check_lcm_url(lcm_url)
         scenario.hardware.lcm_url = lcm_url
+    controller = scenario.controller
     # The real robot does not wait for rollouts.
-    scenario.controller.guidance.asynchronous = True
+    controller.guidance.asynchronous = True
+    controller.velocity_limits.max_reverse = (
+        -scenario.hardware.base_forward_lower
+    )
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
@@ -278,7 +282,10 @@ def _millimetres(minimum: float | None, mean: float | None) -> str:
 
 
 def save_result(
-    result: RunResult, application: Application, folder: Path
+    result: RunResult,
+    application: Application,
+    folder: Path,
+    loop: LoopQuality | None = None,
 ) -> None:
     """Writes metrics.json and trajectory.npz, each atomically."""
     save_trajectory(result.trajectory, folder / TRAJECTORY)
@@ -292,6 +299,8 @@ def save_result(
         "map": application.world.field.revision,
         **dc.asdict(result.metrics),
     }
+    if loop is not None:
+        document["loop"] = dc.asdict(loop)
     with atomic_write(folder / METRICS) as file:
         json.dump(document, file, indent=2)
         file.write("\n")

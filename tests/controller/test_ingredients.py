@@ -142,6 +142,18 @@ def test_velocity_limits_are_a_fraction_of_the_robots(three_link, make_tick):
     assert not program.has_acceleration_bounds
 
 
+def test_the_base_may_be_slower_backwards(frankie, make_tick):
+    u = np.zeros(frankie.n_u)
+    u[0] = -0.4
+    tick = make_tick(frankie, np.array([0, 0, 0, *frankie.home]), u_previous=u)
+    config = ing.VelocityLimitsConfig(max_reverse=0.25)
+    program = added(ing.VelocityLimits(config), tick)
+    # 0.25 m/s, and 1 m/s^2 for 0.01 s from there.
+    np.testing.assert_allclose(program.lower[0], -0.25)
+    np.testing.assert_allclose(program.upper[0], -0.24)
+    np.testing.assert_allclose(-program.lower[1:], program.upper[1:])
+
+
 def test_acceleration_bounds_surround_the_previous_command(
     three_link, make_tick
 ):

@@ -15,10 +15,14 @@ class VelocityLimitsConfig:
     fraction: float = 1.0
     # Whether |u - u_previous| <= a_max dt is enforced.
     acceleration: bool = True
+    # Bound on the base's speed backwards; absent: as fast as forwards [m/s].
+    max_reverse: float | None = None
 
 
 class VelocityLimits:
     """|u| <= limit, and optionally |u - u_previous| <= a_max dt.
+
+    Backwards the base may be bounded more tightly: nobody watches there.
 
     A command is never clipped joint by joint afterwards: that would break
     the collision rows.
@@ -30,11 +34,14 @@ class VelocityLimits:
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
         """Narrows the bounds of u."""
         upper = self._config.fraction * tick.robot.velocity_limit
-        program.narrow(-upper, upper)
+        lower = -upper
+        if self._config.max_reverse is not None and tick.robot.n_base:
+            lower[0] = max(lower[0], -self._config.max_reverse)
+        program.narrow(lower, upper)
         if self._config.acceleration and program.use_acceleration:
             step = tick.robot.acceleration_limit * tick.dt
             # A previous command outside the limits (their fraction may have
             # changed) must not turn the box inside out.
-            anchor = np.clip(tick.u_previous, -upper, upper)
+            anchor = np.clip(tick.u_previous, lower, upper)
             program.narrow(anchor - step, anchor + step)
             program.has_acceleration_bounds = True
