@@ -12,6 +12,7 @@ from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context
 
 from remosplat_drake.diagram import Application
+from remosplat_drake.messages.channels import COMMAND_EXPIRY
 from remosplat_drake.real_time import (
     LoopLog,
     LoopQuality,
@@ -212,13 +213,16 @@ def bring_to_rest(
 ) -> None:
     """Ramps the robot down from its latest command, then falls silent.
 
-    It needs nothing but the wire, and Ctrl-C does not shorten it.
+    It needs nothing but the wire, and Ctrl-C does not shorten it. A command
+    that the drivers have let expire is not taken up again: the robot stands.
 
     Args:
         link: The wire.
         acceleration_limit: Bounds on |du/dt|, shape (n_u,).
         period: Time between two commands [s].
     """
+    if time.time() - link.sent > COMMAND_EXPIRY:
+        link.u = np.zeros_like(link.u)
     zeros = round(FINAL_ZEROS / period)
     while zeros > 0:
         try:

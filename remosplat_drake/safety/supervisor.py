@@ -29,7 +29,7 @@ from remosplat_drake.safety.supervision import (
     SupervisorLaw,
     SupervisorState,
 )
-from remosplat_drake.safety.symptoms import Symptom, symptoms
+from remosplat_drake.safety.symptoms import Symptom, has_paused, symptoms
 
 _ROUNDING = 1e-9
 """Of sums of periods [s], and of ramps relative to their bounds."""
@@ -48,6 +48,10 @@ def supervise(
     found = symptoms(law, state, now)
     since = _since(state, found, now.time)
     tripped = _tripped(found, since, now)
+    if has_paused(law, state, now):
+        # The drivers have let the command expire, and the robot stands: a
+        # ramp down from it would set it going again.
+        state = dc.replace(state, command=np.zeros_like(state.command))
     state = dc.replace(
         state,
         time=now.time,

@@ -51,6 +51,13 @@ def symptoms(
     ]
 
 
+def has_paused(
+    law: SupervisorLaw, state: SupervisorState, now: Observation
+) -> bool:
+    """Whether nobody has commanded the robot for too long."""
+    return now.time - state.time > law.dt + law.config.max_overrun
+
+
 def _of_clock(
     law: SupervisorLaw, state: SupervisorState, now: Observation
 ) -> Iterator[Symptom]:
@@ -59,7 +66,7 @@ def _of_clock(
         yield Symptom("clock", "the clock is not finite")
     elif pause < 0:
         yield Symptom("clock", f"the clock went back by {-pause:.3g} s")
-    elif pause > law.dt + law.config.max_overrun:
+    elif has_paused(law, state, now):
         yield Symptom("clock", f"the loop stood still for {pause:.3g} s")
 
 
