@@ -24,6 +24,9 @@ from remosplat_drake.commands.main import main
 sys.exit(main())
 """
 
+_FIRST = -10
+"""Niceness: a robot's computers are not shared with anything else."""
+
 _PATIENCE = 10.0
 """A process gets so long to end by itself [s]."""
 
@@ -99,13 +102,15 @@ def controller(
 
 @contextlib.contextmanager
 def _running(line: list[str], stdout) -> Iterator[subprocess.Popen]:
-    """A process; ended by SIGTERM, and killed if it does not obey."""
+    """A process that goes first, where that is allowed; ended by SIGTERM."""
     with subprocess.Popen(
         line,
         stdout=stdout,
         stderr=subprocess.DEVNULL,
         env=os.environ | ONE_THREAD,
     ) as process:
+        with contextlib.suppress(PermissionError, ProcessLookupError):
+            os.setpriority(os.PRIO_PROCESS, process.pid, _FIRST)
         try:
             yield process
         finally:

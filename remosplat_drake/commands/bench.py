@@ -15,9 +15,14 @@ from remosplat_drake.benchmark.guidance_cases import guidance_cases
 from remosplat_drake.benchmark.oracle_cases import oracle_cases
 from remosplat_drake.benchmark.tick_cases import tick_cases
 from remosplat_drake.benchmark.timing import Timing, measure
+from remosplat_drake.commands.bench_hardware import run_faults, run_loops
 from remosplat_drake.errors import FileError
 
 GROUPS = ("tick", "oracle", "depth", "guidance")
+"""Groups of functions that are timed."""
+
+ON_A_WIRE = {"hardware": run_loops, "faults": run_faults}
+"""Groups that drive the stand-in robot, each with a table of its own."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,8 +30,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "group",
         nargs="?",
-        choices=GROUPS,
-        help="only this group of cases (default: all)",
+        choices=[*GROUPS, *ON_A_WIRE],
+        help="only this group of cases (default: all that are timed);"
+        " hardware drives the stand-in robot by the clock, faults lets things"
+        " go wrong with it",
     )
     parser.add_argument(
         "--scenario", help="scenario whose run the tick cases follow"
@@ -45,6 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Measures every case and prints one table."""
     console = Console()
+    if arguments.group in ON_A_WIRE:
+        return ON_A_WIRE[arguments.group](console)
     earlier = _read(arguments.compare) if arguments.compare else {}
     cases = []
     if arguments.group in (None, "tick"):

@@ -1,0 +1,104 @@
+"""The tables of `remosplat bench` about a robot on a wire."""
+
+import math
+
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from remosplat_drake.benchmark.fault_campaign import FaultResult, run_case
+from remosplat_drake.benchmark.fault_cases import CASES
+from remosplat_drake.benchmark.hardware_processes import wire_works
+from remosplat_drake.benchmark.loop_cases import RATES, load, measure_loop
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.real_time import LoopQuality
+from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.world import load_world
+
+_FAILED = 1
+
+
+def run_faults(console: Console) -> int:
+    """Runs the fault campaign; 1 if something was not as it should be."""
+    _check_wire()
+    world = load_world(LoadScenario())
+    results = [
+        run_case(case, world) for case in _tracked(CASES, "breaking things")
+    ]
+    console.print(fault_table(results))
+    console.print(load())
+    return _FAILED if any(result.problem for result in results) else 0
+
+
+def run_loops(console: Console) -> int:
+    """Measures the real-time loop at every rate."""
+    _check_wire()
+    console.print(load())
+    loops = [measure_loop(rate) for rate in _tracked(RATES, "driving")]
+    console.print(loop_table(loops))
+    return 0
+
+
+def _check_wire() -> None:
+    if not wire_works():
+        raise RemoSplatError(
+            "this computer hears none of its own multicasts; `ip link set lo"
+            " multicast on` and `ip route add 224.0.0.0/4 dev lo` mend it"
+        )
+
+
+def _tracked(items, doing: str):
+    return track(items, doing, console=Console(stderr=True), transient=True)
+
+
+def fault_table(results: list[FaultResult]) -> Table:
+    """One row a fault."""
+    table = Table("fault", "reason shown")
+    for heading in (
+        "time to zero [ms]",
+        "moved after [mm]",
+        "clearance [mm]",
+    ):
+        table.add_column(heading, justify="right")
+    table.add_column("result")
+    for result in results:
+        table.add_row(
+            result.case.name,
+            result.reason or f"({result.case.outcome})",
+            _milli(result.time_to_zero, 0),
+            _milli(result.moved_after, 2),
+            _milli(result.clearance, 1),
+            result.problem or "as it should be",
+        )
+    return table
+
+
+def _milli(value: float, decimals: int) -> str:
+    return "–" if math.isnan(value) else f"{1e3 * value:.{decimals}f}"
+
+
+def loop_table(loops: list[LoopQuality]) -> Table:
+    """One row a rate."""
+    table = Table("rate")
+    for heading in (
+        "status to command p50 [ms]",
+        "p99",
+        "max",
+        "period jitter p50 [ms]",
+        "p99",
+        "max",
+        "status to compute done p50 [ms]",
+        "ticks",
+        "left out",
+        "without a new status",
+    ):
+        table.add_column(heading, justify="right")
+    for loop in loops:
+        spreads = [loop.age.p50, loop.age.p99, loop.age.max]
+        spreads += [loop.jitter.p50, loop.jitter.p99, loop.jitter.max]
+        table.add_row(
+            f"{1 / loop.period:.0f} Hz",
+            *(_milli(value, 2) for value in [*spreads, loop.work.p50]),
+            *(str(n) for n in (loop.ticks, loop.missed, loop.unheard)),
+        )
+    return table

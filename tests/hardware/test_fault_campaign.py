@@ -1,0 +1,26 @@
+"""The fault campaign: robot and controller as processes, a wire apart."""
+
+import pytest
+
+from remosplat_drake.benchmark.fault_campaign import run_case
+from remosplat_drake.benchmark.fault_cases import CASES
+
+REPRESENTATIVE = {"status stops", "controller killed"}
+"""One stop by the supervisor and one by the drivers, in every suite."""
+
+
+def marked(case):
+    marks = () if case.name in REPRESENTATIVE else (pytest.mark.slow,)
+    return pytest.param(case, id=case.name, marks=marks)
+
+
+@pytest.mark.parametrize("case", map(marked, CASES))
+def test_the_robot_stays_safe(case, wire, table):
+    result = run_case(case, table)
+    assert result.problem == "", result
+
+
+def test_every_case_has_a_name_of_its_own():
+    names = [case.name for case in CASES]
+    assert len(set(names)) == len(names)
+    assert set(names) >= REPRESENTATIVE
