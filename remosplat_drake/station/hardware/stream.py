@@ -98,7 +98,8 @@ def _why_stale(
     if silence > 0.5 * limits.expiry:
         return f"nothing came for {_seconds(silence)}"
     if abs(stream.jump) > limits.expiry:
-        return f"the sender's clock jumped by {_seconds(stream.jump)}"
+        jump = _seconds(stream.jump)
+        return f"its stamps jumped by {jump}: a clock, or the network's delay"
     if age < 0:
         return f"stamped {_seconds(-age)} in the future: set the clocks"
     return f"stamped {_seconds(age)} ago"
