@@ -224,6 +224,10 @@ BAD_FIELDS = {
         "{controller: {guidance: {tiers: [0.01, 0.0]}}}",
         ["controller.guidance.tiers", "positive"],
     ),
+    "no time to look ahead": (
+        "{controller: {guidance: {budget_ms: 0}}}",
+        ["controller.guidance.budget_ms", "positive"],
+    ),
     "no rotation": (
         "{targets: [{rotation: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}]}",
         ["two.yaml", "targets[0].rotation", "rotation matrix"],
