@@ -20,6 +20,7 @@ from remosplat_drake.real_time import (
     sleep_until,
 )
 from remosplat_drake.safety.braking import braking_command
+from remosplat_drake.scenario import Scenario
 from remosplat_drake.simulation import (
     ProgressCallback,
     RunMonitor,
@@ -28,6 +29,7 @@ from remosplat_drake.simulation import (
     make_result,
 )
 from remosplat_drake.station import ports
+from remosplat_drake.station.hardware.config import check_lcm_url
 from remosplat_drake.station.hardware.hardware_station import HardwareStation
 from remosplat_drake.station.hardware.robot_link import RobotLink
 from remosplat_drake.stop_signals import stop_signals
@@ -50,6 +52,27 @@ class HardwareResult:
 
     run: RunResult
     loop: LoopQuality
+
+
+def prepare_for_hardware(scenario: Scenario, lcm_url: str | None) -> None:
+    """Sets what else the real robot needs than another station.
+
+    Args:
+        scenario: Is changed: guidance no longer makes ticks wait, and the
+            program knows how fast the base may go backwards.
+        lcm_url: Where the drivers are; None: where the scenario says.
+
+    Raises:
+        RemoSplatError: The URL is unusable.
+    """
+    if lcm_url is not None:
+        check_lcm_url(lcm_url)
+        scenario.hardware.lcm_url = lcm_url
+    controller = scenario.controller
+    controller.guidance.asynchronous = True
+    controller.velocity_limits.max_reverse = (
+        -scenario.hardware.base_forward_lower
+    )
 
 
 def run_on_hardware(

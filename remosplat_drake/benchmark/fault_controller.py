@@ -19,7 +19,10 @@ import numpy as np
 from pydrake.systems.framework import Context
 
 from remosplat_drake.diagram import Application, MakeDiagram
-from remosplat_drake.hardware_run import run_on_hardware
+from remosplat_drake.hardware_run import (
+    prepare_for_hardware,
+    run_on_hardware,
+)
 from remosplat_drake.oracle.distance_field import Clearances, DistanceField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.safety.supervision import SupervisorState
@@ -154,8 +157,7 @@ def main() -> None:
     parser.add_argument("--scenario-text", default="")
     arguments = parser.parse_args()
     scenario = LoadScenario(override=arguments.scenario_text)
-    scenario.hardware.lcm_url = arguments.url
-    scenario.controller.guidance.asynchronous = True
+    prepare_for_hardware(scenario, arguments.url)
     world = load_world(scenario)
     spheres = world.robot.spheres_at(world.q0)
     field = FaultyField(

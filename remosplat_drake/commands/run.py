@@ -19,14 +19,16 @@ from remosplat_drake.controller.servo import PoseError
 from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.diagram import Application, MakeDiagram
 from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.hardware_run import run_on_hardware
+from remosplat_drake.hardware_run import (
+    prepare_for_hardware,
+    run_on_hardware,
+)
 from remosplat_drake.real_time import LoopQuality, Spread
 from remosplat_drake.recording.trajectory import save_trajectory
 from remosplat_drake.safety.supervision import STOPPED, SupervisorState
-from remosplat_drake.scenario import LoadScenario, Scenario
+from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.simulation import INTERRUPTED, REACHED, RunResult
 from remosplat_drake.simulation import run as simulate
-from remosplat_drake.station.hardware.config import check_lcm_url
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.world import load_world
 
@@ -107,7 +109,7 @@ def run(arguments: argparse.Namespace) -> int:
     _check_outputs(arguments)
     scenario = LoadScenario(arguments.scenario, arguments.scenario_text)
     if arguments.hardware:
-        _prepare_for_hardware(scenario, arguments.lcm_url)
+        prepare_for_hardware(scenario, arguments.lcm_url)
     elif arguments.lcm_url:
         raise RemoSplatError("--lcm-url: only with --hardware")
     warm_up.announce(console)
@@ -139,19 +141,6 @@ def run(arguments: argparse.Namespace) -> int:
     if result.outcome == INTERRUPTED:
         return 130
     return 0 if result.outcome == REACHED else 1
-
-
-def _prepare_for_hardware(scenario: Scenario, lcm_url: str | None) -> None:
-    """What else a scenario needs than another station."""
-    if lcm_url is not None:
-        check_lcm_url(lcm_url)
-        scenario.hardware.lcm_url = lcm_url
-    controller = scenario.controller
-    # The real robot does not wait for rollouts.
-    controller.guidance.asynchronous = True
-    controller.velocity_limits.max_reverse = (
-        -scenario.hardware.base_forward_lower
-    )
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
