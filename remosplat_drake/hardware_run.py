@@ -59,7 +59,8 @@ def prepare_for_hardware(scenario: Scenario, lcm_url: str | None) -> None:
 
     Args:
         scenario: Is changed: guidance no longer makes ticks wait, and the
-            program knows how fast the base may go backwards.
+            program knows how fast the base may go backwards. Accelerations
+            are bounded whatever the gains: real joints have no others.
         lcm_url: Where the drivers are; None: where the scenario says.
 
     Raises:
@@ -70,6 +71,7 @@ def prepare_for_hardware(scenario: Scenario, lcm_url: str | None) -> None:
         scenario.hardware.lcm_url = lcm_url
     controller = scenario.controller
     controller.guidance.asynchronous = True
+    controller.velocity_limits.acceleration = True
     controller.velocity_limits.max_reverse = (
         -scenario.hardware.base_forward_lower
     )
@@ -187,7 +189,7 @@ class HardwareLoop:
         # command is zero.
         self._application.diagram.ForcedPublish(self.context)
         self.link.wait_for_statuses()
-        self._leave_out_late_ticks()
+        self._leave_out_late_ticks(time.time())
         self.log = LoopLog(self._period)
 
     def tick(self) -> None:
@@ -204,13 +206,13 @@ class HardwareLoop:
 
     def _begin_tick(self) -> float:
         """Computes a tick; returns when its status was there [s]."""
-        self._leave_out_late_ticks()
-        time_of_tick = self._next * self._period
-        sleep_until(time_of_tick, self._period)
+        sleep_until(self._next * self._period, self._period)
         if not self.link.flush(min(STATUS_TIMEOUT, self._period)):
             self.log.unheard += 1
         heard = time.time()
-        self._simulator.AdvanceTo(time_of_tick)
+        # Only now: a tick must not be older than the statuses it rests on.
+        self._leave_out_late_ticks(heard)
+        self._simulator.AdvanceTo(self._next * self._period)
         self._simulator.AdvancePendingEvents()
         return heard
 
@@ -220,8 +222,8 @@ class HardwareLoop:
         self._simulator.AdvanceTo(self._next * self._period - _BEFORE_TICK)
         gc.collect(1)
 
-    def _leave_out_late_ticks(self) -> None:
-        due = next_tick(time.time(), self._period, self._next - 1)
+    def _leave_out_late_ticks(self, now: float) -> None:
+        due = next_tick(now, self._period, self._next - 1)
         if due > self._next:
             self.log.missed += due - self._next
             self._next = due
