@@ -2,7 +2,6 @@
 
 import argparse
 import os
-import signal
 import time
 
 from rich.console import Console
@@ -11,6 +10,7 @@ from remosplat_drake.drivers.clock import Pacer, wall_utime
 from remosplat_drake.drivers.ros1_link import Ros1Link
 from remosplat_drake.drivers.ros2_link import Ros2Link
 from remosplat_drake.drivers.ros_base import PERIOD, RosBase, RosLink
+from remosplat_drake.drivers.stop_request import StopRequest
 from remosplat_drake.drivers.wire import add_wire_argument, open_wire
 from remosplat_drake.errors import FieldError
 
@@ -50,21 +50,20 @@ def run(arguments: argparse.Namespace) -> int:
     lcm = open_wire(arguments.lcm_url)
     link = _link(arguments)
     bridge = RosBase(lcm, link)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    stop = StopRequest()
     Console(stderr=True).print(
         f"{arguments.lcm_url} <-> {arguments.command_topic},"
         f" {arguments.odometry_topic}; Ctrl-C ends"
     )
     pacer = Pacer(PERIOD)
     try:
-        while True:
+        while not stop.received:
             pacer.wait()
             bridge.step(wall_utime(), time.monotonic())
-    except KeyboardInterrupt:
-        return 0
     finally:
         bridge.stop()
         link.close()
+    return 0
 
 
 def _link(arguments: argparse.Namespace) -> RosLink:

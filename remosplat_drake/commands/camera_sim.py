@@ -3,7 +3,6 @@
 import argparse
 import math
 import os
-import signal
 import time
 
 from rich.console import Console
@@ -14,6 +13,7 @@ from remosplat_drake.drivers.simulated_camera import (
     HeardConfiguration,
     SimulatedCamera,
 )
+from remosplat_drake.drivers.stop_request import StopRequest
 from remosplat_drake.drivers.wire import add_wire_argument, open_wire
 from remosplat_drake.messages.channels import BASE_STATUS, PANDA_STATUS
 from remosplat_drake.scenario import LoadScenario
@@ -64,17 +64,15 @@ def run(arguments: argparse.Namespace) -> int:
     heard = HeardConfiguration()
     # Rendering must not delay those who move the robot.
     os.nice(_YIELD)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    stop = StopRequest()
     Console(stderr=True).print(
         f"the camera is on {arguments.lcm_url}; Ctrl-C ends"
     )
-    try:
-        while True:
-            _listen(inbox, heard, 1.0 / arguments.rate)
-            if heard.q is not None:
-                camera.take(heard.q, wall_utime())
-    except KeyboardInterrupt:
-        return 0
+    while not stop.received:
+        _listen(inbox, heard, 1.0 / arguments.rate)
+        if heard.q is not None:
+            camera.take(heard.q, wall_utime())
+    return 0
 
 
 def _listen(inbox: Inbox, heard: HeardConfiguration, duration: float) -> None:

@@ -3,7 +3,6 @@
 import argparse
 import gc
 import math
-import signal
 from pathlib import Path
 
 from rich.console import Console
@@ -14,6 +13,7 @@ from remosplat_drake.drivers.faults import FAULTS, parse_fault
 from remosplat_drake.drivers.hardware_sim import HardwareSim
 from remosplat_drake.drivers.panda_limits import TICK
 from remosplat_drake.drivers.robot_plant import RobotPlant
+from remosplat_drake.drivers.stop_request import StopRequest
 from remosplat_drake.drivers.true_motion import TrueMotion
 from remosplat_drake.drivers.wire import add_wire_argument, open_wire
 from remosplat_drake.scenario import LoadScenario, Scenario
@@ -80,12 +80,17 @@ def run(arguments: argparse.Namespace) -> int:
     robot = HardwareSim(plant, open_wire(arguments.lcm_url), schedule)
     motion = TrueMotion(plant) if arguments.record else None
     pacer = Pacer(TICK / arguments.realtime_rate)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    stop = StopRequest()
     console.print(f"the robot is on {arguments.lcm_url}; Ctrl-C ends")
+    # A collection of everything that was loaded would cost several ticks.
+    gc.collect()
+    gc.freeze()
     try:
-        _loop(robot, pacer, motion, arguments.time_limit)
-    except KeyboardInterrupt:
-        pass
+        while not stop.received and robot.time < arguments.time_limit:
+            pacer.wait()
+            robot.step()
+            if motion is not None:
+                motion.sample(robot.time)
     finally:
         if motion is not None:
             motion.save(arguments.record)
@@ -100,19 +105,6 @@ def run(arguments: argparse.Namespace) -> int:
         f" {commands.expired} times expired"
     )
     return 0
-
-
-def _loop(
-    robot: HardwareSim, pacer: Pacer, motion: TrueMotion | None, limit: float
-) -> None:
-    # A collection of everything that was loaded would cost several ticks.
-    gc.collect()
-    gc.freeze()
-    while robot.time < limit:
-        pacer.wait()
-        robot.step()
-        if motion is not None:
-            motion.sample(robot.time)
 
 
 def _plant(scenario: Scenario, world: World) -> RobotPlant:

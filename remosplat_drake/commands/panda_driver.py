@@ -2,7 +2,6 @@
 
 import argparse
 import gc
-import signal
 
 from pydrake.lcm import DrakeLcm
 from rich.console import Console
@@ -14,6 +13,7 @@ from remosplat_drake.drivers.panda_driver import PandaDriver
 from remosplat_drake.drivers.panda_limits import TICK
 from remosplat_drake.drivers.panda_python_arm import PandaPythonArm
 from remosplat_drake.drivers.panda_python_hand import PandaPythonHand
+from remosplat_drake.drivers.stop_request import StopRequest
 from remosplat_drake.drivers.wire import add_wire_argument, open_wire
 from remosplat_drake.errors import RemoSplatError
 
@@ -33,14 +33,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Drives the arm or the hand until Ctrl-C."""
     go_first()
     lcm = open_wire(arguments.lcm_url)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        if arguments.hand:
-            _drive_hand(lcm, arguments)
-        else:
-            _drive_arm(lcm, arguments)
-    except KeyboardInterrupt:
-        pass
+    drive = _drive_hand if arguments.hand else _drive_arm
+    drive(lcm, arguments)
     return 0
 
 
@@ -48,11 +42,11 @@ def _drive_arm(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
     arm = PandaPythonArm(arguments.host)
     driver = PandaDriver(lcm, arm)
     pacer = Pacer(TICK)
-    _announce(arguments)
+    stop = _announce(arguments)
     gc.collect()
     gc.freeze()
     try:
-        while True:
+        while not stop.received:
             pacer.wait()
             driver.step(wall_utime())
             problem = arm.problem()
@@ -67,13 +61,15 @@ def _drive_arm(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
 def _drive_hand(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
     driver = HandDriver(lcm, PandaPythonHand(arguments.host))
     pacer = Pacer(PERIOD)
-    _announce(arguments)
-    while True:
+    stop = _announce(arguments)
+    while not stop.received:
         pacer.wait()
         driver.step(wall_utime())
 
 
-def _announce(arguments: argparse.Namespace) -> None:
+def _announce(arguments: argparse.Namespace) -> StopRequest:
+    """Says that the robot is under control, and how to end that."""
     Console(stderr=True).print(
         f"{arguments.lcm_url} <-> {arguments.host}; Ctrl-C ends"
     )
+    return StopRequest()
