@@ -16,8 +16,9 @@ class StationStatus:
     """The state of a station; copying returns the object itself.
 
     Attributes:
-        age: Age of the oldest measurement on the ports [s]; simulated
-            stations measure at once.
+        age: Age of the arm's state on the ports [s]; simulated stations
+            measure at once. A real base tells its state less often; how old
+            that may be is the station's business.
         mode: `RUNNING` or `STOPPED`.
         stop_reason: One line; empty while running.
         robot_mode: The arm's own mode by libfranka's names: other, idle,
