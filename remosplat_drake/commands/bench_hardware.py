@@ -11,7 +11,7 @@ from remosplat_drake.benchmark.fault_cases import CASES
 from remosplat_drake.benchmark.hardware_processes import wire_works
 from remosplat_drake.benchmark.loop_cases import RATES, load, measure_loop
 from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.real_time import LoopQuality
+from remosplat_drake.real_time import LoopQuality, Spread
 from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.world import load_world
 
@@ -78,27 +78,28 @@ def _milli(value: float, decimals: int) -> str:
 
 
 def loop_table(loops: list[LoopQuality]) -> Table:
-    """One row a rate."""
-    table = Table("rate")
+    """One row a rate; spreads are median, 99th percentile and maximum."""
+    table = Table("rate", caption="p50 / p99 / max")
     for heading in (
-        "status to command p50 [ms]",
-        "p99",
-        "max",
-        "period jitter p50 [ms]",
-        "p99",
-        "max",
-        "status to compute done p50 [ms]",
+        "status to command [ms]",
+        "period jitter [ms]",
+        "work of a tick [ms]",
         "ticks",
         "left out",
-        "without a new status",
+        "without new status",
     ):
         table.add_column(heading, justify="right")
     for loop in loops:
-        spreads = [loop.age.p50, loop.age.p99, loop.age.max]
-        spreads += [loop.jitter.p50, loop.jitter.p99, loop.jitter.max]
         table.add_row(
             f"{1 / loop.period:.0f} Hz",
-            *(_milli(value, 2) for value in [*spreads, loop.work.p50]),
+            _spread(loop.age),
+            _spread(loop.jitter),
+            _spread(loop.work),
             *(str(n) for n in (loop.ticks, loop.missed, loop.unheard)),
         )
     return table
+
+
+def _spread(spread: Spread) -> str:
+    values = (spread.p50, spread.p99, spread.max)
+    return " / ".join(_milli(value, 2) for value in values)
