@@ -3,6 +3,7 @@
 import dataclasses as dc
 from enum import Enum
 
+from remosplat_drake.controller.tick_report import BRAKING, RELAXED
 from remosplat_drake.drivers import faults
 from remosplat_drake.safety.supervisor_system import STOP_BUTTON
 
@@ -47,6 +48,7 @@ class FaultCase:
         value: How much, where that has a meaning.
         outcome: STOPS, DRIVER_STOPS, ENDS or GOES_ON.
         reason: What the reason of the stop must contain.
+        tick_status: Of some of the controller's ticks, if it has to notice.
         watch: How long to look on after the fault is over [s].
         text: Laid over the scenario.
         delay: Of the network [s].
@@ -59,6 +61,7 @@ class FaultCase:
     value: float = 0.0
     outcome: str = STOPS
     reason: str = ""
+    tick_status: str = ""
     watch: float = 1.0
     text: str = ""
     delay: float = 0.0
@@ -134,9 +137,16 @@ CASES = (
         "the map is",
         text="{supervisor: {max_map_age: 0.5}}",
     ),
-    _controller("map unknown (NaN)", "map-nan", "clearance"),
     _controller(
-        "QP infeasible for 1.2 s", "infeasible", "", outcome=GOES_ON, watch=2.5
+        "map unknown (NaN)", "map-nan", "clearance", tick_status=BRAKING
+    ),
+    _controller(
+        "QP infeasible for 1.2 s",
+        "infeasible",
+        "",
+        outcome=GOES_ON,
+        tick_status=RELAXED,
+        watch=2.5,
     ),
     FaultCase(
         "target jumps through the table",
@@ -153,8 +163,3 @@ CASES = (
     ),
 )
 """The whole campaign."""
-
-
-def case_named(name: str) -> FaultCase:
-    """The case of a name."""
-    return next(case for case in CASES if case.name == name)
