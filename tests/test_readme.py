@@ -25,8 +25,8 @@ SHORTER = {
     "scenarios": [],
     "run": ["--headless"],
     "fit-spheres": ["--count", "6"],
-    "render-capture": ["--views", "9", "--width", "80", "--height", "60"],
-    "reconstruct": ["--count", "500", "--device", "cpu"],
+    "render-capture": ["--views", "12", "--width", "120", "--height", "90"],
+    "reconstruct": ["--count", "3000", "--held-out", "4", "--device", "cpu"],
 }
 # Programs that are not ours to test.
 FOREIGN = {"cd", "git", "pip"}
@@ -42,8 +42,20 @@ def command_lines(block: str) -> list[list[str]]:
     return [line for line in words if line]
 
 
+@pytest.fixture(scope="module")
+def a_capture(tmp_path_factory) -> Path:
+    """What the README's reader has taken of a table."""
+    folder = tmp_path_factory.mktemp("a") / "capture"
+    scene = str(models_dir() / "scenes/table/scene.json")
+    shorter = SHORTER["render-capture"]
+    assert (
+        main(["render-capture", scene, str(folder), "--floor", *shorter]) == 0
+    )
+    return folder
+
+
 @pytest.fixture
-def folder(tmp_path, monkeypatch) -> Path:
+def folder(a_capture, tmp_path, monkeypatch) -> Path:
     """Where the README's reader stands, with the files that it mentions."""
     n = 50
     rng = np.random.default_rng(0)
@@ -60,6 +72,7 @@ def folder(tmp_path, monkeypatch) -> Path:
     (tmp_path / "my_scenarios.yaml").write_text("".join(blocks("yaml")))
     shutil.copy(ROOT / "tests/data/three_link.urdf", tmp_path / "my_arm.urdf")
     shutil.copy(models_dir() / "scenes/table/scene.json", tmp_path)
+    shutil.copytree(a_capture, tmp_path / "my_capture")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
