@@ -28,12 +28,12 @@ from remosplat_drake.oracle.config import (
     make_field,
 )
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.reconstruction.holes import fill_holes
 from remosplat_drake.reconstruction.quality import (
     DistanceQuality,
     distance_quality,
 )
 from remosplat_drake.reconstruction.refinement import refine
+from remosplat_drake.reconstruction.seen_through import fill_holes
 from remosplat_drake.reconstruction.surfels import (
     Surfels,
     surfels_from_capture,

@@ -110,15 +110,19 @@ def assess(
     workspace = workspace or Workspace.of_capture(capture)
     box = workspace.lower, workspace.upper
     progress("collecting the measured surfaces")
-    surface_W = measured_points(capture, box[0] - FARTHEST, box[1] + FARTHEST)
+    # What only held-out views show, the splat cannot know.
+    used = np.ones(len(capture), bool)
+    used[list(compared) if held_out else []] = False
+    known = capture.select(used)
+    surface_W = measured_points(known, box[0] - FARTHEST, box[1] + FARTHEST)
     references = _references(surface_W, truth)
     progress("comparing distances")
     distances, errors = _compare_distances(
-        splat_W, capture, references, workspace, count, seed
+        splat_W, known, references, workspace, count, seed
     )
     progress("looking for floaters and unseen space")
-    floaters = find_floaters(splat_W, capture, references[CAPTURE], *box)
-    coverage = make_coverage(capture, surface_W, *box)
+    floaters = find_floaters(splat_W, known, references[CAPTURE], *box)
+    coverage = make_coverage(known, surface_W, *box)
     progress("rendering the compared views")
     pictures = draw_pictures(splat_W, capture, compared)
     report = QualityReport(

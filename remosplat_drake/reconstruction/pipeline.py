@@ -19,7 +19,6 @@ from remosplat_drake.errors import (
     RemoSplatError,
     unknown_name,
 )
-from remosplat_drake.reconstruction.holes import fill_holes
 from remosplat_drake.reconstruction.measured_space import (
     measured_points,
     scatter,
@@ -29,6 +28,7 @@ from remosplat_drake.reconstruction.point_cloud import (
     initialise,
 )
 from remosplat_drake.reconstruction.refinement import RefinementConfig, refine
+from remosplat_drake.reconstruction.seen_through import fill_holes
 from remosplat_drake.reconstruction.surfels import splat_of_surfels
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 

@@ -15,7 +15,10 @@ from scipy.spatial.transform import Rotation
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.reconstruction.holes import fill_holes
+from remosplat_drake.reconstruction.seen_through import (
+    drop_floaters,
+    fill_holes,
+)
 from remosplat_drake.reconstruction.surfel_extent import (
     Extents,
     find_extents,
@@ -120,7 +123,7 @@ def refine(
     kept = uncrowded(surfels, weight, config.crowding)
     surfels = with_spacing(surfels, kept)
     splat = _cut_to_shape(capture, surfels, noise, last, config, progress)
-    return fill_holes(capture, splat, first)
+    return fill_holes(capture, drop_floaters(capture, splat), first)
 
 
 class _Progress:

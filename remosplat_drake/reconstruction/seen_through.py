@@ -1,4 +1,4 @@
-"""Holes that an optimisation leaves, and how they are filled."""
+"""What views have looked through is free; what they have not may be solid."""
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -13,6 +13,24 @@ deviations, there is a hole."""
 
 _ENOUGH_VIEWS = 2
 """So many views must have looked through a disc for it to be gone."""
+
+_FREE = 0.03
+"""A disc that views looked through is a floater where no other disc is nearer
+than this; else views only disagree by a little about one surface [m]."""
+
+
+def drop_floaters(capture: Capture, splat: GaussianSplat) -> GaussianSplat:
+    """The splat without discs that hang where views have looked through.
+
+    Args:
+        capture: Posed RGB-D images.
+        splat: In W.
+    """
+    through = times_looked_through(capture, splat.p_GK) >= _ENOUGH_VIEWS
+    if through.all():
+        return splat
+    apart, _ = KDTree(splat.p_GK[~through]).query(splat.p_GK)
+    return splat.select(~through | (apart < _FREE))
 
 
 def fill_holes(

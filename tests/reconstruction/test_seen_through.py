@@ -1,9 +1,12 @@
-"""Holes: discs come back unless views have looked through them."""
+"""Discs that views looked through go; those that they did not come back."""
 
 import numpy as np
 import pytest
 
-from remosplat_drake.reconstruction.holes import fill_holes
+from remosplat_drake.reconstruction.seen_through import (
+    drop_floaters,
+    fill_holes,
+)
 from remosplat_drake.reconstruction.surfels import (
     splat_of_surfels,
     surfels_from_capture,
@@ -44,3 +47,14 @@ def test_what_views_looked_through_stays_away(scene_capture, discs):
     floater = at(discs, [1.0, -0.2, 0.7])
     filled = fill_holes(scene_capture, discs, discs.joined_with(floater))
     assert len(filled) == len(discs)
+
+
+def test_floaters_go_and_surfaces_stay(scene_capture, discs):
+    floater = at(discs, [1.0, -0.2, 0.7])
+    kept = drop_floaters(scene_capture, discs.joined_with(floater))
+    assert len(kept) == len(discs)
+    # A disc a little before a surface may be the surface, seen with noise.
+    board = np.abs(discs.p_GK[:, 2] - 0.43) < 0.01
+    near = at(discs, discs.p_GK[board][0] + [0, 0, 0.02])
+    kept = drop_floaters(scene_capture, discs.joined_with(near))
+    assert len(kept) == len(discs) + 1
