@@ -1,0 +1,100 @@
+"""Between a station's ports and the vectors q and u of the whole robot."""
+
+import math
+
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.primitives import (
+    ConstantVectorSource,
+    Demultiplexer,
+    Multiplexer,
+)
+
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.station import ports
+
+_GRIP_FORCE = 20.0  # [N]
+
+
+def AddConfiguration(
+    builder: DiagramBuilder, robot: RobotModel, station: Diagram
+) -> OutputPort:
+    """The measured configuration q, shape (n_q,) [m, rad]."""
+    arm = ports.arm_position(robot.description)
+    return _Stack(
+        builder, "configuration", robot, station, ports.BASE_POSE, arm
+    )
+
+
+def AddMeasuredVelocity(
+    builder: DiagramBuilder, robot: RobotModel, station: Diagram
+) -> OutputPort:
+    """The measured velocity u, shape (n_u,) [m/s, rad/s]."""
+    arm = ports.arm_velocity(robot.description)
+    return _Stack(
+        builder, "velocity_measured", robot, station, ports.BASE_VELOCITY, arm
+    )
+
+
+def _Stack(
+    builder: DiagramBuilder,
+    name: str,
+    robot: RobotModel,
+    station: Diagram,
+    base: str,
+    arm: str,
+) -> OutputPort:
+    """The base's measurement above the arm's, or the arm's alone."""
+    names = [base, arm] if robot.n_base else [arm]
+    measured = [station.GetOutputPort(name) for name in names]
+    multiplexer = builder.AddNamedSystem(
+        name, Multiplexer([port.size() for port in measured])
+    )
+    for i, port in enumerate(measured):
+        builder.Connect(port, multiplexer.get_input_port(i))
+    return multiplexer.get_output_port()
+
+
+def ConnectCommand(
+    builder: DiagramBuilder,
+    robot: RobotModel,
+    velocity: OutputPort,
+    station: Diagram,
+) -> None:
+    """Splits the command u between base and arm; holds the gripper open.
+
+    Args:
+        builder: Holds the station.
+        robot: Its description names the ports.
+        velocity: The command u, shape (n_u,) [m/s, rad/s].
+        station: Simulated or real.
+    """
+    names = [ports.arm_command(robot.description)]
+    if robot.n_base:
+        names.insert(0, ports.BASE_COMMAND)
+    inputs = [station.GetInputPort(name) for name in names]
+    demultiplexer = builder.AddNamedSystem(
+        "command", Demultiplexer([port.size() for port in inputs])
+    )
+    builder.Connect(velocity, demultiplexer.get_input_port())
+    for i, port in enumerate(inputs):
+        builder.Connect(demultiplexer.get_output_port(i), port)
+    if robot.description.hand:
+        _HoldHand(builder, robot, robot.description.hand.joints, station)
+
+
+def _HoldHand(
+    builder: DiagramBuilder,
+    robot: RobotModel,
+    fingers: list[str],
+    station: Diagram,
+) -> None:
+    """Holds the fingers where the robot's description has them."""
+    description = robot.description
+    width = math.fsum(description.locked.get(joint, 0.0) for joint in fingers)
+    hand = builder.AddNamedSystem(
+        "hand_command", ConstantVectorSource([width, _GRIP_FORCE])
+    )
+    builder.Connect(
+        hand.get_output_port(),
+        station.GetInputPort(ports.hand_command(description)),
+    )
