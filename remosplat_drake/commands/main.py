@@ -52,6 +52,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except RemoSplatError as error:
         print(f"remosplat: {error}", file=sys.stderr)
         return USER_ERROR
+    except MemoryError as error:
+        what = f": {error}" if str(error) else ""
+        print(f"remosplat: not enough memory{what}", file=sys.stderr)
+        return USER_ERROR
     except KeyboardInterrupt:
         print("remosplat: interrupted", file=sys.stderr)
         return 130
