@@ -65,50 +65,64 @@ def solve_dense(H, c, A, b):
     n_active = 0
     Q, R = np.zeros((n, n)), np.zeros((n, n))
     for _ in range(_MAX_STEPS):
-        entering, worst = _most_violated(A, b, length, u)
+        entering, excess = _most_violated(A, b, length, u)
         if entering < 0:
             for k in range(n_active):
                 multipliers[active[k]] = weight[k]
             return u, multipliers, OPTIMAL
-        if length[entering] == 0.0:
+        n_active = _take_in(
+            entering, excess, L, A, u, active, weight, n_active, Q, R
+        )
+        if n_active < 0:
             return u, multipliers, INFEASIBLE
-        price = 0.0
-        while True:
-            y = _forward(L, A[entering])
-            _factor(L, A, active, n_active, Q, R)
-            rest, r = _project(Q, R, y, n_active)
-            curvature = 0.0
-            for j in range(n):
-                curvature += rest[j] * rest[j]
-            leaving, dual_step = _blocking(weight, r, n_active)
-            scale = 0.0
-            for j in range(n):
-                scale += y[j] * y[j]
-            if n_active == n or curvature <= _DEPENDENT * scale:
-                if leaving < 0:
-                    return u, multipliers, INFEASIBLE
-                for k in range(n_active):
-                    weight[k] -= dual_step * r[k]
-                price += dual_step
-                n_active = _drop(active, weight, n_active, leaving)
-                continue
-            full_step = worst / curvature
-            step = full_step
-            if leaving >= 0 and dual_step < full_step:
-                step = dual_step
-            z = _backward(L, rest)
-            for j in range(n):
-                u[j] -= step * z[j]
-            for k in range(n_active):
-                weight[k] -= step * r[k]
-            price += step
-            if step == full_step:
-                active[n_active], weight[n_active] = entering, price
-                n_active += 1
-                break
-            worst -= step * curvature
-            n_active = _drop(active, weight, n_active, leaving)
     return u, multipliers, UNDECIDED
+
+
+@njit(cache=True)
+def _take_in(entering, excess, L, A, u, active, weight, n_active, Q, R):
+    """Moves u until a violated row holds with equality.
+
+    Rows whose multiplier reaches zero on the way leave the active set.
+
+    Returns:
+        How many rows are active then; -1 if the row excludes the others.
+    """
+    price = 0.0
+    y = _forward(L, A[entering])
+    scale = _dot(y, y)
+    if scale == 0.0:
+        return -1
+    while True:
+        _factor(L, A, active, n_active, Q, R)
+        rest, r = _project(Q, R, y, n_active)
+        curvature = _dot(rest, rest)
+        leaving, step = _blocking(weight, r, n_active)
+        moves = n_active < len(u) and curvature > _DEPENDENT * scale
+        if not moves and leaving < 0:
+            return -1
+        arrives = moves and excess / curvature <= step
+        if arrives:
+            step = excess / curvature
+        if moves:
+            z = _backward(L, rest)
+            for j in range(len(u)):
+                u[j] -= step * z[j]
+            excess -= step * curvature
+        for k in range(n_active):
+            weight[k] -= step * r[k]
+        price += step
+        if arrives:
+            active[n_active], weight[n_active] = entering, price
+            return n_active + 1
+        n_active = _drop(active, weight, n_active, leaving)
+
+
+@njit(cache=True)
+def _dot(a, b):
+    total = 0.0
+    for j in range(len(a)):
+        total += a[j] * b[j]
+    return total
 
 
 @njit(cache=True)

@@ -110,10 +110,7 @@ def assess(
     workspace = workspace or Workspace.of_capture(capture)
     box = workspace.lower, workspace.upper
     progress("collecting the measured surfaces")
-    # What only held-out views show, the splat cannot know.
-    used = np.ones(len(capture), bool)
-    used[list(compared) if held_out else []] = False
-    known = capture.select(used)
+    known = _without(capture, compared) if held_out else capture
     surface_W = measured_points(known, box[0] - FARTHEST, box[1] + FARTHEST)
     references = _references(surface_W, truth)
     progress("comparing distances")
@@ -159,6 +156,13 @@ def _references(
     if truth is not None:
         fields[TRUTH] = SignedDistanceField(truth)
     return fields
+
+
+def _without(capture: Capture, held_out: Sequence[int]) -> Capture:
+    """What the splat was made from: of the rest it cannot know."""
+    used = np.ones(len(capture), bool)
+    used[list(held_out)] = False
+    return capture.select(used)
 
 
 def _compare_distances(
