@@ -16,6 +16,7 @@ from remosplat_drake.messages.channels import COMMAND_EXPIRY
 from remosplat_drake.real_time import (
     LoopLog,
     LoopQuality,
+    going_first,
     next_tick,
     sleep_until,
 )
@@ -105,7 +106,7 @@ def run_on_hardware(
     """
     loop = HardwareLoop(application)
     loop.rehearse()
-    with stop_signals() as request:
+    with stop_signals() as request, going_first():
         try:
             with _garbage_kept():
                 loop.start()
@@ -124,6 +125,7 @@ def run_on_hardware(
                     if between_ticks is not None:
                         between_ticks(loop.context)
         finally:
+            request.is_heeded = True
             bring_to_rest(
                 loop.link,
                 application.world.robot.acceleration_limit,
@@ -238,25 +240,23 @@ def bring_to_rest(
 ) -> None:
     """Ramps the robot down from its latest command, then falls silent.
 
-    It needs nothing but the wire, and Ctrl-C does not shorten it. A command
-    that the drivers have let expire is not taken up again: the robot stands.
+    It needs nothing but the wire. A command that the drivers have let expire
+    is not taken up again: the robot stands.
 
     Args:
         link: The wire.
         acceleration_limit: Bounds on |du/dt|, shape (n_u,).
         period: Time between two commands [s].
     """
-    if time.time() - link.sent > COMMAND_EXPIRY:
+    # A clock that was set back has ended the command, too.
+    if not abs(time.time() - link.sent) < COMMAND_EXPIRY:
         link.u = np.zeros_like(link.u)
     zeros = round(FINAL_ZEROS / period)
     while zeros > 0:
-        try:
-            time.sleep(period)
-            u = braking_command(link.u, acceleration_limit, period)
-            link.send(u)
-            zeros -= not u.any()
-        except KeyboardInterrupt:
-            continue
+        time.sleep(period)
+        u = braking_command(link.u, acceleration_limit, period)
+        link.send(u)
+        zeros -= not u.any()
 
 
 @contextmanager

@@ -1,13 +1,19 @@
 """Ticks by the wall clock, and how well they were kept."""
 
+import contextlib
 import dataclasses as dc
 import math
+import os
 import time
+from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
 LATEST_START = 0.5
 """A tick starts so late at most, as a share of the period."""
+
+_PRIORITY = 5  # The drivers have 10.
 
 
 def next_tick(now: float, period: float, latest: int) -> int:
@@ -34,6 +40,28 @@ def sleep_until(wake: float, longest: float) -> None:
     duration = min(wake - time.time(), longest)
     if duration > 0:
         time.sleep(duration)
+
+
+@contextlib.contextmanager
+def going_first() -> Iterator[None]:
+    """Real-time scheduling for our threads, where the system allows it.
+
+    Those that receive messages have it, too. Processes that were started
+    before, such as the one that looks ahead, have it not; and the drivers go
+    before us.
+    """
+    tasks = Path("/proc/self/task")
+    threads = [int(task.name) for task in tasks.glob("*")]
+    for thread in threads:
+        with contextlib.suppress(OSError):
+            priority = os.sched_param(_PRIORITY)
+            os.sched_setscheduler(thread, os.SCHED_RR, priority)
+    try:
+        yield
+    finally:
+        for thread in threads:
+            with contextlib.suppress(OSError):
+                os.sched_setscheduler(thread, os.SCHED_OTHER, os.sched_param(0))
 
 
 @dc.dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """Which tick is next, and what a log of ticks amounts to."""
 
 import math
+import os
 import time
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from remosplat_drake.real_time import (
     LoopLog,
     Spread,
+    going_first,
     next_tick,
     sleep_until,
 )
@@ -59,3 +61,10 @@ def test_a_log_of_three_ticks():
     assert quality.age.p50 == pytest.approx(0.002)
     assert quality.work.max == pytest.approx(0.001)
     assert quality.jitter.max == pytest.approx(0.002)
+
+
+def test_whoever_goes_first_goes_back_to_its_place():
+    before = os.sched_getscheduler(0)
+    with going_first():
+        assert os.sched_getscheduler(0) in (before, os.SCHED_RR)
+    assert os.sched_getscheduler(0) == before
