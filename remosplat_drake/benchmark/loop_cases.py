@@ -14,28 +14,30 @@ from remosplat_drake.real_time import LoopQuality, Spread
 RATES = (100.0, 500.0)
 """Control rates that are measured [Hz]."""
 
-DURATION = 8.0
-"""How long each of them is driven [s]."""
+TOUR = """
+time_limit: 12
+targets:
+- {translation: [1.15, 0.0, 0.66], rpy_deg: [180, 0, 0]}
+- {translation: [0.95, 0.45, 0.95], rpy_deg: [180, 0, 0]}
+- {translation: [1.15, 0.0, 0.66], rpy_deg: [180, 0, 0]}
+"""
+"""Down to the table, up and down again, about 8 s."""
+
+_DURATION = 12.0
 
 _START_UP = 60.0
 
 
-def measure_loop(rate: float, duration: float = DURATION) -> LoopQuality:
-    """Drives the default scenario at a rate, and says how the loop was kept.
-
-    The target never counts as reached, so that the run lasts.
+def measure_loop(rate: float) -> LoopQuality:
+    """Drives a tour in the default scenario, and says how the loop was kept.
 
     Args:
         rate: Control rate [Hz].
-        duration: How long to drive [s].
 
     Raises:
         RemoSplatError: The run did not get to its end.
     """
-    text = (
-        f"{{control_period: {1.0 / rate}, time_limit: {duration},"
-        " arrival: {position: 1.0e-9}}"
-    )
+    text = f"control_period: {1.0 / rate}{TOUR}"
     url = processes.free_url()
     with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as at:
         log = Path(folder) / "log.jsonl"
@@ -43,12 +45,13 @@ def measure_loop(rate: float, duration: float = DURATION) -> LoopQuality:
         run = at.enter_context(
             processes.controller(url, log, "--scenario-text", text)
         )
-        end = time.monotonic() + _START_UP + duration
+        end = time.monotonic() + _START_UP + _DURATION
         while run.poll() is None and time.monotonic() < end:
             time.sleep(0.1)
+        processes.end(run)
         events = [json.loads(line) for line in log.read_text().splitlines()]
-    if not events or "loop" not in events[-1]:
-        reasons = [e["reason"] for e in events if e.get("reason")]
+    reasons = [event["reason"] for event in events if event.get("reason")]
+    if reasons or not events or "loop" not in events[-1]:
         raise RemoSplatError(
             f"the run at {rate:g} Hz did not end: {', '.join(reasons)}"
         )
@@ -56,10 +59,9 @@ def measure_loop(rate: float, duration: float = DURATION) -> LoopQuality:
 
 
 def _quality(values: dict) -> LoopQuality:
-    spreads = {
-        name: Spread(**values.pop(name)) for name in ("age", "jitter", "work")
-    }
-    return LoopQuality(**values, **spreads)
+    for name in ("age", "jitter", "work"):
+        values[name] = Spread(**values[name])
+    return LoopQuality(**values)
 
 
 def load() -> str:

@@ -14,7 +14,7 @@ def marked(case):
     return pytest.param(case, id=case.name, marks=marks)
 
 
-@pytest.mark.parametrize("case", map(marked, CASES))
+@pytest.mark.parametrize("case", [marked(case) for case in CASES])
 def test_the_robot_stays_safe(case, wire, table):
     result = run_case(case, table)
     assert result.problem == "", result
