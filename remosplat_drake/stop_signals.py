@@ -13,18 +13,22 @@ class StopRequest:
 
     Attributes:
         made: Somebody did.
+        is_heeded: The loop is over; further requests change nothing, so that
+            none of them strikes in the middle of a ramp to standstill.
     """
 
     def __init__(self):
         self.made = False
+        self.is_heeded = False
 
     def make(self, *_) -> None:
         """Notes the first request; a second one interrupts at once.
 
         Raises:
-            KeyboardInterrupt: Somebody asks again.
+            KeyboardInterrupt: Somebody asks again, and nobody has looked.
         """
-        if self.made:
+        if self.made and not self.is_heeded:
+            self.is_heeded = True
             raise KeyboardInterrupt
         self.made = True
 

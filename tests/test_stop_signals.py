@@ -27,6 +27,23 @@ def test_the_second_one_interrupts_at_once():
     assert signal.getsignal(signal.SIGINT) is before
 
 
+def test_nothing_interrupts_what_follows_the_loop():
+    with stop_signals() as request:
+        os.kill(os.getpid(), signal.SIGINT)
+        request.is_heeded = True
+        for number in (signal.SIGINT, signal.SIGTERM):
+            os.kill(os.getpid(), number)
+    assert request.made
+
+
+def test_only_one_of_many_signals_interrupts():
+    with stop_signals():
+        os.kill(os.getpid(), signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), signal.SIGINT)
+
+
 def test_another_thread_has_no_signals():
     seen = []
 

@@ -10,11 +10,13 @@ from remosplat_drake.drivers.clock import Pacer, wall_utime
 from remosplat_drake.drivers.ros1_link import Ros1Link
 from remosplat_drake.drivers.ros2_link import Ros2Link
 from remosplat_drake.drivers.ros_base import PERIOD, RosBase, RosLink
-from remosplat_drake.drivers.stop_request import StopRequest
 from remosplat_drake.drivers.wire import add_wire_argument, open_wire
 from remosplat_drake.errors import FieldError
+from remosplat_drake.stop_signals import stop_signals
 
 ROS1, ROS2 = "ros1", "ros2"
+
+_LAST_ZEROS = 10
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,20 +52,30 @@ def run(arguments: argparse.Namespace) -> int:
     lcm = open_wire(arguments.lcm_url)
     link = _link(arguments)
     bridge = RosBase(lcm, link)
-    stop = StopRequest()
-    Console(stderr=True).print(
-        f"{arguments.lcm_url} <-> {arguments.command_topic},"
-        f" {arguments.odometry_topic}; Ctrl-C ends"
-    )
     pacer = Pacer(PERIOD)
-    try:
-        while not stop.received:
-            pacer.wait()
-            bridge.step(wall_utime(), time.monotonic())
-    finally:
-        bridge.stop()
-        link.close()
+    with stop_signals() as request:
+        Console(stderr=True).print(
+            f"{arguments.lcm_url} <-> {arguments.command_topic},"
+            f" {arguments.odometry_topic}; Ctrl-C ends"
+        )
+        try:
+            while not request.made:
+                pacer.wait()
+                bridge.step(wall_utime(), time.monotonic())
+        finally:
+            request.is_heeded = True
+            _leave(bridge, link, pacer)
     return 0
+
+
+def _leave(bridge: RosBase, link: RosLink, pacer: Pacer) -> None:
+    """Stops the base, several times: one message may be lost on the way."""
+    try:
+        for _ in range(_LAST_ZEROS):
+            bridge.stop()
+            pacer.wait()
+    finally:
+        link.close()
 
 
 def _link(arguments: argparse.Namespace) -> RosLink:

@@ -13,11 +13,11 @@ from remosplat_drake.drivers.simulated_camera import (
     HeardConfiguration,
     SimulatedCamera,
 )
-from remosplat_drake.drivers.stop_request import StopRequest
 from remosplat_drake.drivers.wire import add_wire_argument, open_wire
 from remosplat_drake.messages.channels import BASE_STATUS, PANDA_STATUS
 from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.station.config import WristCameraConfig
+from remosplat_drake.stop_signals import stop_signals
 from remosplat_drake.world import load_world
 
 _YIELD = 10
@@ -64,14 +64,14 @@ def run(arguments: argparse.Namespace) -> int:
     heard = HeardConfiguration()
     # Rendering must not delay those who move the robot.
     os.nice(_YIELD)
-    stop = StopRequest()
-    Console(stderr=True).print(
-        f"the camera is on {arguments.lcm_url}; Ctrl-C ends"
-    )
-    while not stop.received:
-        _listen(inbox, heard, 1.0 / arguments.rate)
-        if heard.q is not None:
-            camera.take(heard.q, wall_utime())
+    with stop_signals() as request:
+        Console(stderr=True).print(
+            f"the camera is on {arguments.lcm_url}; Ctrl-C ends"
+        )
+        while not request.made:
+            _listen(inbox, heard, 1.0 / arguments.rate)
+            if heard.q is not None:
+                camera.take(heard.q, wall_utime())
     return 0
 
 

@@ -13,11 +13,11 @@ from remosplat_drake.drivers.faults import FAULTS, parse_fault
 from remosplat_drake.drivers.hardware_sim import HardwareSim
 from remosplat_drake.drivers.panda_limits import TICK
 from remosplat_drake.drivers.robot_plant import RobotPlant
-from remosplat_drake.drivers.stop_request import StopRequest
 from remosplat_drake.drivers.true_motion import TrueMotion
 from remosplat_drake.drivers.wire import add_wire_argument, open_wire
 from remosplat_drake.scenario import LoadScenario, Scenario
 from remosplat_drake.station.config import DynamicStation
+from remosplat_drake.stop_signals import stop_signals
 from remosplat_drake.world import World, load_world
 
 
@@ -80,20 +80,21 @@ def run(arguments: argparse.Namespace) -> int:
     robot = HardwareSim(plant, open_wire(arguments.lcm_url), schedule)
     motion = TrueMotion(plant) if arguments.record else None
     pacer = Pacer(TICK / arguments.realtime_rate)
-    stop = StopRequest()
     console.print(f"the robot is on {arguments.lcm_url}; Ctrl-C ends")
     # A collection of everything that was loaded would cost several ticks.
     gc.collect()
     gc.freeze()
-    try:
-        while not stop.received and robot.time < arguments.time_limit:
-            pacer.wait()
-            robot.step()
+    with stop_signals() as request:
+        try:
+            while not request.made and robot.time < arguments.time_limit:
+                pacer.wait()
+                robot.step()
+                if motion is not None:
+                    motion.sample(robot.time)
+        finally:
+            request.is_heeded = True
             if motion is not None:
-                motion.sample(robot.time)
-    finally:
-        if motion is not None:
-            motion.save(arguments.record)
+                motion.save(arguments.record)
     console.print(
         f"{robot.time:.1f} s at {pacer.rate:.0f} Hz,"
         f" {pacer.missed} ticks missed,"

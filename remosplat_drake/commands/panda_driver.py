@@ -13,9 +13,9 @@ from remosplat_drake.drivers.panda_driver import PandaDriver
 from remosplat_drake.drivers.panda_limits import TICK
 from remosplat_drake.drivers.panda_python_arm import PandaPythonArm
 from remosplat_drake.drivers.panda_python_hand import PandaPythonHand
-from remosplat_drake.drivers.stop_request import StopRequest
 from remosplat_drake.drivers.wire import add_wire_argument, open_wire
 from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.stop_signals import stop_signals
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,34 +42,43 @@ def _drive_arm(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
     arm = PandaPythonArm(arguments.host)
     driver = PandaDriver(lcm, arm)
     pacer = Pacer(TICK)
-    stop = _announce(arguments)
     gc.collect()
     gc.freeze()
+    with stop_signals() as request:
+        _announce(arguments)
+        try:
+            while not request.made:
+                pacer.wait()
+                driver.step(wall_utime())
+                problem = arm.problem()
+                if problem:
+                    raise RemoSplatError(f"the arm has stopped: {problem}")
+        finally:
+            request.is_heeded = True
+            _release(arm, driver, pacer)
+
+
+def _release(arm: PandaPythonArm, driver: PandaDriver, pacer: Pacer) -> None:
+    """Brings the arm to rest and gives up control, even if it resists."""
     try:
-        while not stop.received:
-            pacer.wait()
-            driver.step(wall_utime())
-            problem = arm.problem()
-            if problem:
-                raise RemoSplatError(f"the arm has stopped: {problem}")
-    finally:
         while not driver.brake():
             pacer.wait()
+    finally:
         arm.close()
 
 
 def _drive_hand(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
     driver = HandDriver(lcm, PandaPythonHand(arguments.host))
     pacer = Pacer(PERIOD)
-    stop = _announce(arguments)
-    while not stop.received:
-        pacer.wait()
-        driver.step(wall_utime())
+    with stop_signals() as request:
+        _announce(arguments)
+        while not request.made:
+            pacer.wait()
+            driver.step(wall_utime())
 
 
-def _announce(arguments: argparse.Namespace) -> StopRequest:
+def _announce(arguments: argparse.Namespace) -> None:
     """Says that the robot is under control, and how to end that."""
     Console(stderr=True).print(
         f"{arguments.lcm_url} <-> {arguments.host}; Ctrl-C ends"
     )
-    return StopRequest()

@@ -15,7 +15,7 @@ PERIOD = 0.01
 """Period of the bridge's loop [s]."""
 
 FAREWELL = 0.5
-"""How long zeros are sent after the last command that counted [s]. Then the
+"""How long zeros are sent after the last velocity that was none [s]. Then the
 bridge is silent, so that others, a joystick say, may drive the base."""
 
 

@@ -128,4 +128,4 @@ def test_a_base_is_driven_through_the_bridge():
         robot.received()
         bridge.terminate()
         assert bridge.wait(20) == 0
-    assert robot.received() == [(0.0, 0.0)]
+    assert set(robot.received()) == {(0.0, 0.0)}
