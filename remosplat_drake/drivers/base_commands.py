@@ -8,11 +8,17 @@ speed with its own watchdog disarmed.
 
 import dataclasses as dc
 import math
-import struct
 
-from remosplat_drake.drivers.clock import MICROSECONDS
+import numpy as np
+
 from remosplat_drake.messages.base_command import base_command
 from remosplat_drake.messages.channels import COMMAND_EXPIRY
+from remosplat_drake.messages.packets import (
+    BrokenMessage,
+    decode,
+    is_expired,
+)
+from remosplat_drake.station.hardware.command_limits import scaled_command
 
 WATCHDOG = 0.2
 """Silence after which the base stops [s]."""
@@ -45,18 +51,14 @@ def clamped(
         yaw_rate: Turning rate asked for [rad/s].
         maxima: The bounds.
     """
-    if not (math.isfinite(forward) and math.isfinite(yaw_rate)):
+    u = np.array([forward, yaw_rate])
+    if not np.isfinite(u).all():
         return 0.0, 0.0
-    bound = maxima.forward if forward > 0 else maxima.reverse
-    excess = max(abs(forward) / bound, abs(yaw_rate) / maxima.yaw_rate, 1.0)
-    if math.isinf(excess):
-        return 0.0, 0.0
-    forward, yaw_rate = forward / excess, yaw_rate / excess
-    # Rounding may leave the quotient a bit above its bound.
-    return (
-        min(max(forward, -maxima.reverse), maxima.forward),
-        min(max(yaw_rate, -maxima.yaw_rate), maxima.yaw_rate),
-    )
+    lower = np.array([-maxima.reverse, -maxima.yaw_rate])
+    upper = np.array([maxima.forward, maxima.yaw_rate])
+    # Rounding may leave the multiple a bit beyond its bound.
+    u = np.clip(scaled_command(u, lower, upper), lower, upper)
+    return float(u[0]), float(u[1])
 
 
 class BaseCommands:
@@ -76,7 +78,7 @@ class BaseCommands:
             watchdog: Silence after which the base stops [s].
         """
         self._maxima = maxima or BaseMaxima()
-        self._expiry = round(expiry * MICROSECONDS)
+        self._expiry = expiry
         self._watchdog = watchdog
         self._utime = 0
         self._arrival = -math.inf
@@ -91,8 +93,8 @@ class BaseCommands:
             time: A clock that never jumps [s].
         """
         try:
-            message = base_command.decode(data)
-        except (ValueError, struct.error):
+            message = decode(base_command, data)
+        except BrokenMessage:
             return
         self._utime = message.utime
         self._arrival = time
@@ -109,8 +111,8 @@ class BaseCommands:
             time: The clock that `receive` was given [s].
         """
         silence = time - self._arrival
-        age = abs(now - self._utime)
-        if silence > self._watchdog or age > self._expiry:
+        expired = is_expired(self._utime, now, self._expiry)
+        if expired or silence > self._watchdog:
             # Dropped for good: a stamp from the future must not count later.
             self._velocity = (0.0, 0.0)
         return self._velocity

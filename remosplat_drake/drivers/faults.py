@@ -8,12 +8,12 @@ that the robot hears [s]; without a duration a fault lasts.
 import dataclasses as dc
 import math
 import re
-import struct
 from collections.abc import Sequence
 
 from drake import lcmt_drake_signal, lcmt_panda_status
 
 from remosplat_drake.errors import FieldError, unknown_name
+from remosplat_drake.messages.packets import BrokenMessage, decode
 
 CHANNEL = "HARDWARE_SIM_FAULT"
 """lcmt_drake_signal: names of faults with their values, to begin now; the
@@ -86,8 +86,8 @@ def parse_fault(text: str) -> Fault:
 def requested_faults(data: bytes) -> list[Fault]:
     """The faults that a message on `CHANNEL` names; unknown ones left out."""
     try:
-        message = lcmt_drake_signal.decode(data)
-    except (ValueError, struct.error, UnicodeDecodeError):
+        message = decode(lcmt_drake_signal, data)
+    except BrokenMessage:
         return []
     return [
         Fault(name, value or _DEFAULTS.get(name, 0.0))

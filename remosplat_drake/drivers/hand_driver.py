@@ -8,6 +8,7 @@ from pydrake.lcm import DrakeLcmInterface
 
 from remosplat_drake.drivers.hand_messages import hand_status, read_command
 from remosplat_drake.drivers.inbox import Inbox
+from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.messages.channels import (
     PANDA_HAND_COMMAND,
     PANDA_HAND_STATUS,
@@ -22,7 +23,11 @@ class FrankaHand(Protocol):
         ...
 
     def go_to(self, width: float, force: float) -> None:
-        """Moves the fingers [m, N]; returns when they have stopped."""
+        """Moves the fingers [m, N]; returns when they have stopped.
+
+        Raises:
+            RemoSplatError: They did not move as told.
+        """
         ...
 
 
@@ -46,6 +51,7 @@ class HandDriver:
         self._wanted: tuple[float, float] | None = None
         self._done: tuple[float, float] | None = None
         self._motion: threading.Thread | None = None
+        self._failure: RemoSplatError | None = None
         self._last = (math.nan, 0)
 
     def step(self, now: int) -> None:
@@ -53,19 +59,31 @@ class HandDriver:
 
         Args:
             now: Wall clock [us].
+
+        Raises:
+            RemoSplatError: The latest motion failed.
         """
+        if self._failure is not None:
+            raise self._failure
         for _, data in self._inbox.fetch():
             self._wanted = read_command(data) or self._wanted
         wanted = self._wanted
         if wanted is not None and wanted != self._done and not self._moving():
             self._done = wanted
             self._motion = threading.Thread(
-                target=self._hand.go_to, args=wanted, daemon=True
+                target=self._move, args=wanted, daemon=True
             )
             self._motion.start()
         width = self._hand.width()
         status = hand_status(width, self._rate(width, now), now)
         self._lcm.Publish(PANDA_HAND_STATUS, status.encode())
+
+    def _move(self, width: float, force: float) -> None:
+        """Runs in a thread, where nobody would see an exception."""
+        try:
+            self._hand.go_to(width, force)
+        except RemoSplatError as error:
+            self._failure = error
 
     def _moving(self) -> bool:
         return self._motion is not None and self._motion.is_alive()

@@ -1,9 +1,10 @@
 """The hand's messages, which are those of Schunk's gripper: millimetres."""
 
 import math
-import struct
 
 from drake import lcmt_schunk_wsg_command, lcmt_schunk_wsg_status
+
+from remosplat_drake.messages.packets import BrokenMessage, decode
 
 PERIOD = 0.1
 """Period of a hand driver's loop [s]."""
@@ -14,8 +15,8 @@ _MILLIMETRES = 1e3
 def read_command(data: bytes) -> tuple[float, float] | None:
     """Width and force of a command [m, N]; None if it is broken."""
     try:
-        message = lcmt_schunk_wsg_command.decode(data)
-    except (ValueError, struct.error):
+        message = decode(lcmt_schunk_wsg_command, data)
+    except BrokenMessage:
         return None
     command = (message.target_position_mm / _MILLIMETRES, message.force)
     return command if all(map(math.isfinite, command)) else None

@@ -6,15 +6,17 @@ future; without one that counts the arm is told to stand still. A message
 that is no velocity command at all ends the driver.
 """
 
-import struct
-
 import numpy as np
 from drake import lcmt_panda_command
 from pydrake.manipulation import PandaControlMode
 
-from remosplat_drake.drivers.clock import MICROSECONDS
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.messages.channels import COMMAND_EXPIRY, PANDA_COMMAND
+from remosplat_drake.messages.packets import (
+    BrokenMessage,
+    decode,
+    is_expired,
+)
 
 JOINTS = 7
 
@@ -63,7 +65,7 @@ class PandaCommands:
         Args:
             expiry: How far a stamp may be from the driver's clock [s].
         """
-        self._expiry = round(expiry * MICROSECONDS)
+        self._expiry = expiry
         self._velocity: np.ndarray | None = None
         self._utime = 0
         self.received = 0
@@ -76,8 +78,8 @@ class PandaCommands:
             CommandError: It is no velocity command.
         """
         try:
-            message = lcmt_panda_command.decode(data)
-        except (ValueError, struct.error) as error:
+            message = decode(lcmt_panda_command, data)
+        except BrokenMessage as error:
             raise CommandError("message", str(error)) from error
         self._velocity = checked_velocity(message)
         self._utime = message.utime
@@ -91,7 +93,7 @@ class PandaCommands:
         """
         if self._velocity is None:
             return np.zeros(JOINTS)
-        if abs(now - self._utime) > self._expiry:
+        if is_expired(self._utime, now, self._expiry):
             self._velocity = None
             self.expired += 1
             return np.zeros(JOINTS)

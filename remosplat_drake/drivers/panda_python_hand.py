@@ -49,9 +49,16 @@ class PandaPythonHand:
         Args:
             width: Opening to go to [m].
             force: Of the grip [N].
+
+        Raises:
+            RemoSplatError: The hand refuses, or the connection is lost.
         """
-        if width > self.width() - _NARROWER:
-            self._gripper.move(width, SPEED)
-        else:
-            # Any width at which something stops the fingers will do.
-            self._gripper.grasp(width, SPEED, force, 1.0, 1.0)
+        widens = width > self.width() - _NARROWER
+        try:
+            if widens:
+                self._gripper.move(width, SPEED)
+            else:
+                # Any width at which something stops the fingers will do.
+                self._gripper.grasp(width, SPEED, force, 1.0, 1.0)
+        except RuntimeError as error:
+            raise RemoSplatError(f"the hand: {one_line(error)}") from error

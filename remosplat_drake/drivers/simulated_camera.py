@@ -1,9 +1,9 @@
 """`SimulatedCamera`: the wrist camera and its driver, as one system."""
 
-import math
+import contextlib
 
 import numpy as np
-from drake import lcmt_image_array, lcmt_panda_status
+from drake import lcmt_image_array
 from pydrake.lcm import DrakeLcmInterface
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.lcm import LcmPublisherSystem
@@ -11,17 +11,19 @@ from pydrake.systems.sensors import ImageToLcmImageArrayT, PixelType
 
 from remosplat_drake.drivers.clock import MICROSECONDS
 from remosplat_drake.drivers.panda_commands import JOINTS
-from remosplat_drake.messages.base_status import base_status
 from remosplat_drake.messages.channels import (
     BASE_STATUS,
     PANDA_STATUS,
     WRIST_CAMERA,
 )
+from remosplat_drake.messages.packets import BrokenMessage
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.station import ports
 from remosplat_drake.station.config import DynamicStation, WristCameraConfig
 from remosplat_drake.station.dynamic_station import add_dynamic_body
+from remosplat_drake.station.hardware.base_wire import decode_base_status
+from remosplat_drake.station.hardware.panda_wire import decode_panda_status
 from remosplat_drake.station.wrist_camera import add_wrist_camera
 
 
@@ -100,23 +102,20 @@ class HeardConfiguration:
 
     def __init__(self):
         """Nothing has been heard."""
-        self._pose: tuple[float, ...] | None = None
-        self._joints: tuple[float, ...] | None = None
+        self._pose: np.ndarray | None = None
+        self._joints: np.ndarray | None = None
 
     def receive(self, channel: str, data: bytes) -> None:
         """Takes a status from the wire; a broken one is ignored."""
-        if channel == BASE_STATUS:
-            pose = tuple(base_status.decode(data).pose)
-            if all(map(math.isfinite, pose)):
-                self._pose = pose
-        elif channel == PANDA_STATUS:
-            joints = tuple(lcmt_panda_status.decode(data).joint_position)
-            if len(joints) == JOINTS and all(map(math.isfinite, joints)):
-                self._joints = joints
+        with contextlib.suppress(BrokenMessage):
+            if channel == BASE_STATUS:
+                self._pose = decode_base_status(data).pose
+            elif channel == PANDA_STATUS:
+                self._joints = decode_panda_status(data, JOINTS).q
 
     @property
     def q(self) -> np.ndarray | None:
         """(x, y, yaw, arm), shape (10,); None before both were heard."""
         if self._pose is None or self._joints is None:
             return None
-        return np.array([*self._pose, *self._joints])
+        return np.concatenate([self._pose, self._joints])

@@ -10,6 +10,7 @@ from robot_process import Client, free_url
 
 from remosplat_drake.drivers.hand_driver import HandDriver
 from remosplat_drake.drivers.hand_messages import hand_status, read_command
+from remosplat_drake.errors import RemoSplatError
 
 NOW = 1_700_000_000_000_000
 
@@ -87,6 +88,18 @@ def test_statuses_go_on_during_a_motion_and_the_last_command_counts():
     setting.hand.arrive.set()
     setting.step_until(lambda: len(setting.hand.motions) == 2)
     assert setting.hand.motions[-1] == (0.04, 10.0)
+
+
+def test_a_motion_that_failed_ends_the_driver():
+    setting = Setting()
+
+    def refuse(width: float, force: float) -> None:
+        raise RemoSplatError("the hand: no power")
+
+    setting.hand.go_to = refuse
+    setting.client.send_hand(0.02, 10.0)
+    with pytest.raises(RemoSplatError, match="no power"):
+        setting.step_until(lambda: False)
 
 
 def test_equal_commands_are_carried_out_once():

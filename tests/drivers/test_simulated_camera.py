@@ -51,6 +51,7 @@ def test_a_configuration_needs_arm_and_base():
 
 def test_broken_statuses_are_ignored():
     heard = HeardConfiguration()
+    heard.receive(BASE_STATUS, b"nonsense")
     heard.receive(BASE_STATUS, base((0, math.nan, 0)))
     heard.receive(PANDA_STATUS, arm_status(range(6)))
     heard.receive(PANDA_STATUS, arm_status([math.inf] * 7))

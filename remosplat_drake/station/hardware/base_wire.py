@@ -7,7 +7,7 @@ import numpy as np
 
 from remosplat_drake.messages.base_command import base_command
 from remosplat_drake.messages.base_status import base_status
-from remosplat_drake.station.hardware.stamps import (
+from remosplat_drake.messages.packets import (
     BrokenMessage,
     decode,
     finite_vector,

@@ -5,7 +5,7 @@ import dataclasses as dc
 import numpy as np
 from drake import lcmt_schunk_wsg_command, lcmt_schunk_wsg_status
 
-from remosplat_drake.station.hardware.stamps import (
+from remosplat_drake.messages.packets import (
     decode,
     finite_vector,
     from_utime,

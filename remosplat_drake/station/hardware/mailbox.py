@@ -6,7 +6,7 @@ import time
 
 from pydrake.lcm import DrakeLcm
 
-from remosplat_drake.station.hardware.stamps import from_utime
+from remosplat_drake.messages.packets import from_utime
 
 _FINGERPRINT = 8  # Bytes.
 _STAMP = struct.Struct(">q")

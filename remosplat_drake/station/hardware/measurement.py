@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from remosplat_drake.messages.packets import BrokenMessage
 from remosplat_drake.station.hardware.base_wire import (
     BaseState,
     decode_base_status,
@@ -18,7 +19,6 @@ from remosplat_drake.station.hardware.panda_wire import (
     PandaState,
     decode_panda_status,
 )
-from remosplat_drake.station.hardware.stamps import BrokenMessage
 from remosplat_drake.station.hardware.stream import Stream, advanced, broken
 
 

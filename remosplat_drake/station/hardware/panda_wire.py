@@ -9,7 +9,7 @@ import dataclasses as dc
 import numpy as np
 from drake import lcmt_panda_command, lcmt_panda_status
 
-from remosplat_drake.station.hardware.stamps import (
+from remosplat_drake.messages.packets import (
     BrokenMessage,
     decode,
     finite_number,

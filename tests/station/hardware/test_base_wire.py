@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from remosplat_drake.messages.base_command import base_command
 from remosplat_drake.messages.base_status import base_status
+from remosplat_drake.messages.packets import BrokenMessage
 from remosplat_drake.station.hardware.base_wire import (
     decode_base_status,
     encode_base_command,
     extrapolated_pose,
 )
-from remosplat_drake.station.hardware.stamps import BrokenMessage
 
 T = 1_700_000_000.5
 

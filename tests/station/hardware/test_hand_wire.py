@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from drake import lcmt_schunk_wsg_command, lcmt_schunk_wsg_status
 
+from remosplat_drake.messages.packets import BrokenMessage
 from remosplat_drake.station.hardware.hand_wire import (
     decode_hand_status,
     encode_hand_command,
 )
-from remosplat_drake.station.hardware.stamps import BrokenMessage
 
 
 def test_a_command_is_written():

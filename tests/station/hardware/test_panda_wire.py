@@ -5,12 +5,12 @@ import pytest
 from drake import lcmt_panda_command, lcmt_panda_status
 from pydrake.manipulation import PandaControlMode
 
+from remosplat_drake.messages.packets import BrokenMessage
 from remosplat_drake.station.hardware.panda_wire import (
     MODE_NAMES,
     decode_panda_status,
     encode_panda_command,
 )
-from remosplat_drake.station.hardware.stamps import BrokenMessage
 
 T = 1_700_000_000.123456
 

@@ -1,4 +1,8 @@
-"""Wall clock stamps on the wire: microseconds of the Unix epoch."""
+"""Packets, checked, and their stamps: microseconds of the Unix epoch.
+
+Both ends of the wire read by these rules, so that they agree on what is
+broken and on what has expired.
+"""
 
 import math
 import struct
@@ -18,6 +22,17 @@ def to_utime(time: float) -> int:
 def from_utime(utime: int) -> float:
     """Microseconds as a wall clock time [s], good to 0.3 microseconds."""
     return utime * 1e-6
+
+
+def is_expired(utime: int, now: int, expiry: float) -> bool:
+    """Whether a stamp is too far from the clock, into the past or future.
+
+    Args:
+        utime: The stamp [us].
+        now: The reader's wall clock [us].
+        expiry: How far it may be [s].
+    """
+    return abs(now - utime) > to_utime(expiry)
 
 
 def decode(message_type, data: bytes):
