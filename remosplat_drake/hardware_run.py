@@ -12,6 +12,7 @@ from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context
 
 from remosplat_drake.diagram import Application
+from remosplat_drake.errors import FieldError
 from remosplat_drake.messages.channels import COMMAND_EXPIRY
 from remosplat_drake.real_time import (
     LoopLog,
@@ -65,8 +66,15 @@ def prepare_for_hardware(scenario: Scenario, lcm_url: str | None) -> None:
         lcm_url: Where the drivers are; None: where the scenario says.
 
     Raises:
+        FieldError: The scenario does without a supervisor.
         RemoSplatError: The URL is unusable.
     """
+    if not scenario.supervisor.enabled:
+        raise FieldError(
+            scenario.source,
+            "supervisor.enabled",
+            "must be true where a real robot moves",
+        )
     if lcm_url is not None:
         check_lcm_url(lcm_url)
         scenario.hardware.lcm_url = lcm_url
@@ -171,7 +179,7 @@ class HardwareLoop:
         What is compiled, loaded or drawn on first use then does not delay a
         tick on which the robot relies.
         """
-        self.start()
+        self._initialize()
         for _ in range(math.ceil(REHEARSAL / self._period)):
             self._begin_tick()
             self._end_tick()
@@ -183,16 +191,20 @@ class HardwareLoop:
         Raises:
             RemoSplatError: A driver keeps silent.
         """
-        self.link.wait_for_statuses()
-        self._next = next_tick(time.time(), self._period, 0)
-        self.context.SetTime(self._next * self._period - _BEFORE_TICK)
-        self._simulator.Initialize()
+        self._initialize()
         # Drawing everything for the first time takes a while; and the first
         # command is zero.
         self._application.diagram.ForcedPublish(self.context)
         self.link.wait_for_statuses()
         self._leave_out_late_ticks(time.time())
         self.log = LoopLog(self._period)
+
+    def _initialize(self) -> None:
+        """Lets the diagram begin at the next tick; sends nothing."""
+        self.link.wait_for_statuses()
+        self._next = next_tick(time.time(), self._period, 0)
+        self.context.SetTime(self._next * self._period - _BEFORE_TICK)
+        self._simulator.Initialize()
 
     def tick(self) -> None:
         """Waits for the next tick, runs it, and draws until the one after."""

@@ -20,7 +20,11 @@ from runs import assert_one_line, command_line, remosplat
 
 from remosplat_drake.diagram import MakeDiagram
 from remosplat_drake.drivers.inbox import Inbox
-from remosplat_drake.hardware_run import bring_to_rest, run_on_hardware
+from remosplat_drake.hardware_run import (
+    HardwareLoop,
+    bring_to_rest,
+    run_on_hardware,
+)
 from remosplat_drake.messages import channels
 from remosplat_drake.messages.base_command import base_command
 from remosplat_drake.safety.braking import braking_steps
@@ -122,6 +126,17 @@ def test_coming_to_rest_is_a_straight_ramp_and_zeros(frankie):
     assert not link.u.any()
 
 
+def test_a_rehearsal_sends_nothing(robot):
+    url, _ = robot
+    with commands_heard(url) as heard:
+        loop = HardwareLoop(make_application(url))
+        loop.rehearse()
+        assert not heard
+        loop.start()
+    assert heard
+    assert not np.any(heard)
+
+
 def test_the_table_scenario_reaches_its_target_through_the_wire(robot):
     url, client = robot
     done = run_on_hardware(make_application(url))
@@ -188,6 +203,10 @@ def test_a_silent_robot_is_named():
         (
             ["--hardware", "--scenario-text", "{hardware: {frozen_after: 0}}"],
             "hardware.frozen_after",
+        ),
+        (
+            ["--hardware", "--scenario-text", "{supervisor: {enabled: false}}"],
+            "supervisor.enabled",
         ),
     ],
 )
