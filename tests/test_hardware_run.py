@@ -200,6 +200,7 @@ def test_a_silent_robot_is_named():
     [
         (["--lcm-url", "udpm://239.255.76.67:7667?ttl=0"], "--hardware"),
         (["--hardware", "--lcm-url", "nowhere"], "'nowhere'"),
+        (["--hardware", "--realtime-rate", "2"], "--realtime-rate"),
         (
             ["--hardware", "--scenario-text", "{hardware: {frozen_after: 0}}"],
             "hardware.frozen_after",

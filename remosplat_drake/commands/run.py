@@ -109,6 +109,8 @@ def run(arguments: argparse.Namespace) -> int:
     _check_outputs(arguments)
     scenario = LoadScenario(arguments.scenario, arguments.scenario_text)
     if arguments.hardware:
+        if arguments.realtime_rate is not None:
+            raise RemoSplatError("--realtime-rate: not with --hardware")
         prepare_for_hardware(scenario, arguments.lcm_url)
     elif arguments.lcm_url:
         raise RemoSplatError("--lcm-url: only with --hardware")

@@ -135,7 +135,8 @@ class SafetyPanel(LeafSystem):
     def _show_ages(self, time: float, status: StationStatus, context: Context):
         report = self._report_input.Eval(context)
         ages = [status.age, time - report.time]
-        self._ages = np.fmax(self._ages, ages)
+        # An age that is not a number is not hidden: it is shown as forever.
+        self._ages = np.maximum(self._ages, ages)
         if 0 <= time - self._ages_shown < _AGES_SHOWN:
             return
         self._ages_shown = time
