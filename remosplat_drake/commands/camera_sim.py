@@ -1,7 +1,6 @@
 """`remosplat camera-sim`: stand in for the wrist camera of the real robot."""
 
 import argparse
-import math
 import os
 import time
 
@@ -13,7 +12,11 @@ from remosplat_drake.drivers.simulated_camera import (
     HeardConfiguration,
     SimulatedCamera,
 )
-from remosplat_drake.drivers.wire import add_wire_argument, open_wire
+from remosplat_drake.drivers.wire import (
+    add_wire_argument,
+    open_wire,
+    positive_rate,
+)
 from remosplat_drake.messages.channels import BASE_STATUS, PANDA_STATUS
 from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.station.config import WristCameraConfig
@@ -34,18 +37,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_wire_argument(parser)
     parser.add_argument(
         "--rate",
-        type=_rate,
+        type=positive_rate,
         default=5.0,
         metavar="HZ",
         help="images a second at most (default: %(default)s)",
     )
-
-
-def _rate(text: str) -> float:
-    rate = float(text)
-    if not (math.isfinite(rate) and rate > 0):
-        raise argparse.ArgumentTypeError(f"{text} is not a rate > 0")
-    return rate
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -14,7 +14,11 @@ from remosplat_drake.drivers.hardware_sim import HardwareSim
 from remosplat_drake.drivers.panda_limits import TICK
 from remosplat_drake.drivers.robot_plant import RobotPlant
 from remosplat_drake.drivers.true_motion import TrueMotion
-from remosplat_drake.drivers.wire import add_wire_argument, open_wire
+from remosplat_drake.drivers.wire import (
+    add_wire_argument,
+    open_wire,
+    positive_rate,
+)
 from remosplat_drake.scenario import LoadScenario, Scenario
 from remosplat_drake.station.config import DynamicStation
 from remosplat_drake.stop_signals import stop_signals
@@ -32,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_wire_argument(parser)
     parser.add_argument(
         "--realtime-rate",
-        type=_rate,
+        type=positive_rate,
         default=1.0,
         metavar="R",
         help="seconds of the robot in a second of the wall clock (default: 1)",
@@ -58,13 +62,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="write how the robot truly moved (.npz) at the end",
     )
-
-
-def _rate(text: str) -> float:
-    rate = float(text)
-    if not (math.isfinite(rate) and rate > 0):
-        raise argparse.ArgumentTypeError(f"{text} is not a rate > 0")
-    return rate
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -25,7 +25,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--hand",
         action="store_true",
-        help="drive the hand, in a process beside that of the arm",
+        help="drive the hand in place of the arm: it needs a process of its"
+        " own",
     )
 
 

@@ -1,6 +1,7 @@
-"""The `--lcm-url` of every driver's command line."""
+"""What the command lines of drivers have in common."""
 
 import argparse
+import math
 
 from pydrake.lcm import DrakeLcm
 
@@ -20,6 +21,18 @@ def add_wire_argument(parser: argparse.ArgumentParser) -> None:
         help="the station's wire (default: %(default)s; ttl=1 reaches"
         " other computers)",
     )
+
+
+def positive_rate(text: str) -> float:
+    """Reads a rate off the command line: positive and finite.
+
+    Raises:
+        ArgumentTypeError: It is not.
+    """
+    rate = float(text)
+    if not (math.isfinite(rate) and rate > 0):
+        raise argparse.ArgumentTypeError(f"{text} is not a rate > 0")
+    return rate
 
 
 def open_wire(url: str) -> DrakeLcm:
