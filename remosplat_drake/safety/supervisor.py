@@ -62,7 +62,7 @@ def supervise(
         return _rest(state, now, found)
     if state.mode == STOPPING:
         return _brake(law, state, state.reason)
-    missing = _missing(now)
+    missing = _missing(now) if state.mode == STARTING else ""
     if missing and not (state.command.any() or now.stop):
         return dc.replace(state, reason=missing)
     if tripped:
@@ -122,7 +122,8 @@ def _reachable(
     moving = way != 0.0
     step = law.start_acceleration * law.dt * (1.0 + _ROUNDING)
     room = step + np.sign(way) * (u_previous - brake)
-    shares = room[moving] / np.abs(way[moving])
+    with np.errstate(over="ignore"):  # A way of next to nothing is no bound.
+        shares = room[moving] / np.abs(way[moving])
     return float(np.clip(np.min(shares, initial=1.0), 0.0, 1.0))
 
 
