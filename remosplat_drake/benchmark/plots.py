@@ -75,10 +75,12 @@ def rate_plot(comparison: Comparison) -> str:
 def _draw_rate(axes, y: float, successes: int, count: int, color: str):
     low, high = wilson_interval(successes, count)
     rate = successes / count
+    # Where nothing or everything succeeds, rounding puts an end beyond it.
+    below, above = max(rate - low, 0.0), max(high - rate, 0.0)
     axes.errorbar(
         100 * rate,
         y,
-        xerr=[[100 * (rate - low)], [100 * (high - rate)]],
+        xerr=[[100 * below], [100 * above]],
         fmt="o",
         color=color,
         capsize=3,

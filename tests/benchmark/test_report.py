@@ -3,6 +3,7 @@
 import dataclasses as dc
 
 import numpy as np
+import pytest
 
 from remosplat_drake.benchmark.formatting import format_rate
 from remosplat_drake.benchmark.paired_tables import (
@@ -16,7 +17,11 @@ from remosplat_drake.benchmark.report import (
     to_markdown,
 )
 from remosplat_drake.benchmark.report_page import to_html
-from remosplat_drake.benchmark.result import COLLISION, LOCAL_MINIMUM
+from remosplat_drake.benchmark.result import (
+    COLLISION,
+    LOCAL_MINIMUM,
+    SUCCESS,
+)
 from remosplat_drake.benchmark.scan_table import scan_table
 from remosplat_drake.benchmark.summary import gather
 from remosplat_drake.benchmark.tables import Table
@@ -198,3 +203,14 @@ def test_a_page_of_crashes_is_still_a_page(make_result):
     crashed = make_result(text=None, authors=None, times=None, error="no")
     crashed = dc.replace(crashed, text=None, authors=None)
     assert "<svg" in to_html([crashed], [], "x")
+
+
+@pytest.mark.parametrize("outcome", [SUCCESS, LOCAL_MINIMUM])
+@pytest.mark.parametrize("count", [3, 7, 49])
+def test_plots_stand_rates_of_none_and_all(make_result, outcome, count):
+    """An interval's end may lie a rounding error beyond its rate."""
+    results = [
+        make_result(scene=f"{i}", text=outcome, authors=outcome)
+        for i in range(count)
+    ]
+    assert "<svg" in to_html(results, [], "x")
