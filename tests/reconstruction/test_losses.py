@@ -129,7 +129,7 @@ def test_depth_loss_by_hand_and_its_limit(view):
     median[0, 21, :4] = 1
     discs = discs_at([[0.0, 0, 0.005], [0.0, 0, 0.5]])
     loss = depth_loss(discs, view, rendered_with(median), MARGIN)
-    assert float(loss) == pytest.approx((0.005 + MARGIN) / 2, abs=1e-6)
+    assert loss.item() == pytest.approx((0.005 + MARGIN) / 2, abs=1e-6)
 
 
 def test_depth_loss_moves_centres_as_finite_differences_say(view):
