@@ -1,7 +1,9 @@
 """Fixtures for the whole suite."""
 
+import os
 from pathlib import Path
 
+import hypothesis
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
@@ -10,6 +12,11 @@ from remosplat_drake.capture.synthetic import render_capture, survey_poses
 from remosplat_drake.kernel_cache import drop_stale_kernels
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
+
+# CI tries the same examples each time; elsewhere each run tries new ones.
+hypothesis.settings.register_profile("ci", derandomize=True)
+if os.environ.get("CI"):
+    hypothesis.settings.load_profile("ci")
 
 THREE_LINK = Path(__file__).resolve().parent / "data" / "three_link.yaml"
 _SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"

@@ -179,9 +179,9 @@ def test_coverage_and_haze_by_hand(view):
     depth = torch.tensor([[[1.0, 1.0, 0.0]]])
     rendered = Rendered(torch.zeros(1, 1, 3, 3), alpha, depth.long())
     small = dc.replace(view, depth=depth)
-    assert float(coverage_loss(rendered, small)) == pytest.approx(0.25)
+    assert coverage_loss(rendered, small).item() == pytest.approx(0.25)
     # A view without depth says nothing; a mean over nothing would be NaN.
     blind = dc.replace(view, depth=torch.zeros(1, 1, 3))
     assert float(coverage_loss(rendered, blind)) == 0
     discs = discs_at([[0.0, 0, 0]])
-    assert float(haze_loss(discs)) == pytest.approx(0.25)
+    assert haze_loss(discs).item() == pytest.approx(0.25)
