@@ -33,7 +33,6 @@ from remosplat_drake.reconstruction.quality import (
     distance_quality,
 )
 from remosplat_drake.reconstruction.refinement import refine
-from remosplat_drake.reconstruction.seen_through import fill_holes
 from remosplat_drake.reconstruction.surfels import (
     Surfels,
     surfels_from_capture,
@@ -172,9 +171,8 @@ def _train(
     from remosplat_drake.reconstruction import training
 
     config = training.TrainingConfig(steps=recipe.steps, seed=recipe.seed)
-    refined = refine(capture, surfels)
-    trained = training.train(capture, refined, config)
-    return fill_holes(capture, trained.splat, refined)
+    start = refine(capture, surfels)
+    return training.train_without_holes(capture, start, config).splat
 
 
 def _refine(

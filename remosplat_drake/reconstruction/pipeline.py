@@ -28,7 +28,6 @@ from remosplat_drake.reconstruction.point_cloud import (
     initialise,
 )
 from remosplat_drake.reconstruction.refinement import RefinementConfig, refine
-from remosplat_drake.reconstruction.seen_through import fill_holes
 from remosplat_drake.reconstruction.surfels import splat_of_surfels
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -155,13 +154,16 @@ def _train(
 ) -> tuple[GaussianSplat, int]:
     """The trained splat and the number of steps it took."""
     # Imported here: torch takes seconds, and need not be installed.
-    from remosplat_drake.reconstruction.training import TrainingConfig, train
+    from remosplat_drake.reconstruction.training import (
+        TrainingConfig,
+        train_without_holes,
+    )
 
     # Where views disagree, a surface must not be taken for free space.
     few = capture.select(np.arange(0, len(capture), -(-len(capture) // 16)))
     surface_W = measured_points(few, *np.array([[-np.inf], [np.inf]]))
     margin = TrainingConfig.margin + _MARGIN_PER_SCATTER * scatter(surface_W)
-    trained = train(
+    trained = train_without_holes(
         capture,
         start,
         TrainingConfig(steps=steps, seed=seed, margin=margin),
@@ -171,4 +173,4 @@ def _train(
     )
     if checkpoint is not None:
         checkpoint.unlink(missing_ok=True)
-    return fill_holes(capture, trained.splat, start), trained.progress.step
+    return trained.splat, trained.progress.step

@@ -22,6 +22,7 @@ from remosplat_drake.errors import FileError, RemoSplatError
 from remosplat_drake.reconstruction import losses
 from remosplat_drake.reconstruction.discs import Discs
 from remosplat_drake.reconstruction.rasterization import Rasterizer, rasterize
+from remosplat_drake.reconstruction.seen_through import fill_holes
 from remosplat_drake.reconstruction.views import Views
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -142,6 +143,14 @@ def train(
         if report is not None and training.progress.step % 10 == 0:
             report(training.progress)
     return Trained(training.discs.splat(config.min_opacity), training.progress)
+
+
+def train_without_holes(
+    capture: Capture, start: GaussianSplat, *arguments, **options
+) -> Trained:
+    """`train`, and discs put back where it lost a surface; see `fill_holes`."""
+    trained = train(capture, start, *arguments, **options)
+    return dc.replace(trained, splat=fill_holes(capture, trained.splat, start))
 
 
 class _Training:

@@ -27,6 +27,7 @@ from remosplat_drake.reconstruction.training import (  # noqa: E402
     Progress,
     TrainingConfig,
     train,
+    train_without_holes,
 )
 from remosplat_drake.reconstruction.views import Views  # noqa: E402
 from remosplat_drake.splat.gaussian_splat import GaussianSplat  # noqa: E402
@@ -168,6 +169,23 @@ def test_a_checkpoint_of_something_else_is_refused(capture, start, tmp_path):
     path.write_bytes(b"no checkpoint")
     with pytest.raises(FileError, match="no training checkpoint"):
         train_by_reference(capture, start, config, checkpoint=path)
+
+
+def test_what_fades_on_a_surface_is_put_back_and_a_floater_is_not(
+    capture, start
+):
+    faint = start.p_GK[:, 0] > 0.1
+    weak = np.where(faint, 0.1, start.opacities)
+    weakened = dc.replace(start, opacities=weak)
+    options = {"device": "cpu", "rasterizer": rasterize_reference}
+    config = TrainingConfig(steps=1)
+    lost = train(small(capture), weakened, config, **options).splat
+    kept = train_without_holes(small(capture), weakened, config, **options)
+    floats = start.p_GK[:, 2] > 0.1
+    assert len(lost) == (~faint).sum()
+    back = kept.splat.p_GK[len(lost) :]
+    assert len(back) > 0.5 * (faint & ~floats).sum()
+    assert (np.abs(back[:, 2]) < 0.1).all()
 
 
 @pytest.mark.skipif(HAS_CUDA, reason="there is a CUDA device")
