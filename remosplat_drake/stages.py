@@ -4,6 +4,7 @@
 arguments.
 """
 
+import math
 from functools import partial
 
 from pydrake.systems.framework import (
@@ -142,16 +143,18 @@ def AddGuidance(
     if not config.guidance.enabled:
         return None
     arrived = partial(has_arrived, config=scenario.arrival)
-    process = None
+    process, period = None, scenario.control_period
     if config.guidance.asynchronous:
         process = LookAheadProcess(config, robot, arrived)
+        # To ask more often than it answers would only cost time.
+        period *= math.ceil(1e-3 * config.guidance.budget_ms / period)
     selector = GuidanceSelector.AddToBuilder(
         builder,
         controller=controller,
         oracle=oracle,
         rule=make_selection_rule(config, robot, arrived),
         budget=config.guidance.budget,
-        period=scenario.control_period,
+        period=period,
         process=process,
     )
     _ConnectGoal(builder, configuration, targets, selector)
