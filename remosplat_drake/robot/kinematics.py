@@ -227,6 +227,28 @@ def sphere_points(X_WB, body, p_BS):
 
 
 @njit(cache=True)
+def sphere_points_along(
+    parent, kind, axis_F, X_PF, X_MB, position, offset, states, body, p_BS
+):
+    """`sphere_points` of several states q (k, n_q), one after the other.
+
+    Returns:
+        Centres p_WS (k n, 3) and link orientations R_WL (k n, 3, 3).
+    """
+    k, n = len(states), len(body)
+    p_WS = np.empty((k * n, 3))
+    R_WL = np.empty((k * n, 3, 3))
+    for i in range(k):
+        X_WB, _ = body_poses(
+            parent, kind, axis_F, X_PF, X_MB, position, offset, states[i]
+        )
+        p, R = sphere_points(X_WB, body, p_BS)
+        p_WS[i * n : (i + 1) * n] = p
+        R_WL[i * n : (i + 1) * n] = R
+    return p_WS, R_WL
+
+
+@njit(cache=True)
 def point_jacobians(a_W, o_W, revolute, moves, body, p_W):
     """Translational Jacobians Jv_WP of n points, shape (n, 3, n_u).
 

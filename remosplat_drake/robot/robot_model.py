@@ -280,20 +280,50 @@ class RobotModel:
 
     def advance_along(
         self, q: np.ndarray, u: np.ndarray, fractions: np.ndarray, dt: float
-    ) -> list[np.ndarray]:
-        """The configurations after each of several ticks of fractions of u.
+    ) -> np.ndarray:
+        """`advance` over several ticks, each with a fraction of u.
 
         Args:
             q: Configuration to start from, shape (n_q,).
             u: Command, shape (n_u,).
             fractions: Factor on u in each tick, shape (k,).
             dt: Length of a tick [s].
+
+        Returns:
+            The configuration after each tick, shape (k, n_q).
         """
-        states = []
-        for fraction in fractions:
-            q = self.advance(q, fraction * u, dt)
-            states.append(q)
-        return states
+        commands = np.outer(fractions, u)
+        steps = np.zeros((len(fractions), self.n_q))
+        steps[:, self._base_q :] = commands[:, self.n_base :] * dt
+        if self.n_base:
+            half_turn = 0.5 * commands[:, 1] * dt
+            steps[:, 2] = commands[:, 1] * dt
+            heading = np.cumsum(np.append(q[2], steps[:-1, 2])) + half_turn
+            chord = commands[:, 0] * dt * np.sinc(half_turn / math.pi)
+            steps[:, 0] = chord * np.cos(heading)
+            steps[:, 1] = chord * np.sin(heading)
+        return q + np.cumsum(steps, axis=0)
+
+    def spheres_along(self, states: np.ndarray, index: np.ndarray) -> Spheres:
+        """Some of the robot's spheres at several configurations.
+
+        Args:
+            states: Configurations, shape (k, n_q).
+            index: Which spheres, shape (n,).
+
+        Returns:
+            k n spheres, those of the first configuration first.
+        """
+        p_WS, R_WL = kin.sphere_points_along(
+            *self._tree_arrays, states, self._body_S[index], self._p_LS[index]
+        )
+        k = len(states)
+        return Spheres(
+            p_WS,
+            R_WL,
+            np.tile(self._radius[index], k),
+            np.tile(self._ignore_below[index], k),
+        )
 
     @cached_property
     def reach(self) -> np.ndarray:

@@ -26,7 +26,6 @@ import numpy as np
 
 from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
-from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.safety.braking import braking_command, braking_fractions
 
 SCALES = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
@@ -99,29 +98,16 @@ def _survives(around: Surroundings, u: np.ndarray) -> bool:
         near = np.flatnonzero(around.clearance - travel <= floor)
         if not len(near):
             return True
-    spheres = [
-        robot.spheres_at(q).select(near)
-        for q in robot.advance_along(around.state.q, u, fractions, dt)
-    ]
-    asked = _stacked(spheres)
-    level = np.tile(floor[near], len(spheres))
+    states = robot.advance_along(around.state.q, u, fractions, dt)
+    asked = robot.spheres_along(states, near)
+    level = np.tile(floor[near], len(states))
     if field.is_lipschitz:
-        start = np.tile(around.state.spheres.p_WS[near], (len(spheres), 1))
+        start = np.tile(around.state.spheres.p_WS[near], (len(states), 1))
         moved = np.linalg.norm(asked.p_WS - start, axis=1)
-        known = np.tile(around.clearance[near], len(spheres))
+        known = np.tile(around.clearance[near], len(states))
         rows = np.flatnonzero(known - moved <= level)
         if not len(rows):
             return True
         asked, level = asked.select(rows), level[rows]
     found = field.clearances(asked, np.nextafter(level.max(), np.inf))
     return bool((found.per_sphere(len(asked)) >= level).all())
-
-
-def _stacked(parts: list[Spheres]) -> Spheres:
-    """The spheres of several states as one set."""
-    return Spheres(
-        *(
-            np.concatenate([getattr(part, field.name) for part in parts])
-            for field in dc.fields(Spheres)
-        )
-    )

@@ -153,6 +153,29 @@ def test_advance_composes(robot):
         )
 
 
+@pytest.mark.parametrize("count", [1, 7])
+def test_several_ticks_at_once_are_one_after_the_other(robot, count):
+    rng = np.random.default_rng(3)
+    q = random_configurations(robot, 1)[0]
+    u = rng.uniform(-2, 2, robot.n_u)
+    fractions = rng.uniform(0, 1, count)
+    index = np.arange(0, len(robot.spheres), 2)
+    states = robot.advance_along(q, u, fractions, 0.1)
+    spheres = robot.spheres_along(states, index)
+    assert len(states) == count
+    for i, fraction in enumerate(fractions):
+        q = robot.advance(q, fraction * u, 0.1)
+        np.testing.assert_allclose(states[i], q, atol=EXACT)
+        expected = robot.spheres_at(q).select(index)
+        rows = slice(i * len(index), (i + 1) * len(index))
+        for field in dc.fields(expected):
+            np.testing.assert_allclose(
+                getattr(spheres, field.name)[rows],
+                getattr(expected, field.name),
+                atol=EXACT,
+            )
+
+
 def test_advance_leaves_its_arguments_alone(robot):
     q = random_configurations(robot, 1)[0]
     u = np.ones(robot.n_u)
