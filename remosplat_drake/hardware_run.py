@@ -181,7 +181,7 @@ class HardwareLoop:
         """
         self._initialize()
         for _ in range(math.ceil(REHEARSAL / self._period)):
-            self._begin_tick()
+            self._compute()
             self._end_tick()
         self._restart()
 
@@ -208,27 +208,28 @@ class HardwareLoop:
 
     def tick(self) -> None:
         """Waits for the next tick, runs it, and draws until the one after."""
-        heard = self._begin_tick()
+        heard, stamp = self._compute()
         self._station.ForcedPublish(self._station_context)
-        status = self._status.Eval(self._station_context)
-        self.log.record(
-            stamp=self.context.get_time() - status.age,
-            heard=heard,
-            sent=self.link.sent,
-        )
+        self.log.record(stamp=stamp, heard=heard, sent=self.link.sent)
         self._end_tick()
 
-    def _begin_tick(self) -> float:
-        """Computes a tick; returns when its status was there [s]."""
+    def _compute(self) -> tuple[float, float]:
+        """Computes a tick on the newest status.
+
+        Returns:
+            When that was there, and its stamp [s].
+        """
         sleep_until(self._next * self._period, self._period)
         if not self.link.flush(min(STATUS_TIMEOUT, self._period)):
             self.log.unheard += 1
         heard = time.time()
         # Only now: a tick must not be older than the statuses it rests on.
         self._leave_out_late_ticks(heard)
+        self._station.receive(self.context)
         self._simulator.AdvanceTo(self._next * self._period)
+        status = self._status.Eval(self._station_context)
         self._simulator.AdvancePendingEvents()
-        return heard
+        return heard, self.context.get_time() - status.age
 
     def _end_tick(self) -> None:
         """Draws, records and clears up while nobody waits for it."""

@@ -1,7 +1,7 @@
 """`HardwareStation`: the real robot behind the ports of every station."""
 
 from drake import lcmt_image_array
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from pydrake.systems.lcm import LcmInterfaceSystem, LcmSubscriberSystem
 from pydrake.systems.sensors import LcmImageArrayToImages
 
@@ -17,8 +17,8 @@ from remosplat_drake.station.hardware.robot_link import RobotLink
 class HardwareStation(Diagram):
     """A station with the ports of `ports.station_ports`, and nothing else.
 
-    It sends a command whenever it is told to publish (`ForcedPublish`), and
-    never otherwise; see `RemoteRobot`.
+    It hears when it is told to `receive`, and sends a command when it is
+    told to publish (`ForcedPublish`); never otherwise. See `RemoteRobot`.
 
     Attributes:
         link: The wire to the robot.
@@ -45,16 +45,24 @@ class HardwareStation(Diagram):
         self.link = RobotLink(config, robot)
         builder = DiagramBuilder()
         builder.AddNamedSystem("lcm", LcmInterfaceSystem(lcm=self.link.lcm))
-        system = builder.AddNamedSystem(
+        self._robot = builder.AddNamedSystem(
             "remote_robot",
             RemoteRobot(robot=robot, link=self.link, config=config),
         )
         images = None
         if wrist_camera is not None:
             images = self._add_camera(builder, config.channels.wrist_camera)
-        export_ports(builder, robot.description, [system], images)
+        export_ports(builder, robot.description, [self._robot], images)
         builder.BuildInto(self)
         self.set_name("station")
+
+    def receive(self, root: Context) -> None:
+        """Takes what the link has heard onto the ports.
+
+        Args:
+            root: Context of the whole diagram, between two steps.
+        """
+        self._robot.receive(self._robot.GetMyMutableContextFromRoot(root))
 
     def _add_camera(self, builder: DiagramBuilder, channel: str):
         """The latest images, as the simulated camera renders them."""

@@ -38,10 +38,10 @@ class RemoteRobot(LeafSystem):
         - hand.state
         - status
 
-    The context's time is the wall clock, in seconds of the Unix epoch. Each
-    step of a simulator first takes what the link has received into the
-    state; a forced publish sends the commands. Nothing is sent on its own:
-    a loop that has stopped ticking falls silent, and the drivers stop.
+    The context's time is the wall clock, in seconds of the Unix epoch.
+    Nothing happens on its own: `receive` takes what the link has heard into
+    the state (initialization does, too), a forced publish sends the commands.
+    A loop that has stopped ticking falls silent, and the drivers stop.
 
     Names are those of `ports.station_ports`. `base.pose_measured` is the
     odometry, extrapolated to the context's time. Before the first status of
@@ -65,8 +65,7 @@ class RemoteRobot(LeafSystem):
         self._config = config
         self._commands = CommandInputs(self, robot)
         self._cell = self.DeclareAbstractState(Value(Measurement()))
-        self.DeclarePerStepUnrestrictedUpdateEvent(self._receive)
-        self.DeclareInitializationUnrestrictedUpdateEvent(self._receive)
+        self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
         self.DeclareForcedPublishEvent(self._send)
         self._declare_outputs()
 
@@ -99,7 +98,19 @@ class RemoteRobot(LeafSystem):
     def _measurement(self, context: Context) -> Measurement:
         return context.get_abstract_state(int(self._cell)).get_value()
 
-    def _receive(self, context: Context, state: State) -> None:
+    def receive(self, context: Context) -> None:
+        """Takes what the link has heard into the state, between two steps.
+
+        An event of each step would do the same, but copy the state of the
+        whole diagram every time.
+
+        Args:
+            context: The system's own.
+        """
+        value = context.get_mutable_abstract_state(int(self._cell))
+        value.set_value(self._link.updated(value.get_value()))
+
+    def _initialize(self, context: Context, state: State) -> None:
         measurement = self._link.updated(self._measurement(context))
         state.get_mutable_abstract_state(int(self._cell)).set_value(measurement)
 

@@ -135,6 +135,9 @@ class RobotLink:
         n = len(self._robot.description.arm.joints)
         boxes = (self.arm, self.base, self.hand)
         counts = tuple(box.count if box else 0 for box in boxes)
+        known = measurement.counts, measurement.moving_since
+        if known == (counts, self._moving_since):
+            return measurement
         for box, count, seen in zip(
             boxes, counts, measurement.counts, strict=True
         ):
