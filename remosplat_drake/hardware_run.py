@@ -180,6 +180,9 @@ class HardwareLoop:
         tick on which the robot relies.
         """
         self._initialize()
+        # The check of braking ramps runs near obstacles only.
+        robot = self._application.world.robot
+        robot.spheres_along(np.zeros((1, robot.n_q)), np.arange(1))
         for _ in range(math.ceil(REHEARSAL / self._period)):
             self._compute()
             self._end_tick()

@@ -95,6 +95,8 @@ class LoopQuality:
         jitter: Difference of the time between two commands and the period,
             without its sign [s].
         work: From the status to the command [s].
+        busy: Processor time of the loop's thread from one command to the
+            next; unlike `work` it counts no waiting [s].
     """
 
     period: float
@@ -104,6 +106,7 @@ class LoopQuality:
     age: Spread
     jitter: Spread
     work: Spread
+    busy: Spread
 
 
 class LoopLog:
@@ -124,6 +127,7 @@ class LoopLog:
         self._sent: list[float] = []
         self._ages: list[float] = []
         self._work: list[float] = []
+        self._processor: list[float] = []
         self.missed = 0
         self.unheard = 0
 
@@ -133,7 +137,7 @@ class LoopLog:
         return self._ages[-1] if self._ages else math.nan
 
     def record(self, *, stamp: float, heard: float, sent: float) -> None:
-        """Notes one tick.
+        """Notes one tick, on the loop's own thread.
 
         Args:
             stamp: Of the status, by the sender's wall clock [s].
@@ -143,6 +147,7 @@ class LoopLog:
         self._ages.append(sent - stamp)
         self._work.append(sent - heard)
         self._sent.append(sent)
+        self._processor.append(time.thread_time())
 
     def quality(self) -> LoopQuality:
         """Sums up all ticks so far."""
@@ -155,4 +160,5 @@ class LoopLog:
             age=Spread.of(np.array(self._ages)),
             jitter=Spread.of(np.abs(between - self._period)),
             work=Spread.of(np.array(self._work)),
+            busy=Spread.of(np.diff(self._processor)),
         )

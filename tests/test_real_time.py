@@ -61,6 +61,7 @@ def test_a_log_of_three_ticks():
     assert quality.age.p50 == pytest.approx(0.002)
     assert quality.work.max == pytest.approx(0.001)
     assert quality.jitter.max == pytest.approx(0.002)
+    assert 0 <= quality.busy.max < 10
 
 
 def test_whoever_goes_first_goes_back_to_its_place():

@@ -59,7 +59,7 @@ def measure_loop(rate: float) -> LoopQuality:
 
 
 def _quality(values: dict) -> LoopQuality:
-    for name in ("age", "jitter", "work"):
+    for name in ("age", "jitter", "work", "busy"):
         values[name] = Spread(**values[name])
     return LoopQuality(**values)
 

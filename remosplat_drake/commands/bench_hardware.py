@@ -84,6 +84,7 @@ def loop_table(loops: list[LoopQuality]) -> Table:
         "status to command [ms]",
         "period jitter [ms]",
         "work of a tick [ms]",
+        "processor time [ms]",
         "ticks",
         "left out",
         "without new status",
@@ -95,6 +96,7 @@ def loop_table(loops: list[LoopQuality]) -> Table:
             _spread(loop.age),
             _spread(loop.jitter),
             _spread(loop.work),
+            _spread(loop.busy),
             *(str(n) for n in (loop.ticks, loop.missed, loop.unheard)),
         )
     return table
