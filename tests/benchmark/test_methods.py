@@ -68,12 +68,21 @@ def test_the_papers_six_have_its_gains_and_no_safety_net():
         assert controller.gains == "paper"
         assert not controller.verify
         assert not controller.guidance.enabled
+        assert not method.scenario.supervisor.enabled
         active = method.name.endswith("active")
         assert controller.active_collision.gain == (1.0 if active else 0.0)
 
 
-def test_ours_are_verified():
-    assert all(m.scenario.controller.verify for m in load_methods(["ours"]))
+def test_variants_of_the_papers_have_none_either():
+    assert not any(
+        m.scenario.supervisor.enabled for m in load_methods(["variants"])
+    )
+
+
+def test_ours_are_verified_and_supervised():
+    for method in load_methods(["ours"]):
+        assert method.scenario.controller.verify
+        assert method.scenario.supervisor.enabled
 
 
 def test_ones_own_file_stands_beside_the_shipped_methods(toy):
