@@ -182,7 +182,9 @@ class HardwareLoop:
         self._initialize()
         # The check of braking ramps runs near obstacles only.
         robot = self._application.world.robot
-        robot.spheres_along(np.zeros((1, robot.n_q)), np.arange(1))
+        robot.moved_spheres(
+            np.zeros((1, robot.n_q)), np.arange(1), np.zeros((1, 3)), np.ones(1)
+        )
         for _ in range(math.ceil(REHEARSAL / self._period)):
             self._compute()
             self._end_tick()

@@ -227,25 +227,37 @@ def sphere_points(X_WB, body, p_BS):
 
 
 @njit(cache=True)
-def sphere_points_along(
-    parent, kind, axis_F, X_PF, X_MB, position, offset, states, body, p_BS
-):
-    """`sphere_points` of several states q (k, n_q), one after the other.
+def moved_sphere_points(tree, states, body, p_BS, start_WS, room):
+    """Spheres at several configurations that have left a ball around them.
+
+    Args:
+        tree: The arguments of `body_poses` before q.
+        states: Configurations, shape (k, n_q).
+        body: Body of each sphere, shape (n,).
+        p_BS: Centres, shape (n, 3).
+        start_WS: Centres of the balls, shape (n, 3).
+        room: Radii of the balls; negative ones hold nothing, shape (n,).
 
     Returns:
-        Centres p_WS (k n, 3) and link orientations R_WL (k n, 3, 3).
+        For each sphere outside, state by state: its number, its centre p_WS
+        (m, 3) and its link's orientation R_WL (m, 3, 3).
     """
-    k, n = len(states), len(body)
-    p_WS = np.empty((k * n, 3))
-    R_WL = np.empty((k * n, 3, 3))
-    for i in range(k):
-        X_WB, _ = body_poses(
-            parent, kind, axis_F, X_PF, X_MB, position, offset, states[i]
-        )
+    n = len(body)
+    sphere = np.empty(len(states) * n, np.int64)
+    p_WS = np.empty((len(sphere), 3))
+    R_WL = np.empty((len(sphere), 3, 3))
+    m = 0
+    for q in states:
+        X_WB, _ = body_poses(*tree, q)
         p, R = sphere_points(X_WB, body, p_BS)
-        p_WS[i * n : (i + 1) * n] = p
-        R_WL[i * n : (i + 1) * n] = R
-    return p_WS, R_WL
+        for i in range(n):
+            x = p[i, 0] - start_WS[i, 0]
+            y = p[i, 1] - start_WS[i, 1]
+            z = p[i, 2] - start_WS[i, 2]
+            if np.sqrt(x * x + y * y + z * z) >= room[i]:
+                sphere[m], p_WS[m], R_WL[m] = i, p[i], R[i]
+                m += 1
+    return sphere[:m], p_WS[:m], R_WL[:m]
 
 
 @njit(cache=True)

@@ -304,26 +304,38 @@ class RobotModel:
             steps[:, 1] = chord * np.sin(heading)
         return q + np.cumsum(steps, axis=0)
 
-    def spheres_along(self, states: np.ndarray, index: np.ndarray) -> Spheres:
-        """Some of the robot's spheres at several configurations.
+    def moved_spheres(
+        self,
+        states: np.ndarray,
+        index: np.ndarray,
+        start_WS: np.ndarray,
+        room: np.ndarray,
+    ) -> tuple[Spheres, np.ndarray]:
+        """The spheres that are not where they were, at several configurations.
 
         Args:
             states: Configurations, shape (k, n_q).
-            index: Which spheres, shape (n,).
+            index: Which spheres are looked at, shape (n,).
+            start_WS: Where their centres were, shape (n, 3) [m].
+            room: A sphere is left out until it has moved so far; a negative
+                number never leaves it out, shape (n,) [m].
 
         Returns:
-            k n spheres, those of the first configuration first.
+            Those of the first configuration first, and the number of each.
         """
-        p_WS, R_WL = kin.sphere_points_along(
-            *self._tree_arrays, states, self._body_S[index], self._p_LS[index]
+        moved, p_WS, R_WL = kin.moved_sphere_points(
+            self._tree_arrays,
+            states,
+            self._body_S[index],
+            self._p_LS[index],
+            start_WS,
+            room,
         )
-        k = len(states)
-        return Spheres(
-            p_WS,
-            R_WL,
-            np.tile(self._radius[index], k),
-            np.tile(self._ignore_below[index], k),
+        moved = index[moved]
+        placed = Spheres(
+            p_WS, R_WL, self._radius[moved], self._ignore_below[moved]
         )
+        return placed, moved
 
     @cached_property
     def reach(self) -> np.ndarray:

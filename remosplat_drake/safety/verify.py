@@ -93,21 +93,19 @@ def _survives(around: Surroundings, u: np.ndarray) -> bool:
     ramp = braking_fractions(u, around.acceleration_limit, dt)
     fractions = np.concatenate([[1.0], ramp])
     near = np.arange(len(floor))
+    room = np.full(len(floor), -1.0)
     if field.is_lipschitz:
+        room = around.clearance - floor
         travel = robot.reach @ np.abs(u) * (fractions.sum() * dt)
-        near = np.flatnonzero(around.clearance - travel <= floor)
+        near = np.flatnonzero(travel >= room)
         if not len(near):
             return True
     states = robot.advance_along(around.state.q, u, fractions, dt)
-    asked = robot.spheres_along(states, near)
-    level = np.tile(floor[near], len(states))
-    if field.is_lipschitz:
-        start = np.tile(around.state.spheres.p_WS[near], (len(states), 1))
-        moved = np.linalg.norm(asked.p_WS - start, axis=1)
-        known = np.tile(around.clearance[near], len(states))
-        rows = np.flatnonzero(known - moved <= level)
-        if not len(rows):
-            return True
-        asked, level = asked.select(rows), level[rows]
+    asked, sphere = robot.moved_spheres(
+        states, near, around.state.spheres.p_WS[near], room[near]
+    )
+    if not len(asked):
+        return True
+    level = floor[sphere]
     found = field.clearances(asked, np.nextafter(level.max(), np.inf))
     return bool((found.per_sphere(len(asked)) >= level).all())

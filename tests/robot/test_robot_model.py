@@ -159,21 +159,34 @@ def test_several_ticks_at_once_are_one_after_the_other(robot, count):
     q = random_configurations(robot, 1)[0]
     u = rng.uniform(-2, 2, robot.n_u)
     fractions = rng.uniform(0, 1, count)
-    index = np.arange(0, len(robot.spheres), 2)
     states = robot.advance_along(q, u, fractions, 0.1)
-    spheres = robot.spheres_along(states, index)
     assert len(states) == count
-    for i, fraction in enumerate(fractions):
+    for state, fraction in zip(states, fractions, strict=True):
         q = robot.advance(q, fraction * u, 0.1)
-        np.testing.assert_allclose(states[i], q, atol=EXACT)
-        expected = robot.spheres_at(q).select(index)
-        rows = slice(i * len(index), (i + 1) * len(index))
-        for field in dc.fields(expected):
-            np.testing.assert_allclose(
-                getattr(spheres, field.name)[rows],
-                getattr(expected, field.name),
-                atol=EXACT,
-            )
+        np.testing.assert_allclose(state, q, atol=EXACT)
+
+
+def test_spheres_are_found_that_have_moved(robot):
+    states = random_configurations(robot, 4)
+    index = np.arange(0, len(robot.spheres), 2)
+    start_WS = robot.spheres_at(states[0]).p_WS[index]
+    room = np.linspace(-0.1, 0.5, len(index))
+    spheres, moved = robot.moved_spheres(states, index, start_WS, room)
+    placed = [robot.spheres_at(q) for q in states]
+    expected = [
+        (k, i)
+        for k, at in enumerate(placed)
+        for i, p, r in zip(index, start_WS, room, strict=True)
+        if np.linalg.norm(at.p_WS[i] - p) >= r
+    ]
+    assert 0 < len(expected) < 4 * len(index)
+    assert [i for _, i in expected] == moved.tolist()
+    for field in dc.fields(spheres):
+        np.testing.assert_allclose(
+            getattr(spheres, field.name),
+            [getattr(placed[k], field.name)[i] for k, i in expected],
+            atol=EXACT,
+        )
 
 
 def test_advance_leaves_its_arguments_alone(robot):
