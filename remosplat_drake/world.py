@@ -42,8 +42,13 @@ class World:
         return None if self.truth is None else SignedDistanceField(self.truth)
 
 
-def load_world(scenario: Scenario) -> World:
+def load_world(scenario: Scenario, *, blank: bool = False) -> World:
     """Reads a scenario's files.
+
+    Args:
+        scenario: The experiment.
+        blank: Whether a scenario may come without a splat: its map is empty
+            and still to be made.
 
     Raises:
         RemoSplatError: A file or a field is unusable, or the robot would
@@ -59,6 +64,8 @@ def load_world(scenario: Scenario) -> World:
     if scenario.scene.truth:
         truth = read_rmmi(_scene_file(scenario, "truth"))
     splat_W = _load_splat(scenario)
+    if splat_W is None and blank:
+        splat_W = GaussianSplat.empty()
     world = World(
         robot,
         splat_W,

@@ -96,6 +96,17 @@ class GaussianSplat:
                 f" ({bad.sum()} such splats)"
             )
 
+    @staticmethod
+    def empty() -> "GaussianSplat":
+        """No surfels at all."""
+        return GaussianSplat(
+            p_GK=np.zeros((0, 3)),
+            quaternions=np.zeros((0, 4)),
+            scales=np.zeros((0, 2)),
+            opacities=np.zeros(0),
+            colors=np.zeros((0, 3)),
+        )
+
     def __len__(self) -> int:
         return len(self.p_GK)
 

@@ -67,6 +67,8 @@ def test_may_be_empty():
     splat = make_splat().cropped(np.full(3, 50.0), np.full(3, 60.0))
     assert len(splat) == 0
     assert splat.transformed(RigidTransform()).R_GK.shape == (0, 3, 3)
+    joined = GaussianSplat.empty().joined_with(make_splat(n=3))
+    np.testing.assert_array_equal(joined.p_GK, make_splat(n=3).p_GK)
 
 
 def test_rotations_are_orthonormal_to_double_precision():
