@@ -248,7 +248,7 @@ def moved_sphere_points(tree, states, body, p_BS, start_WS, room):
     R_WL = np.empty((len(sphere), 3, 3))
     m = 0
     for q in states:
-        X_WB, _ = body_poses(*tree, q)
+        X_WB, _ = body_poses(*tree, q)  # pyright: ignore
         p, R = sphere_points(X_WB, body, p_BS)
         for i in range(n):
             x = p[i, 0] - start_WS[i, 0]
