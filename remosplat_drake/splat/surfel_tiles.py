@@ -1,0 +1,133 @@
+"""`make_tiles`: a splat as meshes small enough to be sent between ticks."""
+
+import dataclasses as dc
+from functools import lru_cache
+
+import numpy as np
+
+from remosplat_drake.colors import linear_rgb
+from remosplat_drake.splat.bvh import build_hierarchy
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+MAX_SURFELS = 150_000
+"""More discs than this make a page heavy (about 250 bytes each)."""
+
+TILE_SIZE = 1000
+"""Discs a tile: handing one to Meshcat takes about 0.1 ms."""
+
+_SIDES = 6
+# A splat's colours hold their light already; the page's dims them again.
+_EXPOSURE = 1.5
+
+
+@dc.dataclass(frozen=True, eq=False)
+class SurfelTile:
+    """Some neighbouring discs as a triangle mesh; the arrays are read-only.
+
+    Attributes:
+        vertices: p_GV, column by column, shape (3, 6 n), float32 [m].
+        faces: Columns of three vertex indices, shape (3, 4 n), int32.
+        colors: Linear RGB of the vertices, bright enough for the page's
+            lights, shape (3, 6 n), float32.
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    colors: np.ndarray
+
+    def __deepcopy__(self, memo) -> "SurfelTile":
+        return self
+
+
+def make_tiles(
+    splat: GaussianSplat,
+    order: np.ndarray | None = None,
+    size: int = TILE_SIZE,
+    *,
+    n_sigma: float = 1.6,
+    min_opacity: float = 0.1,
+) -> tuple[SurfelTile, ...]:
+    """Cuts a splat into meshes of neighbouring discs.
+
+    Args:
+        splat: The scene in its frame G; of more than `MAX_SURFELS` splats
+            those that cover most are taken.
+        order: Indices of splats such that neighbours stand together, like
+            the leaf order of a hierarchy over all of them; None builds one.
+        size: Discs a tile; the last one may have fewer.
+        n_sigma: Radius of the discs in standard deviations.
+        min_opacity: Fainter splats are left out; the distance oracle's
+            default, so that the page shows what the robot avoids.
+    """
+    if order is None:
+        p_GK = splat.p_GK.astype(float)
+        order = build_hierarchy(p_GK, p_GK, p_GK[:, 2]).order
+    order = order[splat.opacities[order] >= min_opacity]
+    shown = largest(splat.select(order), MAX_SURFELS)
+    return tuple(
+        _tile(shown.select(np.arange(k, min(k + size, len(shown)))), n_sigma)
+        for k in range(0, len(shown), size)
+    )
+
+
+def surfel_mesh(
+    splat: GaussianSplat, n_sigma: float, sides: int = _SIDES
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Regular polygons, stretched over the two largest axes of each splat.
+
+    Args:
+        splat: N discs or ellipsoids.
+        n_sigma: Circumradius in standard deviations.
+        sides: Number of corners of a polygon.
+
+    Returns:
+        Vertices p_GV (N * sides, 3) [m], faces (N * (sides - 2), 3) and
+        linear RGB colours of the vertices (N * sides, 3), bright enough for
+        the page's lights.
+    """
+    rows = np.arange(len(splat))
+    order = np.argsort(-splat.scales, axis=1, kind="stable")[:, :2]
+    # Semi-axes of the polygons in G, shape (n, 2, 3).
+    axes_G = n_sigma * np.stack(
+        [splat.scales[rows, k, None] * splat.R_GK[rows, :, k] for k in order.T],
+        axis=1,
+    )
+    angle = 2 * np.pi * np.arange(sides) / sides
+    corners = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    p_GV = splat.p_GK[:, None] + np.einsum("sa,nax->nsx", corners, axes_G)
+    colors = np.repeat(_EXPOSURE * linear_rgb(splat.colors), sides, axis=0)
+    return p_GV.reshape(-1, 3), polygon_faces(len(splat), sides), colors
+
+
+@lru_cache(maxsize=8)
+def polygon_faces(count: int, sides: int) -> np.ndarray:
+    """Fans of triangles over polygons whose corners follow each other.
+
+    Returns:
+        Shape (count * (sides - 2), 3), int32, read-only. Equal arguments
+        give the same array, so that tiles of one size share it.
+    """
+    fan = np.arange(1, sides - 1)
+    polygon = np.stack([np.zeros_like(fan), fan, fan + 1], axis=1)
+    faces = sides * np.arange(count)[:, None, None] + polygon
+    faces = faces.reshape(-1, 3).astype(np.int32)
+    faces.flags.writeable = False
+    return faces
+
+
+def largest(splat: GaussianSplat, count: int) -> GaussianSplat:
+    """At most `count` splats: those that cover most, by area and opacity."""
+    if len(splat) <= count:
+        return splat
+    two = np.sort(splat.scales, axis=1)[:, -2:]
+    cover = two[:, 0] * two[:, 1] * splat.opacities
+    return splat.select(np.sort(np.argsort(-cover, kind="stable")[:count]))
+
+
+def _tile(splat: GaussianSplat, n_sigma: float) -> SurfelTile:
+    vertices, faces, colors = surfel_mesh(splat, n_sigma)
+    vertices = vertices.astype(np.float32)
+    colors = colors.astype(np.float32)
+    for array in (vertices, colors):
+        array.flags.writeable = False
+    return SurfelTile(vertices.T, faces.T, colors.T)
