@@ -1,0 +1,1 @@
+"""Teleoperation: what an operator asks for, and the target's motion to it."""
