@@ -40,6 +40,16 @@ ALLOWED = {
     "station": {"messages", "robot", "scene"},
     "drivers": {"messages", "robot", "scene", "station"},
     "task": {"controller.servo", "oracle", "robot"},
+    # Stands in the place of a target sequence; a scan wants frames.
+    "teleop": {
+        "capture.camera_mount",
+        "controller.servo",
+        "controller.tick_report",
+        "mapping.map_requests",
+        "messages",
+        "robot",
+        "task.target_sequence",
+    },
     "recording": {"controller.tick_report", "oracle", "robot"},
     # A live camera needs the names of the station's ports: inert data.
     "capture": {
@@ -50,6 +60,14 @@ ALLOWED = {
         "station.ports",
     },
     "reconstruction": {"capture", "oracle", "robot", "scene", "splat"},
+    "mapping": {
+        "capture",
+        "oracle",
+        "reconstruction",
+        "robot",
+        "scene",
+        "splat",
+    },
     "visualization": {
         "controller.guidance",
         "controller.tick_report",

@@ -51,10 +51,11 @@ class PoseStreamConfig:
 class ScanConfig:
     """Looking around for the first map."""
 
-    # The wrist camera turns so far to either side, and so far up and down
-    # [deg].
-    pan_deg: float = 35.0
-    tilt_deg: float = 15.0
+    # The wrist camera looks so far to either side, in two rows: so far below
+    # the horizon [deg].
+    pan_deg: float = 40.0
+    steep_deg: float = 60.0
+    flat_deg: float = 25.0
     # Time at a pose before its frame is taken [s].
     dwell: float = 0.3
     # A pose that is not reached within this time is given up, and its frame
@@ -167,7 +168,7 @@ def _check_gamepad(config: GamepadConfig, where: str) -> None:
 
 
 def _check_scan(config: ScanConfig, where: str) -> None:
-    for field in ("pan_deg", "tilt_deg"):
+    for field in ("pan_deg", "steep_deg", "flat_deg"):
         value = getattr(config, field)
         if not 0 <= value <= 90:
             _fail(where, f"scan.{field}", f"must lie in [0, 90], got {value}")

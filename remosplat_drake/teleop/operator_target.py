@@ -1,0 +1,128 @@
+"""`OperatorTarget`: the target that an operator moves."""
+
+import numpy as np
+from pydrake.common.value import AbstractValue, Value
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+    State,
+)
+
+from remosplat_drake.controller.servo import PoseError, pose_error
+from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.task.target_sequence import TargetProgress
+from remosplat_drake.teleop.operator_command import OperatorCommand
+from remosplat_drake.teleop.target_motion import MotionLaw, advance_target
+from remosplat_drake.teleop.target_state import TargetState
+
+
+class OperatorTarget(LeafSystem):
+    """Moves the target as the operator asks, within bounds.
+
+    .. pydrake_system::
+
+        name: OperatorTarget
+        input_ports:
+        - configuration
+        - command
+        - map_requests (optional)
+        output_ports:
+        - target
+        - state
+        - map_requests
+
+    It stands in the place of a `TargetSequence` that never ends. `command`
+    carries an `OperatorCommand`, `state` the `TargetState`. The outgoing
+    `map_requests` are those that come in and the frames that scans want.
+
+    Args:
+        robot: Finds the end effector.
+        q0: Configuration to start from, shape (n_q,).
+        law: How the target moves; its `dt` is the period [s].
+    """
+
+    def __init__(self, *, robot: RobotModel, q0: np.ndarray, law: MotionLaw):
+        super().__init__()
+        self.set_name("targets")
+        self._robot = robot
+        self._law = law
+        self._configuration_input = self.DeclareVectorInputPort(
+            "configuration", robot.n_q
+        )
+        self._command_input = self.DeclareAbstractInputPort(
+            "command", Value(OperatorCommand())
+        )
+        self._requests_input = self.DeclareAbstractInputPort(
+            "map_requests", Value(MapRequests())
+        )
+        start = TargetState.at_rest(robot.end_effector_pose(q0), "hold: start")
+        self._state_index = self.DeclareAbstractState(Value(start))
+        ticket = self.abstract_state_ticket(self._state_index)
+        self.DeclareAbstractOutputPort(
+            "target", Value(RigidTransform()).Clone, self._calc_target, {ticket}
+        )
+        self.DeclareStateOutputPort("state", self._state_index)
+        self.DeclareAbstractOutputPort(
+            "map_requests",
+            Value(MapRequests()).Clone,
+            self._calc_requests,
+            {ticket, self._requests_input.ticket()},
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(law.dt, 0.0, self._advance)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder,
+        *,
+        configuration: OutputPort,
+        command: OutputPort,
+        map_requests: OutputPort | None = None,
+        **arguments,
+    ) -> "OperatorTarget":
+        """Adds a target, fed with the measured configuration and wishes."""
+        target = builder.AddSystem(OperatorTarget(**arguments))
+        builder.Connect(configuration, target.GetInputPort("configuration"))
+        builder.Connect(command, target.GetInputPort("command"))
+        if map_requests is not None:
+            builder.Connect(map_requests, target.GetInputPort("map_requests"))
+        return target
+
+    def state(self, context: Context) -> TargetState:
+        """The target, from the system's own context."""
+        return context.get_abstract_state(int(self._state_index)).get_value()
+
+    def progress(self, context: Context) -> TargetProgress:
+        """As of a sequence of one target that is never reached."""
+        return TargetProgress(0, 1)
+
+    def error(self, context: Context) -> PoseError:
+        """From the end effector to the target."""
+        return pose_error(self._end_effector(context), self.state(context).X_WT)
+
+    def _end_effector(self, context: Context) -> np.ndarray:
+        q = self._configuration_input.Eval(context)
+        return self._robot.end_effector_pose(q)
+
+    def _calc_target(self, context: Context, output: AbstractValue):
+        output.set_value(RigidTransform(self.state(context).X_WT))
+
+    def _calc_requests(self, context: Context, output: AbstractValue):
+        requests = MapRequests(frames=self.state(context).frames_wanted)
+        if self._requests_input.HasValue(context):
+            requests += self._requests_input.Eval(context)
+        output.set_value(requests)
+
+    def _advance(self, context: Context, state: State):
+        advanced = advance_target(
+            self._law,
+            self.state(context),
+            self._command_input.Eval(context),
+            self._end_effector(context),
+            context.get_time(),
+        )
+        cell = int(self._state_index)
+        state.get_mutable_abstract_state(cell).set_value(advanced)

@@ -1,0 +1,107 @@
+"""Motion to a goal with bounded speed and acceleration, without overshoot.
+
+Everything here steps in discrete time: a velocity holds for dt and changes
+by acceleration * dt at most, as a vector.
+"""
+
+import math
+
+import numpy as np
+from pydrake.common.eigen_geometry import AngleAxis
+from pydrake.math import RotationMatrix
+
+from remosplat_drake.controller.servo import rotation_vector
+
+_COMMITMENT = 0.2
+"""A turn is reversed only where that saves more than this angle [rad]."""
+
+
+def braking_speed(distance: float, acceleration: float, dt: float) -> float:
+    """The speed from which full braking ends exactly after a distance.
+
+    A speed of n + f steps of acceleration * dt, with f in [0, 1), brakes
+    over (n (n + 1) / 2 + (n + 1) f) * acceleration * dt^2; this is the
+    inverse.
+
+    Args:
+        distance: Not negative [m or rad].
+        acceleration: Bound on it [m/s^2 or rad/s^2].
+        dt: Length of a step [s].
+    """
+    change = acceleration * dt
+    steps = distance / (change * dt)
+    n = math.floor(0.5 * (math.sqrt(1.0 + 8.0 * steps) - 1.0))
+    return change * (n + (steps - 0.5 * n * (n + 1)) / (n + 1))
+
+
+def velocity_towards(
+    offset: np.ndarray, max_speed: float, acceleration: float, dt: float
+) -> np.ndarray:
+    """The fastest velocity straight to a goal that can still stop there.
+
+    Args:
+        offset: From here to the goal, shape (3,).
+        max_speed: Bound on the speed.
+        acceleration: See `braking_speed`.
+        dt: Length of a step [s].
+    """
+    distance = math.hypot(*offset)
+    if distance == 0.0:
+        return np.zeros(3)
+    speed = min(max_speed, braking_speed(distance, acceleration, dt))
+    return offset * (speed / distance)
+
+
+def change_velocity(
+    before: np.ndarray, wanted: np.ndarray, max_change: float
+) -> np.ndarray:
+    """The velocity nearest to the wanted one within a bounded change."""
+    change = wanted - before
+    size = math.hypot(*change)
+    if size <= max_change:
+        return wanted
+    return before + change * (max_change / size)
+
+
+def limit_norm(vector: np.ndarray, bound: float) -> np.ndarray:
+    """The vector, shortened where it is longer than a bound."""
+    size = math.hypot(*vector)
+    return vector if size <= bound else vector * (bound / size)
+
+
+def rotation_to_go(
+    R_WT: np.ndarray,
+    R_WT_goal: np.ndarray,
+    w_WT: np.ndarray,
+    acceleration: float,
+) -> np.ndarray:
+    """The rotation left to a goal, as angle times axis in W, shape (3,).
+
+    It is the shorter way round, unless the target is turning already and the
+    goal has passed the far side: to turn back would take longer then, and a
+    goal that trembles at half a turn would never let go.
+
+    Args:
+        R_WT: The present rotation.
+        R_WT_goal: The goal.
+        w_WT: Angular velocity in W, shape (3,) [rad/s].
+        acceleration: With which a turn could be stopped [rad/s^2].
+    """
+    shorter = rotation_vector(R_WT_goal @ R_WT.T)
+    angle = math.hypot(*shorter)
+    if angle == 0.0 or w_WT @ shorter >= 0.0:
+        return shorter
+    longer = 2.0 * math.pi - angle
+    stopping = 0.5 * float(w_WT @ w_WT) / acceleration
+    if longer > angle + 2.0 * stopping + _COMMITMENT:
+        return shorter
+    return shorter * (-longer / angle)
+
+
+def rotated(R_WT: np.ndarray, rotation_W: np.ndarray) -> np.ndarray:
+    """A rotation turned by angle times axis in W, kept orthonormal."""
+    angle = math.hypot(*rotation_W)
+    if angle == 0.0:
+        return R_WT
+    turn = RotationMatrix(AngleAxis(angle, rotation_W / angle))
+    return RotationMatrix.ProjectToRotationMatrix(turn.matrix() @ R_WT).matrix()
