@@ -1,6 +1,7 @@
 """`Trajectory`: what the robot did, tick by tick, and its file."""
 
 import dataclasses as dc
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -39,10 +40,10 @@ class Trajectory:
 
 
 def make_trajectory(
-    reports: list[TickReport],
+    reports: Sequence[TickReport],
     q_end: np.ndarray,
     n_u: int,
-    executed: list[np.ndarray] | None = None,
+    executed: Iterable[np.ndarray] | None = None,
 ) -> Trajectory:
     """Stacks tick reports, and the configuration after the last one.
 
@@ -51,13 +52,12 @@ def make_trajectory(
     """
     phases = sorted({phase for report in reports for phase in report.timings})
     q = [report.q for report in reports] + [q_end]
-    u = executed
-    if u is None:
-        u = [report.command for report in reports]
+    if executed is None:
+        executed = (report.command for report in reports)
     return Trajectory(
         time=np.array([report.time for report in reports]),
         q=np.array(q),
-        u=np.array(u).reshape(len(reports), n_u),
+        u=np.array(list(executed)).reshape(len(reports), n_u),
         status=np.array([report.status for report in reports], dtype=str),
         scale=np.array([report.scale for report in reports]),
         clearance=np.array([r.clearances.minimum() for r in reports]),

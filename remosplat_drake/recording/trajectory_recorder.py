@@ -1,5 +1,7 @@
 """`TrajectoryRecorder`: keeps every tick report of a run."""
 
+from collections import deque
+
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import (
@@ -31,17 +33,22 @@ class TrajectoryRecorder(LeafSystem):
         n_q: Size of the configuration.
         n_u: Size of the command.
         period: Control period [s].
+        keep: Older reports than so long are forgotten [s]; None keeps all,
+            and memory grows with the run.
 
     Attributes:
-        reports: All reports so far, in order.
+        reports: All reports that are kept, in order.
     """
 
-    def __init__(self, *, n_q: int, n_u: int, period: float):
+    def __init__(
+        self, *, n_q: int, n_u: int, period: float, keep: float | None = None
+    ):
         super().__init__()
         self.set_name("recorder")
         self._n_u = n_u
-        self.reports: list[TickReport] = []
-        self._executed: list[np.ndarray] = []
+        self._keep = np.inf if keep is None else keep
+        self.reports: deque[TickReport] = deque()
+        self._executed: deque[np.ndarray] = deque()
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", n_q
         )
@@ -79,7 +86,7 @@ class TrajectoryRecorder(LeafSystem):
         return self.reports[-1] if self.reports else None
 
     def trajectory(self, context: Context) -> Trajectory:
-        """Everything so far, ending at the context's configuration."""
+        """Everything that is kept, ending at the context's configuration."""
         self._record(context)
         q_end = np.array(self._configuration_input.Eval(context))
         return make_trajectory(self.reports, q_end, self._n_u, self._executed)
@@ -96,3 +103,9 @@ class TrajectoryRecorder(LeafSystem):
                 u = np.array(self._executed_input.Eval(context))
             self.reports.append(report)
             self._executed.append(u)
+            self._forget_older_than(report.time - self._keep)
+
+    def _forget_older_than(self, time: float):
+        while self.reports[0].time < time:
+            self.reports.popleft()
+            self._executed.popleft()

@@ -1,0 +1,121 @@
+"""`TrajectoryLog`: writes down what a session does, as it does it."""
+
+import math
+from pathlib import Path
+
+from pydrake.common.value import Value
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+)
+
+from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.recording.changes import Surroundings, changes
+from remosplat_drake.recording.events import EventWriter
+from remosplat_drake.recording.run_log import RunLogWriter
+
+LOG, EVENTS = "trajectory.log", "events.jsonl"
+"""What a run leaves in its folder."""
+
+
+class TrajectoryLog(LeafSystem):
+    """Appends every control tick and every event to files; keeps nothing.
+
+    .. pydrake_system::
+
+        name: TrajectoryLog
+        input_ports:
+        - report
+        - velocity_executed (optional)
+        - supervision (optional)
+        - map_status (optional)
+        - target_state (optional)
+        - map_requests (optional)
+
+    It publishes once a control period. Rows are handed to the operating
+    system once a second, events at once, and a disk that is full or slow to
+    report does not end the run: see `trouble`. Another simulation goes on in
+    the same files.
+
+    Args:
+        folder: Gets trajectory.log and events.jsonl, which must not exist.
+        n_q: Size of the configuration.
+        n_u: Size of the command.
+        period: Control period [s].
+
+    Raises:
+        FileError: The files cannot be begun.
+    """
+
+    def __init__(self, *, folder: Path, n_q: int, n_u: int, period: float):
+        super().__init__()
+        self.set_name("trajectory_log")
+        self._log = RunLogWriter(folder / LOG, n_q=n_q, n_u=n_u, period=period)
+        self._events = EventWriter(folder / EVENTS)
+        self._surroundings = Surroundings()
+        self._time = -math.inf
+        self._report_input = self.DeclareAbstractInputPort(
+            "report", Value(TickReport.before_first(n_q, n_u))
+        )
+        self._executed_input = self.DeclareVectorInputPort(
+            "velocity_executed", n_u
+        )
+        self._supervision_input = self._declare_optional("supervision")
+        self._map_input = self._declare_optional("map_status")
+        self._target_input = self._declare_optional("target_state")
+        self._requests_input = self._declare_optional("map_requests")
+        self.DeclarePeriodicPublishEvent(period, 0.0, self._record)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder,
+        *,
+        inputs: dict[str, OutputPort],
+        **arguments,
+    ) -> "TrajectoryLog":
+        """Adds a log and connects ports to its inputs, by their names."""
+        log = builder.AddSystem(TrajectoryLog(**arguments))
+        for name, port in inputs.items():
+            builder.Connect(port, log.GetInputPort(name))
+        return log
+
+    @property
+    def trouble(self) -> str:
+        """Why the files are incomplete; empty while they are not."""
+        return self._log.trouble or self._events.trouble
+
+    def close(self) -> None:
+        """Writes the last rows and closes the files."""
+        self._log.close()
+        self._events.close()
+
+    def _declare_optional(self, name: str) -> InputPort:
+        return self.DeclareAbstractInputPort(name, Value[object]())
+
+    def _record(self, context: Context):
+        report = self._report_input.Eval(context)
+        if not report.time > self._time:
+            return
+        self._time = report.time
+        now = Surroundings(
+            _value(self._supervision_input, context),
+            _value(self._map_input, context),
+            _value(self._target_input, context),
+            _value(self._requests_input, context),
+        )
+        for event in changes(self._surroundings, now, report.time):
+            self._events.append(event)
+        self._surroundings = now
+        executed = report.command
+        if self._executed_input.HasValue(context):
+            executed = self._executed_input.Eval(context)
+        self._log.append(
+            report, executed, mode=now.mode, map_version=now.map_version
+        )
+
+
+def _value(port: InputPort, context: Context):
+    return port.Eval(context) if port.HasValue(context) else None
