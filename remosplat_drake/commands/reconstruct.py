@@ -24,12 +24,14 @@ from remosplat_drake.commands.suggested_scenario import (
 )
 from remosplat_drake.errors import FieldError, RemoSplatError
 from remosplat_drake.reconstruction.assessment import assess
-from remosplat_drake.reconstruction.floor import Floor, find_floor
-from remosplat_drake.reconstruction.pipeline import (
+from remosplat_drake.reconstruction.devices import (
     AUTO,
     DEVICES,
-    Reconstruction,
     choose_device,
+)
+from remosplat_drake.reconstruction.floor import Floor, find_floor
+from remosplat_drake.reconstruction.pipeline import (
+    Reconstruction,
     reconstruct,
 )
 from remosplat_drake.reconstruction.point_cloud import InitialisationConfig

@@ -5,7 +5,6 @@ the CPU, and, where there is a CUDA device, trained on colours and depth.
 """
 
 import dataclasses as dc
-import importlib.util
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -13,11 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from remosplat_drake.capture.capture import Capture, check_reconstructible
-from remosplat_drake.errors import (
-    FieldError,
-    MissingExtraError,
-    RemoSplatError,
-    unknown_name,
+from remosplat_drake.reconstruction.devices import (
+    AUTO,
+    CUDA,
+    NONE,
+    choose_device,
 )
 from remosplat_drake.reconstruction.measured_space import (
     measured_points,
@@ -31,13 +30,8 @@ from remosplat_drake.reconstruction.refinement import RefinementConfig, refine
 from remosplat_drake.reconstruction.surfels import splat_of_surfels
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
-AUTO, CUDA, CPU, NONE = "auto", "cuda", "cpu", "none"
-"""Devices: the best there is; train; refine only; surfels as they are."""
-
 _MARGIN_PER_SCATTER = 4.0
 """How much farther than a surface scatters free space begins."""
-
-DEVICES = (AUTO, CUDA, CPU, NONE)
 
 Report = Callable[[str, int, int], None]
 """Called with the stage, and how much of it is done of how much."""
@@ -56,35 +50,6 @@ class Reconstruction:
     splat: GaussianSplat
     method: str
     seconds: float
-
-
-def choose_device(name: str) -> str:
-    """The device that a name stands for.
-
-    Raises:
-        FieldError: There is no such name.
-        MissingExtraError: Training is asked for and torch is not installed.
-        RemoSplatError: Training is asked for and there is no CUDA device.
-    """
-    if name not in DEVICES:
-        raise FieldError(
-            "reconstruct", "--device", unknown_name("device", name, DEVICES)
-        )
-    if name in (CPU, NONE):
-        return name
-    has_torch = all(map(importlib.util.find_spec, ("torch", "gsplat")))
-    if has_torch:
-        import torch
-
-        if torch.cuda.is_available():
-            return CUDA
-    if name == AUTO:
-        return CPU
-    if not has_torch:
-        raise MissingExtraError("training a splat", "gpu")
-    raise RemoSplatError(
-        "training a splat needs a CUDA device; --device cpu refines it without"
-    )
 
 
 def reconstruct(

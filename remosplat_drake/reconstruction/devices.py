@@ -1,0 +1,44 @@
+"""What a splat may be made on."""
+
+import importlib.util
+
+from remosplat_drake.errors import (
+    FieldError,
+    MissingExtraError,
+    RemoSplatError,
+    unknown_name,
+)
+
+AUTO, CUDA, CPU, NONE = "auto", "cuda", "cpu", "none"
+"""Devices: the best there is; train; refine only; surfels as they are."""
+
+DEVICES = (AUTO, CUDA, CPU, NONE)
+
+
+def choose_device(name: str) -> str:
+    """The device that a name stands for.
+
+    Raises:
+        FieldError: There is no such name.
+        MissingExtraError: Training is asked for and torch is not installed.
+        RemoSplatError: Training is asked for and there is no CUDA device.
+    """
+    if name not in DEVICES:
+        raise FieldError(
+            "reconstruct", "--device", unknown_name("device", name, DEVICES)
+        )
+    if name in (CPU, NONE):
+        return name
+    has_torch = all(map(importlib.util.find_spec, ("torch", "gsplat")))
+    if has_torch:
+        import torch
+
+        if torch.cuda.is_available():
+            return CUDA
+    if name == AUTO:
+        return CPU
+    if not has_torch:
+        raise MissingExtraError("training a splat", "gpu")
+    raise RemoSplatError(
+        "training a splat needs a CUDA device; --device cpu refines it without"
+    )
