@@ -18,6 +18,7 @@ from remosplat_drake.controller.config import (
     gain_set,
 )
 from remosplat_drake.errors import FieldError, FileError, unknown_name
+from remosplat_drake.mapping.config import MappingConfig, check_mapping
 from remosplat_drake.oracle.config import (
     DepthRasterization,
     GroundTruth,
@@ -43,6 +44,7 @@ from remosplat_drake.station.hardware.config import (
 )
 from remosplat_drake.strict_yaml import entries, load_strict
 from remosplat_drake.task.arrival import ArrivalConfig, check_arrival
+from remosplat_drake.teleop.config import TeleopConfig, check_teleop
 
 DEFAULT_SCENARIO = "TableReach"
 """What `remosplat run` runs when nothing is named."""
@@ -79,6 +81,9 @@ class SceneConfig:
     crop: CropConfig | None = None
     # True geometry (RMMI JSON) for metrics, contact and !GroundTruth.
     truth: str = ""
+    # What the true geometry becomes when somebody changes the scene during a
+    # simulated teleoperation (RMMI JSON); empty: it stays.
+    truth_later: str = ""
     # Largest over-estimate of a distance by the splat; absent: what the
     # quality report beside the splat says. Small stopping distances need it
     # [m].
@@ -124,6 +129,10 @@ class Scenario:
     wrist_camera: WristCameraConfig | None = None
     # The real robot, in place of `station` with `remosplat run --hardware`.
     hardware: HardwareConfig = dc.field(default_factory=HardwareConfig)
+    # What `remosplat teleop` needs besides: who moves the target and how,
+    # and the map that grows meanwhile.
+    teleop: TeleopConfig = dc.field(default_factory=TeleopConfig)
+    mapping: MappingConfig = dc.field(default_factory=MappingConfig)
     # Time between two control ticks [s].
     control_period: float = 0.01
     # The run is given up after this long [s].
@@ -201,6 +210,8 @@ def check_scenario(scenario: Scenario) -> None:
     check_config(scenario.controller, where)
     check_supervisor(scenario.supervisor, where)
     check_hardware_config(scenario.hardware, where)
+    check_teleop(scenario.teleop, where)
+    check_mapping(scenario.mapping, where)
     _check_map_error(scenario, where)
     check_arrival(scenario.arrival, where)
     make_transform(scenario.scene.X_WG, where, "scene.X_WG")
