@@ -59,13 +59,18 @@ class OperatorTarget(LeafSystem):
         self._requests_input = self.DeclareAbstractInputPort(
             "map_requests", Value(MapRequests())
         )
-        start = TargetState.at_rest(robot.end_effector_pose(q0), "hold: start")
-        self._state_index = self.DeclareAbstractState(Value(start))
+        # Without a pose until a tick knows where the end effector is.
+        nowhere = TargetState.at_rest(np.full((4, 4), np.nan))
+        self._state_index = self.DeclareAbstractState(Value(nowhere))
+        self._X_WE_expected = robot.end_effector_pose(q0)
         ticket = self.abstract_state_ticket(self._state_index)
+        tickets = {ticket, self._configuration_input.ticket()}
         self.DeclareAbstractOutputPort(
-            "target", Value(RigidTransform()).Clone, self._calc_target, {ticket}
+            "target", Value(RigidTransform()).Clone, self._calc_target, tickets
         )
-        self.DeclareStateOutputPort("state", self._state_index)
+        self.DeclareAbstractOutputPort(
+            "state", Value(nowhere).Clone, self._calc_state, tickets
+        )
         self.DeclareAbstractOutputPort(
             "map_requests",
             Value(MapRequests()).Clone,
@@ -93,6 +98,14 @@ class OperatorTarget(LeafSystem):
 
     def state(self, context: Context) -> TargetState:
         """The target, from the system's own context."""
+        state = self._memory(context)
+        if np.isfinite(state.X_WT).all():
+            return state
+        X_WE = self._end_effector(context)
+        known = np.isfinite(X_WE).all()
+        return TargetState.at_rest(X_WE if known else self._X_WE_expected)
+
+    def _memory(self, context: Context) -> TargetState:
         return context.get_abstract_state(int(self._state_index)).get_value()
 
     def progress(self, context: Context) -> TargetProgress:
@@ -110,18 +123,25 @@ class OperatorTarget(LeafSystem):
     def _calc_target(self, context: Context, output: AbstractValue):
         output.set_value(RigidTransform(self.state(context).X_WT))
 
+    def _calc_state(self, context: Context, output: AbstractValue):
+        output.set_value(self.state(context))
+
     def _calc_requests(self, context: Context, output: AbstractValue):
-        requests = MapRequests(frames=self.state(context).frames_wanted)
+        requests = MapRequests(frames=self._memory(context).frames_wanted)
         if self._requests_input.HasValue(context):
             requests += self._requests_input.Eval(context)
         output.set_value(requests)
 
     def _advance(self, context: Context, state: State):
+        X_WE = self._end_effector(context)
+        placed = [self._memory(context).X_WT, X_WE]
+        if not np.isfinite(placed).all(axis=(1, 2)).any():
+            return
         advanced = advance_target(
             self._law,
             self.state(context),
             self._command_input.Eval(context),
-            self._end_effector(context),
+            X_WE,
             context.get_time(),
         )
         cell = int(self._state_index)

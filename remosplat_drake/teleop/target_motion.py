@@ -4,7 +4,9 @@ import dataclasses as dc
 
 import numpy as np
 
+from remosplat_drake.capture.camera_mount import CameraMount
 from remosplat_drake.controller.servo import pose_error
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.teleop.config import TeleopConfig
 from remosplat_drake.teleop.operator_command import OperatorCommand
 from remosplat_drake.teleop.scan import scan_poses
@@ -47,6 +49,31 @@ class MotionLaw:
     dt: float
     X_EC: np.ndarray | None = None
     frames: int = 8
+
+    @staticmethod
+    def make(
+        config: TeleopConfig,
+        robot: RobotModel,
+        q0: np.ndarray,
+        dt: float,
+        mount: CameraMount | None = None,
+        frames: int = 8,
+    ) -> "MotionLaw":
+        """The law of a robot whose home is where it starts.
+
+        Args:
+            config: See the attribute.
+            robot: Finds the end effector.
+            q0: Configuration to start from, shape (n_q,).
+            dt: See the attribute.
+            mount: The wrist camera; it must move with the end effector.
+            frames: See the attribute.
+        """
+        X_WE = robot.end_effector_pose(q0)
+        X_EC = None
+        if mount is not None:
+            X_EC = np.linalg.inv(X_WE) @ mount.pose(q0)
+        return MotionLaw(config, X_WE, dt, X_EC, frames)
 
 
 def advance_target(
