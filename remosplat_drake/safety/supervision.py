@@ -112,6 +112,7 @@ class SupervisorState:
         time: Of the latest tick [s]; NaN before the first one.
         p_WT: Target of the latest tick, shape (3,) [m].
         since: When each present symptom began [s].
+        map_revision: Of the latest map that left the robot enough clearance.
     """
 
     command: np.ndarray
@@ -121,6 +122,7 @@ class SupervisorState:
     time: float = math.nan
     p_WT: np.ndarray = dc.field(default_factory=lambda: np.full(3, np.nan))
     since: Mapping[str, float] = dc.field(default_factory=dict)
+    map_revision: str = ""
 
     def __deepcopy__(self, memo) -> "SupervisorState":
         return self

@@ -46,6 +46,7 @@ def supervise(
         now: What is seen.
     """
     found = symptoms(law, state, now)
+    is_clear = all(symptom.name != "clearance" for symptom in found)
     since = _since(state, found, now.time)
     tripped = _tripped(found, since, now)
     if has_paused(law, state, now):
@@ -57,6 +58,9 @@ def supervise(
         time=now.time,
         p_WT=now.report.X_WT[:3, 3],
         since=since,
+        map_revision=(
+            now.report.clearances.revision if is_clear else state.map_revision
+        ),
     )
     if state.mode == STOPPED:
         return _rest(state, now, found)

@@ -47,6 +47,7 @@ def symptoms(
         *_of_station(law, now),
         *_of_motion(law, state, now),
         *_of_tick(law, now),
+        *_of_clearance(law, state, now),
         *_of_target_and_map(law, state, now),
     ]
 
@@ -117,20 +118,30 @@ def _of_tick(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
     if not now.time - report.time <= config.max_tick_age:
         age = f"{1e3 * (now.time - report.time):.0f} ms"
         yield Symptom("tick_age", f"the latest control tick is {age} old")
-    clearance = report.clearances.minimum()
-    if not clearance >= law.min_clearance:
-        yield Symptom(
-            "clearance",
-            f"clearance {1e3 * clearance:.1f} mm is below"
-            f" {1e3 * law.min_clearance:.1f} mm",
-            config.clearance_dwell,
-        )
     if report.status == tick_report.BRAKING:
         yield Symptom(
             "braking",
             f"no command for {config.max_braking_time:g} s: {report.reason}",
             config.max_braking_time,
         )
+
+
+def _of_clearance(
+    law: SupervisorLaw, state: SupervisorState, now: Observation
+) -> Iterator[Symptom]:
+    clearances = now.report.clearances
+    if clearances.minimum() >= law.min_clearance:
+        return
+    # A person who has just changed the map shall read that it was the map.
+    maps = {state.map_revision, clearances.revision}
+    is_new = "" not in maps and len(maps) == 2
+    yield Symptom(
+        "clearance",
+        ("in the new map the " if is_new else "")
+        + f"clearance {1e3 * clearances.minimum():.1f} mm is below"
+        f" {1e3 * law.min_clearance:.1f} mm",
+        law.config.clearance_dwell,
+    )
 
 
 def _of_target_and_map(

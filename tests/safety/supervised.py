@@ -30,13 +30,14 @@ def make_law(**config) -> SupervisorLaw:
     )
 
 
-def clearances(distance: float) -> Clearances:
+def clearances(distance: float, revision: str = "") -> Clearances:
     """One sphere that is so far away."""
     return Clearances(
         np.array([0]),
         np.array([distance]),
         np.array([[1.0, 0.0, 0.0]]),
         np.zeros((1, 3)),
+        revision,
     )
 
 
@@ -46,6 +47,7 @@ def make_report(
     *,
     report_status: str = OPTIMAL,
     clearance: float = 0.1,
+    revision: str = "",
     q: float = 0.0,
     x_WT: float = 1.0,
 ) -> TickReport:
@@ -60,7 +62,7 @@ def make_report(
         status=report_status,
         reason="" if report_status == OPTIMAL else "no feasible command found",
         scale=1.0,
-        clearances=clearances(clearance),
+        clearances=clearances(clearance, revision),
         kept=none,
         tight=none,
         X_WT=X_WT,

@@ -196,6 +196,24 @@ def test_a_symptom_that_goes_away_in_time_stops_nothing(running):
     assert running.state.mode == RUNNING
 
 
+def test_a_map_in_which_the_robot_stands_too_near_is_named(running):
+    running.ticks(5, revision="first")
+    running.ticks(11, revision="second", clearance=0.01)
+    assert running.state.reason == (
+        "in the new map the clearance 10.0 mm is below 16.0 mm"
+    )
+    # Not without the map before.
+    running.ticks(50, revision="second", clearance=0.01)
+    running.tick(revision="second", clearance=0.01, release=True)
+    assert running.state.mode == STOPPED
+    assert "in the new map" in running.state.refusal
+    running.tick(revision="first", release=True)
+    running.ticks(100, revision="first")
+    assert running.state.mode == RUNNING
+    running.ticks(11, revision="first", clearance=0.01)
+    assert "new map" not in running.state.reason
+
+
 def test_optional_rules():
     drive = Drive(make_law(max_target_jump=0.2, max_map_age=1.0))
     drive.ticks(100)
