@@ -1,0 +1,61 @@
+"""What a gamepad's sticks and buttons say, by the standard layout.
+
+https://w3c.github.io/gamepad/#remapping names buttons and axes.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from remosplat_drake.teleop.config import GamepadConfig
+
+_DOWN, _UP = 6, 7  # Triggers.
+_LEFT, _RIGHT = 14, 15  # Of the directional pad.
+_PRESSED = 0.5
+
+
+def gamepad_velocity(
+    axes: Sequence[float], buttons: Sequence[float], config: GamepadConfig
+) -> np.ndarray | None:
+    """The wished velocity V_W, shape (6,), angular above translational.
+
+    The left stick moves along x (away) and y (left), the triggers move down
+    and up; the right stick turns about z and y, left and right on the
+    directional pad about x.
+
+    Args:
+        axes: Positions of the sticks from -1 to 1, right and towards the
+            operator positive; missing ones are centred.
+        buttons: From 0 to 1; missing ones are not pressed.
+        config: Speeds, and which button is the dead-man button.
+
+    Returns:
+        None unless the dead-man button is pressed: zero says to stand still.
+    """
+
+    def axis(i: int) -> float:
+        return _beyond_dead_zone(axes, i, config.dead_zone)
+
+    def button(i: int) -> float:
+        return _value(buttons, i, 0.0)
+
+    if button(config.dead_man) < _PRESSED:
+        return None
+    w = [button(_RIGHT) - button(_LEFT), -axis(3), -axis(2)]
+    v = [-axis(1), -axis(0), button(_UP) - button(_DOWN)]
+    return np.concatenate(
+        [np.multiply(config.rotation, w), np.multiply(config.speed, v)]
+    )
+
+
+def _beyond_dead_zone(axes: Sequence[float], i: int, zone: float) -> float:
+    """A stick's position, zero within the zone and continuous at its edge."""
+    value = _value(axes, i, -1.0)
+    return float(np.sign(value) * max(abs(value) - zone, 0.0) / (1.0 - zone))
+
+
+def _value(values: Sequence[float], i: int, lower: float) -> float:
+    """A value within its range; what is missing or no number is zero."""
+    if i >= len(values) or not np.isfinite(values[i]):
+        return 0.0
+    return float(np.clip(values[i], lower, 1.0))

@@ -1,0 +1,106 @@
+"""Target poses that another program sends, and what their silence means."""
+
+import dataclasses as dc
+
+import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.math import RigidTransform
+
+from remosplat_drake.messages.packets import (
+    BrokenMessage,
+    decode,
+    finite_vector,
+    is_expired,
+    to_utime,
+)
+from remosplat_drake.messages.pose_target import pose_target
+from remosplat_drake.teleop.operator_command import OperatorCommand
+
+SOURCE = "pose stream"
+
+
+@dc.dataclass(frozen=True, eq=False)
+class StreamState:
+    """What has come so far; copying returns the object itself.
+
+    Attributes:
+        command: What it amounts to.
+        utime: Stamp of the latest pose used [us].
+        received: When that was, by the wall clock [s].
+        flows: Whether poses are coming.
+    """
+
+    command: OperatorCommand = dc.field(
+        default_factory=lambda: OperatorCommand(source=SOURCE)
+    )
+    utime: int = 0
+    received: float = -np.inf
+    flows: bool = False
+
+    def __deepcopy__(self, memo) -> "StreamState":
+        return self
+
+
+def advance_stream(
+    state: StreamState, packet: bytes | None, now: float, expiry: float
+) -> StreamState:
+    """The stream after a look at the wire.
+
+    A stream takes hold of the target when it begins, and again when it goes
+    on after a silence; while it flows it takes hold of nothing, so that an
+    operator who presses hold meanwhile is obeyed.
+
+    Args:
+        state: The stream before.
+        packet: The newest packet since the last look, if any.
+        now: Wall clock [s].
+        expiry: Silence or age of a pose at which the stream has ended [s].
+    """
+    if packet is not None:
+        try:
+            return _take(state, packet, now, expiry)
+        except BrokenMessage as error:
+            return _end(state, f"the {SOURCE} is broken: {error}")
+    if state.flows and not 0 <= now - state.received < expiry:
+        text = f"the {SOURCE} has been silent for {expiry:g} s"
+        return _end(state, text)
+    return state
+
+
+def decode_pose_target(data: bytes) -> tuple[int, np.ndarray]:
+    """Stamp [us] and pose X_WT, shape (4, 4), of a packet.
+
+    Raises:
+        BrokenMessage: The packet holds no pose.
+    """
+    message = decode(pose_target, data)
+    position = finite_vector("position", message.position, 3)
+    quaternion = finite_vector("quaternion", message.quaternion, 4)
+    length = float(np.linalg.norm(quaternion))
+    if not 1e-6 < length < np.inf:
+        raise BrokenMessage(f"quaternion has the length {length:g}")
+    X_WT = RigidTransform(Quaternion(quaternion / length), position)
+    return message.utime, X_WT.GetAsMatrix4()
+
+
+def _take(
+    state: StreamState, packet: bytes, now: float, expiry: float
+) -> StreamState:
+    utime, X_WT = decode_pose_target(packet)
+    if is_expired(utime, to_utime(now), expiry):
+        age = now - 1e-6 * utime
+        return _end(state, f"the {SOURCE} is {age:.1f} s old on arrival")
+    if utime == state.utime:
+        return advance_stream(state, None, now, expiry)
+    command = dc.replace(
+        state.command,
+        X_WT=X_WT,
+        moves=state.command.moves + (not state.flows),
+        trouble="",
+    )
+    return StreamState(command, utime, now, flows=True)
+
+
+def _end(state: StreamState, trouble: str) -> StreamState:
+    command = dc.replace(state.command, trouble=trouble)
+    return dc.replace(state, command=command, flows=False)
