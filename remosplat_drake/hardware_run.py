@@ -45,6 +45,9 @@ REHEARSAL = 0.3
 FINAL_ZEROS = 0.1
 """Zero commands are sent for so long before the wire falls silent [s]."""
 
+PROGRESS_PERIOD = 0.05
+"""Time between two calls of `on_progress` [s]."""
+
 _BEFORE_TICK = 1e-4  # Far more than the resolution of epoch times [s].
 
 
@@ -102,8 +105,8 @@ def run_on_hardware(
 
     Args:
         application: The diagram; its station must be a `HardwareStation`.
-        on_progress: Called after every tick with the time since the start,
-            the pose error and the latest tick report.
+        on_progress: Called every `PROGRESS_PERIOD` with the time since the
+            start, the pose error and the latest tick report.
         on_supervision: Called whenever the supervisor's mode has changed.
         between_ticks: Called after every tick with the diagram's context, for
             a program that stops the robot or releases it.
@@ -124,6 +127,7 @@ def run_on_hardware(
                     on_progress=on_progress,
                     on_supervision=on_supervision,
                     patience=patience,
+                    progress_period=PROGRESS_PERIOD,
                 )
                 while not (monitor.is_finished or request.made):
                     if loop.context.get_time() > monitor.time_limit:

@@ -1,6 +1,7 @@
 """Run an application to its end and say how it ended."""
 
 import dataclasses as dc
+import math
 from collections.abc import Callable
 
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
@@ -114,6 +115,7 @@ class RunMonitor:
         on_supervision: SupervisionCallback | None = None,
         until: Callable[[PoseError], bool] | None = None,
         patience: float = 0.0,
+        progress_period: float = 0.0,
     ):
         """Prepares; see `run` for the other arguments.
 
@@ -121,6 +123,7 @@ class RunMonitor:
             application: The diagram that runs.
             start: Time at which the run starts [s].
             on_progress: Called with the time since the start.
+            progress_period: Time between two such calls, at least [s].
             on_supervision: See `run`.
             until: See `run`.
             patience: See `run`.
@@ -130,6 +133,8 @@ class RunMonitor:
         self._on_supervision = on_supervision
         self._until = until
         self._patience = patience
+        self._progress_period = progress_period
+        self._progressed = -math.inf
         self._start = start
         self._time = start
         self._mode = ""
@@ -150,11 +155,12 @@ class RunMonitor:
         """Drake's monitor callback."""
         targets = self._application.targets
         context = targets.GetMyContextFromRoot(root)
-        if self._on_progress is not None:
+        time = root.get_time() - self._start
+        is_due = not 0 <= time - self._progressed < self._progress_period
+        if self._on_progress is not None and is_due:
+            self._progressed = time
             self._on_progress(
-                root.get_time() - self._start,
-                targets.error(context),
-                self._application.recorder.latest,
+                time, targets.error(context), self._application.recorder.latest
             )
         supervision = supervision_of(self._application, root)
         if supervision is not None:

@@ -101,7 +101,9 @@ def extrapolated_pose(
     forward, yaw_rate = velocity
     half = 0.5 * yaw_rate * duration
     # The chord of the arc points along the mean heading.
-    chord = forward * duration * np.sinc(half / math.pi)
+    chord = forward * duration
+    if half != 0.0:
+        chord *= math.sin(half) / half
     return np.array(
         [
             x + chord * math.cos(yaw + half),
