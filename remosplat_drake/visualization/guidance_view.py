@@ -56,9 +56,7 @@ class GuidanceView(LeafSystem):
     def _publish(self, context: Context):
         selection = self._selection_input.Eval(context)
         why = selection.missing or selection.reason
-        self._page.set_status(
-            f"Guidance: {selection.guidance.name} ({why})", "guidance"
-        )
+        self._page.set_status(f"{selection.guidance.name} ({why})", "guidance")
         if selection.latest is self._drawn:
             return
         self._drawn = selection.latest

@@ -9,6 +9,7 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.atomic_file import atomic_write
 from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.visualization import page_style
 from remosplat_drake.visualization.toggle import Toggle
 
 ROOT = "/remosplat"
@@ -53,6 +54,7 @@ class MeshcatPage:
 
     Attributes:
         meshcat: Drake's server; anything else may be drawn on it, too.
+        status: The lines of text on show, by topic.
 
     Raises:
         RemoSplatError: The port is taken or out of range.
@@ -67,7 +69,9 @@ class MeshcatPage:
     ):
         self.meshcat = _start_server(port, host)
         self._toggles: list[Toggle] = []
-        self._status: dict[str, str] = {}
+        self.status: dict[str, str] = {}
+        self._labels: dict[str, str] = {}
+        self.meshcat.AddButton(page_style.STYLE)
         self._dress(floor)
         self.look_from(p_WC=(-1.2, -2.8, 2.0), p_WT=(0.65, 0.1, 0.38))
 
@@ -93,19 +97,39 @@ class MeshcatPage:
             toggle.poll()
 
     def set_status(self, text: str, topic: str = "controller"):
-        """Shows a line of text among the controls, one line a topic.
+        """Shows a line of text below the controls, one line a topic.
 
-        Meshcat has no text, so the line is the label of a button without a
-        function. Sent only when it changes.
+        Sent only when it changes. Lines keep their order and move no button.
+
+        Args:
+            text: What to say; empty takes the line away.
+            topic: One of `page_style.TOPICS`.
         """
-        shown = self._status.get(topic, "")
-        if text == shown:
+        if text == self.status.get(topic, ""):
             return
-        if shown:
-            self.meshcat.DeleteButton(shown)
-        if text:
-            self.meshcat.AddButton(text)
-        self._status[topic] = text
+        self.status[topic] = text
+        title = topic.capitalize()
+        label = page_style.note(topic, title, text) if text else ""
+        self.set_label(topic, label)
+
+    def set_label(self, place: str, label: str):
+        """Puts a button without a function in the place of the one before.
+
+        Meshcat has no text and no pictures, but draws buttons' names as
+        HTML. The new one comes before the old one goes: nothing blinks.
+
+        Args:
+            place: Whose earlier label goes.
+            label: The new one, made by `page_style`; empty for none.
+        """
+        before = self._labels.get(place, "")
+        if label == before:
+            return
+        if label:
+            self.meshcat.AddButton(label)
+        if before:
+            self.meshcat.DeleteButton(before)
+        self._labels[place] = label
 
     def start_recording(self, start: float = 0.0):
         """Records all motion from now on, for replay in the page.

@@ -103,7 +103,7 @@ class RunView(LeafSystem):
         meshcat = self._page.meshcat
         self._lines.draw(report, time)
         status = report.status.replace("_", " ")
-        self._page.set_status(f"Controller: {status}")
+        self._page.set_status(status)
         known = bool(np.isfinite(report.X_WT).all())
         meshcat.SetProperty(TARGET, "visible", known, time_in_recording=time)
         if known:

@@ -1,7 +1,5 @@
 """`SafetyPanel`: the stop button of the page, and what the supervisor says."""
 
-import html
-
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import (
@@ -18,26 +16,7 @@ from remosplat_drake.station.status import StationStatus
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 
-# Meshcat draws labels as HTML and its buttons all alike. The stop button
-# shall be found without looking for it, and like the release button and the
-# text be there while the controls are closed.
-_STYLE = (
-    "<style>"
-    ".remosplat-stop,.remosplat-release"
-    "{display:block;text-align:center;color:white}"
-    ".remosplat-stop{font:bold 26px/64px sans-serif}"
-    ".remosplat-release{font:bold 13px/32px sans-serif}"
-    ".dg li.cr:has(.remosplat-stop)"
-    "{height:64px;background:#c8102e;border-left:0}"
-    ".dg li.cr:has(.remosplat-release)"
-    "{height:32px;background:#1f6f43;border-left:0}"
-    ".dg li.cr:has(.remosplat-note){height:auto}"
-    ".dg .property-name:has(.remosplat-note)"
-    "{white-space:normal;line-height:18px;padding:4px 0}"
-    "</style>"
-)
-
-STOP = f'{_STYLE}<span class="remosplat-stop">STOP (Esc)</span>'
+STOP = '<span class="remosplat-stop">STOP (Esc)</span>'
 """Name of the stop button."""
 
 STOP_KEY = "Escape"
@@ -130,7 +109,7 @@ class SafetyPanel(LeafSystem):
         supervision = self._supervision_input.Eval(context)
         parts = [supervision.mode, supervision.reason, supervision.refusal]
         text = ": ".join(filter(None, parts))
-        self._page.set_status(_note(f"Supervisor: {text}"), "supervisor")
+        self._page.set_status(text, "supervisor")
 
     def _show_ages(self, time: float, status: StationStatus, context: Context):
         report = self._report_input.Eval(context)
@@ -142,14 +121,8 @@ class SafetyPanel(LeafSystem):
         self._ages_shown = time
         measured, commanded = map(_milliseconds, self._ages)
         text = f"measured {measured} ago, commanded {commanded} ago"
-        self._page.set_status(
-            _note(f"Robot: {status.robot_mode}, {text}"), "robot"
-        )
+        self._page.set_status(f"{status.robot_mode}, {text}", "robot")
         self._ages = np.zeros(2)
-
-
-def _note(text: str) -> str:
-    return f'<span class="remosplat-note">{html.escape(text)}</span>'
 
 
 def _milliseconds(age: float) -> str:

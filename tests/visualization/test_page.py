@@ -8,6 +8,13 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.errors import FileError, RemoSplatError
 from remosplat_drake.visualization.page import LIVE, MeshcatPage
+from remosplat_drake.visualization.page_style import (
+    STYLE,
+    button,
+    heading,
+    note,
+    slider,
+)
 
 
 def test_taken_port_is_named():
@@ -32,11 +39,22 @@ def test_page_is_dressed(page, is_visible):
 
 
 def test_status_replaces_the_previous_one(page):
-    page.set_status("Controller: optimal")
-    page.set_status("Controller: relaxed")
-    assert page.meshcat.GetButtonNames() == ["Controller: relaxed"]
+    dressed = set(page.meshcat.GetButtonNames())
+    page.set_status("optimal")
+    page.set_status("relaxed")
+    added = set(page.meshcat.GetButtonNames()) - dressed
+    assert added == {note("controller", "Controller", "relaxed")}
     page.set_status("")
-    assert page.meshcat.GetButtonNames() == []
+    assert set(page.meshcat.GetButtonNames()) == dressed
+
+
+def test_text_is_shown_as_it_is():
+    """No quotation mark ends Meshcat's script, no bracket begins a tag."""
+    text = note("map", "Map", "<b> 'C:\\n' is \"odd\" &\n more")
+    shown = "&lt;b&gt; &#x27;C:&#92;n&#x27; is &quot;odd&quot; &amp; more"
+    assert shown in text
+    for name in (STYLE, heading("a"), button("a", "b"), slider("a", "b")):
+        assert "'" not in name and "\\" not in name
 
 
 def test_save_html_replaces_the_file_whole(page, tmp_path):

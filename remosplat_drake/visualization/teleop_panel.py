@@ -1,0 +1,196 @@
+"""`TeleopPanel`: sliders, buttons and gamepad of an operator."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+)
+
+from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.teleop.config import TeleopConfig
+from remosplat_drake.teleop.operator_command import OperatorCommand
+from remosplat_drake.teleop.target_state import FOLLOW, TargetState
+from remosplat_drake.visualization.gamepad import stick_velocity
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.page_style import button, heading
+from remosplat_drake.visualization.pose_sliders import PoseSliders
+from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
+
+HOLD = button("Hold", "H")
+HOME = button("Go home")
+SCAN = button("Scan")
+ADD_FRAME = button("Add a frame", "M")
+REFINE = button("Refine")
+UNDO = button("Undo")
+SAVE = button("Save splat")
+CHANGE_SCENE = button("Put or take an object")
+
+_KEYS = {HOLD: "KeyH", ADD_FRAME: "KeyM"}
+# Sliders that were just moved are not moved back: the target, of which they
+# show the pose otherwise, hears of it one control period later.
+_GRACE = 0.5
+
+
+class TeleopPanel(LeafSystem):
+    """Tells what an operator wants from the page's controls.
+
+    .. pydrake_system::
+
+        name: TeleopPanel
+        input_ports:
+        - state
+        output_ports:
+        - command
+        - map_requests
+
+    `command` carries the `OperatorCommand`, `map_requests` the `MapRequests`
+    so far; they are read off the page whenever somebody asks. `state` is the
+    `TargetState`: the sliders follow the target while something else than
+    they moves it, and its text is a line on the page.
+
+    Args:
+        page: Where the controls are.
+        config: The workspace, the saved poses and the gamepad.
+        X_WH: Where the end effector begins, shape (4, 4); the sliders of the
+            angles are zero there.
+        mapping: Whether there is a live map to have buttons for.
+        scenes: What the simulated camera sees after each press of a button:
+            the first one to begin with, then in turns; fewer than two for no
+            button.
+    """
+
+    def __init__(
+        self,
+        *,
+        page: MeshcatPage,
+        config: TeleopConfig,
+        X_WH: np.ndarray,
+        mapping: bool = True,
+        scenes: Sequence[PrimitiveScene] = (),
+    ):
+        super().__init__()
+        self.set_name("teleop_panel")
+        self._page = page
+        self._config = config
+        self._scenes = tuple(scenes)
+        self._poses = {button(f"Go to {name}"): name for name in config.poses}
+        self._picks = dict.fromkeys(self._poses, 0)
+        self._pose = ""
+        self._buttons: set[str] = set()
+        self._X_WT: np.ndarray | None = None
+        self._moves = 0
+        self._moved_at = -np.inf
+        self._add_controls(X_WH, mapping)
+        self._state_input = self.DeclareAbstractInputPort(
+            "state", Value(TargetState.at_rest(np.eye(4)))
+        )
+        for name, value, calc in (
+            ("command", Value(OperatorCommand()), self._calc_command),
+            ("map_requests", Value(MapRequests()), self._calc_requests),
+        ):
+            self.DeclareAbstractOutputPort(
+                name, value.Clone, calc, {self.time_ticket()}
+            )
+        self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder, *, page: MeshcatPage, **arguments
+    ) -> "TeleopPanel":
+        """Adds a panel; the caller connects its ports with the target's."""
+        return builder.AddSystem(TeleopPanel(page=page, **arguments))
+
+    def _add_controls(self, X_WH: np.ndarray, mapping: bool):
+        config, meshcat = self._config, self._page.meshcat
+        meshcat.AddButton(heading("Target"))
+        self._sliders = PoseSliders(
+            meshcat, X_WH, config.workspace_lower, config.workspace_upper
+        )
+        self._add_buttons(HOLD, HOME, *self._poses)
+        if not mapping:
+            return
+        meshcat.AddButton(heading("Map"))
+        self._add_buttons(SCAN, ADD_FRAME, REFINE, UNDO, SAVE)
+        if len(self._scenes) > 1:
+            self._add_buttons(CHANGE_SCENE)
+
+    def _add_buttons(self, *names: str):
+        for name in names:
+            self._buttons.add(name)
+            self._page.meshcat.AddButton(name, _KEYS.get(name, ""))
+
+    def _clicks(self, name: str) -> int:
+        """How often a button was clicked; never, if it is not there."""
+        meshcat = self._page.meshcat
+        if name not in self._buttons:
+            return 0
+        return meshcat.GetButtonClicks(name)
+
+    def _calc_command(self, context: Context, output: Value):
+        self._read_sliders(context.get_time())
+        self._read_poses()
+        V_W = self._gamepad_velocity()
+        output.set_value(
+            OperatorCommand(
+                source="sliders" if V_W is None else "gamepad",
+                X_WT=self._X_WT,
+                moves=self._moves,
+                V_W=V_W,
+                holds=self._clicks(HOLD),
+                homes=self._clicks(HOME),
+                pose=self._pose,
+                poses=sum(self._picks.values()),
+                scans=self._clicks(SCAN),
+            )
+        )
+
+    def _calc_requests(self, context: Context, output: Value):
+        scenes = self._scenes
+        changes = self._clicks(CHANGE_SCENE)
+        output.set_value(
+            MapRequests(
+                frames=self._clicks(ADD_FRAME),
+                refines=self._clicks(REFINE),
+                undos=self._clicks(UNDO),
+                saves=self._clicks(SAVE),
+                scene=scenes[changes % len(scenes)] if changes else None,
+            )
+        )
+
+    def _read_sliders(self, time: float):
+        X_WT = self._sliders.moved()
+        if X_WT is not None:
+            self._X_WT = X_WT
+            self._moves += 1
+            self._moved_at = time
+
+    def _read_poses(self):
+        for name, clicks in self._picks.items():
+            now = self._clicks(name)
+            if now > clicks:
+                self._picks[name] = now
+                self._pose = self._poses[name]
+
+    def _gamepad_velocity(self) -> np.ndarray | None:
+        meshcat = self._page.meshcat
+        if not meshcat.GetNumActiveConnections():
+            # The last thing that a page said before it was closed.
+            return None
+        gamepad = meshcat.GetGamepad()
+        return stick_velocity(
+            self._config.gamepad, gamepad.axes, gamepad.button_values
+        )
+
+    def _publish(self, context: Context):
+        state = self._state_input.Eval(context)
+        self._page.set_status(state.text or state.mode, "teleop")
+        time = context.get_time()
+        self._read_sliders(time)
+        in_hand = 0 <= time - self._moved_at < _GRACE
+        if not in_hand and state.mode != FOLLOW:
+            self._sliders.show(state.X_WT)
