@@ -6,7 +6,8 @@ import math
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from remosplat_drake.errors import FieldError
+from remosplat_drake.errors import FieldError, RemoSplatError
+from remosplat_drake.station.hardware.config import check_lcm_url
 
 
 @dc.dataclass
@@ -116,10 +117,7 @@ def check_teleop(config: TeleopConfig, where: str) -> None:
     _check_gamepad(config.gamepad, where)
     _check_scan(config.scan, where)
     if config.pose_stream is not None:
-        expiry = config.pose_stream.expiry
-        _require_positive(expiry, where, "pose_stream.expiry")
-        if not config.pose_stream.channel:
-            _fail(where, "pose_stream.channel", "must not be empty")
+        _check_stream(config.pose_stream, where)
 
 
 def _check_workspace(config: TeleopConfig, where: str) -> None:
@@ -175,6 +173,16 @@ def _check_scan(config: ScanConfig, where: str) -> None:
     if not config.dwell >= 0:
         _fail(where, "scan.dwell", f"must not be negative, got {config.dwell}")
     _require_positive(config.timeout, where, "scan.timeout")
+
+
+def _check_stream(config: PoseStreamConfig, where: str) -> None:
+    try:
+        check_lcm_url(config.lcm_url)
+    except RemoSplatError as error:
+        _fail(where, "pose_stream.lcm_url", str(error))
+    if not config.channel:
+        _fail(where, "pose_stream.channel", "must not be empty")
+    _require_positive(config.expiry, where, "pose_stream.expiry")
 
 
 def _require_positive(value: float, where: str, field: str) -> None:

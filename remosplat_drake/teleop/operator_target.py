@@ -127,7 +127,10 @@ class OperatorTarget(LeafSystem):
         output.set_value(self.state(context))
 
     def _calc_requests(self, context: Context, output: AbstractValue):
-        requests = MapRequests(frames=self._memory(context).frames_wanted)
+        state = self._memory(context)
+        requests = MapRequests(
+            frames=state.frames_wanted, unfinished=state.unfinished
+        )
         if self._requests_input.HasValue(context):
             requests += self._requests_input.Eval(context)
         output.set_value(requests)

@@ -218,6 +218,7 @@ def _watch_scan(
     state = dc.replace(state, frames_wanted=state.frames_wanted + 1)
     if len(state.scan) == 1:
         return hold(state, X_WE, "scan done")
+    state = dc.replace(state, unfinished=state.unfinished + 1)
     return _next_view(law, state, state.scan[1:], state.scan_size, time)
 
 

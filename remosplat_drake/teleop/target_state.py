@@ -37,6 +37,7 @@ class TargetState:
         since: When the present pose of the scan became the goal [s].
         arrived: When the end effector came to it [s]; None before.
         frames_wanted: How many frames scans have asked for.
+        unfinished: Those of them that more of their scan followed or will.
     """
 
     mode: str
@@ -50,6 +51,7 @@ class TargetState:
     since: float = 0.0
     arrived: float | None = None
     frames_wanted: int = 0
+    unfinished: int = 0
 
     @staticmethod
     def at_rest(X_WT: np.ndarray, text: str = "") -> "TargetState":

@@ -1,0 +1,119 @@
+"""`CommandMerger`: several operators of one target."""
+
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    State,
+    ValueProducer,
+)
+
+from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.teleop.merging import MergedCommand, merge_commands
+from remosplat_drake.teleop.operator_command import OperatorCommand
+
+_COMMAND, _REQUESTS = "command", "map_requests"
+
+
+class CommandMerger(LeafSystem):
+    """Lets the newest wish win, and adds up the presses of buttons.
+
+    .. pydrake_system::
+
+        name: CommandMerger
+        input_ports:
+        - command_0 ...
+        - map_requests_0 ... (optional)
+        output_ports:
+        - command
+        - map_requests
+
+    The outputs follow the inputs without delay; which source leads is
+    remembered once a period.
+
+    Args:
+        count: Number of sources, at least one.
+        period: Time between two looks at the sources [s].
+    """
+
+    def __init__(self, *, count: int, period: float):
+        super().__init__()
+        self.set_name("operators")
+        self._commands = [
+            self.DeclareAbstractInputPort(
+                f"{_COMMAND}_{i}", Value(OperatorCommand())
+            )
+            for i in range(count)
+        ]
+        self._requests = [
+            self.DeclareAbstractInputPort(
+                f"{_REQUESTS}_{i}", Value(MapRequests())
+            )
+            for i in range(count)
+        ]
+        silent = Value(MergedCommand.silent(count))
+        self._merged_index = self.DeclareAbstractState(silent)
+        self._merged = self.DeclareCacheEntry(
+            "merged",
+            ValueProducer(allocate=silent.Clone, calc=self._calc_merged),
+            {
+                self.abstract_state_ticket(self._merged_index),
+                *(port.ticket() for port in self._commands),
+            },
+        )
+        self.DeclareAbstractOutputPort(
+            _COMMAND,
+            Value(OperatorCommand()).Clone,
+            self._calc_command,
+            {self._merged.ticket()},
+        )
+        self.DeclareAbstractOutputPort(
+            _REQUESTS,
+            Value(MapRequests()).Clone,
+            self._calc_requests,
+            {port.ticket() for port in self._requests},
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._remember)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder, *, sources: list[LeafSystem], period: float
+    ) -> "CommandMerger":
+        """Adds a merger of systems with a port `command`.
+
+        Those that have a port `map_requests` are heard on that, too.
+        """
+        merger = builder.AddSystem(
+            CommandMerger(count=len(sources), period=period)
+        )
+        for i, source in enumerate(sources):
+            for name in (_COMMAND, _REQUESTS):
+                if source.HasOutputPort(name):
+                    builder.Connect(
+                        source.GetOutputPort(name),
+                        merger.GetInputPort(f"{name}_{i}"),
+                    )
+        return merger
+
+    def _calc_merged(self, context: Context, value: AbstractValue):
+        cell = int(self._merged_index)
+        before = context.get_abstract_state(cell).get_value()
+        commands = [port.Eval(context) for port in self._commands]
+        value.set_value(merge_commands(before, commands))
+
+    def _calc_command(self, context: Context, output: AbstractValue):
+        output.set_value(self._merged.Eval(context).command)
+
+    def _calc_requests(self, context: Context, output: AbstractValue):
+        total = MapRequests()
+        for port in self._requests:
+            if port.HasValue(context):
+                total += port.Eval(context)
+        output.set_value(total)
+
+    def _remember(self, context: Context, state: State):
+        cell = int(self._merged_index)
+        state.get_mutable_abstract_state(cell).set_value(
+            self._merged.Eval(context)
+        )

@@ -1,0 +1,66 @@
+"""Several sources of wishes as one: the newest wish wins."""
+
+import dataclasses as dc
+from collections.abc import Sequence
+
+from remosplat_drake.teleop.operator_command import OperatorCommand
+
+_COUNTS = ("moves", "holds", "homes", "poses", "scans")
+
+
+@dc.dataclass(frozen=True, eq=False)
+class MergedCommand:
+    """Several sources together; copying returns the object itself.
+
+    Attributes:
+        sources: What each of them says.
+        leader: Whose pose or velocity it is that moves the target.
+        command: What they amount to.
+    """
+
+    sources: tuple[OperatorCommand, ...]
+    leader: int = 0
+    command: OperatorCommand = dc.field(default_factory=OperatorCommand)
+
+    @staticmethod
+    def silent(count: int) -> "MergedCommand":
+        """Sources that have not said anything yet."""
+        return MergedCommand((OperatorCommand(),) * count)
+
+    def __deepcopy__(self, memo) -> "MergedCommand":
+        return self
+
+
+def merge_commands(
+    before: MergedCommand, sources: Sequence[OperatorCommand]
+) -> MergedCommand:
+    """What several sources amount to now.
+
+    A source that wishes for something new leads from then on: its pose, its
+    velocity and its trouble count, those of the others do not. Their buttons
+    always do. Of two at once the first leads.
+
+    Args:
+        before: The sources at the last look.
+        sources: What each says now, in the same order.
+    """
+    pairs = list(zip(before.sources, sources, strict=True))
+    new = [i for i, pair in enumerate(pairs) if _wishes_anew(*pair)]
+    leader = new[0] if new else before.leader
+    picks = [now.pose for known, now in pairs if now.poses > known.poses]
+    counts = {
+        name: sum(getattr(source, name) for source in sources)
+        for name in _COUNTS
+    }
+    command = dc.replace(
+        sources[leader],
+        pose=picks[0] if picks else before.command.pose,
+        **counts,
+    )
+    return MergedCommand(tuple(sources), leader, command)
+
+
+def _wishes_anew(known: OperatorCommand, now: OperatorCommand) -> bool:
+    pressed = known.V_W is None and now.V_W is not None
+    counted = any(getattr(now, n) > getattr(known, n) for n in _COUNTS)
+    return pressed or counted

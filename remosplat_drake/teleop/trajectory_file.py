@@ -1,0 +1,149 @@
+"""What an operator does at which time, written down in a YAML file.
+
+steps:
+- {time: 1, translation: [1.1, 0, 0.7], rpy_deg: [180, 0, 0]}
+- {time: 4, press: frame}
+- {time: 5, pick: shelf}
+- {time: 9, press: home}
+"""
+
+import dataclasses as dc
+from collections.abc import Collection, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.errors import FieldError, unknown_name
+from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.strict_yaml import load_strict
+from remosplat_drake.teleop.config import SavedPose
+from remosplat_drake.teleop.operator_command import OperatorCommand
+
+SOURCE = "trajectory"
+
+_TARGET_BUTTONS = {"hold": "holds", "home": "homes", "scan": "scans"}
+_MAP_BUTTONS = {
+    "frame": "frames",
+    "refine": "refines",
+    "undo": "undos",
+    "save": "saves",
+}
+
+BUTTONS = (*_TARGET_BUTTONS, *_MAP_BUTTONS)
+"""What a step can press."""
+
+
+@dc.dataclass
+class OperatorStep:
+    """One act: a wish for a pose, or a press of a button, or both."""
+
+    # Since the start [s].
+    time: float = 0.0
+    # Where the target shall go in W [m].
+    translation: list[float] | None = None
+    # Roll, pitch, yaw [deg]; absent: as at the step before.
+    rpy_deg: list[float] | None = None
+    # One of the buttons' names; empty for none.
+    press: str = ""
+    # Name of a saved pose to pick; empty for none.
+    pick: str = ""
+
+
+@dc.dataclass
+class TrajectoryFile:
+    """A whole file."""
+
+    steps: list[OperatorStep] = dc.field(default_factory=list)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Asked:
+    """All that has been asked for from some time on [s]."""
+
+    time: float
+    command: OperatorCommand
+    map_requests: MapRequests
+
+
+def load_trajectory(path: Path, poses: Collection[str]) -> list[OperatorStep]:
+    """Reads and checks a file.
+
+    Args:
+        path: The file.
+        poses: Names of the saved poses.
+
+    Raises:
+        FileError: The file is missing or not YAML.
+        FieldError: A step is unusable; names it.
+    """
+    steps = load_strict(TrajectoryFile, path).steps
+    if not steps:
+        raise FieldError(str(path), "steps", "there are none")
+    before = 0.0
+    for i, step in enumerate(steps):
+        _check_step(step, before, poses, str(path), f"steps[{i}]")
+        before = step.time
+    return steps
+
+
+def _check_step(
+    step: OperatorStep,
+    before: float,
+    poses: Collection[str],
+    where: str,
+    field: str,
+) -> None:
+    if not step.time >= before:
+        raise FieldError(
+            where,
+            f"{field}.time",
+            f"must not be before {before:g}, got {step.time:g}",
+        )
+    for name in ("translation", "rpy_deg"):
+        values = getattr(step, name)
+        if values is not None and len(values) != 3:
+            raise FieldError(
+                where,
+                f"{field}.{name}",
+                f"expected 3 entries, got {len(values)}",
+            )
+    if step.rpy_deg is not None and step.translation is None:
+        raise FieldError(where, f"{field}.rpy_deg", "needs a translation")
+    if step.press and step.press not in BUTTONS:
+        problem = unknown_name("button", step.press, BUTTONS)
+        raise FieldError(where, f"{field}.press", problem)
+    if step.pick and step.pick not in poses:
+        problem = unknown_name("saved pose", step.pick, poses)
+        raise FieldError(where, f"{field}.pick", problem)
+    if not (step.translation or step.press or step.pick):
+        raise FieldError(
+            where, field, "asks for nothing: give translation, press or pick"
+        )
+
+
+def asked_over_time(steps: Sequence[OperatorStep]) -> list[Asked]:
+    """What the steps amount to, in order; before the first one, nothing."""
+    command, requests = OperatorCommand(source=SOURCE), MapRequests()
+    asked = [Asked(-np.inf, command, requests)]
+    pose = SavedPose()
+    for step in steps:
+        if step.translation is not None:
+            rpy_deg = step.rpy_deg or pose.rpy_deg
+            pose = SavedPose(step.translation, rpy_deg)
+            command = dc.replace(
+                command, X_WT=pose.matrix(), moves=command.moves + 1
+            )
+        if step.pick:
+            command = dc.replace(
+                command, pose=step.pick, poses=command.poses + 1
+            )
+        if step.press in _TARGET_BUTTONS:
+            command = _more(command, _TARGET_BUTTONS[step.press])
+        if step.press in _MAP_BUTTONS:
+            requests = _more(requests, _MAP_BUTTONS[step.press])
+        asked.append(Asked(step.time, command, requests))
+    return asked
+
+
+def _more(counts, field: str):
+    return dc.replace(counts, **{field: getattr(counts, field) + 1})

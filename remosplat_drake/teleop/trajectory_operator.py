@@ -1,0 +1,64 @@
+"""`TrajectoryOperator`: an operator who follows a script."""
+
+from bisect import bisect_right
+from collections.abc import Sequence
+
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.teleop.operator_command import OperatorCommand
+from remosplat_drake.teleop.trajectory_file import (
+    Asked,
+    OperatorStep,
+    asked_over_time,
+)
+
+_ROUNDING = 1e-9
+"""A step is due so much before its time: times of ticks are sums [s]."""
+
+
+class TrajectoryOperator(LeafSystem):
+    """Asks at given times for what a script says.
+
+    .. pydrake_system::
+
+        name: TrajectoryOperator
+        output_ports:
+        - command
+        - map_requests
+
+    `command` carries an `OperatorCommand`, `map_requests` the `MapRequests`.
+    Times count from when the simulation is initialized.
+
+    Args:
+        steps: The script, in the order of time.
+    """
+
+    def __init__(self, *, steps: Sequence[OperatorStep]):
+        super().__init__()
+        self.set_name("trajectory_operator")
+        self._asked = asked_over_time(steps)
+        self._times = [asked.time for asked in self._asked]
+        self._start_index = self.DeclareDiscreteState(1)
+        self.DeclareInitializationDiscreteUpdateEvent(self._begin)
+        self.DeclareAbstractOutputPort(
+            "command", Value(OperatorCommand()).Clone, self._calc_command
+        )
+        self.DeclareAbstractOutputPort(
+            "map_requests", Value(MapRequests()).Clone, self._calc_requests
+        )
+
+    def _begin(self, context: Context, state: DiscreteValues):
+        state.set_value(int(self._start_index), [context.get_time()])
+
+    def _now(self, context: Context) -> Asked:
+        start = context.get_discrete_state(int(self._start_index)).value()
+        time = context.get_time() - start[0] + _ROUNDING
+        return self._asked[bisect_right(self._times, time) - 1]
+
+    def _calc_command(self, context: Context, output: AbstractValue):
+        output.set_value(self._now(context).command)
+
+    def _calc_requests(self, context: Context, output: AbstractValue):
+        output.set_value(self._now(context).map_requests)
