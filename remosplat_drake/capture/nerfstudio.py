@@ -76,9 +76,25 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
     if not isinstance(frames, list) or not frames:
         raise FieldError(str(path), "frames", "expected a list of frames")
     for i in range(0, len(frames), stride):
-        if not isinstance(frames[i], dict):
-            raise FieldError(str(path), f"frames[{i}]", "expected an object")
-        yield _read_frame(_Fields(path, document, frames[i], f"frames[{i}]"))
+        yield read_frame(path, document, i)
+
+
+def read_frame(path: Path, document: dict, i: int) -> Frame:
+    """Frame i of a document.
+
+    Args:
+        path: The document's file.
+        document: What it holds.
+        i: Index among its frames.
+
+    Raises:
+        FileError: A file is missing or unreadable.
+        FieldError: A field is missing or unusable.
+    """
+    frame = document["frames"][i]
+    if not isinstance(frame, dict):
+        raise FieldError(str(path), f"frames[{i}]", "expected an object")
+    return _read_frame(_Fields(path, document, frame, f"frames[{i}]"))
 
 
 @dc.dataclass(frozen=True)
@@ -241,21 +257,35 @@ def write_capture(folder: str | Path, capture: Capture):
     same_camera = bool((capture.K[0] == capture.K).all())
     frames = []
     for view in range(len(capture)):
-        camera = {} if same_camera else _camera_fields(capture.K[view])
-        frames.append(_write_frame(folder, capture, view) | camera)
+        camera = {} if same_camera else camera_fields(capture.K[view])
+        name = f"{view:04d}"
+        frames.append(write_images(folder, name, capture, view) | camera)
     document = {
         "camera_model": "OPENCV",
         "w": width,
         "h": height,
-        **(_camera_fields(capture.K[0]) if same_camera else {}),
+        **(camera_fields(capture.K[0]) if same_camera else {}),
         "depth_unit_scale_factor": DEPTH_UNIT,
         "frames": frames,
     }
     write_atomically(folder / TRANSFORMS, json.dumps(document, indent=1) + "\n")
 
 
-def _write_frame(folder: Path, capture: Capture, view: int) -> dict:
-    """Writes a view's images; returns its entry in the document."""
+def write_images(
+    folder: Path, name: str, capture: Capture, view: int = 0
+) -> dict:
+    """Writes a view's images; its entry in the document, but for the camera.
+
+    Args:
+        folder: Of the document.
+        name: Of the image files.
+        capture: Holds the view.
+        view: Its index.
+
+    Raises:
+        FileError: A file cannot be written.
+        MissingExtraError: Pillow is not installed.
+    """
     steps = np.rint(capture.depth[view] / DEPTH_UNIT)
     steps = np.where(steps > _MAX_STEPS, 0, steps).astype(np.uint16)
     images = {
@@ -267,7 +297,7 @@ def _write_frame(folder: Path, capture: Capture, view: int) -> dict:
         images["mask_path"] = ("masks", shown)
     entry = {}
     for key, (kind, pixels) in images.items():
-        entry[key] = f"{kind}/{view:04d}.png"
+        entry[key] = f"{kind}/{name}.png"
         path = folder / entry[key]
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -280,6 +310,7 @@ def _write_frame(folder: Path, capture: Capture, view: int) -> dict:
     return entry | {"transform_matrix": X_WC_gl.tolist()}
 
 
-def _camera_fields(K: np.ndarray) -> dict[str, float]:
+def camera_fields(K: np.ndarray) -> dict[str, float]:
+    """The fields of a camera with the intrinsic matrix K."""
     values = K[[0, 1, 0, 1], [0, 1, 2, 2]].tolist()
     return dict(zip(_INTRINSICS, values, strict=True))

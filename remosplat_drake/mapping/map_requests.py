@@ -2,6 +2,8 @@
 
 import dataclasses as dc
 
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+
 
 @dc.dataclass(frozen=True)
 class MapRequests:
@@ -14,12 +16,17 @@ class MapRequests:
         refines: Presses of the refine button.
         undos: Presses of the undo button.
         saves: Presses of the save button.
+        unfinished: Those of the frames that more of a scan follow: a map is
+            made of them together with the last one.
+        scene: What a simulated camera sees from now on; None: no change.
     """
 
     frames: int = 0
     refines: int = 0
     undos: int = 0
     saves: int = 0
+    unfinished: int = 0
+    scene: PrimitiveScene | None = None
 
     def __add__(self, other: "MapRequests") -> "MapRequests":
         """What two people have asked for together."""
@@ -28,6 +35,8 @@ class MapRequests:
             self.refines + other.refines,
             self.undos + other.undos,
             self.saves + other.saves,
+            self.unfinished + other.unfinished,
+            self.scene if other.scene is None else other.scene,
         )
 
     def __deepcopy__(self, memo) -> "MapRequests":

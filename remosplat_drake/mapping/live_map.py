@@ -1,0 +1,254 @@
+"""`LiveMap`: the newest map of the mapping process, between control ticks."""
+
+import dataclasses as dc
+
+import numpy as np
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+    State,
+)
+
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.mapping.map_file import open_map
+from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.mapping.map_status import MapStatus, noted, swapped
+from remosplat_drake.mapping.mapping_process import MappingProcess
+from remosplat_drake.mapping.messages import (
+    AddFrame,
+    Build,
+    Event,
+    MapReady,
+    Request,
+    Save,
+    ShowScene,
+    Undo,
+)
+from remosplat_drake.mapping.scene_map import SceneMap
+
+_ROUNDING = 1e-9
+"""Ticks come so much too early by rounding [s]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Memory:
+    """State between two ticks; copying returns the object itself.
+
+    Attributes:
+        status: What is shown.
+        known: The requests that have been passed on.
+        due: When answers take effect: pairs (time [s], number of requests
+            answered by then); only with a fixed latency.
+    """
+
+    status: MapStatus
+    known: MapRequests = dc.field(default_factory=MapRequests)
+    due: tuple[tuple[float, int], ...] = ()
+
+    def __deepcopy__(self, memo) -> "_Memory":
+        return self
+
+
+class LiveMap(LeafSystem):
+    """Passes requests to the mapping process, and its maps to the oracle.
+
+    .. pydrake_system::
+
+        name: LiveMap
+        input_ports:
+        - configuration
+        - requests (optional)
+        output_ports:
+        - distance_field
+        - map_age
+        - map_status
+
+    Nothing here waits for the process: a new map is a file that is mapped
+    into memory at a tick, and counts from the next one on. `requests` takes
+    `MapRequests`, `map_status` gives a `MapStatus`, and `map_age` tells how
+    long ago the newest frame of the map was taken; before the first it is 0.
+
+    With a fixed latency simulated maps take effect exactly so long after
+    they were asked for, however fast the simulation runs: it waits then.
+
+    Args:
+        process: Takes the pictures and makes the maps.
+        initial: The map that the scenario begins with, version 0.
+        n_q: Length of a configuration.
+        period: Time between two looks [s].
+        reopened: The map of a session that goes on, if there is one.
+        latency: The fixed latency [s]; None: as soon as a map is made.
+    """
+
+    def __init__(
+        self,
+        *,
+        process: MappingProcess,
+        initial: SceneMap,
+        n_q: int,
+        period: float,
+        reopened: SceneMap | None = None,
+        latency: float | None = None,
+    ):
+        super().__init__()
+        self.set_name("live_map")
+        self._process = process
+        self._initial = initial
+        self._latency = latency
+        self._configuration_input = self.DeclareVectorInputPort(
+            "configuration", n_q
+        )
+        self._requests_input = self.DeclareAbstractInputPort(
+            "requests", Value(MapRequests())
+        )
+        first = initial if reopened is None else reopened
+        status = MapStatus(first, frames=len(first.frames))
+        self._memory_index = self.DeclareAbstractState(Value(_Memory(status)))
+        memory = self.abstract_state_ticket(self._memory_index)
+        self.DeclareAbstractOutputPort(
+            "distance_field",
+            Value[object]().Clone,
+            self._calc_field,
+            {memory},
+        )
+        self.DeclareVectorOutputPort(
+            "map_age", 1, self._calc_age, {memory, self.time_ticket()}
+        )
+        self.DeclareAbstractOutputPort(
+            "map_status", Value(status).Clone, self._calc_status, {memory}
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._tick)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder,
+        *,
+        configuration: OutputPort,
+        requests: OutputPort | None = None,
+        oracle: LeafSystem,
+        supervisor: LeafSystem | None = None,
+        **arguments,
+    ) -> "LiveMap":
+        """Adds a live map, and connects it to whom it concerns.
+
+        Args:
+            builder: Of the diagram.
+            configuration: The measured one.
+            requests: What people ask for.
+            oracle: Asks the map from now on.
+            supervisor: Is told the map's age.
+            **arguments: Those of `LiveMap`.
+        """
+        live_map = builder.AddSystem(LiveMap(**arguments))
+        builder.Connect(configuration, live_map.GetInputPort("configuration"))
+        if requests is not None:
+            builder.Connect(requests, live_map.GetInputPort("requests"))
+        builder.Connect(
+            live_map.GetOutputPort("distance_field"),
+            oracle.GetInputPort("distance_field"),
+        )
+        if supervisor is not None:
+            builder.Connect(
+                live_map.GetOutputPort("map_age"),
+                supervisor.GetInputPort("map_age"),
+            )
+        return live_map
+
+    def status(self, context: Context) -> MapStatus:
+        """The present status, from the system's own context."""
+        return self._memory(context).status
+
+    def _memory(self, context: Context) -> _Memory:
+        return context.get_abstract_state(int(self._memory_index)).get_value()
+
+    def _calc_field(self, context: Context, output: AbstractValue):
+        output.set_value(self.status(context).scene_map.field)
+
+    def _calc_age(self, context: Context, output: BasicVector):
+        now, taken = context.get_time(), self.status(context).scene_map.time
+        if taken > now:  # In an earlier run of the session, by its clock.
+            taken = 0.0
+        output.SetAtIndex(0, now - taken if np.isfinite(taken) else 0.0)
+
+    def _calc_status(self, context: Context, output: AbstractValue):
+        output.set_value(self.status(context))
+
+    def _tick(self, context: Context, state: State):
+        before = self._memory(context)
+        memory = self._heard(context.get_time(), self._asked(context, before))
+        if memory is not before:
+            cell = int(self._memory_index)
+            state.get_mutable_abstract_state(cell).set_value(memory)
+
+    def _asked(self, context: Context, memory: _Memory) -> _Memory:
+        """Passes on what is new among the requests."""
+        if not self._requests_input.HasValue(context):
+            return memory
+        wanted = self._requests_input.Eval(context)
+        if wanted is memory.known:
+            return memory
+        q, time = self._configuration_input.Eval(context), context.get_time()
+        requests = _news(memory.known, wanted, q, time)
+        for request in requests:
+            self._process.request(request)
+        memory = dc.replace(memory, known=wanted)
+        if not requests:
+            return memory
+        due = memory.due
+        if self._latency is not None:
+            due = (*due, (time + self._latency, self._process.sent))
+        status = dc.replace(memory.status, is_building=True)
+        return dc.replace(memory, status=status, due=due)
+
+    def _heard(self, time: float, memory: _Memory) -> _Memory:
+        """Takes in what the process has told."""
+        due = memory.due
+        if self._latency is None:
+            events = self._process.poll()
+        else:
+            events = []
+            while due and time >= due[0][0] - _ROUNDING:
+                events += self._process.wait(due[0][1])
+                due = due[1:]
+        if not events:
+            return memory
+        status = memory.status
+        for event in events:
+            status = self._after(status, event)
+        return dc.replace(memory, status=status, due=due)
+
+    def _after(self, status: MapStatus, event: Event) -> MapStatus:
+        if not isinstance(event, MapReady):
+            return noted(status, event)
+        if event.version == status.scene_map.version:
+            return status
+        try:
+            scene_map = (
+                self._initial if event.path is None else open_map(event.path)
+            )
+        except RemoSplatError as error:
+            return dc.replace(status, trouble=f"the old map stays: {error}")
+        return swapped(status, scene_map)
+
+
+def _news(
+    known: MapRequests, wanted: MapRequests, q: np.ndarray, time: float
+) -> list[Request]:
+    """What has been asked for since `known`, in the order to be done."""
+    requests: list[Request] = []
+    if wanted.scene is not None and wanted.scene is not known.scene:
+        requests.append(ShowScene(wanted.scene))
+    frames = wanted.frames - known.frames
+    requests += [AddFrame(np.array(q), time)] * frames
+    if frames > wanted.unfinished - known.unfinished:
+        requests.append(Build("quick"))
+    if wanted.refines > known.refines:
+        requests.append(Build("full"))
+    requests += [Undo()] * (wanted.undos - known.undos)
+    if wanted.saves > known.saves:
+        requests.append(Save())
+    return requests

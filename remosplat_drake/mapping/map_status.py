@@ -1,0 +1,72 @@
+"""`MapStatus`: what people are told about the live map."""
+
+import dataclasses as dc
+
+from remosplat_drake.mapping.messages import (
+    Building,
+    Event,
+    FrameAdded,
+    FrameRefused,
+    Idle,
+    Note,
+    Trouble,
+)
+from remosplat_drake.mapping.scene_map import SceneMap
+
+
+@dc.dataclass(frozen=True, eq=False)
+class MapStatus:
+    """The map that counts now, and how the next one comes along.
+
+    Copying returns the object itself.
+
+    Attributes:
+        scene_map: What the oracle asks.
+        text: The latest good news, or what is being done.
+        trouble: The latest bad news; empty once something went well again.
+        is_building: Whether requests are unanswered.
+        frames: Of which the next map is made.
+        swaps: How often the map has changed.
+    """
+
+    scene_map: SceneMap
+    text: str = ""
+    trouble: str = ""
+    is_building: bool = False
+    frames: int = 0
+    swaps: int = 0
+
+    def __deepcopy__(self, memo) -> "MapStatus":
+        return self
+
+
+def noted(status: MapStatus, event: Event) -> MapStatus:
+    """The status after an event other than a new map."""
+    match event:
+        case FrameAdded(name, total):
+            return dc.replace(
+                status, text=f"{name} added", trouble="", frames=total
+            )
+        case Building(stage, done, total):
+            text = f"making a map: {stage} {done}/{total}"
+            return dc.replace(status, text=text)
+        case Note(text):
+            return dc.replace(status, text=text, trouble="")
+        case FrameRefused(reason) | Trouble(reason):
+            return dc.replace(status, trouble=reason)
+        case Idle(frames=frames):
+            frames = status.frames if frames is None else frames
+            return dc.replace(status, is_building=False, frames=frames)
+    return status
+
+
+def swapped(status: MapStatus, scene_map: SceneMap) -> MapStatus:
+    """The status once another map counts."""
+    return dc.replace(
+        status,
+        scene_map=scene_map,
+        text=f"map {scene_map.version}: {scene_map.quality}",
+        trouble="",
+        frames=len(scene_map.frames),
+        swaps=status.swaps + 1,
+    )

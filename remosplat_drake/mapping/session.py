@@ -1,0 +1,184 @@
+"""`Session`: a folder with all that a teleoperation has gathered.
+
+    session.json          this file: the scenario, the versions of the map
+    frames/               what the camera saw; see `FrameStore`
+    maps/map_0001.rsmap   the versions
+    runs/0001/            what the robot did, written by the control process
+
+Only the mapping process writes (but for `runs`), and each file at once.
+"""
+
+import dataclasses as dc
+import json
+from pathlib import Path
+
+from remosplat_drake.atomic_file import write_atomically
+from remosplat_drake.capture.text_files import read_json
+from remosplat_drake.errors import FileError, RemoSplatError
+from remosplat_drake.mapping.frame_store import FrameStore
+from remosplat_drake.mapping.map_file import SUFFIX
+
+SESSION_FILE = "session.json"
+FORMAT = "remosplat session 1"
+
+
+@dc.dataclass(frozen=True)
+class Version:
+    """A map of the session.
+
+    Attributes:
+        version: Its number; 0 is the scenario's own, which has no file.
+        parent: The version that it was made after.
+        file: Within the session's folder.
+        frames: Names of the frames in it.
+        seconds: How long it took to be made [s].
+    """
+
+    version: int
+    parent: int
+    file: str
+    frames: tuple[str, ...]
+    seconds: float
+
+
+class Session:
+    """Frames and maps of one place, and which of them count now.
+
+    Attributes:
+        folder: Of the session.
+        scenario_text: The scenario it belongs to, as YAML.
+        frames: All that were taken.
+        versions: All maps, by number.
+        head: The version that counts; 0 is the scenario's own.
+        active: Names of the frames that the next map is made of.
+    """
+
+    def __init__(self, folder: Path, document: dict):
+        """Use `create` or `open`."""
+        self.folder = folder
+        self.scenario_text: str = document["scenario"]
+        self.frames = FrameStore(folder / "frames")
+        self.head: int = document["head"]
+        self.active: tuple[str, ...] = tuple(document["active"])
+        versions = [
+            Version(**entry | {"frames": tuple(entry["frames"])})
+            for entry in document["versions"]
+        ]
+        self.versions = {version.version: version for version in versions}
+
+    @staticmethod
+    def create(folder: Path, scenario_text: str) -> "Session":
+        """Makes a session in a new or empty folder.
+
+        Raises:
+            FileError: The folder holds something, or cannot be made.
+        """
+        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            raise FileError(folder, "exists; a new session needs a new folder")
+        session = Session(
+            folder,
+            {
+                "scenario": scenario_text,
+                "head": 0,
+                "active": [],
+                "versions": [],
+            },
+        )
+        session._write(0, (), {})
+        return session
+
+    @staticmethod
+    def open(folder: Path) -> "Session":
+        """Reads a session.
+
+        Raises:
+            RemoSplatError: The folder holds none, or a damaged one.
+        """
+        path = folder / SESSION_FILE
+        document = read_json(path)
+        if document.get("format") != FORMAT:
+            raise FileError(path, f"is no {FORMAT!r}")
+        try:
+            return Session(folder, document)
+        except (KeyError, TypeError, AttributeError) as error:
+            raise FileError(path, f"is damaged: {error}") from error
+
+    @property
+    def head_map(self) -> Path | None:
+        """The file of the map that counts; None for the scenario's own."""
+        if not self.head:
+            return None
+        return self.folder / self.versions[self.head].file
+
+    @property
+    def next_version(self) -> int:
+        """The number of the next map."""
+        return max(self.versions, default=0) + 1
+
+    def map_path(self, version: int) -> Path:
+        """Where a map goes."""
+        return self.folder / "maps" / f"map_{version:04d}{SUFFIX}"
+
+    def activate(self, name: str) -> None:
+        """Lets a frame of the store count for the next map."""
+        self._write(self.head, (*self.active, name), self.versions)
+
+    def refuse(self, names: set[str]) -> None:
+        """Lets frames count no more, here or for other programs."""
+        active = tuple(name for name in self.active if name not in names)
+        self._write(self.head, active, self.versions)
+        self.frames.leave_out(names)
+
+    def record(self, version: Version, replaced: set[str]) -> None:
+        """Notes a new map, whose file is there, as the one that counts.
+
+        Args:
+            version: The map.
+            replaced: Frames that newer ones stand for.
+        """
+        active = tuple(name for name in self.active if name not in replaced)
+        versions = self.versions | {version.version: version}
+        self._write(version.version, active, versions)
+
+    @property
+    def map_frames(self) -> tuple[str, ...]:
+        """Names of the frames in the map that counts."""
+        return self._frames_of(self.head)
+
+    @property
+    def has_new_frames(self) -> bool:
+        """Whether there are frames that the map does not hold."""
+        return bool(set(self.active) - set(self.map_frames))
+
+    def leave_out_new_frames(self) -> None:
+        """Goes back to the frames that are in the map."""
+        self._write(self.head, self.map_frames, self.versions)
+
+    def undo(self) -> None:
+        """Goes back to the map before, and to its frames.
+
+        Raises:
+            RemoSplatError: There is none.
+        """
+        if not self.head:
+            raise RemoSplatError("there is nothing to undo")
+        parent = self.versions[self.head].parent
+        self._write(parent, self._frames_of(parent), self.versions)
+
+    def _frames_of(self, version: int) -> tuple[str, ...]:
+        return self.versions[version].frames if version else ()
+
+    def _write(
+        self, head: int, active: tuple[str, ...], versions: dict[int, Version]
+    ) -> None:
+        """Changes the file, then this object; or neither."""
+        document = {
+            "format": FORMAT,
+            "head": head,
+            "active": active,
+            "versions": [dc.asdict(version) for version in versions.values()],
+            "scenario": self.scenario_text,
+        }
+        text = json.dumps(document, indent=1) + "\n"
+        write_atomically(self.folder / SESSION_FILE, text)
+        self.head, self.active, self.versions = head, active, versions

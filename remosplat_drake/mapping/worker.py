@@ -1,0 +1,317 @@
+"""The mapping process: what runs inside it.
+
+It owns the camera and the session's folder and keeps nothing besides, so
+that another one goes on where it was killed.
+"""
+
+import dataclasses as dc
+import logging
+import os
+import signal
+import time
+from collections.abc import Callable
+from functools import partial
+from multiprocessing.connection import Connection
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from remosplat_drake.capture.capture import (
+    MIN_DEPTH_FRACTION,
+    MIN_VIEWS,
+    Capture,
+)
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.mapping.build_thread import BuildThread, Report
+from remosplat_drake.mapping.camera import WristCamera
+from remosplat_drake.mapping.config import MappingConfig
+from remosplat_drake.mapping.frame_choice import (
+    contradicting_frames,
+    frames_to_keep,
+)
+from remosplat_drake.mapping.map_builder import build_map
+from remosplat_drake.mapping.map_file import open_map, write_map
+from remosplat_drake.mapping.messages import (
+    AddFrame,
+    Build,
+    Close,
+    Event,
+    FrameAdded,
+    FrameRefused,
+    Idle,
+    MapReady,
+    Note,
+    Request,
+    Save,
+    ShowScene,
+    Trouble,
+    Undo,
+)
+from remosplat_drake.mapping.scene_map import SceneMap
+from remosplat_drake.mapping.session import Session, Version
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.ply import write_ply
+
+_NICE = 19
+"""Everybody goes first."""
+
+_LOOK = 0.01
+"""Time between two looks at the camera and at the map in the making [s]."""
+
+_log = logging.getLogger(__name__)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class MappingJob:
+    """What a mapping process works at; it can be sent to another process.
+
+    Attributes:
+        session: The session's folder.
+        config: How maps are made.
+        robot: The robot that carries the camera.
+        make_camera: Makes the camera, inside the process.
+        make_field: The oracle's field of a splat.
+        base: What the scenario's map begins with, if it is a splat.
+    """
+
+    session: Path
+    config: MappingConfig
+    robot: RobotModel
+    make_camera: Callable[[], WristCamera]
+    make_field: Callable[[GaussianSplat], DistanceField]
+    base: GaussianSplat | None = None
+
+
+def serve(connection: Connection, job: MappingJob) -> None:
+    """Answers until the other end is closed.
+
+    Args:
+        connection: Brings requests, takes events; see `messages`.
+        job: What to work at.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # The parent's to handle.
+    logging.getLogger("drake").setLevel(logging.WARNING)
+    os.nice(_NICE)
+    try:
+        try:
+            worker = _Worker(connection, job)
+        except RemoSplatError as error:
+            _refuse_all(connection, str(error))
+        else:
+            worker.run()
+    except (EOFError, ConnectionError):
+        pass
+    finally:
+        # A map in the making is given up; what is saved was saved at once.
+        os._exit(0)
+
+
+def _refuse_all(connection: Connection, reason: str) -> None:
+    """Says to each request why there is no mapping."""
+    connection.send(Trouble(reason))
+    answered = 0
+    while not isinstance(connection.recv(), Close):
+        answered += 1
+        connection.send(Trouble(reason))
+        connection.send(Idle(answered))
+
+
+class _Worker:
+    """Takes the pictures at once, and makes the maps one by one."""
+
+    def __init__(self, connection: Connection, job: MappingJob):
+        self._connection = connection
+        self._job = job
+        self._session = Session.open(job.session)
+        self._camera = job.make_camera()
+        self._builder: BuildThread[Version] = BuildThread()
+        self._wanted = ""
+        self._offered: set[str] = set()
+        self._received = self._answered = 0
+        # With a fixed latency each request is done before the next is read:
+        # what is in which map must not depend on how fast they are made.
+        self._in_order = job.config.latency is not None
+
+    def run(self) -> None:
+        """Works until the other end says so, or is closed."""
+        self._tell_map()
+        while True:
+            self._camera.listen()
+            self._advance_building()
+            if self._in_order and self._builder.is_busy:
+                time.sleep(_LOOK)
+            elif self._connection.poll(_LOOK):
+                request = self._connection.recv()
+                if isinstance(request, Close):
+                    return
+                self._received += 1
+                self._try(partial(self._do, request))
+
+    def _tell(self, event: Event) -> None:
+        self._connection.send(event)
+
+    def _tell_map(self) -> None:
+        self._tell(MapReady(self._session.head_map, self._session.head))
+
+    def _try(self, action: Callable[[], None]) -> None:
+        """Tells what goes wrong, and goes on."""
+        try:
+            action()
+        except (EOFError, ConnectionError):
+            raise
+        except RemoSplatError as error:
+            self._tell(Trouble(str(error)))
+        except Exception as error:
+            _log.exception("the mapping process goes on after an error")
+            self._tell(Trouble(f"{type(error).__name__}: {error}"))
+
+    def _do(self, request: Request) -> None:
+        match request:
+            case AddFrame(q=q, time=taken):
+                self._add_frame(q, taken)
+            case Build(effort):
+                if self._wanted != "full":
+                    self._wanted = effort
+            case Undo():
+                self._undo()
+            case Save():
+                self._save()
+            case ShowScene(scene=scene):
+                self._camera.show(scene)
+
+    def _add_frame(self, q: np.ndarray, taken: float) -> None:
+        frame = self._camera.frame(q, taken)
+        if (frame.depth > 0).mean() < MIN_DEPTH_FRACTION:
+            self._tell(FrameRefused("the frame has no depth"))
+            return
+        name = self._session.frames.add(frame, q)
+        self._session.activate(name)
+        self._tell(FrameAdded(name, len(self._session.active)))
+
+    def _undo(self) -> None:
+        session = self._session
+        if self._builder.is_busy or self._wanted or session.has_new_frames:
+            self._builder.drop()
+            self._wanted = ""
+            session.leave_out_new_frames()
+            self._tell(Note("what no map had yet is left out"))
+            return
+        session.undo()
+        self._tell_map()
+
+    def _save(self) -> None:
+        if self._session.head_map is None:
+            raise RemoSplatError("there is no map to save")
+        splat_W = open_map(self._session.head_map).splat_W
+        if splat_W is None:
+            raise RemoSplatError("the map has no splat to save")
+        path = self._session.folder / "splat.ply"
+        write_ply(path, splat_W)
+        self._tell(Note(f"saved {path}"))
+
+    def _advance_building(self) -> None:
+        if progress := self._builder.progress():
+            self._tell(progress)
+        result = self._builder.fetch()
+        if isinstance(result, RemoSplatError):
+            self._tell(Trouble(f"no new map: {result}"))
+        elif isinstance(result, Exception):
+            _log.error("no new map", exc_info=result)
+            name = type(result).__name__
+            self._tell(Trouble(f"no new map: {name}: {result}"))
+        elif result is not None:
+            self._try(partial(self._take, result))
+        if self._wanted and not self._builder.is_busy:
+            effort, self._wanted = self._wanted, ""
+            self._try(partial(self._start_building, effort))
+        if not self._builder.is_busy and self._answered < self._received:
+            self._answered = self._received
+            self._tell(Idle(self._answered, len(self._session.active)))
+
+    def _take(self, version: Version) -> None:
+        """Lets a map that has been made count."""
+        replaced = self._offered - set(version.frames)
+        self._session.record(version, replaced)
+        self._tell_map()
+
+    def _start_building(self, effort: str) -> None:
+        session, job = self._session, self._job
+        self._offered = set(session.active)
+        names, capture = self._usable_frames()
+        if len(names) < MIN_VIEWS:
+            self._tell(Note(f"a map needs at least {MIN_VIEWS} frames"))
+            return
+        build = partial(
+            build_map,
+            capture,
+            job.config,
+            version=session.next_version,
+            parent=session.head,
+            frames=names,
+            time=session.frames.time(names[-1]),
+            make_field=job.make_field,
+            effort=effort,
+            base=job.base,
+            robot_free=_robot_at(job.robot, session.frames.places(names)),
+        )
+        path = session.map_path(session.next_version)
+        self._builder.start(partial(_make_version, build, path))
+
+    def _usable_frames(self) -> tuple[tuple[str, ...], Capture]:
+        """The frames for the next map; those that are wrong are refused."""
+        session, config = self._session, self._job.config
+        problems = session.frames.load(session.active)
+        self._refuse(problems)
+        kept = frames_to_keep(
+            session.frames.poses(session.active), config.max_frames
+        )
+        names = tuple(session.active[i] for i in kept)
+        capture = session.frames.capture(names, config.max_depth)
+        trusted = sum(name in session.map_frames for name in names)
+        wrong = contradicting_frames(capture, trusted)
+        self._refuse(
+            {
+                names[i]: f"{names[i]} contradicts the others: its pose is"
+                " wrong, or much has changed"
+                for i in wrong
+            }
+        )
+        right = np.setdiff1d(np.arange(len(names)), wrong)
+        return tuple(names[i] for i in right), capture.select(right)
+
+    def _refuse(self, problems: dict[str, str]) -> None:
+        if problems:
+            self._session.refuse(set(problems))
+        for problem in problems.values():
+            self._tell(FrameRefused(problem))
+
+
+def _make_version(
+    build: Callable[..., SceneMap], path: Path, report: Report
+) -> Version:
+    """Makes a map and writes it."""
+    start = perf_counter()
+    scene_map = build(report=report)
+    write_map(path, scene_map)
+    return Version(
+        version=scene_map.version,
+        parent=scene_map.parent or 0,
+        file=f"{path.parent.name}/{path.name}",
+        frames=scene_map.frames,
+        seconds=perf_counter() - start,
+    )
+
+
+def _robot_at(robot: RobotModel, q: np.ndarray) -> Spheres:
+    """All spheres of a robot in all of n configurations (n, n_q)."""
+    places = [robot.spheres_at(each) for each in q]
+    return Spheres(
+        *(
+            np.concatenate([getattr(place, field.name) for place in places])
+            for field in dc.fields(Spheres)
+        )
+    )
