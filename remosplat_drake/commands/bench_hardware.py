@@ -34,7 +34,10 @@ def run_loops(console: Console) -> int:
     """Measures the real-time loop at every rate."""
     _check_wire()
     console.print(load())
-    loops = [measure_loop(rate) for rate in _tracked(RATES, "driving")]
+    loops = [
+        measure_loop(rate, text)
+        for rate, text in _tracked(RATES.items(), "driving")
+    ]
     console.print(loop_table(loops))
     return 0
 
