@@ -48,9 +48,17 @@ ALLOWED = {
         "mapping.map_requests",
         "messages",
         "robot",
+        "station.hardware.config",
         "task.target_sequence",
     },
-    "recording": {"controller.tick_report", "oracle", "robot"},
+    # The log holds the supervisor's mode; figures are made of it later.
+    "recording": {
+        "controller.tick_report",
+        "oracle",
+        "robot",
+        "safety.supervision",
+        "teleop.deviation",
+    },
     # A live camera needs the names of the station's ports: inert data.
     "capture": {
         "oracle",
@@ -74,6 +82,7 @@ ALLOWED = {
         "controller.ingredients.collision_damper",
         "controller.servo",
         "oracle",
+        "recording.run_log",
         "robot",
         "safety.operator",
         "safety.supervision",

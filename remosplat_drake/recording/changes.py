@@ -27,9 +27,9 @@ class Surroundings:
         supervision: What the supervisor is at.
         map_status: What the live map is at; its `scene_map` with `version`
             and `quality`, and its `trouble` are read.
-        target: What moves the target; its `mode` and `text` are read.
-        requests: What was asked of the map so far, a dataclass; its whole
-            numbers are counters.
+        target: What moves the target; its `text` is read.
+        requests: What was asked of the map so far, a dataclass: counters,
+            and objects that replace each other.
     """
 
     supervision: SupervisorState | None = None
@@ -67,8 +67,8 @@ def _supervision_changes(
     before: Surroundings, now: Surroundings, time: float
 ) -> Iterator[Event]:
     if now.supervision is not None and now.mode != before.mode:
-        text = _join(now.mode, now.supervision.reason)
-        yield Event(time, SUPERVISOR, text)
+        parts = (now.mode, now.supervision.reason)
+        yield Event(time, SUPERVISOR, ": ".join(filter(None, parts)))
 
 
 def _map_changes(
@@ -86,20 +86,20 @@ def _map_changes(
 def _target_changes(
     before: Surroundings, now: Surroundings, time: float
 ) -> Iterator[Event]:
-    known = before.target and before.target.mode
-    if now.target.mode != known:
-        yield Event(time, TARGET, _join(now.target.mode, now.target.text))
+    known = before.target and before.target.text
+    if now.target.text != known:
+        yield Event(time, TARGET, now.target.text)
 
 
 def _new_requests(
     before: Surroundings, now: Surroundings, time: float
 ) -> Iterator[Event]:
     for field in dc.fields(now.requests):
-        count = getattr(now.requests, field.name)
-        known = getattr(before.requests, field.name, 0)
-        if isinstance(count, int) and count > known:
+        value = getattr(now.requests, field.name)
+        known = getattr(before.requests, field.name, None)
+        if isinstance(value, int):
+            is_new = value > (known or 0)
+        else:
+            is_new = value is not None and value is not known
+        if is_new:
             yield Event(time, REQUEST, field.name)
-
-
-def _join(*parts: str) -> str:
-    return ": ".join(filter(None, parts))

@@ -29,7 +29,7 @@ from remosplat_drake.safety.supervision import (
 class Requests:
     frames: int = 0
     undos: int = 0
-    name: str = ""
+    scene: object = None
 
 
 def between(before: Surroundings, now: Surroundings) -> list[Event]:
@@ -81,21 +81,29 @@ def test_trouble_is_told_once():
     assert not between(Surroundings(None, broken), Surroundings(None, fine))
 
 
-def test_another_mode_of_the_target():
-    follow = SimpleNamespace(mode="follow", text="")
-    hold = SimpleNamespace(mode="hold", text="the gamepad has gone")
-    events = between(Surroundings(target=follow), Surroundings(target=hold))
-    assert events == [Event(3.0, TARGET, "hold: the gamepad has gone")]
+def test_what_moves_the_target():
+    home, hold = SimpleNamespace(text="go home"), SimpleNamespace(text="hold")
+    events = between(Surroundings(target=home), Surroundings(target=hold))
+    assert events == [Event(3.0, TARGET, "hold")]
+    assert between(Surroundings(), Surroundings(target=home))
 
 
 def test_counters_that_grew_are_requests():
-    before = Surroundings(requests=Requests(1, 1, "a"))
-    now = Surroundings(requests=Requests(1, 2, "b"))
+    before = Surroundings(requests=Requests(1, 1, "a table"))
+    now = Surroundings(requests=Requests(1, 2, "a table"))
     assert between(before, now) == [Event(3.0, REQUEST, "undos")]
     assert between(Surroundings(), before) == [
         Event(3.0, REQUEST, "frames"),
         Event(3.0, REQUEST, "undos"),
+        Event(3.0, REQUEST, "scene"),
     ]
+
+
+def test_another_scene_is_a_request():
+    before = Surroundings(requests=Requests(scene="a table"))
+    now = Surroundings(requests=Requests(scene="a table and a box"))
+    assert between(before, now) == [Event(3.0, REQUEST, "scene")]
+    assert between(now, Surroundings(requests=Requests())) == []
 
 
 def test_events_are_written_at_once_and_read(tmp_path):

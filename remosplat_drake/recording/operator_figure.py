@@ -1,0 +1,115 @@
+"""The paper's figure 5: what became of what an operator wanted."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from remosplat_drake.atomic_file import atomic_write
+from remosplat_drake.errors import FieldError, unknown_name
+from remosplat_drake.recording.events import MAP, SUPERVISOR, Event
+from remosplat_drake.recording.operator_trace import OperatorTrace
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FORMATS = ("pdf", "png", "svg")
+"""What a figure can be saved as, by its file's ending."""
+
+_OURS, _TRUE, _LIMIT, _EVENT = "tab:blue", "black", "tab:red", "tab:green"
+_SIZE = (7.2, 5.0)  # On paper [in].
+_DPI = 150
+
+
+def draw_operator_figure(
+    trace: OperatorTrace,
+    *,
+    stopping: float,
+    events: Sequence[Event] = (),
+) -> "Figure":
+    """Draws clearance above, and deviation from what was wanted below.
+
+    Args:
+        trace: What to draw.
+        stopping: Distance at which the controller stops approaching [m].
+        events: Maps and stops among them are marked.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=_SIZE, dpi=_DPI, layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    _draw_clearance(above, trace, stopping)
+    below.plot(trace.time, trace.deviation, color=_OURS, lw=1.2)
+    below.set_ylabel(r"$|v_e^d - v_e^e|$ [m/s]")
+    below.set_xlabel("time [s]")
+    below.set_ylim(bottom=0)
+    for axes in (above, below):
+        _mark_events(axes, trace.time, events)
+        axes.grid(alpha=0.3)
+        axes.margins(x=0)
+    figure.align_ylabels()
+    return figure
+
+
+def save_figure(figure: "Figure", path: Path) -> None:
+    """Writes a figure, whole or not at all.
+
+    Raises:
+        FieldError: The file's ending is none of `FORMATS`.
+        FileError: The file cannot be written.
+    """
+    check_figure_path(path)
+    with atomic_write(path, "wb") as file:
+        figure.savefig(file, format=path.suffix[1:])
+
+
+def check_figure_path(path: Path) -> None:
+    """Refuses a path that no figure can be saved at.
+
+    Raises:
+        FieldError: Its ending is none of `FORMATS`.
+    """
+    ending = path.suffix[1:]
+    if ending not in FORMATS:
+        raise FieldError(
+            str(path), "ending", unknown_name("format", ending, FORMATS)
+        )
+
+
+def _draw_clearance(
+    axes: "Axes", trace: OperatorTrace, stopping: float
+) -> None:
+    """In millimetres; beyond the oracle's influence there is a gap."""
+    seen = np.where(np.isfinite(trace.clearance), trace.clearance, np.nan)
+    axes.plot(trace.time, 1e3 * seen, color=_OURS, lw=1.2, label="by the map")
+    if trace.true_clearance is not None:
+        axes.plot(
+            trace.time,
+            1e3 * trace.true_clearance,
+            color=_TRUE,
+            lw=0.8,
+            label=f"true, at least {1e3 * trace.true_clearance.min():.1f} mm",
+        )
+    axes.axhline(0.0, color=_LIMIT, lw=1.2)
+    axes.axhline(
+        1e3 * stopping,
+        color=_LIMIT,
+        lw=0.8,
+        ls="--",
+        label=f"stopping distance, {1e3 * stopping:.0f} mm",
+    )
+    axes.set_ylabel(r"clearance $\tilde{d}$ [mm]")
+    axes.set_ylim(bottom=min(-10.0, *axes.get_ylim()))
+    axes.legend(loc="upper right", fontsize="small")
+
+
+def _mark_events(
+    axes: "Axes", time: np.ndarray, events: Sequence[Event]
+) -> None:
+    """A line at each new map, and one at each change of the supervisor."""
+    for event in events:
+        if event.kind in (MAP, SUPERVISOR) and time[0] < event.time <= time[-1]:
+            color = _EVENT if event.kind == MAP else _LIMIT
+            axes.axvline(event.time, color=color, lw=0.8, ls=":")

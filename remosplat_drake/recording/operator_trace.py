@@ -1,0 +1,74 @@
+"""What became of what an operator wanted, tick by tick."""
+
+import dataclasses as dc
+from collections.abc import Callable
+
+import numpy as np
+
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.recording.run_log import RunLog
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.teleop.deviation import (
+    deviation,
+    end_effector_velocities,
+)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class OperatorTrace:
+    """The curves of the paper's figure 5, over T ticks.
+
+    Attributes:
+        time: Of the ticks, shape (T,) [s].
+        clearance: Smallest distance by the map of that time, inf beyond the
+            oracle's influence, shape (T,) [m].
+        deviation: |v desired - v executed| of the end effector, (T,) [m/s].
+        true_clearance: Smallest distance to the true scene, shape (T,) [m];
+            None where that is not known.
+    """
+
+    time: np.ndarray
+    clearance: np.ndarray
+    deviation: np.ndarray
+    true_clearance: np.ndarray | None = None
+
+
+def trace_operator(
+    log: RunLog,
+    robot: RobotModel,
+    *,
+    gain: float,
+    max_speed: float,
+    truth: Callable[[float], DistanceField] | None = None,
+    on_tick: Callable[[int], None] | None = None,
+) -> OperatorTrace:
+    """Computes the curves from a log.
+
+    Args:
+        log: Of a run.
+        robot: The robot of the run.
+        gain: The servo's [1/s].
+        max_speed: The servo's [m/s].
+        truth: The true scene at a time [s].
+        on_tick: Told how many ticks are done.
+    """
+    count = len(log)
+    deviations, true_clearance = np.zeros(count), np.zeros(count)
+    for k, row in enumerate(log.rows):
+        deviations[k] = deviation(
+            *end_effector_velocities(
+                log.report(k), row["u_executed"], robot, gain, max_speed
+            )
+        )
+        if truth is not None:
+            field = truth(float(row["time"]))
+            spheres = robot.spheres_at(row["q"])
+            true_clearance[k] = field.clearances(spheres).minimum()
+        if on_tick is not None:
+            on_tick(k + 1)
+    return OperatorTrace(
+        log.rows["time"],
+        log.rows["clearance"],
+        deviations,
+        None if truth is None else true_clearance,
+    )

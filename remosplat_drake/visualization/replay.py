@@ -1,0 +1,175 @@
+"""A recorded run as an animation in the page."""
+
+import dataclasses as dc
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.framework import Diagram, DiagramBuilder
+
+from remosplat_drake.oracle.distance_field import Clearances, DistanceField
+from remosplat_drake.recording.run_log import RunLog
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.surfel_tiles import (
+    MAX_SURFELS,
+    largest,
+    make_tiles,
+)
+from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.robot_view import (
+    PUBLISH_PERIOD,
+    AddRobotView,
+)
+from remosplat_drake.visualization.run_view import RunView
+from remosplat_drake.visualization.toggle import Toggle
+
+SPLATS = f"{ROOT}/splat"
+
+MAX_FRAMES = 4000
+"""A longer replay has fewer frames a second: each takes about 2 kB."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class ReplayedMap:
+    """A version of the map; what of it is lost is None.
+
+    Attributes:
+        field: Finds the closest scene points.
+        splat_W: What is drawn.
+    """
+
+    field: DistanceField | None = None
+    splat_W: GaussianSplat | None = None
+
+
+def record_replay(
+    page: MeshcatPage,
+    robot: RobotModel,
+    log: RunLog,
+    maps: Mapping[int, ReplayedMap],
+    *,
+    reach: float,
+    rate: float = 1.0,
+    on_frame: Callable[[int, int], None] | None = None,
+) -> None:
+    """Records a run into the page, which then plays it.
+
+    Robot, target and traces move as they did. A red line joins the robot to
+    the closest point of the map of that time, and each map is on show as
+    long as it was asked.
+
+    Args:
+        page: Where to draw; it has shown nothing else.
+        robot: The robot of the run.
+        log: Its ticks, at least one.
+        maps: Every version in the log.
+        reach: Farther scene points have no line [m].
+        rate: How many seconds of the run pass in a second.
+        on_frame: Told how many frames are done, of how many.
+    """
+    time = (log.rows["time"] - log.rows["time"][0]) / rate
+    page.start_recording(0.0)
+    draw_maps(page, maps, log.rows["map_version"], time)
+    diagram = _make_diagram(page, robot)
+    context = diagram.CreateDefaultContext()
+    configuration, report = map(diagram.get_input_port, range(2))
+    ticks = frame_ticks(time)
+    for done, k in enumerate(ticks.tolist()):
+        row = log.rows[k]
+        field = maps[int(row["map_version"])].field
+        clearances = _clearances(field, robot, row["q"], reach)
+        context.SetTime(time[k])
+        configuration.FixValue(context, row["q"])
+        report.FixValue(context, Value(log.report(k, clearances)))
+        diagram.ForcedPublish(context)
+        if on_frame is not None:
+            on_frame(done + 1, len(ticks))
+    page.set_status("")
+    page.finish_recording()
+
+
+def frame_ticks(
+    time: np.ndarray,
+    period: float = PUBLISH_PERIOD,
+    most: int = MAX_FRAMES,
+) -> np.ndarray:
+    """Indices of the ticks that become frames of an animation.
+
+    The first and the last tick are among them.
+
+    Args:
+        time: Of the ticks, increasing, shape (T,) [s].
+        period: Shortest time between two frames [s].
+        most: Largest number of frames, at least 2.
+    """
+    count = min(most, 1 + int((time[-1] - time[0]) / period))
+    wanted = np.linspace(time[0], time[-1], max(count, 2))
+    return np.unique(np.searchsorted(time, wanted).clip(max=len(time) - 1))
+
+
+def draw_maps(
+    page: MeshcatPage,
+    maps: Mapping[int, ReplayedMap],
+    versions: np.ndarray,
+    time: np.ndarray,
+) -> None:
+    """Draws all maps of a run, each visible at its ticks only.
+
+    Together they have no more discs than one map may have.
+
+    Args:
+        page: Where to draw; it records.
+        maps: Every version in the log.
+        versions: Version of the map at each tick, shape (T,).
+        time: Of the ticks, in the recording, shape (T,) [s].
+    """
+    meshcat = page.meshcat
+    drawn = {k: maps[k].splat_W for k in np.unique(versions).tolist()}
+    splats = {k: splat for k, splat in drawn.items() if splat is not None}
+    budget = MAX_SURFELS // max(1, len(splats))
+    for version, splat in splats.items():
+        path = f"{SPLATS}/{version}"
+        shown = largest(splat, budget)
+        tiles = make_tiles(shown, np.arange(len(shown)), size=budget)
+        for tile in tiles:
+            meshcat.SetTriangleColorMesh(
+                path, tile.vertices, tile.faces, tile.colors
+            )
+        is_asked = versions == version
+        changed = np.flatnonzero(np.diff(is_asked)) + 1
+        for k in (0, *changed.tolist()):
+            meshcat.SetProperty(
+                path,
+                "visible",
+                bool(is_asked[k]),
+                time_in_recording=float(time[k]),
+            )
+    page.add_toggle(
+        Toggle(
+            meshcat,
+            label="Splat: on / off",
+            keycode="Digit1",
+            states=[[SPLATS], []],
+        )
+    )
+
+
+def _clearances(
+    field: DistanceField | None, robot: RobotModel, q: np.ndarray, reach: float
+) -> Clearances:
+    if field is None or not np.isfinite(q).all():
+        return Clearances.none()
+    return field.clearances(robot.spheres_at(q), reach)
+
+
+def _make_diagram(page: MeshcatPage, robot: RobotModel) -> Diagram:
+    """The live page's views, with inputs `configuration` and `report`."""
+    builder = DiagramBuilder()
+    run_view = RunView.AddToBuilder(builder, page=page, robot=robot)
+    builder.ExportInput(run_view.GetInputPort("configuration"), "configuration")
+    builder.ExportInput(run_view.GetInputPort("report"), "report")
+    builder.ConnectInput(
+        "configuration", AddRobotView(builder, robot, page.meshcat)
+    )
+    return builder.Build()
