@@ -1,0 +1,101 @@
+"""`UnknownSpaceField`: distance to what no camera has seen."""
+
+import hashlib
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.oracle.distance_field import Clearances, DistanceField
+from remosplat_drake.oracle.kernels.nearest_voxel import VoxelColumns, query
+from remosplat_drake.robot.sphere_model import Spheres
+
+
+class UnknownSpaceField(DistanceField):
+    """The signed distance to the unseen voxels of a grid, as one solid.
+
+    Nobody has looked outside the grid either. A sphere whose centre is in
+    unseen space has a negative distance, and its direction points away from
+    the nearest seen voxel. A sphere takes voxels for seen whose centres lie
+    below its `ignore_below`.
+
+    The answer is exact: that of `unknown_space_reference`.
+
+    Args:
+        unseen: Which voxels no camera has seen, shape (nx, ny, nz), bool.
+        lower: Lower corner of the grid in W, shape (3,) [m].
+        voxel: Edge of a voxel [m].
+
+    Raises:
+        RemoSplatError: The grid is no such grid, or nothing of it was seen.
+    """
+
+    def __init__(self, unseen: np.ndarray, lower: np.ndarray, voxel: float):
+        unseen = np.asarray(unseen, bool)
+        lower = np.asarray(lower, float)
+        if unseen.ndim != 3 or lower.shape != (3,) or not voxel > 0:
+            raise RemoSplatError(
+                f"no grid of voxels: shape {unseen.shape}, {lower=}, {voxel=}"
+            )
+        if unseen.all():
+            raise RemoSplatError("no voxel of the grid has been seen")
+        digest = hashlib.sha256(np.packbits(unseen).tobytes())
+        digest.update(repr((unseen.shape, lower.tolist(), voxel)).encode())
+        self.revision = f"unknown-space-{digest.hexdigest()[:16]}"
+        padded = np.pad(unseen, 1, constant_values=True)
+        seen = ~padded
+        seen[..., 0] = True
+        apart = np.asarray(distance_transform_edt(seen))
+        self._columns = VoxelColumns(
+            padded,
+            _next_change(padded),
+            _previous_change(padded),
+            apart.astype(np.float32),
+            lower - voxel,
+            float(voxel),
+        )
+
+    def clearances(
+        self, spheres: Spheres, max_distance: float = np.inf
+    ) -> Clearances:
+        """The nearest boundary of each sphere that has one within the distance.
+
+        Raises:
+            ValueError: A centre is not finite, or a radius or floor is NaN.
+        """
+        question = np.empty((len(spheres), 5))
+        question[:, :3] = spheres.p_WS
+        question[:, 3] = spheres.radius + max_distance
+        question[:, 4] = spheres.ignore_below
+        # NaN compares as false everywhere: it would look like a free path.
+        finite = np.isfinite(question[:, :3]).all()
+        if not finite or np.isnan(question[:, 3:]).any():
+            raise ValueError("a sphere's centre, radius or floor is undefined")
+        answer = np.empty((len(spheres), 8))
+        query(self._columns, question, answer)
+        found = np.flatnonzero(answer[:, 0] > 0)
+        answer = answer[found]
+        return Clearances(
+            sphere=found,
+            distance=answer[:, 1] - spheres.radius[found],
+            direction_W=answer[:, 5:8],
+            p_WC=answer[:, 2:5],
+            revision=self.revision,
+        )
+
+
+def _next_change(unseen: np.ndarray) -> np.ndarray:
+    """Level of the next voxel above of the other kind; the count if none."""
+    count = unseen.shape[2]
+    result = np.full(unseen.shape, count, np.int16)
+    for level in range(count - 2, -1, -1):
+        changes = unseen[..., level] != unseen[..., level + 1]
+        above = result[..., level + 1]
+        result[..., level] = np.where(changes, level + 1, above)
+    return result
+
+
+def _previous_change(unseen: np.ndarray) -> np.ndarray:
+    """Level of the next voxel below of the other kind; -1 if none."""
+    turned = _next_change(unseen[..., ::-1])
+    return unseen.shape[2] - 1 - turned[..., ::-1]

@@ -1,0 +1,32 @@
+"""Distance to unseen voxels by trying all of them: slow and readable.
+
+`UnknownSpaceField` must equal it.
+"""
+
+import numpy as np
+
+from remosplat_drake.robot.sphere_model import Spheres
+
+
+def signed_distances(
+    unseen: np.ndarray, lower: np.ndarray, voxel: float, spheres: Spheres
+) -> np.ndarray:
+    """From the spheres' centres to the boundary of unseen space, (n,) [m].
+
+    The arguments are those of `UnknownSpaceField`. One layer of voxels
+    around the grid stands for all that lies outside: it is unseen.
+    """
+    unseen = np.pad(unseen, 1, constant_values=True)
+    low = lower + voxel * (np.argwhere(np.ones(unseen.shape, bool)) - 1)
+    center = low + voxel / 2
+    result = np.empty(len(spheres))
+    for i, p_WS in enumerate(spheres.p_WS):
+        solid = unseen.ravel() & (center[:, 2] >= spheres.ignore_below[i])
+        gap = np.maximum(low - p_WS, p_WS - (low + voxel))
+        distance = np.linalg.norm(np.maximum(gap, 0), axis=1)
+        # The voxel that the centre is in, or the nearest one to it outside.
+        home = solid[distance.argmin()]
+        others = distance[~solid] if home else distance[solid]
+        sign = -1 if home else 1
+        result[i] = sign * others.min(initial=np.inf)
+    return result
