@@ -38,7 +38,8 @@ ALLOWED = {
     "controller": {"oracle", "robot", "safety"},
     "messages": set(),
     "station": {"messages", "robot", "scene"},
-    "drivers": {"messages", "robot", "scene", "station"},
+    # A camera gives posed frames.
+    "drivers": {"capture", "messages", "robot", "scene", "station"},
     "task": {"controller.servo", "oracle", "robot"},
     # Stands in the place of a target sequence; a scan wants frames.
     "teleop": {

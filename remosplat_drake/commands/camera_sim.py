@@ -53,7 +53,6 @@ def run(arguments: argparse.Namespace) -> int:
         scenario.wrist_camera or WristCameraConfig(),
         world.robot,
         world.truth,
-        world.q0,
         lcm,
     )
     inbox = Inbox(lcm, [BASE_STATUS, PANDA_STATUS])

@@ -9,6 +9,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.lcm import LcmPublisherSystem
 from pydrake.systems.sensors import ImageToLcmImageArrayT, PixelType
 
+from remosplat_drake.drivers.camera_scene import CameraScene
 from remosplat_drake.drivers.clock import MICROSECONDS
 from remosplat_drake.drivers.panda_commands import JOINTS
 from remosplat_drake.messages.channels import (
@@ -20,11 +21,9 @@ from remosplat_drake.messages.packets import BrokenMessage
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.station import ports
-from remosplat_drake.station.config import DynamicStation, WristCameraConfig
-from remosplat_drake.station.dynamic_station import add_dynamic_body
+from remosplat_drake.station.config import WristCameraConfig
 from remosplat_drake.station.hardware.base_wire import decode_base_status
 from remosplat_drake.station.hardware.panda_wire import decode_panda_status
-from remosplat_drake.station.wrist_camera import add_wrist_camera
 
 
 class SimulatedCamera:
@@ -38,7 +37,6 @@ class SimulatedCamera:
         config: WristCameraConfig,
         robot: RobotModel,
         scene: PrimitiveScene | None,
-        q0: np.ndarray,
         lcm: DrakeLcmInterface,
     ):
         """Builds the scene and the camera.
@@ -47,16 +45,14 @@ class SimulatedCamera:
             config: The camera.
             robot: The robot that carries it.
             scene: What it sees.
-            q0: Any configuration, shape (n_q,).
             lcm: Where the images go.
 
         Raises:
             RemoSplatError: A setting is unusable.
         """
         builder = DiagramBuilder()
-        body = add_dynamic_body(builder, DynamicStation(), robot, scene, q0)
-        self._plant = body.plant
-        images = add_wrist_camera(builder, body.plant, body.scene_graph, config)
+        self._scene = CameraScene.AddToBuilder(builder, config, robot, scene)
+        images = self._scene.images
         message = builder.AddSystem(ImageToLcmImageArrayT(do_compress=True))
         self._publisher = builder.AddSystem(
             LcmPublisherSystem.Make(
@@ -74,13 +70,7 @@ class SimulatedCamera:
             message.image_array_t_msg_output_port(),
             self._publisher.get_input_port(),
         )
-        diagram = builder.Build()
-        self._root = diagram.CreateDefaultContext()
-        self._context = self._plant.GetMyMutableContextFromRoot(self._root)
-        self._joints = [
-            self._plant.GetJointByName(name).position_start()
-            for name in robot.joint_names
-        ]
+        self._root = builder.Build().CreateDefaultContext()
 
     def take(self, q: np.ndarray, utime: int) -> None:
         """Renders and sends one colour and one depth image.
@@ -89,10 +79,7 @@ class SimulatedCamera:
             q: The robot's configuration, shape (n_q,).
             utime: Stamp of the images, wall clock [us].
         """
-        self._root.SetTime(utime / MICROSECONDS)
-        positions = self._plant.GetPositions(self._context)
-        positions[self._joints] = q
-        self._plant.SetPositions(self._context, positions)
+        self._scene.place(self._root, q, utime / MICROSECONDS)
         context = self._publisher.GetMyContextFromRoot(self._root)
         self._publisher.ForcedPublish(context)
 

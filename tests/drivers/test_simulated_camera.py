@@ -101,7 +101,7 @@ def test_images_arrive_and_show_where_the_robot_is(frankie, scene):
     viewer = Viewer(url)
     q = np.array([0, 0, 0, *frankie.home])
     config = WristCameraConfig(width=64, height=48)
-    camera = SimulatedCamera(config, frankie, scene, q, DrakeLcm(url))
+    camera = SimulatedCamera(config, frankie, scene, DrakeLcm(url))
     camera.take(q, 1_000_000)
     color, depth = viewer.wait()
     assert color.shape == (48, 64, 4)
