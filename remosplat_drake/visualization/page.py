@@ -96,7 +96,9 @@ class MeshcatPage:
         for toggle in self._toggles:
             toggle.poll()
 
-    def set_status(self, text: str, topic: str = "controller"):
+    def set_status(
+        self, text: str, topic: str = "controller", trouble: str = ""
+    ):
         """Shows a line of text below the controls, one line a topic.
 
         Sent only when it changes. Lines keep their order and move no button.
@@ -104,12 +106,11 @@ class MeshcatPage:
         Args:
             text: What to say; empty takes the line away.
             topic: One of `page_style.TOPICS`.
+            trouble: What has gone wrong, at the end of the line.
         """
-        if text == self.status.get(topic, ""):
-            return
-        self.status[topic] = text
-        title = topic.capitalize()
-        label = page_style.note(topic, title, text) if text else ""
+        said = f"{text} {trouble}".strip()
+        self.status[topic] = said
+        label = page_style.note(topic, text, trouble) if said else ""
         self.set_label(topic, label)
 
     def set_label(self, place: str, label: str):

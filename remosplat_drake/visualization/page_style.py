@@ -9,7 +9,7 @@ time without moving a button under somebody's mouse.
 
 import html
 
-TOPICS = ("supervisor", "robot", "teleop", "map", "controller", "guidance")
+TOPICS = ("supervisor", "robot", "target", "map", "controller", "guidance")
 """The lines of text in the order in which they stand on the page."""
 
 _ROWS = ".dg.main>ul>li"
@@ -20,7 +20,10 @@ _FONT = "-apple-system,'Segoe UI',Roboto,'Helvetica Neue',Arial,sans-serif"
 _RULES = f"""
 .dg.main{{width:320px!important;font:12px {_FONT};text-shadow:none}}
 .dg.main>ul{{display:flex;flex-flow:row wrap;height:auto!important;
-max-height:calc(100vh - 20px);overflow-y:auto;background:#1b1e23}}
+max-height:calc(100vh - 20px);overflow-y:auto;background:#1b1e23;
+padding:0 8px 6px;box-sizing:border-box}}
+.dg.main .close-button{{width:100%!important;background:#1b1e23;
+border-top:1px solid #2a2e35;color:#8b95a5}}
 {_ROWS}{{flex:1 1 100%;box-sizing:border-box}}
 {_ROWS}.cr{{order:50;background:#1b1e23;border-bottom-color:#2a2e35}}
 {_ROWS}.folder{{order:90}}
@@ -28,9 +31,9 @@ max-height:calc(100vh - 20px);overflow-y:auto;background:#1b1e23}}
 .dg .property-name:has([class^=remosplat]){{text-overflow:clip}}
 
 {_ROWS}:has(.remosplat-stop){{order:1;position:sticky;top:0;z-index:2;
-height:64px;background:#c8102e;border:0}}
+height:64px;background:#c8102e;border:0;margin:0 -8px}}
 {_ROWS}:has(.remosplat-release){{order:2;height:32px;background:#1f6f43;
-border:0}}
+border:0;margin:0 -8px 2px}}
 {_ROWS}:has(.remosplat-stop):hover{{background:#a90d27}}
 {_ROWS}:has(.remosplat-release):hover{{background:#185a36}}
 .remosplat-stop,.remosplat-release{{display:block;text-align:center;
@@ -38,7 +41,7 @@ color:white}}
 .remosplat-stop{{font:bold 26px/64px {_FONT}}}
 .remosplat-release{{font:bold 13px/32px {_FONT}}}
 
-{_ROWS}:has(.remosplat-heading){{order:10;height:28px;padding:4px 12px 0;
+{_ROWS}:has(.remosplat-heading){{order:10;height:30px;padding:6px 4px 0;
 border:0;pointer-events:none}}
 .remosplat-heading{{font:600 11px/24px {_FONT};color:#8b95a5;
 letter-spacing:.06em;text-transform:uppercase}}
@@ -53,7 +56,7 @@ color:#e8ebf0}}
 .remosplat-key{{color:#8b95a5;font-size:11px}}
 
 {_ROWS}:has(.remosplat-slider){{order:10;height:26px;line-height:26px;
-padding:0 12px;border:0}}
+padding:0 4px;border:0}}
 {_ROWS}:has(.remosplat-slider) .property-name{{width:34%}}
 {_ROWS}:has(.remosplat-slider) .c{{width:66%}}
 {_ROWS}:has(.remosplat-slider) .slider{{border-radius:4px;height:16px;
@@ -64,10 +67,12 @@ background:none;text-align:right;font:12px {_FONT}}}
 .remosplat-slider{{display:flex;justify-content:space-between;
 padding-right:12px;color:#cfd5de}}
 
-{_ROWS}:has(.remosplat-note){{height:auto;border:0;padding:0 12px}}
+{_ROWS}:has(.remosplat-note){{height:auto;border:0;padding:0 4px}}
 .dg .property-name:has(.remosplat-note){{white-space:normal;
 line-height:17px;padding:3px 0;cursor:default}}
+{_ROWS}:has(.remosplat-about-supervisor){{margin-top:10px}}
 .remosplat-note{{color:#aab3c0}}
+.remosplat-trouble{{color:#ffb454}}
 .remosplat-note b{{font-weight:600;color:#e8ebf0}}
 
 {_ROWS}:has(.remosplat-plot){{position:fixed;left:16px;z-index:1;padding:0;
@@ -116,11 +121,19 @@ def slider(text: str, keys: str = "") -> str:
     )
 
 
-def note(topic: str, title: str, text: str) -> str:
-    """Name of a button that does nothing: a line of text about a topic."""
+def note(topic: str, text: str, trouble: str = "") -> str:
+    """Name of a button that does nothing: a line of text about a topic.
+
+    Args:
+        topic: One of `TOPICS`; the title of the line, too.
+        text: What is to be said.
+        trouble: What has gone wrong; it stands out.
+    """
+    if trouble:
+        trouble = f' <span class="remosplat-trouble">{escaped(trouble)}</span>'
     return (
         f'<span class="remosplat-note remosplat-about-{topic}">'
-        f"<b>{escaped(title)}:</b> {escaped(text)}</span>"
+        f"<b>{topic.capitalize()}:</b> {escaped(text)}{trouble}</span>"
     )
 
 

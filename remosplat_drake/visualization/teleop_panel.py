@@ -13,9 +13,9 @@ from pydrake.systems.framework import (
 from remosplat_drake.mapping.map_requests import MapRequests
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.teleop.config import TeleopConfig
+from remosplat_drake.teleop.gamepad import gamepad_velocity
 from remosplat_drake.teleop.operator_command import OperatorCommand
 from remosplat_drake.teleop.target_state import FOLLOW, TargetState
-from remosplat_drake.visualization.gamepad import stick_velocity
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_style import button, heading
 from remosplat_drake.visualization.pose_sliders import PoseSliders
@@ -182,13 +182,13 @@ class TeleopPanel(LeafSystem):
             # The last thing that a page said before it was closed.
             return None
         gamepad = meshcat.GetGamepad()
-        return stick_velocity(
-            self._config.gamepad, gamepad.axes, gamepad.button_values
+        return gamepad_velocity(
+            gamepad.axes, gamepad.button_values, self._config.gamepad
         )
 
     def _publish(self, context: Context):
         state = self._state_input.Eval(context)
-        self._page.set_status(state.text or state.mode, "teleop")
+        self._page.set_status(state.text or state.mode, "target")
         time = context.get_time()
         self._read_sliders(time)
         in_hand = 0 <= time - self._moved_at < _GRACE

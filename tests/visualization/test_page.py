@@ -43,14 +43,14 @@ def test_status_replaces_the_previous_one(page):
     page.set_status("optimal")
     page.set_status("relaxed")
     added = set(page.meshcat.GetButtonNames()) - dressed
-    assert added == {note("controller", "Controller", "relaxed")}
+    assert added == {note("controller", "relaxed")}
     page.set_status("")
     assert set(page.meshcat.GetButtonNames()) == dressed
 
 
 def test_text_is_shown_as_it_is():
     """No quotation mark ends Meshcat's script, no bracket begins a tag."""
-    text = note("map", "Map", "<b> 'C:\\n' is \"odd\" &\n more")
+    text = note("map", "<b> 'C:\\n' is \"odd\" &\n more")
     shown = "&lt;b&gt; &#x27;C:&#92;n&#x27; is &quot;odd&quot; &amp; more"
     assert shown in text
     for name in (STYLE, heading("a"), button("a", "b"), slider("a", "b")):

@@ -1,0 +1,132 @@
+"""`LiveMapView`: the newest map on the page, a piece at a time."""
+
+from collections.abc import Iterator
+
+from pydrake.common.value import Value
+from pydrake.geometry import Meshcat, Rgba
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+)
+
+from remosplat_drake.mapping.map_status import MapStatus
+from remosplat_drake.mapping.scene_map import SceneMap
+from remosplat_drake.splat.surfel_tiles import SurfelTile
+from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
+from remosplat_drake.visualization.toggle import Toggle
+from remosplat_drake.visualization.unseen_space import frontier_mesh
+
+TILES = f"{ROOT}/map/surfels"
+UNSEEN_SPACE = f"{ROOT}/map/unseen"
+
+_VEIL = Rgba(0.33, 0.38, 0.62, 0.22)
+
+
+class LiveMapView(LeafSystem):
+    """Draws the map and the boundary of what no camera has seen.
+
+    .. pydrake_system::
+
+        name: LiveMapView
+        input_ports:
+        - map_status
+
+    The map is a `MapStatus`. Each look sends one tile of the splat or one
+    layer of the boundary, which takes less than a millisecond, so that a new
+    map delays no control tick; old pieces stay until theirs is redrawn.
+
+    Args:
+        page: Where to draw.
+        initial: The map that the page begins with, drawn at once.
+        show_unseen: Whether the boundary is visible to begin with.
+    """
+
+    def __init__(
+        self, *, page: MeshcatPage, initial: SceneMap, show_unseen: bool
+    ):
+        super().__init__()
+        self.set_name("live_map_view")
+        self._page = page
+        self._map = initial
+        self._pieces: set[str] = set()
+        self._work = self._redraw(initial)
+        self._map_status_input = self.DeclareAbstractInputPort(
+            "map_status", Value(MapStatus(initial))
+        )
+        self._add_toggles(show_unseen)
+        for _ in self._work:
+            pass
+        self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder, *, map_status: OutputPort, **arguments
+    ) -> "LiveMapView":
+        """Adds a view of a live map's status."""
+        view = builder.AddSystem(LiveMapView(**arguments))
+        builder.Connect(map_status, view.GetInputPort("map_status"))
+        return view
+
+    def _add_toggles(self, show_unseen: bool):
+        for label, keycode, path, shown in (
+            ("Splat: on / off", "Digit1", TILES, True),
+            ("Unseen space: on / off", "Digit4", UNSEEN_SPACE, show_unseen),
+        ):
+            self._page.add_toggle(
+                Toggle(
+                    self._page.meshcat,
+                    label=label,
+                    keycode=keycode,
+                    states=[[path], []],
+                    initial=0 if shown else 1,
+                )
+            )
+
+    def _publish(self, context: Context):
+        status = self._map_status_input.Eval(context)
+        self._page.set_status(status.text, "map", status.trouble)
+        if status.scene_map is not self._map:
+            self._map = status.scene_map
+            self._work = self._redraw(status.scene_map)
+        next(self._work, None)
+
+    def _redraw(self, scene_map: SceneMap) -> Iterator[None]:
+        """Sends one piece a step, and then wipes off what is left over."""
+        meshcat, kept = self._page.meshcat, set[str]()
+        for i, tile in enumerate(scene_map.tiles):
+            path = f"{TILES}/{i}"
+            _draw_tile(meshcat, path, tile)
+            self._pieces.add(path)
+            kept.add(path)
+            yield
+        coverage = scene_map.coverage
+        layers = 0 if coverage is None else coverage.state.shape[2]
+        for layer in range(layers):
+            vertices, faces = frontier_mesh(coverage, layer)
+            if not len(faces):
+                continue
+            path = f"{UNSEEN_SPACE}/{layer}"
+            _draw_veil(meshcat, path, vertices, faces)
+            self._pieces.add(path)
+            kept.add(path)
+            yield
+        for path in self._pieces - kept:
+            meshcat.Delete(path)
+        self._pieces = kept
+
+
+def _draw_tile(meshcat: Meshcat, path: str, tile: SurfelTile):
+    meshcat.SetTriangleColorMesh(path, tile.vertices, tile.faces, tile.colors)
+
+
+def _draw_veil(meshcat: Meshcat, path: str, vertices, faces):
+    meshcat.SetTriangleMesh(
+        path,
+        vertices.T,
+        faces.T,
+        _VEIL,
+        side=Meshcat.SideOfFaceToRender.kFrontSide,
+    )

@@ -1,0 +1,187 @@
+"""`LivePlots`: clearance and velocity of the last seconds, on the page."""
+
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+)
+
+from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.teleop.deviation import (
+    deviation,
+    end_effector_velocities,
+)
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.page_style import plot
+from remosplat_drake.visualization.svg_plot import Mark, SvgPlot
+
+SPAN = 20.0
+"""Length of the time axes [s]."""
+
+_BIN = 0.1
+_REDRAW = 0.25  # Of either plot; they take turns.
+_NEAR = 0.2  # Of clearance only what is near is shown [m].
+_RED, _AMBER = "#c8102e", "#a86400"
+
+
+class LivePlots(LeafSystem):
+    """Draws both plots of the paper's figure 5 while it happens.
+
+    .. pydrake_system::
+
+        name: LivePlots
+        input_ports:
+        - report
+        - executed
+
+    Above the smallest clearance that the controller saw, below how far the
+    end effector's velocity is from straight to the target. `report` is the
+    controller's `TickReport`, `executed` the velocity u that the station
+    gets. Every tick counts: a point of a curve is the worst of 0.1 s.
+
+    Args:
+        page: Where to draw.
+        robot: Finds the end effector.
+        gain: The servo's [1/s].
+        max_speed: The servo's [m/s].
+        stopping: Clearance at which the controller lets nothing come nearer
+            [m].
+        influence: Clearance from which on the controller knows none [m].
+        period: Time between two looks, the control period [s].
+    """
+
+    def __init__(
+        self,
+        *,
+        page: MeshcatPage,
+        robot: RobotModel,
+        gain: float,
+        max_speed: float,
+        stopping: float,
+        influence: float,
+        period: float,
+    ):
+        super().__init__()
+        self.set_name("live_plots")
+        self._page = page
+        self._robot = robot
+        self._servo = gain, max_speed
+        self._plots = _make_plots(stopping, influence, max_speed)
+        self._clearance = RollingTrace(SPAN, _BIN, min)
+        self._deviation = RollingTrace(SPAN, _BIN, max)
+        self._report_input = self.DeclareAbstractInputPort(
+            "report", Value(TickReport.before_first(robot.n_q, robot.n_u))
+        )
+        self._executed_input = self.DeclareVectorInputPort(
+            "executed", robot.n_u
+        )
+        self.DeclarePeriodicPublishEvent(period, 0.0, self._sample)
+        for place in (0, 1):
+            self.DeclarePeriodicPublishEvent(
+                _REDRAW, place * _REDRAW / 2, partial(self._draw, place)
+            )
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder,
+        *,
+        report: OutputPort,
+        executed: OutputPort,
+        **arguments,
+    ) -> "LivePlots":
+        """Adds the plots and connects their inputs."""
+        plots = builder.AddSystem(LivePlots(**arguments))
+        builder.Connect(report, plots.GetInputPort("report"))
+        builder.Connect(executed, plots.GetInputPort("executed"))
+        return plots
+
+    def _sample(self, context: Context):
+        report = self._report_input.Eval(context)
+        if np.isnan(report.time):
+            return
+        executed = self._executed_input.Eval(context)
+        time = context.get_time()
+        self._clearance.add(time, report.clearances.minimum())
+        velocities = end_effector_velocities(
+            report, executed, self._robot, *self._servo
+        )
+        self._deviation.add(time, deviation(*velocities))
+
+    def _draw(self, place: int, context: Context):
+        trace = (self._clearance, self._deviation)[place]
+        svg = self._plots[place].draw(*trace.ages(context.get_time()))
+        self._page.set_label(f"plot {place}", plot(place, svg))
+
+
+class RollingTrace:
+    """The extreme of each short interval of the last seconds.
+
+    Args:
+        span: How long values are kept [s].
+        interval: Length of an interval [s].
+        worse: Which of two values counts: `min` or `max`; NaN counts most.
+    """
+
+    def __init__(
+        self,
+        span: float,
+        interval: float,
+        worse: Callable[[float, float], float],
+    ):
+        self._interval = interval
+        self._worse = worse
+        self._points: deque[tuple[int, float]] = deque(
+            maxlen=round(span / interval) + 1
+        )
+
+    def add(self, time: float, value: float):
+        """Takes in a value; a time before the last one's forgets them all."""
+        number = int(np.floor(time / self._interval + 1e-9))
+        if self._points and number < self._points[-1][0]:
+            self._points.clear()
+        if self._points and number == self._points[-1][0]:
+            before = self._points.pop()[1]
+            if not np.isnan(value):
+                value = (
+                    before if np.isnan(before) else self._worse(before, value)
+                )
+        self._points.append((number, value))
+
+    def ages(self, now: float) -> tuple[np.ndarray, np.ndarray]:
+        """How long ago the values were [s], and the values."""
+        if not self._points:
+            return np.zeros(0), np.zeros(0)
+        number, value = np.array(self._points).T
+        return np.maximum(now - number * self._interval, 0.0), value
+
+
+def _make_plots(
+    stopping: float, influence: float, max_speed: float
+) -> tuple[SvgPlot, SvgPlot]:
+    upper = min(influence, _NEAR)
+    clearance = SvgPlot(
+        title="Smallest clearance",
+        unit="m",
+        lower=-0.2 * upper,
+        upper=upper,
+        marks=(
+            Mark(stopping, f"stopping distance {stopping:g} m", _AMBER),
+            Mark(0.0, "contact", _RED),
+        ),
+    )
+    velocity = SvgPlot(
+        title="Wanted and executed velocity differ by",
+        unit="m/s",
+        lower=0.0,
+        upper=1.25 * max_speed,
+        color="#7a4fb0",
+    )
+    return clearance, velocity

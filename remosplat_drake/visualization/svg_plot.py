@@ -1,0 +1,174 @@
+"""`SvgPlot`: a small plot over the last seconds as an inline SVG.
+
+It becomes part of a page's label, so that it has neither apostrophes nor
+backslashes, and is short: a few kilobytes, several times a second.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.visualization.page_style import escaped
+
+WIDTH, HEIGHT = 440, 156
+"""Size of the whole card [px]."""
+
+_LEFT, _RIGHT, _TOP, _BOTTOM = 46, 14, 34, 26
+_INK, _GREY, _FAINT = "#1f2933", "#66717f", "#dfe4ea"
+
+
+@dc.dataclass(frozen=True)
+class Mark:
+    """A horizontal line that means something.
+
+    Attributes:
+        value: Where it is, in the plot's unit.
+        text: What it means.
+        color: As in CSS.
+    """
+
+    value: float
+    text: str
+    color: str
+
+
+@dc.dataclass(frozen=True)
+class SvgPlot:
+    """One curve over time, with axes, units and marks.
+
+    Attributes:
+        title: Above the curve.
+        unit: Of the values.
+        lower: Lower end of the axis of the values.
+        upper: Upper end; values beyond the ends are drawn at the ends.
+        marks: Lines with a meaning.
+        color: Of the curve.
+        span: Length of the axis of the time [s].
+    """
+
+    title: str
+    unit: str
+    lower: float
+    upper: float
+    marks: tuple[Mark, ...] = ()
+    color: str = "#2f6fb3"
+    span: float = 20.0
+
+    def draw(self, age: np.ndarray, value: np.ndarray) -> str:
+        """The plot as text.
+
+        Args:
+            age: How long ago each value was, falling, shape (n,) [s].
+            value: Shape (n,); the curve has gaps where it is NaN.
+        """
+        latest = float(value[-1]) if len(value) else float("nan")
+        parts = [
+            f'<svg width="{WIDTH}" height="{HEIGHT}"'
+            f' viewBox="0 0 {WIDTH} {HEIGHT}" style="display:block;'
+            'font:11px sans-serif;text-shadow:none">',
+            f'<rect width="{WIDTH}" height="{HEIGHT}" rx="8" fill="#fff"'
+            ' fill-opacity=".9"/>',
+            _text(14, 21, f"{self.title} [{self.unit}]", _INK, weight=600),
+            _text(WIDTH - _RIGHT, 21, self._number(latest), _INK, "end", 600),
+            *self._axes(),
+            *self._marks(),
+            self._curve(age, value),
+            "</svg>",
+        ]
+        return "".join(parts)
+
+    def _number(self, value: float) -> str:
+        if np.isnan(value):
+            return "unknown"
+        if value > self.upper:
+            return f"over {self.upper:g} {self.unit}"
+        return f"{value:.3f} {self.unit}"
+
+    def _x(self, age: np.ndarray | float) -> np.ndarray:
+        share = np.asarray(age) / self.span
+        return WIDTH - _RIGHT - share * (WIDTH - _LEFT - _RIGHT)
+
+    def _y(self, value: np.ndarray | float) -> np.ndarray:
+        value = np.clip(np.asarray(value), self.lower, self.upper)
+        share = (value - self.lower) / (self.upper - self.lower)
+        return HEIGHT - _BOTTOM - share * (HEIGHT - _TOP - _BOTTOM)
+
+    def _axes(self) -> list[str]:
+        parts = []
+        for tick in round_numbers(self.lower, self.upper, 4):
+            y = float(self._y(tick))
+            parts.append(_line(_LEFT, y, WIDTH - _RIGHT, y, _FAINT))
+            parts.append(_text(_LEFT - 6, y + 4, f"{tick:g}", _GREY, "end"))
+        for tick in round_numbers(0.0, self.span, 4):
+            x = float(self._x(tick))
+            label = "now" if tick == 0 else f"−{tick:g} s"
+            anchor = "end" if tick == 0 else "middle"
+            parts.append(_text(x, HEIGHT - 9, label, _GREY, anchor))
+        return parts
+
+    def _marks(self) -> list[str]:
+        parts = []
+        for mark in self.marks:
+            y = float(self._y(mark.value))
+            parts.append(_line(_LEFT, y, WIDTH - _RIGHT, y, mark.color, "5 3"))
+            # What lies at the bottom has its name below.
+            aside = 12 if mark.value <= 0 else -4
+            parts.append(_text(_LEFT + 6, y + aside, mark.text, mark.color))
+        return parts
+
+    def _curve(self, age: np.ndarray, value: np.ndarray) -> str:
+        shown = (age <= self.span) & ~np.isnan(value)
+        x, y = self._x(age), self._y(value)
+        steps = []
+        for k in np.flatnonzero(shown):
+            begins = k == 0 or not shown[k - 1]
+            steps.append(f"{'M' if begins else 'L'}{x[k]:.1f} {y[k]:.1f}")
+        return (
+            f'<path d="{"".join(steps)}" fill="none" stroke="{self.color}"'
+            ' stroke-width="1.8" stroke-linejoin="round"/>'
+        )
+
+
+def round_numbers(lower: float, upper: float, most: int) -> np.ndarray:
+    """Multiples of 1, 2 or 5 times a power of ten within an interval.
+
+    Args:
+        lower: Its lower end.
+        upper: Its upper end, above.
+        most: How many steps it may have at most.
+    """
+    rough = (upper - lower) / most
+    power = 10.0 ** np.floor(np.log10(rough))
+    step = next(
+        power * m for m in (1, 2, 5, 10) if power * m >= rough * (1 - 1e-9)
+    )
+    first = np.ceil(lower / step - 1e-9)
+    last = np.floor(upper / step + 1e-9)
+    # Adding zero makes a positive one of a negative one.
+    return np.round(step * np.arange(first, last + 1), 12) + 0.0
+
+
+def _text(
+    x: float,
+    y: float,
+    text: str,
+    color: str,
+    anchor: str = "start",
+    weight: int = 400,
+) -> str:
+    return (
+        f'<text x="{x:.0f}" y="{y:.0f}" fill="{color}"'
+        f' text-anchor="{anchor}" font-weight="{weight}"'
+        ' paint-order="stroke" stroke="#fff" stroke-width="2">'
+        f"{escaped(text)}</text>"
+    )
+
+
+def _line(
+    x0: float, y0: float, x1: float, y1: float, color: str, dash: str = ""
+) -> str:
+    dashes = f' stroke-dasharray="{dash}"' if dash else ""
+    return (
+        f'<line x1="{x0:.0f}" y1="{y0:.1f}" x2="{x1:.0f}" y2="{y1:.1f}"'
+        f' stroke="{color}"{dashes}/>'
+    )

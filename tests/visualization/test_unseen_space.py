@@ -1,0 +1,71 @@
+"""Tests of the boundary of what no camera has seen."""
+
+import numpy as np
+
+from remosplat_drake.reconstruction.coverage import (
+    FREE,
+    SURFACE,
+    UNSEEN,
+    Coverage,
+)
+from remosplat_drake.visualization.unseen_space import frontier_mesh
+
+
+def quads_of(state: np.ndarray, voxel: float = 1.0) -> np.ndarray:
+    """Pairs (centre, unit normal) of all quads, shape (n, 2, 3)."""
+    coverage = Coverage(np.zeros(3), voxel, state)
+    found = [np.zeros((0, 2, 3))]
+    for layer in range(state.shape[2]):
+        vertices, faces = frontier_mesh(coverage, layer)
+        a, b, c = (vertices[faces[:, k]] for k in range(3))
+        normals = np.cross(b - a, c - a)
+        np.testing.assert_array_equal(normals[::2], normals[1::2])
+        np.testing.assert_allclose(
+            np.linalg.norm(normals, axis=1), voxel**2, rtol=1e-12
+        )
+        centers = vertices.reshape(-1, 4, 3).mean(axis=1)
+        found.append(np.stack([centers, normals[::2] / voxel**2], axis=1))
+    return np.concatenate(found)
+
+
+def test_a_free_voxel_has_walls_that_look_inwards():
+    state = np.full((3, 3, 3), UNSEEN, np.uint8)
+    state[1, 1, 1] = FREE
+    quads = quads_of(state)
+    assert len(quads) == 6
+    np.testing.assert_allclose(quads[:, 0] + 0.5 * quads[:, 1], 1.5)
+
+
+def test_the_grid_ends_in_walls_but_not_in_a_floor():
+    quads = quads_of(np.full((1, 1, 1), FREE, np.uint8))
+    assert len(quads) == 5
+    assert [0.5, 0.5, 0.0] not in quads[:, 0].tolist()
+
+
+def test_surfaces_are_no_frontier():
+    state = np.array([FREE, SURFACE, UNSEEN], np.uint8).reshape(3, 1, 1)
+    assert 1.0 not in quads_of(state)[:, 0, 0]
+    assert not len(quads_of(np.full((2, 2, 2), UNSEEN, np.uint8)))
+
+
+def test_every_wall_parts_free_from_unseen():
+    """Against a count of all pairs of neighbours of a random grid."""
+    rng = np.random.default_rng(2)
+    state = rng.integers(0, 3, (4, 5, 6)).astype(np.uint8)
+    padded = np.full((6, 7, 8), UNSEEN, np.uint8)
+    padded[:, :, 0] = SURFACE
+    padded[1:-1, 1:-1, 1:-1] = state
+    expected = 0
+    for axis in range(3):
+        a, b = (
+            np.moveaxis(padded, axis, 0)[:-1],
+            np.moveaxis(padded, axis, 0)[1:],
+        )
+        expected += ((a == FREE) & (b == UNSEEN)).sum()
+        expected += ((a == UNSEEN) & (b == FREE)).sum()
+    quads = quads_of(state, voxel=0.5)
+    assert len(quads) == expected
+    for center, normal in quads:
+        for side, wanted in ((0.25, FREE), (-0.25, UNSEEN)):
+            cell = np.floor((center + side * normal) / 0.5).astype(int) + 1
+            assert padded[tuple(cell)] == wanted
