@@ -5,10 +5,9 @@ from threading import Thread
 from typing import Generic, TypeVar
 
 from remosplat_drake.mapping.messages import Building
+from remosplat_drake.reconstruction.pipeline import Report
 
 Result = TypeVar("Result")
-Report = Callable[[str, int, int], None]
-"""Called with a stage, its steps that are done, and all of them."""
 
 
 class BuildThread(Generic[Result]):

@@ -119,15 +119,14 @@ class FrameStore:
                 problems[name] = str(error)
         return problems
 
-    def capture(self, names: tuple[str, ...], max_depth: float) -> Capture:
+    def capture(self, names: tuple[str, ...]) -> Capture:
         """Loaded frames, as they were saved.
 
         Args:
             names: At least one.
-            max_depth: Depths beyond become unknown [m].
         """
         frames = [self._cache[name] for name in names]
-        return assemble(self._path, frames, max_depth=max_depth)
+        return assemble(self._path, frames)
 
     def _read(self, name: str) -> Frame:
         if name not in self._index:

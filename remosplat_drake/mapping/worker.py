@@ -23,7 +23,7 @@ from remosplat_drake.capture.capture import (
     Capture,
 )
 from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.mapping.build_thread import BuildThread, Report
+from remosplat_drake.mapping.build_thread import BuildThread
 from remosplat_drake.mapping.camera import WristCamera
 from remosplat_drake.mapping.config import MappingConfig
 from remosplat_drake.mapping.frame_choice import (
@@ -51,6 +51,7 @@ from remosplat_drake.mapping.messages import (
 from remosplat_drake.mapping.scene_map import SceneMap
 from remosplat_drake.mapping.session import Session, Version
 from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.reconstruction.pipeline import Report
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -270,7 +271,7 @@ class _Worker:
             session.frames.poses(session.active), config.max_frames
         )
         names = tuple(session.active[i] for i in kept)
-        capture = session.frames.capture(names, config.max_depth)
+        capture = session.frames.capture(names)
         trusted = sum(name in session.map_frames for name in names)
         wrong = contradicting_frames(capture, trusted)
         self._refuse(
