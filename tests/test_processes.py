@@ -38,6 +38,14 @@ def interrupt(process: subprocess.Popen[str]) -> str:
     return error
 
 
+def wait_for_drawing(process: subprocess.Popen[str], drawing: Path):
+    """Waits for what `--graphviz` writes right before the run starts."""
+    deadline = time.monotonic() + 120
+    while not drawing.exists():
+        assert time.monotonic() < deadline and process.poll() is None
+        time.sleep(0.05)
+
+
 def test_an_interrupted_run_sums_up_what_it_did(tmp_path):
     drawing = tmp_path / "diagram.dot"
     process = start(
@@ -50,10 +58,7 @@ def test_an_interrupted_run_sums_up_what_it_did(tmp_path):
         "--output",
         tmp_path / "out",
     )
-    deadline = time.monotonic() + 120
-    while not drawing.exists():  # Drawn right before the run starts.
-        assert time.monotonic() < deadline and process.poll() is None
-        time.sleep(0.05)
+    wait_for_drawing(process, drawing)
     time.sleep(1.0)
     error = " ".join(interrupt(process).split())
     assert "not reached: interrupted at target 1 of 1" in error
@@ -61,6 +66,51 @@ def test_an_interrupted_run_sums_up_what_it_did(tmp_path):
     metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
     assert metrics["outcome"] == "interrupted"
     assert 0 < metrics["ticks"] < 100
+
+
+def children(pid: int) -> set[int]:
+    """The processes that any thread of a process has started."""
+    lists = Path(f"/proc/{pid}/task").glob("*/children")
+    return {int(child) for path in lists for child in path.read_text().split()}
+
+
+def shared_memory(processes: set[int]) -> set[Path]:
+    """The shared memory that processes have mapped."""
+    maps = [Path(f"/proc/{pid}/maps").read_text() for pid in processes]
+    return {
+        Path(line[line.index("/dev/shm/") :])
+        for line in "".join(maps).splitlines()
+        if "/dev/shm/" in line
+    }
+
+
+@pytest.mark.parametrize(
+    "end", [None, signal.SIGINT, signal.SIGTERM, signal.SIGKILL]
+)
+def test_looking_ahead_in_another_process_leaves_nothing_behind(tmp_path, end):
+    drawing = tmp_path / "diagram.dot"
+    process = start(
+        "run",
+        "--headless",
+        "--realtime-rate",
+        "0.1",
+        "--graphviz",
+        drawing,
+        "--scenario-text",
+        "{time_limit: 0.2, controller: {guidance: {asynchronous: true}}}",
+    )
+    wait_for_drawing(process, drawing)
+    started = children(process.pid)
+    assert started  # The look-ahead process, for one.
+    shared = shared_memory({process.pid, *started})
+    if end is not None:
+        process.send_signal(end)
+    process.communicate(timeout=60)
+    deadline = time.monotonic() + 10
+    while any(Path(f"/proc/{child}").exists() for child in started):
+        assert time.monotonic() < deadline, "a process lives on"
+        time.sleep(0.05)
+    assert not [path for path in shared if path.exists()]
 
 
 @pytest.mark.parametrize("seconds", [0.2, 0.6])
