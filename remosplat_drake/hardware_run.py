@@ -197,6 +197,9 @@ class HardwareLoop:
     def start(self) -> None:
         """Starts at the next tick from the measured state, at rest.
 
+        A robot that stands where the map allows nobody to stand is stopped
+        before it has moved.
+
         Raises:
             RemoSplatError: A driver keeps silent.
         """
@@ -207,6 +210,25 @@ class HardwareLoop:
         self.link.wait_for_statuses()
         self._leave_out_late_ticks(time.time())
         self.log = LoopLog(self._period)
+        self._check_start()
+
+    def _check_start(self) -> None:
+        """Latches a stop if the measured pose is too near in the map."""
+        app, robot = self._application, self._application.world.robot
+        context = app.oracle.GetMyContextFromRoot(self.context)
+        clearances = app.oracle.GetOutputPort("clearances").Eval(context)
+        assert app.supervisor is not None
+        least = app.supervisor.law.min_clearance
+        # What is not known is the supervisor's business from the first tick.
+        if clearances.minimum() < least:
+            row = int(clearances.distance.argmin())
+            link = robot.spheres.links[clearances.sphere[row]]
+            app.supervisor.request_stop(
+                app.supervisor.GetMyMutableContextFromRoot(self.context),
+                f"in the map {link} starts at a clearance of"
+                f" {1e3 * clearances.minimum():.1f} mm, below"
+                f" {1e3 * least:.1f} mm",
+            )
 
     def _initialize(self) -> None:
         """Lets the diagram begin at the next tick; sends nothing."""

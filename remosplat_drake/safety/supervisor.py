@@ -87,14 +87,16 @@ def _since(
 def _tripped(
     found: list[Symptom], since: dict[str, float], now: Observation
 ) -> str:
-    """Why the robot must stop; empty if it need not."""
+    """Why the robot must stop: what began first; empty if it need not."""
     if now.stop:
         return now.stop
-    for symptom in found:
-        lasted = now.time - since[symptom.name]
-        if not lasted < symptom.dwell - _ROUNDING:
-            return symptom.message
-    return ""
+    causes = [
+        symptom
+        for symptom in found
+        if not now.time - since[symptom.name] < symptom.dwell - _ROUNDING
+    ]
+    first = min(causes, key=lambda cause: since[cause.name], default=None)
+    return first.message if first else ""
 
 
 def _missing(now: Observation) -> str:

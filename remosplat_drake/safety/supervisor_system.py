@@ -88,12 +88,15 @@ class SafetySupervisor(LeafSystem):
 
     Args:
         law: Thresholds and limits; its `dt` is the period [s].
+
+    Attributes:
+        law: See above.
     """
 
     def __init__(self, *, law: SupervisorLaw):
         super().__init__()
         self.set_name("supervisor")
-        self._law = law
+        self.law = law
         n_u = len(law.velocity)
         self._command_input = self.DeclareVectorInputPort(
             "velocity_commanded", n_u
@@ -219,7 +222,7 @@ class SafetySupervisor(LeafSystem):
             stop=sample.stop,
             release=sample.release,
         )
-        value.set_value(supervise(self._law, memory.before, now))
+        value.set_value(supervise(self.law, memory.before, now))
 
     def _calc_command(self, context: Context, output: BasicVector):
         output.SetFromVector(self.supervision(context).command)

@@ -196,6 +196,51 @@ def test_a_symptom_that_goes_away_in_time_stops_nothing(running):
     assert running.state.mode == RUNNING
 
 
+REFLEX = StationStatus(robot_mode="reflex")
+STALE = StationStatus(age=0.2)
+SLOW = StationStatus(success_rate=0.5)
+
+
+def test_what_comes_after_a_stop_has_begun_changes_no_reason(running):
+    running.tick(status=REFLEX)
+    running.tick(status=STALE, stop="stop button")
+    running.ticks(100, status=STALE)
+    assert running.state.reason == "the arm's mode is reflex"
+    running.tick(status=STALE, release=True)
+    assert running.state.refusal == (
+        "not released: measurements are 200 ms old"
+    )
+
+
+def test_of_two_faults_the_one_that_stops_the_robot_is_named(running):
+    """The other one is still within its dwell, though it began earlier."""
+    running.ticks(10, status=SLOW)
+    both = StationStatus(success_rate=0.5, robot_mode="reflex")
+    assert running.tick(status=both).mode == STOPPING
+    assert running.state.reason == "the arm's mode is reflex"
+
+
+def test_of_two_faults_at_one_tick_the_first_cause_is_named(running):
+    """Too little clearance for 0.1 s, too few commands for 0.2 s."""
+    running.ticks(10, status=SLOW)
+    running.ticks(10, status=SLOW, clearance=0.0)
+    assert running.state.mode == RUNNING
+    running.tick(status=SLOW, clearance=0.0)
+    assert running.state.mode == STOPPING
+    assert "only 50 %" in running.state.reason
+
+
+def test_of_two_faults_that_begin_together_the_more_telling_is_named(running):
+    """A robot whose driver is lost is not told to follow better."""
+    running.tick(status=STALE, tick_age=0.2, clearance=-0.01)
+    assert running.state.reason == "measurements are 200 ms old"
+
+
+def test_a_person_comes_before_every_fault(running):
+    running.tick(status=REFLEX, stop="stop button")
+    assert running.state.reason == "stop button"
+
+
 def test_a_map_in_which_the_robot_stands_too_near_is_named(running):
     running.ticks(5, revision="first")
     running.ticks(11, revision="second", clearance=0.01)
