@@ -6,6 +6,7 @@ stuck, covered by 60,000 surfels: there the selector has work to do.
 
 import dataclasses as dc
 from collections.abc import Iterator
+from itertools import islice
 
 import numpy as np
 
@@ -38,6 +39,7 @@ STUCK = ("table", 6)
 
 _TIME_LIMIT = 12.0
 _SECONDS = 4.0  # Of timing: some closed loops to the target.
+_WARM_UP = 200  # Steps after which rollouts have been near the scene, too.
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -55,6 +57,8 @@ class _Task:
 def guidance_cases() -> list[Case]:
     """A step of a rollout, and the periods of closed loops to a target."""
     task = _make_task()
+    for _ in islice(_rollout_steps(task), _WARM_UP):
+        pass
     budget = task.scenario.controller.guidance.budget
     rate = 1 / task.scenario.control_period
     return [
