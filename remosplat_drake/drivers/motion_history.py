@@ -89,8 +89,8 @@ class _Track:
             self._positions.append(positions)
 
     def at(self, time: float) -> np.ndarray:
-        after = bisect.bisect_left(self._stamps, time)
-        if not 0 < after < len(self._stamps):
+        after = max(1, bisect.bisect_left(self._stamps, time))
+        if after >= len(self._stamps) or time < self._stamps[0]:
             raise RemoSplatError(
                 f"{self._name} was silent when the picture was taken"
             )

@@ -8,12 +8,11 @@ import dataclasses as dc
 import logging
 import os
 import signal
-import time
 from collections.abc import Callable
 from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
-from time import perf_counter
+from time import monotonic, perf_counter, sleep
 
 import numpy as np
 
@@ -62,6 +61,9 @@ _NICE = 19
 
 _LOOK = 0.01
 """Time between two looks at the camera and at the map in the making [s]."""
+
+_NEWS = 0.2
+"""Time between two words about the map in the making [s]."""
 
 _log = logging.getLogger(__name__)
 
@@ -133,6 +135,7 @@ class _Worker:
         self._wanted = ""
         self._offered: set[str] = set()
         self._received = self._answered = 0
+        self._told = 0.0
         # With a fixed latency each request is done before the next is read:
         # what is in which map must not depend on how fast they are made.
         self._in_order = job.config.latency is not None
@@ -144,7 +147,7 @@ class _Worker:
             self._camera.listen()
             self._advance_building()
             if self._in_order and self._builder.is_busy:
-                time.sleep(_LOOK)
+                sleep(_LOOK)
             elif self._connection.poll(_LOOK):
                 request = self._connection.recv()
                 if isinstance(request, Close):
@@ -215,8 +218,10 @@ class _Worker:
         self._tell(Note(f"saved {path}"))
 
     def _advance_building(self) -> None:
-        if progress := self._builder.progress():
-            self._tell(progress)
+        if monotonic() > self._told + _NEWS:
+            self._told = monotonic()
+            if progress := self._builder.progress():
+                self._tell(progress)
         result = self._builder.fetch()
         if isinstance(result, RemoSplatError):
             self._tell(Trouble(f"no new map: {result}"))
