@@ -27,7 +27,7 @@ from remosplat_drake.reconstruction.point_cloud import (
     initialise,
 )
 from remosplat_drake.reconstruction.refinement import RefinementConfig, refine
-from remosplat_drake.reconstruction.surfels import splat_of_surfels
+from remosplat_drake.reconstruction.surfels import Surfels, splat_of_surfels
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _MARGIN_PER_SCATTER = 4.0
@@ -57,6 +57,7 @@ def reconstruct(
     device: str = AUTO,
     *,
     initialisation: InitialisationConfig | None = None,
+    surfels: Surfels | None = None,
     refinement: RefinementConfig | None = None,
     steps: int = 500,
     seed: int = 0,
@@ -70,6 +71,7 @@ def reconstruct(
         capture: Posed RGB-D images.
         device: One of `DEVICES`.
         initialisation: See `InitialisationConfig`.
+        surfels: Where the discs start, in place of an initialisation.
         refinement: See `RefinementConfig`.
         steps: Training steps at most.
         seed: Of the order of the images in training.
@@ -87,7 +89,8 @@ def reconstruct(
         held_out = np.zeros(len(capture), bool)
     seen = capture.select(~held_out)
     report("surfels", 0, 1)
-    surfels = initialise(seen, initialisation)
+    if surfels is None:
+        surfels = initialise(seen, initialisation)
     report("surfels", 1, 1)
     method = f"{len(surfels)} surfels on {len(seen)} views"
     if device == NONE:

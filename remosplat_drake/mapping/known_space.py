@@ -1,0 +1,92 @@
+"""Which part of a box was seen, by cameras or by the robot's being there."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.mapping.config import MappingConfig
+from remosplat_drake.oracle.unknown_space import UnknownSpaceField
+from remosplat_drake.reconstruction.coverage import (
+    FREE,
+    UNSEEN,
+    Coverage,
+    make_coverage,
+)
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+
+def known_space(
+    capture: Capture,
+    splat_W: GaussianSplat,
+    robot_free: Spheres | None,
+    config: MappingConfig,
+) -> Coverage:
+    """Sorts the voxels of the mapped box by what is known of them.
+
+    Args:
+        capture: The frames, without what is out of date in them.
+        splat_W: All surfaces.
+        robot_free: Where the robot was when frames were taken.
+        config: The box, its voxels and the margin around the robot.
+    """
+    coverage = make_coverage(
+        capture,
+        splat_W.p_GK.astype(float),
+        np.array(config.volume_lower, float),
+        np.array(config.volume_upper, float),
+        config.voxel,
+    )
+    if robot_free is None:
+        return coverage
+    return with_free(coverage, robot_free, config.robot_margin)
+
+
+def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
+    """Takes for free what is unseen and nearer to spheres than a margin.
+
+    Args:
+        coverage: What is known without.
+        spheres: A robot that has touched nothing, in one place or in many.
+        margin: Around the spheres [m].
+    """
+    state = coverage.state.copy()
+    ball = np.column_stack([spheres.p_WS, spheres.radius + margin])
+    # A base stands still while the arm looks around.
+    for *p_WS, reach in np.unique(ball.round(4), axis=0):
+        _free_ball(state, coverage, np.array(p_WS), reach)
+    return dc.replace(coverage, state=state)
+
+
+def unknown_space_field(coverage: Coverage) -> UnknownSpaceField:
+    """The distance to what was not seen.
+
+    Raises:
+        RemoSplatError: Nothing was seen.
+    """
+    return UnknownSpaceField(
+        coverage.state == UNSEEN, coverage.lower, coverage.voxel
+    )
+
+
+def _free_ball(
+    state: np.ndarray, coverage: Coverage, p_WS: np.ndarray, reach: float
+) -> None:
+    """Marks the unseen voxels that any part of a ball is in as free."""
+    shape, voxel = np.array(state.shape), coverage.voxel
+    low, high = (
+        np.floor((p_WS + side * reach - coverage.lower) / voxel).astype(int)
+        for side in (-1, 1)
+    )
+    low, high = np.clip(low, 0, shape), np.clip(high + 1, 0, shape)
+    if (low >= high).any():
+        return
+    squares = []
+    for axis in range(3):
+        start = coverage.lower[axis] + voxel * np.arange(low[axis], high[axis])
+        gap = np.maximum(start - p_WS[axis], p_WS[axis] - start - voxel)
+        squares.append(np.maximum(gap, 0) ** 2)
+    x, y, z = np.ix_(*squares)
+    block = state[low[0] : high[0], low[1] : high[1], low[2] : high[2]]
+    block[(x + y + z < reach**2) & (block == UNSEEN)] = FREE

@@ -1,0 +1,144 @@
+"""`build_map`: a version of the map from camera frames."""
+
+import dataclasses as dc
+from collections.abc import Callable
+from time import perf_counter
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.errors import RemoSplatError, unknown_name
+from remosplat_drake.mapping.base_splat import updated
+from remosplat_drake.mapping.changes import find_changes, without
+from remosplat_drake.mapping.config import OBSTACLE, MappingConfig
+from remosplat_drake.mapping.known_space import (
+    known_space,
+    unknown_space_field,
+)
+from remosplat_drake.mapping.scene_map import SceneMap
+from remosplat_drake.oracle.composite import CompositeDistanceField
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.reconstruction.coverage import UNSEEN, Coverage
+from remosplat_drake.reconstruction.devices import CPU
+from remosplat_drake.reconstruction.pipeline import Report, reconstruct
+from remosplat_drake.reconstruction.point_cloud import (
+    InitialisationConfig,
+    initialise,
+)
+from remosplat_drake.reconstruction.refinement import RefinementConfig
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.surfel_tiles import make_tiles
+
+QUICK, FULL = "quick", "full"
+EFFORTS = (QUICK, FULL)
+"""While the operator waits; as well as the device can."""
+
+_QUICK_SWEEPS = 2
+_QUICK_DISCS = 20_000
+"""A quick map has fewer discs, which are moved less often."""
+
+
+def build_map(
+    capture: Capture,
+    config: MappingConfig,
+    *,
+    version: int,
+    parent: int | None,
+    frames: tuple[str, ...],
+    time: float,
+    make_field: Callable[[GaussianSplat], DistanceField],
+    effort: str = QUICK,
+    base: GaussianSplat | None = None,
+    robot_free: Spheres | None = None,
+    report: Report = lambda stage, done, total: None,
+) -> SceneMap:
+    """Makes a map of frames; of what they contradict the newest counts.
+
+    Args:
+        capture: The frames in the order of time, the robot hidden.
+        config: See `MappingConfig`.
+        version: The number of the map.
+        parent: That of the map it follows.
+        frames: The frames' names.
+        time: When the newest frame was taken [s].
+        make_field: The oracle's field of a splat.
+        effort: "quick" or "full".
+        base: A splat from before that the frames bring up to date; none
+            begins with nothing.
+        robot_free: Where the robot was when frames were taken: it has not
+            been inside of anything.
+        report: See `Report`.
+
+    Raises:
+        RemoSplatError: The frames show too little, or a setting is unusable.
+    """
+    if effort not in EFFORTS:
+        raise RemoSplatError(unknown_name("effort", effort, EFFORTS))
+    start = perf_counter()
+    report("comparing frames", 0, 1)
+    changes = find_changes(capture)
+    report("comparing frames", 1, 1)
+    # Behind what has come stands what was there before, unseen now.
+    remembered = without(capture, changes.gone)
+    present = without(capture, changes.outdated)
+    splat_W = _reconstruct(remembered, present, config, effort, report)
+    if base is not None and len(base):
+        splat_W = updated(base, splat_W, present)
+    report("finding what was seen", 0, 1)
+    coverage = known_space(present, splat_W, robot_free, config)
+    field = make_field(splat_W)
+    if config.unknown == OBSTACLE:
+        field = CompositeDistanceField([field, unknown_space_field(coverage)])
+    tiles = make_tiles(splat_W)
+    report("finding what was seen", 1, 1)
+    seconds = perf_counter() - start
+    return SceneMap(
+        version=version,
+        parent=parent,
+        frames=tuple(frames),
+        time=time,
+        field=field,
+        splat_W=splat_W,
+        coverage=coverage,
+        tiles=tiles,
+        quality=_describe(len(capture), splat_W, coverage, seconds),
+    )
+
+
+def _reconstruct(
+    remembered: Capture,
+    present: Capture,
+    config: MappingConfig,
+    effort: str,
+    report: Report,
+) -> GaussianSplat:
+    """Discs that start on all that was seen and fit what is there now."""
+    count, sweeps, device = config.discs, RefinementConfig.sweeps, config.device
+    if effort == QUICK:
+        count, sweeps, device = min(count, _QUICK_DISCS), _QUICK_SWEEPS, CPU
+    report("surfels", 0, 1)
+    surfels = initialise(
+        _within(remembered, config.max_depth), InitialisationConfig(count=count)
+    )
+    return reconstruct(
+        _within(present, config.max_depth),
+        device,
+        surfels=surfels,
+        refinement=RefinementConfig(sweeps=sweeps),
+        report=report,
+    ).splat
+
+
+def _within(capture: Capture, max_depth: float) -> Capture:
+    """The capture without surfaces that are farther away [m]."""
+    near = capture.depth <= max_depth
+    return dc.replace(capture, depth=capture.depth * near)
+
+
+def _describe(
+    frames: int, splat: GaussianSplat, coverage: Coverage, seconds: float
+) -> str:
+    unseen = 100 * coverage.fraction(UNSEEN)
+    return (
+        f"{frames} frames, {len(splat) / 1000:.0f}k discs,"
+        f" {unseen:.0f} % unseen, {seconds:.1f} s"
+    )
