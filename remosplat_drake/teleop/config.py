@@ -54,14 +54,14 @@ class ScanConfig:
 
     # The wrist camera looks so far to either side, in two rows: so far below
     # the horizon [deg].
-    pan_deg: float = 40.0
+    pan_deg: float = 60.0
     steep_deg: float = 60.0
     flat_deg: float = 25.0
     # Time at a pose before its frame is taken [s].
     dwell: float = 0.3
-    # A pose that is not reached within this time is given up, and its frame
-    # is taken where the robot is [s].
-    timeout: float = 8.0
+    # A robot that has not come to a pose so long after the target has its
+    # frame taken where it is [s].
+    timeout: float = 2.0
 
 
 @dc.dataclass

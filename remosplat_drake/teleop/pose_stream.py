@@ -1,6 +1,7 @@
 """Target poses that another program sends, and what their silence means."""
 
 import dataclasses as dc
+import math
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
@@ -34,7 +35,7 @@ class StreamState:
         default_factory=lambda: OperatorCommand(source=SOURCE)
     )
     utime: int = 0
-    received: float = -np.inf
+    received: float = -math.inf
     flows: bool = False
 
     def __deepcopy__(self, memo) -> "StreamState":
@@ -76,8 +77,8 @@ def decode_pose_target(data: bytes) -> tuple[int, np.ndarray]:
     message = decode(pose_target, data)
     position = finite_vector("position", message.position, 3)
     quaternion = finite_vector("quaternion", message.quaternion, 4)
-    length = float(np.linalg.norm(quaternion))
-    if not 1e-6 < length < np.inf:
+    length = math.hypot(*quaternion)
+    if not 1e-6 < length < math.inf:
         raise BrokenMessage(f"quaternion has the length {length:g}")
     X_WT = RigidTransform(Quaternion(quaternion / length), position)
     return message.utime, X_WT.GetAsMatrix4()

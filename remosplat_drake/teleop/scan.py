@@ -65,7 +65,7 @@ def _directions(count: int, config: ScanConfig) -> list[tuple[float, float]]:
     if count <= 3:
         row = _spread(count, config.pan_deg)
         return [(pan, 0.5 * (steep + flat)) for pan in row]
-    first = count // 2
+    first = 2 * count // 5  # Steep views overlap more.
     return [
         *((pan, steep) for pan in _spread(first, config.pan_deg)),
         *((-pan, flat) for pan in _spread(count - first, config.pan_deg)),

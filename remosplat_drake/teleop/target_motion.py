@@ -97,7 +97,7 @@ def advance_target(
         time: Time now [s].
     """
     known = state.command
-    state = _begin(law, dc.replace(state, command=command), known, X_WE, time)
+    state = _begin(law, dc.replace(state, command=command), known, X_WE)
     state = _end(law, state, X_WE, time)
     return _move(law, state)
 
@@ -107,7 +107,6 @@ def _begin(
     state: TargetState,
     known: OperatorCommand,
     X_WE: np.ndarray,
-    time: float,
 ) -> TargetState:
     """Takes up the newest wish, if there is a new one."""
     command = state.command
@@ -122,7 +121,7 @@ def _begin(
             return hold(state, X_WE, text)
         return _go(law, state, saved.matrix(), f"going to {command.pose}")
     if command.scans > known.scans:
-        return _begin_scan(law, state, X_WE, time)
+        return _begin_scan(law, state, X_WE)
     if command.V_W is not None and known.V_W is None:
         return dc.replace(
             state, mode=VELOCITY, text=f"led by the {command.source}"
@@ -157,14 +156,14 @@ def _go(
 
 
 def _begin_scan(
-    law: MotionLaw, state: TargetState, X_WE: np.ndarray, time: float
+    law: MotionLaw, state: TargetState, X_WE: np.ndarray
 ) -> TargetState:
     if law.X_EC is None:
         return hold(state, X_WE, "no wrist camera to scan with")
     if not np.isfinite(X_WE).all():
         return hold(state, X_WE, "no scan: the robot's pose is unknown")
     poses = scan_poses(X_WE, law.X_EC, law.frames, law.config.scan)
-    return _next_view(law, state, poses, len(poses), time)
+    return _next_view(law, state, poses, len(poses))
 
 
 def _next_view(
@@ -172,7 +171,6 @@ def _next_view(
     state: TargetState,
     poses: tuple[np.ndarray, ...],
     size: int,
-    time: float,
 ) -> TargetState:
     number = size - len(poses) + 1
     return dc.replace(
@@ -182,7 +180,7 @@ def _next_view(
         text=f"scan: view {number} of {size}",
         scan=poses,
         scan_size=size,
-        since=time,
+        shown=None,
         arrived=None,
     )
 
@@ -210,16 +208,22 @@ def _watch_scan(
 ) -> TargetState:
     """Asks for a frame where a view is reached, or is not in time."""
     config = law.config.scan
+    if state.shown is None and _is_at(state.X_WT, state.X_WT_goal):
+        state = dc.replace(state, shown=time)
     if state.arrived is None and _is_at(X_WE, state.X_WT_goal):
         state = dc.replace(state, arrived=time)
-    dwelt = state.arrived is not None and time - state.arrived >= config.dwell
-    if not dwelt and time - state.since < config.timeout:
+    dwelt = _has_passed(config.dwell, state.arrived, time)
+    if not dwelt and not _has_passed(config.timeout, state.shown, time):
         return state
     state = dc.replace(state, frames_wanted=state.frames_wanted + 1)
     if len(state.scan) == 1:
         return hold(state, X_WE, "scan done")
     state = dc.replace(state, unfinished=state.unfinished + 1)
-    return _next_view(law, state, state.scan[1:], state.scan_size, time)
+    return _next_view(law, state, state.scan[1:], state.scan_size)
+
+
+def _has_passed(duration: float, since: float | None, time: float) -> bool:
+    return since is not None and time - since >= duration
 
 
 def _is_at(X_WE: np.ndarray, X_WT: np.ndarray) -> bool:

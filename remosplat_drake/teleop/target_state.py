@@ -34,7 +34,8 @@ class TargetState:
         command: What the operator had asked for by then.
         scan: Poses of the scan that are left, the present one first.
         scan_size: How many poses the scan had.
-        since: When the present pose of the scan became the goal [s].
+        shown: When the target came to the present pose of the scan [s];
+            None before.
         arrived: When the end effector came to it [s]; None before.
         frames_wanted: How many frames scans have asked for.
         unfinished: Those of them that more of their scan followed or will.
@@ -48,7 +49,7 @@ class TargetState:
     command: OperatorCommand = dc.field(default_factory=OperatorCommand)
     scan: tuple[np.ndarray, ...] = ()
     scan_size: int = 0
-    since: float = 0.0
+    shown: float | None = None
     arrived: float | None = None
     frames_wanted: int = 0
     unfinished: int = 0

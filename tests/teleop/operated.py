@@ -35,11 +35,11 @@ class Operated:
         builder = DiagramBuilder()
         station = builder.AddSystem(MakeStation(scenario, self.world, False))
         configuration = AddConfiguration(builder, robot, station)
-        law = MotionLaw.make(
+        self.law = MotionLaw.make(
             config, robot, q0, scenario.control_period, self.mount
         )
         self.target = builder.AddSystem(
-            OperatorTarget(robot=robot, q0=q0, law=law)
+            OperatorTarget(robot=robot, q0=q0, law=self.law)
         )
         builder.Connect(
             configuration, self.target.GetInputPort("configuration")

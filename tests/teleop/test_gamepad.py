@@ -54,6 +54,7 @@ def test_sticks(axis, value, component, expected):
     wanted = np.zeros(6)
     wanted[component] = expected
     V_W = gamepad_velocity(list(axes), HELD, CONFIG)
+    assert V_W is not None
     np.testing.assert_allclose(V_W, wanted, atol=1e-12)
 
 
@@ -67,4 +68,5 @@ def test_triggers_and_pad(button, component, expected):
     wanted = np.zeros(6)
     wanted[component] = expected
     V_W = gamepad_velocity([0.0] * 4, buttons, CONFIG)
+    assert V_W is not None
     np.testing.assert_allclose(V_W, wanted, atol=1e-12)

@@ -1,0 +1,109 @@
+"""An operator's script: the file, and what it asks at which time."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+
+from remosplat_drake.errors import FieldError, FileError
+from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.teleop.trajectory_file import (
+    OperatorStep,
+    load_trajectory,
+)
+from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
+
+SCRIPT = """
+steps:
+- {time: 0, press: scan}
+- {time: 1, translation: [1, 0, 0.7], rpy_deg: [180, 0, 90]}
+- {time: 2, press: frame}
+- {time: 2, press: frame}
+- {time: 2.5, translation: [1, 0.2, 0.7], press: refine}
+- {time: 3, pick: shelf}
+- {time: 4, press: hold}
+"""
+
+
+def write(folder, text: str):
+    path = folder / "script.yaml"
+    path.write_text(text)
+    return path
+
+
+class Script:
+    def __init__(self, path, start: float = 0.0):
+        self.system = TrajectoryOperator(steps=load_trajectory(path, ["shelf"]))
+        simulator = Simulator(self.system)
+        self.context = simulator.get_mutable_context()
+        self.context.SetTime(start)
+        simulator.Initialize()
+        self.start = start
+
+    def command(self, time: float):
+        self.context.SetTime(self.start + time)
+        return self.system.GetOutputPort("command").Eval(self.context)
+
+    def map_requests(self, time: float):
+        self.context.SetTime(self.start + time)
+        return self.system.GetOutputPort("map_requests").Eval(self.context)
+
+
+@pytest.mark.parametrize("start", [0.0, 1.7e9])
+def test_each_step_is_asked_in_its_time(tmp_path, start):
+    script = Script(write(tmp_path, SCRIPT), start)
+    assert script.command(0.5).scans == 1
+    assert script.command(0.5).X_WT is None
+    at_one = script.command(1.01)
+    assert (at_one.moves, at_one.source) == (1, "trajectory")
+    np.testing.assert_allclose(at_one.X_WT[:3, 0], [0, 1, 0], atol=1e-12)
+    at_end = script.command(9.0)
+    assert (at_end.moves, at_end.holds, at_end.homes) == (2, 1, 0)
+    assert (at_end.pose, at_end.poses) == ("shelf", 1)
+    np.testing.assert_allclose(at_end.X_WT[:3, 3], [1, 0.2, 0.7])
+    # The rotation is that of the pose before.
+    np.testing.assert_allclose(at_end.X_WT[:3, :3], at_one.X_WT[:3, :3])
+    assert script.map_requests(1.9) == MapRequests()
+    assert script.map_requests(9.0) == MapRequests(frames=2, refines=1)
+
+
+def test_a_step_is_due_at_its_time_though_ticks_are_sums(tmp_path):
+    script = Script(write(tmp_path, SCRIPT))
+    time = sum([0.1] * 10)
+    assert time < 1.0
+    assert script.command(time).moves == 1
+
+
+def test_steps_can_be_made_by_a_program():
+    system = TrajectoryOperator(steps=[OperatorStep(press="home")])
+    context = system.CreateDefaultContext()
+    assert system.GetOutputPort("command").Eval(context).homes == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("steps: []", "steps: there are none"),
+        ("steps: [{time: -1, press: home}]", "steps[0].time"),
+        (
+            "steps: [{time: 2, press: home}, {time: 1, press: home}]",
+            "must not be before 2, got 1",
+        ),
+        ("steps: [{time: 1, press: hom}]", "did you mean 'home'?"),
+        ("steps: [{time: 1, pick: self}]", "did you mean 'shelf'?"),
+        ("steps: [{time: 1, translation: [1]}]", "expected 3 entries"),
+        ("steps: [{time: 1, rpy_deg: [1, 2, 3]}]", "needs a translation"),
+        ("steps: [{time: 1}]", "asks for nothing"),
+        ("steps: [{time: 1, presses: home}]", "unknown field 'presses'"),
+        ("steps: [{time: .nan, press: home}]", "must be finite"),
+    ],
+)
+def test_mistakes_are_named(tmp_path, text, problem):
+    with pytest.raises(FieldError) as error:
+        load_trajectory(write(tmp_path, text), ["shelf"])
+    assert problem in str(error.value)
+    assert "script.yaml" in str(error.value)
+
+
+def test_a_missing_file(tmp_path):
+    with pytest.raises(FileError):
+        load_trajectory(tmp_path / "none.yaml", [])

@@ -1,0 +1,104 @@
+"""Poses from another program: on time, late, broken and missing."""
+
+import numpy as np
+import pytest
+
+from remosplat_drake.messages.packets import to_utime
+from remosplat_drake.messages.pose_target import pose_target
+from remosplat_drake.teleop.pose_stream import StreamState, advance_stream
+
+EXPIRY = 0.3
+NOW = 1_700_000_000.0
+
+
+def packet(sent: float, position=(1.0, 2.0, 3.0), quaternion=(2, 0, 0, 0)):
+    message = pose_target()
+    message.utime = to_utime(NOW + sent)
+    message.position = list(position)
+    message.quaternion = list(quaternion)
+    return message.encode()
+
+
+def look(state: StreamState, time: float, data: bytes | None) -> StreamState:
+    return advance_stream(state, data, NOW + time, EXPIRY)
+
+
+def flowing(until: float = 0.5) -> StreamState:
+    state = StreamState()
+    for time in np.arange(0.0, until, 0.1):
+        state = look(state, time, packet(time))
+    return state
+
+
+def test_before_the_first_pose_nothing_is_wished():
+    state = look(StreamState(), 9.0, None)
+    assert (state.command.moves, state.command.trouble) == (0, "")
+    assert state.command.X_WT is None
+
+
+def test_a_stream_takes_hold_once():
+    state = flowing()
+    assert (state.command.moves, state.command.trouble) == (1, "")
+    assert state.command.source == "pose stream"
+    assert state.command.X_WT is not None
+    np.testing.assert_allclose(state.command.X_WT[:3, 3], [1, 2, 3])
+    np.testing.assert_allclose(state.command.X_WT[:3, :3], np.eye(3))
+
+
+def test_silence_ends_it():
+    state = flowing()
+    assert look(state, 0.69, None).flows
+    state = look(state, 0.71, None)
+    assert state.command.trouble == "the pose stream has been silent for 0.3 s"
+    # It goes on: a new stream, which takes hold again.
+    state = look(state, 2.0, packet(2.0))
+    assert (state.command.moves, state.command.trouble) == (2, "")
+
+
+def test_a_clock_set_back_ends_it():
+    assert not look(flowing(), -5.0, None).flows
+
+
+def test_a_packet_sent_twice_does_not_keep_it_alive():
+    state = flowing()
+    same = packet(0.4)
+    assert look(state, 0.5, same).flows
+    assert not look(state, 0.7001, same).flows
+
+
+@pytest.mark.parametrize("sent", [0.1, 0.9])
+def test_a_pose_too_old_or_from_the_future_ends_it(sent):
+    state = look(flowing(), 0.5, packet(sent))
+    assert not state.flows
+    assert "old on arrival" in state.command.trouble
+    assert state.command.moves == 1
+
+
+@pytest.mark.parametrize(
+    ("data", "problem"),
+    [
+        (b"", "not a whole pose_target"),
+        (packet(0.5)[:-3], "not a whole pose_target"),
+        (packet(0.5, position=(np.nan, 0, 0)), "position[0] is nan"),
+        (packet(0.5, quaternion=(0, 0, np.inf, 0)), "quaternion[2] is inf"),
+        (packet(0.5, quaternion=(0, 0, 0, 0)), "length 0"),
+    ],
+    ids=["empty", "short", "position", "quaternion", "zero"],
+)
+def test_broken_packets(data, problem):
+    state = look(flowing(), 0.5, data)
+    assert not state.flows
+    assert state.command.trouble.startswith("the pose stream is broken: ")
+    assert problem in state.command.trouble
+
+
+def test_a_quaternion_of_any_length_will_do():
+    state = look(flowing(), 0.5, packet(0.5, quaternion=(0, 0, 0, 1e200)))
+    assert state.command.X_WT is not None
+    R = state.command.X_WT[:3, :3]
+    np.testing.assert_allclose(R, np.diag([-1, -1, 1]), atol=1e-15)
+
+
+def test_a_state_is_not_copied():
+    state = StreamState()
+    assert state.__deepcopy__({}) is state
