@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+import numpy as np
 from pydrake.common.value import Value
 from pydrake.geometry import Meshcat, Rgba
 from pydrake.systems.framework import (
@@ -13,7 +14,6 @@ from pydrake.systems.framework import (
 
 from remosplat_drake.mapping.map_status import MapStatus
 from remosplat_drake.mapping.scene_map import SceneMap
-from remosplat_drake.splat.surfel_tiles import SurfelTile
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 from remosplat_drake.visualization.toggle import Toggle
@@ -22,7 +22,7 @@ from remosplat_drake.visualization.unseen_space import frontier_mesh
 TILES = f"{ROOT}/map/surfels"
 UNSEEN_SPACE = f"{ROOT}/map/unseen"
 
-_VEIL = Rgba(0.33, 0.38, 0.62, 0.22)
+_VEIL = Rgba(0.33, 0.38, 0.62, 0.16)
 
 
 class LiveMapView(LeafSystem):
@@ -96,33 +96,39 @@ class LiveMapView(LeafSystem):
     def _redraw(self, scene_map: SceneMap) -> Iterator[None]:
         """Sends one piece a step, and then wipes off what is left over."""
         meshcat, kept = self._page.meshcat, set[str]()
-        for i, tile in enumerate(scene_map.tiles):
-            path = f"{TILES}/{i}"
-            _draw_tile(meshcat, path, tile)
-            self._pieces.add(path)
-            kept.add(path)
-            yield
-        coverage = scene_map.coverage
-        layers = 0 if coverage is None else coverage.state.shape[2]
-        for layer in range(layers):
-            vertices, faces = frontier_mesh(coverage, layer)
-            if not len(faces):
-                continue
-            path = f"{UNSEEN_SPACE}/{layer}"
-            _draw_veil(meshcat, path, vertices, faces)
-            self._pieces.add(path)
-            kept.add(path)
+        for path in _draw_pieces(meshcat, scene_map):
+            if path is not None:
+                self._pieces.add(path)
+                kept.add(path)
             yield
         for path in self._pieces - kept:
             meshcat.Delete(path)
         self._pieces = kept
 
 
-def _draw_tile(meshcat: Meshcat, path: str, tile: SurfelTile):
-    meshcat.SetTriangleColorMesh(path, tile.vertices, tile.faces, tile.colors)
+def _draw_pieces(meshcat: Meshcat, scene_map: SceneMap) -> Iterator[str | None]:
+    """Draws a piece of a map a step: its path, or None for an empty one."""
+    for i, tile in enumerate(scene_map.tiles):
+        path = f"{TILES}/{i}"
+        meshcat.SetTriangleColorMesh(
+            path, tile.vertices, tile.faces, tile.colors
+        )
+        yield path
+    coverage = scene_map.coverage
+    if coverage is None:
+        return
+    for layer in range(coverage.state.shape[2]):
+        vertices, faces = frontier_mesh(coverage, layer)
+        path = f"{UNSEEN_SPACE}/{layer}" if len(faces) else None
+        if path is not None:
+            _draw_veil(meshcat, path, vertices, faces)
+        yield path
 
 
-def _draw_veil(meshcat: Meshcat, path: str, vertices, faces):
+def _draw_veil(
+    meshcat: Meshcat, path: str, vertices: np.ndarray, faces: np.ndarray
+):
+    # What an onlooker would see from behind is left out.
     meshcat.SetTriangleMesh(
         path,
         vertices.T,
@@ -130,3 +136,4 @@ def _draw_veil(meshcat: Meshcat, path: str, vertices, faces):
         _VEIL,
         side=Meshcat.SideOfFaceToRender.kFrontSide,
     )
+    meshcat.SetProperty(f"{path}/<object>", "castShadow", False)

@@ -71,8 +71,8 @@ class SvgPlot:
             _text(14, 21, f"{self.title} [{self.unit}]", _INK, weight=600),
             _text(WIDTH - _RIGHT, 21, self._number(latest), _INK, "end", 600),
             *self._axes(),
-            *self._marks(),
             self._curve(age, value),
+            *self._marks(),
             "</svg>",
         ]
         return "".join(parts)

@@ -33,42 +33,50 @@ def frontier_mesh(
         Vertices (n, 3) in W [m] and faces (m, 3), outward normals by the
         right hand; empty where all is seen or nothing.
     """
-    free, unseen = (
-        _with_neighbours(coverage.state, layer, state, outside)
-        for state, outside in ((FREE, False), (UNSEEN, True))
-    )
-    here = (slice(1, -1),) * 3
+    free = coverage.state[:, :, layer] == FREE
+    if not free.any():
+        return np.zeros((0, 3)), np.zeros((0, 3), np.int32)
     quads = []
-    for axis in range(3):
-        for side in (-1, 1):
-            faces = free[here] & np.roll(unseen, -side, axis)[here]
-            quads.append(_quads(np.argwhere(faces), axis, side))
-    corners = np.concatenate(quads).reshape(-1, 3) + [0, 0, layer]
+    for (axis, side), unseen in _neighbours(coverage.state, layer).items():
+        voxels = np.argwhere(free & unseen)
+        quads.append(_quads(voxels, axis, side))
+    corners = np.concatenate(quads).reshape(-1, 3)
+    corners[:, 2] += layer
     vertices = coverage.lower + coverage.voxel * corners
     fan = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
     first = np.arange(0, len(vertices), 4, dtype=np.int32)
     return vertices, (first[:, None, None] + fan).reshape(-1, 3)
 
 
-def _with_neighbours(
-    state: np.ndarray, layer: int, wanted: int, outside: bool
-) -> np.ndarray:
-    """Whether the voxels in and around a layer are in a state."""
+def _neighbours(
+    state: np.ndarray, layer: int
+) -> dict[tuple[int, int], np.ndarray]:
+    """Whether the six neighbours of a layer's voxels are unseen.
+
+    Returns:
+        By axis and side (-1 or 1), shape (nx, ny).
+    """
     nx, ny, nz = state.shape
-    shown = np.full((nx + 2, ny + 2, 3), outside)
-    # Below the grid is the floor, which is neither.
-    shown[:, :, 0] = outside and layer > 0
-    first, end = max(layer - 1, 0), min(layer + 2, nz)
-    place = slice(first - layer + 1, end - layer + 1)
-    shown[1:-1, 1:-1, place] = state[:, :, first:end] == wanted
-    return shown
+    here = np.ones((nx + 2, ny + 2), bool)
+    here[1:-1, 1:-1] = state[:, :, layer] == UNSEEN
+    top, floor = np.ones((nx, ny), bool), np.zeros((nx, ny), bool)
+    return {
+        (0, -1): here[:-2, 1:-1],
+        (0, 1): here[2:, 1:-1],
+        (1, -1): here[1:-1, :-2],
+        (1, 1): here[1:-1, 2:],
+        (2, -1): state[:, :, layer - 1] == UNSEEN if layer else floor,
+        (2, 1): state[:, :, layer + 1] == UNSEEN if layer + 1 < nz else top,
+    }
 
 
 def _quads(voxels: np.ndarray, axis: int, side: int) -> np.ndarray:
-    """Corners of faces of voxels that look into them, (n, 4, 3)."""
-    corners = _CORNERS[axis]
-    # At its lower end a face looks up, at its upper end down.
-    corners = (
-        corners[::-1] if side < 0 else corners + np.eye(3, dtype=int)[axis]
-    )
-    return voxels[:, None] + corners
+    """Corners of those faces of voxels, looking into them; (n, 4, 3)."""
+    corners = _CORNERS[axis].copy()
+    if side < 0:
+        # At the lower end of a voxel it looks up, at the upper end down.
+        corners = corners[::-1]
+    else:
+        corners[:, axis] += 1
+    at_floor = np.column_stack([voxels, np.zeros(len(voxels), int)])
+    return at_floor[:, None] + corners
