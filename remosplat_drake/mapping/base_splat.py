@@ -14,6 +14,9 @@ _APART = 0.03
 """Of a thing that has gone, some part is farther than this from all that is
 still there; edges that views disagree about a little are not [m]."""
 
+_FOOT = 0.01
+"""Near such a part, views need to see only as far as this past a disc [m]."""
+
 _COVERED = 0.01
 """A new disc that is nearer than this to an old one shows nothing new [m]."""
 
@@ -38,7 +41,8 @@ def updated(
 def find_gone(base: GaussianSplat, capture: Capture) -> np.ndarray:
     """Discs of things that views have looked through, (n,) bool.
 
-    The foot of a thing goes with it, although what it stood on stays.
+    The foot of a thing goes with it: it is near to what it stood on, so that
+    views look past it by little.
     """
     through = times_looked_through(capture, base.p_GK) > 0
     if through.all() or not through.any():
@@ -47,8 +51,11 @@ def find_gone(base: GaussianSplat, capture: Capture) -> np.ndarray:
     core = through & (apart > _APART)
     if not core.any():
         return core
-    foot, _ = KDTree(base.p_GK[core]).query(base.p_GK)
-    return through & (foot < 2 * _APART)
+    apart, _ = KDTree(base.p_GK[core]).query(base.p_GK)
+    foot = np.flatnonzero(~core & (apart < 2 * _APART))
+    past = times_looked_through(capture, base.p_GK[foot], _FOOT) > 0
+    core[foot[past]] = True
+    return core
 
 
 def find_covered(base: GaussianSplat, seen: GaussianSplat) -> np.ndarray:

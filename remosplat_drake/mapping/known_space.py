@@ -54,7 +54,7 @@ def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
     state = coverage.state.copy()
     ball = np.column_stack([spheres.p_WS, spheres.radius + margin])
     # A base stands still while the arm looks around.
-    for *p_WS, reach in np.unique(ball.round(4), axis=0):
+    for *p_WS, reach in np.unique(ball, axis=0):
         _free_ball(state, coverage, np.array(p_WS), reach)
     return dc.replace(coverage, state=state)
 

@@ -1,0 +1,79 @@
+"""A splat from before: what has gone is carved, what has come is added."""
+
+import numpy as np
+import pytest
+from laden_table import TOP
+
+from remosplat_drake.mapping.base_splat import (
+    find_covered,
+    find_gone,
+    updated,
+)
+from remosplat_drake.reconstruction.surfels import (
+    splat_of_surfels,
+    surfels_from_capture,
+)
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.surfel_conversion import with_thickness
+
+
+def discs(capture) -> GaussianSplat:
+    return splat_of_surfels(surfels_from_capture(capture, 5000))
+
+
+@pytest.fixture(scope="module")
+def bare_discs(bare) -> GaussianSplat:
+    return discs(bare)
+
+
+@pytest.fixture(scope="module")
+def laden_discs(laden) -> GaussianSplat:
+    return discs(laden)
+
+
+def above(splat: GaussianSplat, height: float) -> np.ndarray:
+    """Discs on the thing: as far above the table's top."""
+    return splat.p_GK[:, 2] > TOP + height
+
+
+def test_views_carve_nothing_that_they_see(
+    bare, bare_discs, laden, laden_discs
+):
+    assert not find_gone(bare_discs, bare).any()
+    assert not find_gone(laden_discs, laden).any()
+
+
+def test_the_thing_is_carved_with_its_foot(bare, laden_discs):
+    gone = find_gone(laden_discs, bare)
+    assert above(laden_discs, 0.05).sum() > 50
+    assert gone[above(laden_discs, 0.05)].all()
+    left = laden_discs.select(~gone)
+    assert left.p_GK[:, 2].max() < TOP + 0.02
+    assert gone.sum() < 1.1 * above(laden_discs, 0.01).sum()
+
+
+def test_surfaces_of_the_base_are_not_doubled(bare_discs, laden_discs):
+    assert find_covered(bare_discs, bare_discs).all()
+    covered = find_covered(bare_discs, laden_discs)
+    assert not covered[above(laden_discs, 0.02)].any()
+    table = ~above(laden_discs, 0.005)
+    assert covered[table].mean() > 0.8
+    nothing = GaussianSplat.empty()
+    assert not find_covered(nothing, laden_discs).any()
+    assert len(find_covered(bare_discs, nothing)) == 0
+
+
+def test_a_thing_that_comes_is_added_one_that_goes_taken_away(
+    bare, bare_discs, laden, laden_discs
+):
+    with_thing = updated(bare_discs, laden_discs, laden)
+    on_it = above(laden_discs, 0.02).sum()
+    assert above(with_thing, 0.02).sum() == on_it
+    assert len(with_thing) < 1.3 * (len(bare_discs) + on_it)
+    without_thing = updated(with_thing, bare_discs, bare)
+    assert above(without_thing, 0.05).sum() == 0
+
+
+def test_discs_join_a_base_of_ellipsoids(bare_discs, laden_discs, laden):
+    base = with_thickness(bare_discs)
+    assert not updated(base, laden_discs, laden).is_surfel

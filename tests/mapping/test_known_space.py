@@ -1,0 +1,99 @@
+"""What was seen, worked by hand in a box of few voxels."""
+
+import numpy as np
+import pytest
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.mapping.config import MappingConfig
+from remosplat_drake.mapping.known_space import (
+    known_space,
+    unknown_space_field,
+    with_free,
+)
+from remosplat_drake.reconstruction.coverage import (
+    FREE,
+    SURFACE,
+    UNSEEN,
+    Coverage,
+)
+from remosplat_drake.reconstruction.surfels import (
+    splat_of_surfels,
+    surfels_from_capture,
+)
+from remosplat_drake.robot.sphere_model import Spheres
+
+
+@pytest.fixture
+def wall() -> Capture:
+    """A camera at the origin that looks along z at a wall at z = 2."""
+    size = 80
+    K = np.array([[size, 0, size / 2], [0, size, size / 2], [0, 0, 1.0]])
+    return Capture(
+        K=K[None],
+        X_WC=np.eye(4)[None],
+        rgb=np.zeros((1, size, size, 3), np.uint8),
+        depth=np.full((1, size, size), 2, np.float32),
+    )
+
+
+def test_behind_a_wall_nothing_is_known(wall):
+    config = MappingConfig(
+        volume_lower=[-0.3, -0.3, 1.0],
+        volume_upper=[0.3, 0.3, 3.0],
+        voxel=0.2,
+    )
+    splat = splat_of_surfels(surfels_from_capture(wall, 2000))
+    coverage = known_space(wall, splat, None, config)
+    assert coverage.state.shape == (3, 3, 10)
+    # The wall at z = 2 is the border of the fifth and the sixth layer.
+    assert (coverage.state[..., :5] == FREE).all()
+    assert (coverage.state[..., 5] == SURFACE).all()
+    assert (coverage.state[..., 6:] == UNSEEN).all()
+    field = unknown_space_field(coverage)
+    answer = field.clearances(Spheres.at([0, 0, 1.9], 0.05))
+    # To the sides the box ends, and what was seen with it.
+    np.testing.assert_allclose(answer.distance, 0.25)
+    answer = field.clearances(Spheres.at([0, 0, 2.1]))
+    np.testing.assert_allclose(answer.distance, 0.1)
+    np.testing.assert_allclose(answer.direction_W, [[0, 0, 1]])
+
+
+def test_where_the_robot_stood_is_free(wall):
+    config = MappingConfig(
+        volume_lower=[-0.3, -0.3, 1.0],
+        volume_upper=[0.3, 0.3, 3.0],
+        voxel=0.2,
+        robot_margin=0.05,
+    )
+    splat = splat_of_surfels(surfels_from_capture(wall, 2000))
+    robot = Spheres.at([[0, 0, 2.5], [9, 9, 9]], 0.1)
+    coverage = known_space(wall, splat, robot, config)
+    # The ball of 0.15 m reaches 0.05 m into the voxels around its own.
+    assert coverage.state[1, 1, 7] == FREE
+    assert coverage.state[1, 0, 7] == coverage.state[1, 1, 8] == FREE
+    assert coverage.state[0, 0, 7] == FREE
+    assert coverage.state[0, 0, 8] == coverage.state[1, 1, 9] == UNSEEN
+    clearance = unknown_space_field(coverage).clearances(robot).distance[0]
+    # To the corners of those that it does not reach.
+    assert clearance == pytest.approx(np.sqrt(3) * 0.1 - 0.1)
+
+
+def test_a_robot_frees_no_surface():
+    state = np.full((3, 3, 3), UNSEEN, np.uint8)
+    state[1, 1, 1] = SURFACE
+    before = Coverage(np.zeros(3), 1.0, state)
+    after = with_free(before, Spheres.at([1.5, 1.5, 1.5], 0.4), 0.2)
+    assert after.state[1, 1, 1] == SURFACE
+    assert (after.state == FREE).sum() == 6
+    assert (before.state == FREE).sum() == 0
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.03, 0.1])
+def test_the_robot_keeps_its_margin_to_the_unknown(margin):
+    rng = np.random.default_rng(0)
+    robot = Spheres.at(rng.uniform(0.3, 0.7, (20, 3)), rng.uniform(0, 0.1, 20))
+    unseen = Coverage(np.zeros(3), 0.04, np.full((25,) * 3, UNSEEN, np.uint8))
+    coverage = with_free(unseen, robot, margin)
+    answer = unknown_space_field(coverage).clearances(robot)
+    assert answer.distance.min() > margin - 1e-9
+    assert answer.distance.min() < margin + 0.04 * np.sqrt(3)

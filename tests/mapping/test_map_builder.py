@@ -1,0 +1,139 @@
+"""Maps of a table that things come to and go from."""
+
+import numpy as np
+import pytest
+from laden_table import THING, joined, table
+
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.mapping.config import MappingConfig
+from remosplat_drake.mapping.map_builder import build_map
+from remosplat_drake.mapping.map_file import open_map, write_map
+from remosplat_drake.mapping.scene_map import SceneMap
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.reconstruction.coverage import FREE
+from remosplat_drake.robot.sphere_model import Spheres
+
+CONFIG = MappingConfig(
+    volume_lower=[0, -1, 0], volume_upper=[2, 1, 1.5], voxel=0.05, discs=8000
+)
+BESIDE_THING = Spheres.at([[1, 0.2, 0.55], [1, -0.2, 0.55], [1, 0, 0.75]])
+
+
+def a_map(capture, config=CONFIG, **options) -> SceneMap:
+    return build_map(
+        capture,
+        config,
+        version=2,
+        parent=1,
+        frames=tuple(f"frame_{i}" for i in range(len(capture))),
+        time=3.0,
+        make_field=SphereToEllipsoidField,
+        **options,
+    )
+
+
+def distances(scene_map: SceneMap, spheres: Spheres) -> np.ndarray:
+    return scene_map.field.clearances(spheres).per_sphere(len(spheres))
+
+
+def truth(*things) -> np.ndarray:
+    field = SignedDistanceField(table(*things))
+    return field.clearances(BESIDE_THING).per_sphere(len(BESIDE_THING))
+
+
+def test_a_map_tells_what_it_is_made_of(laden):
+    stages = []
+    dut = a_map(laden, report=lambda *stage: stages.append(stage))
+    assert (dut.version, dut.parent, dut.time) == (2, 1, 3.0)
+    assert dut.frames == ("frame_0", "frame_1", "frame_2")
+    assert dut.quality.startswith("3 frames, ")
+    assert sum(tile.vertices.shape[1] for tile in dut.tiles) > 1000
+    assert {stage for stage, _, _ in stages} == {
+        "comparing frames",
+        "surfels",
+        "refining",
+        "finding what was seen",
+    }
+    assert all(0 <= done <= total for _, done, total in stages)
+
+
+@pytest.mark.parametrize("effort", ["quick", "full"])
+def test_distances_are_those_of_the_scene(laden, effort):
+    dut = a_map(laden, effort=effort)
+    np.testing.assert_allclose(
+        distances(dut, BESIDE_THING), truth(THING), atol=0.01
+    )
+
+
+def test_a_thing_that_has_gone_is_gone(laden, bare):
+    dut = a_map(joined(laden, bare))
+    np.testing.assert_allclose(distances(dut, BESIDE_THING), truth(), atol=0.01)
+
+
+def test_a_thing_that_has_come_is_there(bare, laden):
+    dut = a_map(joined(bare, laden))
+    np.testing.assert_allclose(
+        distances(dut, BESIDE_THING), truth(THING), atol=0.01
+    )
+
+
+def test_behind_what_has_come_is_what_was_there_before(bare, laden):
+    """The table under the thing, which no newer view can see."""
+    dut = a_map(joined(bare, laden))
+    under = dut.splat_W.cropped(
+        np.array([0.93, -0.07, 0.42]), np.array([1.07, 0.07, 0.44])
+    )
+    assert len(under) > 5
+
+
+def test_a_base_is_brought_up_to_date(bare, laden):
+    base = a_map(bare).splat_W
+    with_thing = a_map(laden, base=base)
+    np.testing.assert_allclose(
+        distances(with_thing, BESIDE_THING), truth(THING), atol=0.01
+    )
+    cleared = a_map(bare, base=with_thing.splat_W)
+    np.testing.assert_allclose(
+        distances(cleared, BESIDE_THING), truth(), atol=0.02
+    )
+
+
+def test_unknown_space_is_an_obstacle_if_so_configured(laden):
+    config = MappingConfig(**(vars(CONFIG) | {"unknown": "obstacle"}))
+    under_table = Spheres.at([1, 0, 0.2])
+    beside = Spheres.at([1, 0.2, 0.6])
+    free, solid = a_map(laden), a_map(laden, config)
+    assert distances(free, under_table) > 0.1
+    assert distances(solid, under_table) < 0
+    assert distances(solid, beside) > 0.02
+    there = a_map(laden, config, robot_free=under_table)
+    assert distances(there, under_table) > config.robot_margin - 1e-9
+    assert there.coverage.fraction(FREE) > solid.coverage.fraction(FREE)
+
+
+def test_farther_surfaces_are_left_out_but_not_what_is_before_them(bare):
+    config = MappingConfig(**(vars(CONFIG) | {"max_depth": 1.0}))
+    near = a_map(bare, config)
+    far = near.splat_W.p_GK[:, None] - bare.X_WC[None, :, :3, 3]
+    assert np.linalg.norm(far, axis=2).min(axis=1).max() < 1.4
+    assert len(near.splat_W) < len(a_map(bare).splat_W)
+
+
+def test_equal_frames_make_equal_maps(laden, tmp_path):
+    one, two = a_map(laden), a_map(laden)
+    assert one.field.revision == two.field.revision
+    write_map(tmp_path / "map.rsmap", one)
+    opened = open_map(tmp_path / "map.rsmap", check=True)
+    np.testing.assert_array_equal(
+        distances(opened, BESIDE_THING), distances(two, BESIDE_THING)
+    )
+
+
+def test_frames_that_show_nothing_make_no_map(bare):
+    blind = bare.select(np.arange(2))
+    blind.depth[:] = 0
+    with pytest.raises(RemoSplatError, match="depth"):
+        a_map(blind)
+    with pytest.raises(RemoSplatError, match="valid: full, quick"):
+        a_map(bare, effort="some")
