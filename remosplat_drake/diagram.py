@@ -11,7 +11,9 @@ import dataclasses as dc
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
 from remosplat_drake.controller.reactive_controller import ReactiveController
+from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
+from remosplat_drake.recording.session_log import TrajectoryLog
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.scenario import Scenario
@@ -26,18 +28,33 @@ from remosplat_drake.stages import (
     AddWorldViews,
     MakeStation,
 )
+from remosplat_drake.station import ports
 from remosplat_drake.station.connections import (
     AddConfiguration,
     ConnectCommand,
 )
 from remosplat_drake.task.target_sequence import TargetSequence
+from remosplat_drake.teleop.operator_target import OperatorTarget
+from remosplat_drake.teleop_stages import (
+    AddLiveMap,
+    AddLog,
+    AddOperatorTarget,
+    AddOperatorViews,
+    Teleoperation,
+)
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.world import World
+
+KEPT = 10.0
+"""So much of a teleoperation stays in memory; all of it is in its log [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Application:
-    """A built diagram and the parts that a run looks at."""
+    """A built diagram and the parts that a run looks at.
+
+    A teleoperated one has a log, and a live map if its scenario wants that.
+    """
 
     scenario: Scenario
     world: World
@@ -46,9 +63,11 @@ class Application:
     oracle: DistanceOracle
     controller: ReactiveController
     supervisor: SafetySupervisor | None
-    targets: TargetSequence
+    targets: TargetSequence | OperatorTarget
     recorder: TrajectoryRecorder
     configuration: OutputPort
+    live_map: LiveMap | None = None
+    log: TrajectoryLog | None = None
 
 
 def MakeDiagram(
@@ -57,6 +76,7 @@ def MakeDiagram(
     page: MeshcatPage | None = None,
     *,
     hardware: bool = False,
+    teleoperation: Teleoperation | None = None,
 ) -> Application:
     """Wires a scenario's stages into one diagram.
 
@@ -65,15 +85,22 @@ def MakeDiagram(
         world: What its files hold.
         page: A browser page to draw on.
         hardware: Whether the station is the real robot; nothing else differs.
+        teleoperation: An operator moves the target, and the map may grow.
 
     Raises:
         RemoSplatError: The station cannot be made, or there is no target.
     """
     robot = world.robot
     builder = DiagramBuilder()
+    panel = AddPanel(builder, scenario, robot, page)
     station = builder.AddSystem(MakeStation(scenario, world, hardware))
     configuration = AddConfiguration(builder, robot, station)
-    targets = AddTargets(builder, scenario, world, configuration)
+    if teleoperation is None:
+        targets = AddTargets(builder, scenario, world, configuration)
+    else:
+        targets = AddOperatorTarget(
+            builder, scenario, world, configuration, teleoperation, page
+        )
     oracle = AddOracle(builder, scenario, world, configuration)
     controller = AddController(
         builder, scenario, robot, configuration, targets, oracle
@@ -86,11 +113,59 @@ def MakeDiagram(
     executed = commander.GetOutputPort("velocity_commanded")
     ConnectCommand(builder, robot, executed, station)
     recorder = AddRecorder(
-        builder, scenario, robot, configuration, controller, executed
+        builder,
+        scenario,
+        robot,
+        configuration,
+        controller,
+        executed,
+        keep=None if teleoperation is None else KEPT,
     )
+    live_map = log = None
+    if teleoperation is not None:
+        live_map = AddLiveMap(
+            builder,
+            scenario,
+            world,
+            configuration,
+            teleoperation,
+            targets,
+            oracle,
+            supervisor,
+        )
+        log = AddLog(
+            builder,
+            scenario,
+            world,
+            teleoperation,
+            controller,
+            executed,
+            supervisor,
+            targets,
+            live_map,
+        )
+    if panel is not None and supervisor is not None:
+        panel.ConnectTo(
+            builder,
+            supervisor=supervisor,
+            report=controller.GetOutputPort("report"),
+            status=station.GetOutputPort(ports.STATUS),
+        )
     if page is not None:
-        AddPanel(builder, page, robot, controller, supervisor, station)
-        AddWorldViews(builder, page, world, configuration, controller, selector)
+        AddWorldViews(
+            builder, page, world, configuration, controller, selector, live_map
+        )
+        if teleoperation is not None:
+            AddOperatorViews(
+                builder,
+                scenario,
+                world,
+                teleoperation,
+                page,
+                controller,
+                executed,
+                live_map,
+            )
     diagram = builder.Build()
     diagram.set_name("remosplat")
     return Application(
@@ -104,4 +179,6 @@ def MakeDiagram(
         targets,
         recorder,
         configuration,
+        live_map,
+        log,
     )

@@ -26,6 +26,7 @@ from remosplat_drake.controller.guidance.selection_rule import (
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.controller.tick import ReactiveLaw
 from remosplat_drake.errors import FieldError, RemoSplatError
+from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.robot.robot_model import RobotModel
@@ -37,6 +38,7 @@ from remosplat_drake.station.connections import AddMeasuredVelocity
 from remosplat_drake.station.simulated_station import MakeHardwareStation
 from remosplat_drake.task.arrival import has_arrived
 from remosplat_drake.task.target_sequence import TargetSequence
+from remosplat_drake.teleop.operator_target import OperatorTarget
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.safety_panel import SafetyPanel
 from remosplat_drake.visualization.views import AddViews
@@ -114,7 +116,7 @@ def AddController(
     scenario: Scenario,
     robot: RobotModel,
     configuration: OutputPort,
-    targets: TargetSequence,
+    targets: TargetSequence | OperatorTarget,
     oracle: DistanceOracle,
 ) -> ReactiveController:
     """Adds the reactive controller, which ticks at the control period."""
@@ -134,7 +136,7 @@ def AddGuidance(
     scenario: Scenario,
     robot: RobotModel,
     configuration: OutputPort,
-    targets: TargetSequence,
+    targets: TargetSequence | OperatorTarget,
     oracle: DistanceOracle,
     controller: ReactiveController,
 ) -> GuidanceSelector | None:
@@ -164,7 +166,7 @@ def AddGuidance(
 def _ConnectGoal(
     builder: DiagramBuilder,
     configuration: OutputPort,
-    targets: TargetSequence,
+    targets: TargetSequence | OperatorTarget,
     system: LeafSystem,
 ) -> None:
     """Tells a system where the robot is and where it shall go."""
@@ -213,8 +215,12 @@ def AddRecorder(
     configuration: OutputPort,
     controller: ReactiveController,
     executed: OutputPort,
+    keep: float | None = None,
 ) -> TrajectoryRecorder:
-    """Adds what keeps the configurations, the ticks and their commands."""
+    """Adds what keeps the configurations, the ticks and their commands.
+
+    Of a run without an end it keeps the last seconds.
+    """
     return TrajectoryRecorder.AddToBuilder(
         builder,
         configuration=configuration,
@@ -223,28 +229,24 @@ def AddRecorder(
         n_q=robot.n_q,
         n_u=robot.n_u,
         period=scenario.control_period,
+        keep=keep,
     )
 
 
 def AddPanel(
     builder: DiagramBuilder,
-    page: MeshcatPage,
+    scenario: Scenario,
     robot: RobotModel,
-    controller: ReactiveController,
-    supervisor: SafetySupervisor | None,
-    station: Diagram,
-) -> None:
-    """Adds the stop button, if there is a supervisor to obey it."""
-    if supervisor is None:
-        return
-    SafetyPanel.AddToBuilder(
-        builder,
-        page=page,
-        n_u=robot.n_u,
-        supervisor=supervisor,
-        report=controller.GetOutputPort("report"),
-        status=station.GetOutputPort(ports.STATUS),
-    )
+    page: MeshcatPage | None,
+) -> SafetyPanel | None:
+    """Adds the stop button, if there is a supervisor to obey it.
+
+    It comes before everything else that has controls on the page, so that it
+    is on top of them.
+    """
+    if page is None or not scenario.supervisor.enabled:
+        return None
+    return builder.AddSystem(SafetyPanel(page=page, n_u=robot.n_u))
 
 
 def AddWorldViews(
@@ -254,13 +256,17 @@ def AddWorldViews(
     configuration: OutputPort,
     controller: ReactiveController,
     selector: GuidanceSelector | None,
+    live_map: LiveMap | None,
 ) -> None:
-    """Adds what draws the scene, the robot and its guidance."""
+    """Adds what draws the scene, the robot and its guidance.
+
+    A live map is drawn by what is added for teleoperation.
+    """
     AddViews(
         builder,
         page,
         robot=world.robot,
-        splat_W=world.splat_W,
+        splat_W=world.splat_W if live_map is None else None,
         truth=world.truth,
         configuration=configuration,
         report=controller.GetOutputPort("report"),

@@ -79,9 +79,12 @@ ALLOWED = {
     },
     "visualization": {
         "controller.guidance",
-        "controller.tick_report",
         "controller.ingredients.collision_damper",
         "controller.servo",
+        "controller.tick_report",
+        "mapping.map_requests",
+        "mapping.map_status",
+        "mapping.scene_map",
         "oracle",
         "recording.run_log",
         "robot",
@@ -90,6 +93,11 @@ ALLOWED = {
         "scene",
         "splat",
         "station.status",
+        "teleop.config",
+        "teleop.deviation",
+        "teleop.operator_command",
+        "teleop.target_state",
+        "teleop.gamepad",
     },
 }
 """The stages of the data flow; what a stage may import besides itself."""
@@ -99,8 +107,11 @@ ABOVE_THE_STAGES = {
     "commands",
     "diagram",
     "hardware_run",
+    "recorded_run",
     "simulation",
     "stages",
+    "teleop_session",
+    "teleop_stages",
 }
 """These see the wired application, and no stage may see them."""
 

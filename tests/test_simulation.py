@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
+from remosplat_drake.commands import driving
 from remosplat_drake.commands import run as run_command
 from remosplat_drake.commands.main import main
 from remosplat_drake.diagram import Application, MakeDiagram
@@ -248,7 +249,7 @@ def test_an_interrupt_exits_with_130_and_leaves_its_record(folder, monkeypatch):
 
         return run(application, on_progress=stop)
 
-    monkeypatch.setattr(run_command, "simulate", interrupted)
+    monkeypatch.setattr(driving, "simulate", interrupted)
     assert remosplat_run(folder, "One", "--output", str(folder / "out")) == 130
     metrics = json.loads((folder / "out" / "metrics.json").read_text())
     assert metrics["outcome"] == INTERRUPTED

@@ -1,6 +1,7 @@
 """Flags that several commands share, and what all check about theirs."""
 
 import argparse
+import math
 
 import numpy as np
 
@@ -12,6 +13,18 @@ from remosplat_drake.resources import resolve
 TRUTH = "truth.json"
 """The true geometry of a rendered capture, as an RMMI file beside its
 images."""
+
+
+def positive(text: str) -> float:
+    """Reads a positive, finite number off the command line.
+
+    Raises:
+        ArgumentTypeError: It is not.
+    """
+    value = float(text)
+    if not (math.isfinite(value) and value > 0):
+        raise argparse.ArgumentTypeError(f"{text} is not a number > 0")
+    return value
 
 
 def add_capture_arguments(parser: argparse.ArgumentParser):

@@ -13,6 +13,8 @@ from remosplat_drake.kernel_cache import drop_stale_kernels
 
 COMMANDS = {
     "run": "drive the robot of a scenario to its targets",
+    "replay": "play a recorded session again",
+    "teleop": "move the target by hand while the map grows",
     "scenarios": "list the shipped scenarios",
     "hardware-sim": "stand in for the real robot, behind the same wire",
     "camera-sim": "stand in for the real robot's wrist camera",

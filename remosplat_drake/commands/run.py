@@ -8,35 +8,27 @@ import time
 from pathlib import Path
 
 from rich.console import Console
-from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
 from remosplat_drake import warm_up
 from remosplat_drake.atomic_file import atomic_write, check_writable
+from remosplat_drake.commands.driving import drive
 from remosplat_drake.commands.hold import add_page_arguments, hold, is_held
-from remosplat_drake.controller.servo import PoseError
-from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.diagram import Application, MakeDiagram
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.hardware_run import (
     prepare_for_hardware,
-    run_on_hardware,
 )
 from remosplat_drake.real_time import LoopQuality, Spread
 from remosplat_drake.recording.trajectory import save_trajectory
-from remosplat_drake.safety.supervision import STOPPED, SupervisorState
 from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.simulation import INTERRUPTED, REACHED, RunResult
-from remosplat_drake.simulation import run as simulate
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.world import load_world
 
 METRICS, TRAJECTORY = "metrics.json", "trajectory.npz"
 """What a run leaves in its output folder."""
-
-_FRAME = 0.1
-"""Time between two updates of the progress line [s]."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -129,7 +121,16 @@ def run(arguments: argparse.Namespace) -> int:
         console.print(f"watch at [bold]{page.url}[/bold]")
     if page is not None:
         page.start_recording(time.time() if arguments.hardware else 0.0)
-    result, loop = _drive(application, arguments, console)
+    rate = arguments.realtime_rate
+    if rate is None:
+        rate = 0.0 if arguments.headless else 1.0
+    waits = not arguments.headless and is_held(arguments.hold)
+    result, loop = drive(
+        application,
+        console,
+        rate=None if arguments.hardware else rate,
+        patience=math.inf if waits else 0.0,
+    )
     warm_up.remember()
     if page is not None:
         page.finish_recording()
@@ -152,59 +153,6 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         paths += [arguments.output / name for name in (METRICS, TRAJECTORY)]
     for path in filter(None, paths):
         check_writable(path)
-
-
-def _drive(
-    application: Application, arguments: argparse.Namespace, console: Console
-) -> tuple[RunResult, LoopQuality | None]:
-    rate = arguments.realtime_rate
-    if rate is None:
-        rate = 0.0 if arguments.headless else 1.0
-    waits = not arguments.headless and is_held(arguments.hold)
-    patience = math.inf if waits else 0.0
-    last = -math.inf
-    with Live(console=console, auto_refresh=False, transient=True) as live:
-
-        def show(t: float, error: PoseError, report: TickReport | None):
-            nonlocal last
-            now = time.monotonic()
-            if now - last >= _FRAME and report is not None:
-                last = now
-                live.update(_progress_line(t, error, report), refresh=True)
-
-        def tell(supervision: SupervisorState):
-            if supervision.mode == STOPPED:
-                console.print(f"[bold red]stopped:[/] {supervision.reason}")
-                if patience > 0:
-                    console.print("the page's release button lets it go on")
-
-        watchers = {"on_progress": show, "on_supervision": tell}
-        if arguments.hardware:
-            done = run_on_hardware(application, patience=patience, **watchers)
-            return done.run, done.loop
-        done = simulate(
-            application, realtime_rate=rate, patience=patience, **watchers
-        )
-        return done, None
-
-
-def _progress_line(t: float, error: PoseError, report: TickReport) -> Text:
-    clearance = report.clearances.minimum()
-    total = report.timings.get("total", math.nan)
-    line = Text(f"t {t:5.2f} s   to target {1e3 * error.distance:6.1f} mm ")
-    line.append(f"{math.degrees(error.angle):5.1f} deg   ")
-    line.append(f"clearance {1e3 * clearance:6.1f} mm   ")
-    line.append(f"tick {1e3 * total:4.2f} ms ({1.0 / total:4.0f} Hz)   ")
-    line.append(report.status, "green" if not report.reason else "yellow")
-    if report.reason:
-        line.append(f": {report.reason}")
-    line.truncate(console_width(), overflow="ellipsis")
-    return line
-
-
-def console_width() -> int:
-    """Columns of the terminal."""
-    return Console(stderr=True).width
 
 
 def _print_summary(

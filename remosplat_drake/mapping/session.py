@@ -1,6 +1,7 @@
 """`Session`: a folder with all that a teleoperation has gathered.
 
-    session.json          this file: the scenario, the versions of the map
+    session.json          this file: the versions of the map
+    scenario.yaml         the scenario that it belongs to
     frames/               what the camera saw; see `FrameStore`
     maps/map_0001.rsmap   the versions
     runs/0001/            what the robot did, written by the control process
@@ -18,7 +19,7 @@ from remosplat_drake.errors import FileError, RemoSplatError
 from remosplat_drake.mapping.frame_store import FrameStore
 from remosplat_drake.mapping.map_file import SUFFIX
 
-SESSION_FILE = "session.json"
+SESSION_FILE, SCENARIO_FILE = "session.json", "scenario.yaml"
 FORMAT = "remosplat session 1"
 
 
@@ -46,7 +47,6 @@ class Session:
 
     Attributes:
         folder: Of the session.
-        scenario_text: The scenario it belongs to, as YAML.
         frames: All that were taken.
         versions: All maps, by number.
         head: The version that counts; 0 is the scenario's own.
@@ -56,7 +56,6 @@ class Session:
     def __init__(self, folder: Path, document: dict):
         """Use `create` or `open`."""
         self.folder = folder
-        self.scenario_text: str = document["scenario"]
         self.frames = FrameStore(folder / "frames")
         self.head: int = document["head"]
         self.active: tuple[str, ...] = tuple(document["active"])
@@ -70,6 +69,10 @@ class Session:
     def create(folder: Path, scenario_text: str) -> "Session":
         """Makes a session in a new or empty folder.
 
+        Args:
+            folder: The folder.
+            scenario_text: The file of its scenario.
+
         Raises:
             FileError: The folder holds something, or cannot be made.
         """
@@ -77,13 +80,9 @@ class Session:
             raise FileError(folder, "exists; a new session needs a new folder")
         session = Session(
             folder,
-            {
-                "scenario": scenario_text,
-                "head": 0,
-                "active": [],
-                "versions": [],
-            },
+            {"head": 0, "active": [], "versions": []},
         )
+        write_atomically(folder / SCENARIO_FILE, scenario_text)
         session._write(0, (), {})
         return session
 
@@ -177,7 +176,6 @@ class Session:
             "head": head,
             "active": active,
             "versions": [dc.asdict(version) for version in versions.values()],
-            "scenario": self.scenario_text,
         }
         text = json.dumps(document, indent=1) + "\n"
         write_atomically(self.folder / SESSION_FILE, text)

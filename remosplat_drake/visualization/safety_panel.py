@@ -76,28 +76,32 @@ class SafetyPanel(LeafSystem):
         self._ages_shown = -np.inf
         self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
 
-    @staticmethod
-    def AddToBuilder(
+    def ConnectTo(
+        self,
         builder: DiagramBuilder,
         *,
-        page: MeshcatPage,
-        n_u: int,
         supervisor: LeafSystem,
         report: OutputPort,
         status: OutputPort,
-    ) -> "SafetyPanel":
-        """Adds a panel and connects it to and with a supervisor."""
-        panel = builder.AddSystem(SafetyPanel(page=page, n_u=n_u))
-        builder.Connect(report, panel.GetInputPort("report"))
-        builder.Connect(status, panel.GetInputPort("status"))
-        builder.Connect(
-            supervisor.GetOutputPort("supervision"),
-            panel.GetInputPort("supervision"),
-        )
-        builder.Connect(
-            panel.GetOutputPort("operator"), supervisor.GetInputPort("operator")
-        )
-        return panel
+    ) -> None:
+        """Connects it to and with a supervisor.
+
+        It may have been added long before, for the page to have the stop
+        button above all others.
+        """
+        for source, sink in (
+            (report, self._report_input),
+            (status, self._status_input),
+            (
+                supervisor.GetOutputPort("supervision"),
+                self._supervision_input,
+            ),
+            (
+                self.GetOutputPort("operator"),
+                supervisor.GetInputPort("operator"),
+            ),
+        ):
+            builder.Connect(source, sink)
 
     def _calc_requests(self, context: Context, output: Value):
         clicks = self._page.meshcat.GetButtonClicks

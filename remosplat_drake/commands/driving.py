@@ -1,0 +1,78 @@
+"""Drive an application to its end, and tell people how it goes."""
+
+import math
+import time
+
+from rich.console import Console
+from rich.live import Live
+from rich.text import Text
+
+from remosplat_drake.controller.servo import PoseError
+from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.diagram import Application
+from remosplat_drake.hardware_run import run_on_hardware
+from remosplat_drake.real_time import LoopQuality
+from remosplat_drake.safety.supervision import STOPPED, SupervisorState
+from remosplat_drake.simulation import RunResult
+from remosplat_drake.simulation import run as simulate
+
+_FRAME = 0.1
+"""Time between two updates of the progress line [s]."""
+
+
+def drive(
+    application: Application,
+    console: Console,
+    *,
+    rate: float | None,
+    patience: float,
+) -> tuple[RunResult, LoopQuality | None]:
+    """Runs with a line of progress; says when and why the robot stops.
+
+    Args:
+        application: The diagram.
+        console: Where to tell.
+        rate: Pace of a simulation, see `simulation.run`; None: the station
+            is the real robot.
+        patience: So long a stopped robot waits to be released [s].
+    """
+    last = -math.inf
+    with Live(console=console, auto_refresh=False, transient=True) as live:
+
+        def show(t: float, error: PoseError, report: TickReport | None):
+            nonlocal last
+            now = time.monotonic()
+            if now - last >= _FRAME and report is not None:
+                last = now
+                line = progress_line(t, error, report)
+                line.truncate(console.width, overflow="ellipsis")
+                live.update(line, refresh=True)
+
+        def tell(supervision: SupervisorState):
+            if supervision.mode == STOPPED:
+                console.print(f"[bold red]stopped:[/] {supervision.reason}")
+                if patience > 0:
+                    console.print("the page's release button lets it go on")
+
+        watchers = {"on_progress": show, "on_supervision": tell}
+        if rate is None:
+            done = run_on_hardware(application, patience=patience, **watchers)
+            return done.run, done.loop
+        done = simulate(
+            application, realtime_rate=rate, patience=patience, **watchers
+        )
+        return done, None
+
+
+def progress_line(t: float, error: PoseError, report: TickReport) -> Text:
+    """Time, error, clearance, speed and status of a tick, for people."""
+    clearance = report.clearances.minimum()
+    total = report.timings.get("total", math.nan)
+    line = Text(f"t {t:5.2f} s   to target {1e3 * error.distance:6.1f} mm ")
+    line.append(f"{math.degrees(error.angle):5.1f} deg   ")
+    line.append(f"clearance {1e3 * clearance:6.1f} mm   ")
+    line.append(f"tick {1e3 * total:4.2f} ms ({1.0 / total:4.0f} Hz)   ")
+    line.append(report.status, "green" if not report.reason else "yellow")
+    if report.reason:
+        line.append(f": {report.reason}")
+    return line

@@ -1,0 +1,168 @@
+"""`remosplat teleop`: move the target by hand while the map grows."""
+
+import argparse
+import math
+import time
+from pathlib import Path
+
+from rich.console import Console
+
+from remosplat_drake import warm_up
+from remosplat_drake.commands.driving import drive
+from remosplat_drake.commands.flags import positive
+from remosplat_drake.diagram import MakeDiagram
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.hardware_run import prepare_for_hardware
+from remosplat_drake.mapping.session import SCENARIO_FILE
+from remosplat_drake.scenario import LoadScenario, Scenario
+from remosplat_drake.simulation import INTERRUPTED, TIME_LIMIT
+from remosplat_drake.teleop_session import (
+    check_mappable,
+    holds_session,
+    open_teleoperation,
+)
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.world import load_world
+
+DEFAULT_SCENARIO = "StudioLive"
+"""What is teleoperated when nothing is named."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command line."""
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        help="NAME, FILE or FILE:NAME (default: that of the session, or"
+        f" {DEFAULT_SCENARIO})",
+    )
+    parser.add_argument(
+        "--session",
+        type=Path,
+        metavar="DIR",
+        help="begin a session there, or go on with it (default: a new folder"
+        " in sessions/)",
+    )
+    parser.add_argument(
+        "--hardware",
+        action="store_true",
+        help="drive the real robot in place of a simulated one",
+    )
+    parser.add_argument(
+        "--lcm-url",
+        metavar="URL",
+        help="where the robot's drivers are (default: the scenario's"
+        " hardware.lcm_url)",
+    )
+    parser.add_argument(
+        "--trajectory",
+        type=Path,
+        metavar="FILE",
+        help="an operator's script: timed poses and presses",
+    )
+    parser.add_argument(
+        "--headless",
+        action="store_true",
+        help="no browser page; needs a script or a stream of poses",
+    )
+    parser.add_argument(
+        "--realtime-rate",
+        type=positive,
+        default=1.0,
+        metavar="R",
+        help="pace of a simulation (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--duration",
+        type=positive,
+        default=math.inf,
+        metavar="S",
+        help="end after so many seconds (default: at Ctrl-C)",
+    )
+    parser.add_argument(
+        "--port", type=int, help="port of the page (default: first free)"
+    )
+    parser.add_argument(
+        "--scenario-text",
+        default="",
+        metavar="YAML",
+        help="values laid over the scenario, e.g. '{mapping: {voxel: 0.05}}'",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Teleoperates until Ctrl-C; 0, or 1 if the robot ended up stopped."""
+    console = Console(stderr=True)
+    scenario = _load_scenario(arguments)
+    folder = arguments.session or _new_folder(scenario)
+    if arguments.hardware:
+        prepare_for_hardware(scenario, arguments.lcm_url)
+    elif arguments.lcm_url:
+        raise RemoSplatError("--lcm-url: only with --hardware")
+    check_mappable(scenario)
+    warm_up.announce(console)
+    world = load_world(scenario, blank=scenario.mapping.enabled)
+    page = None if arguments.headless else MeshcatPage(port=arguments.port)
+    teleoperation = open_teleoperation(
+        scenario, world, folder, hardware=arguments.hardware
+    )
+    try:
+        application = MakeDiagram(
+            scenario,
+            world,
+            page,
+            hardware=arguments.hardware,
+            teleoperation=teleoperation,
+        )
+        console.print(f"everything goes to [bold]{folder}[/bold]")
+        if page is not None:
+            console.print(f"operate at [bold]{page.url}[/bold]; Ctrl-C ends")
+        result, _ = drive(
+            application,
+            console,
+            rate=None if arguments.hardware else arguments.realtime_rate,
+            patience=math.inf,
+        )
+    finally:
+        if teleoperation.mapping is not None:
+            teleoperation.mapping.close()
+    warm_up.remember()
+    log = application.log
+    assert log is not None
+    log.close()
+    if log.trouble:
+        console.print(f"[bold red]{log.trouble}[/]")
+    console.print(f"{result.outcome}; `remosplat replay {folder}` shows it")
+    return 0 if result.outcome in (INTERRUPTED, TIME_LIMIT) else 1
+
+
+def _load_scenario(arguments: argparse.Namespace) -> Scenario:
+    """The scenario that the flags make it.
+
+    Raises:
+        RemoSplatError: Flags contradict each other, or a file is unusable.
+    """
+    spec, folder = arguments.scenario, arguments.session
+    if folder is not None and holds_session(folder):
+        if spec is not None:
+            raise RemoSplatError(
+                f"{folder} is a session already and has its own scenario;"
+                " leave the name out, or choose another folder"
+            )
+        spec = str(folder / SCENARIO_FILE)
+    scenario = LoadScenario(spec or DEFAULT_SCENARIO, arguments.scenario_text)
+    if arguments.trajectory is not None:
+        scenario.teleop.trajectory = str(arguments.trajectory.resolve())
+    moved = scenario.teleop.trajectory or scenario.teleop.pose_stream
+    if arguments.headless and not moved:
+        raise RemoSplatError(
+            "--headless: without the page somebody else must move the target:"
+            " --trajectory FILE, or teleop.pose_stream in the scenario"
+        )
+    scenario.time_limit = arguments.duration
+    return scenario
+
+
+def _new_folder(scenario: Scenario) -> Path:
+    name = scenario.source.rpartition(":")[2]
+    return Path("sessions") / f"{name}-{time.strftime('%Y%m%d-%H%M%S')}"

@@ -1,0 +1,125 @@
+"""Begin a session of teleoperation in a new folder, or go on with one."""
+
+import importlib.util
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.drivers.lcm_camera import LcmCamera
+from remosplat_drake.drivers.robot_camera import RobotCamera
+from remosplat_drake.errors import FieldError, MissingExtraError
+from remosplat_drake.mapping.camera import WristCamera
+from remosplat_drake.mapping.map_file import open_map
+from remosplat_drake.mapping.mapping_process import MappingProcess
+from remosplat_drake.mapping.scene_map import SceneMap
+from remosplat_drake.mapping.session import SESSION_FILE, Session
+from remosplat_drake.mapping.worker import MappingJob
+from remosplat_drake.oracle.config import GroundTruth, make_field
+from remosplat_drake.recording.run_folders import new_run
+from remosplat_drake.resources import resolve
+from remosplat_drake.scenario import Scenario
+from remosplat_drake.scenario_text import scenario_text
+from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.surfel_tiles import make_tiles
+from remosplat_drake.station.config import WristCameraConfig
+from remosplat_drake.teleop_stages import Teleoperation
+from remosplat_drake.world import World
+
+_MAPPING_PACKAGES = ("open3d", "PIL")
+
+
+def holds_session(folder: Path) -> bool:
+    """Whether a folder is that of a session."""
+    return (folder / SESSION_FILE).is_file()
+
+
+def check_mappable(scenario: Scenario) -> None:
+    """Refuses a live map where none can be made, before any work starts.
+
+    Raises:
+        FieldError: The oracle asks no splat.
+        MissingExtraError: A package is not installed.
+    """
+    if not scenario.mapping.enabled:
+        return
+    if isinstance(scenario.oracle, GroundTruth):
+        raise FieldError(
+            scenario.source,
+            "oracle",
+            "!GroundTruth needs no map; set mapping.enabled to false",
+        )
+    if not all(map(importlib.util.find_spec, _MAPPING_PACKAGES)):
+        raise MissingExtraError(
+            "a live map (mapping.enabled)", "reconstruction"
+        )
+
+
+def open_teleoperation(
+    scenario: Scenario, world: World, folder: Path, *, hardware: bool
+) -> Teleoperation:
+    """Begins a session, or goes on with it, and starts its mapping process.
+
+    Args:
+        scenario: A checked scenario; that of the session, if there is one.
+        world: What its files hold.
+        folder: Of the session; new, empty, or a session's.
+        hardware: Whether the camera is the real robot's.
+
+    Raises:
+        RemoSplatError: The folder or a file cannot be used.
+    """
+    if holds_session(folder):
+        session = Session.open(folder)
+    else:
+        name = scenario.source.rpartition(":")[2]
+        session = Session.create(folder, scenario_text(scenario, name))
+    splat_W = world.splat_W or GaussianSplat.empty()
+    initial = SceneMap(
+        version=0,
+        parent=None,
+        frames=(),
+        time=-np.inf,
+        field=world.field,
+        splat_W=splat_W,
+        tiles=make_tiles(splat_W),
+        quality="as the scenario has it",
+    )
+    if not scenario.mapping.enabled:
+        return Teleoperation(new_run(folder), None, initial)
+    job = MappingJob(
+        session=folder,
+        config=scenario.mapping,
+        robot=world.robot,
+        make_camera=_camera_maker(scenario, world, hardware),
+        make_field=partial(
+            make_field, scenario.oracle, truth=None, where=scenario.source
+        ),
+        base=splat_W if len(splat_W) else None,
+    )
+    head = session.head_map
+    return Teleoperation(
+        run=new_run(folder),
+        mapping=MappingProcess(job),
+        initial=initial,
+        reopened=None if head is None else open_map(head),
+        scenes=() if hardware else _scenes(scenario, world),
+    )
+
+
+def _camera_maker(
+    scenario: Scenario, world: World, hardware: bool
+) -> Callable[[], WristCamera]:
+    config = scenario.wrist_camera or WristCameraConfig()
+    if hardware:
+        return partial(LcmCamera, config, world.robot, scenario.hardware)
+    return partial(RobotCamera, config, world.robot, world.truth)
+
+
+def _scenes(scenario: Scenario, world: World) -> tuple:
+    if not scenario.scene.truth_later or world.truth is None:
+        return ()
+    later = resolve(scenario.scene.truth_later, scenario.folder)
+    return world.truth, read_rmmi(later)

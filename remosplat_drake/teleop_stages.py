@@ -1,0 +1,221 @@
+"""How the stages of a teleoperation are made; `stages.py` has all others."""
+
+import dataclasses as dc
+from pathlib import Path
+
+import numpy as np
+from pydrake.systems.framework import (
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+)
+
+from remosplat_drake.capture.camera_mount import CameraMount
+from remosplat_drake.capture.station_camera import hand_eye
+from remosplat_drake.controller.reactive_controller import ReactiveController
+from remosplat_drake.mapping.config import OBSTACLE
+from remosplat_drake.mapping.live_map import LiveMap
+from remosplat_drake.mapping.mapping_process import MappingProcess
+from remosplat_drake.mapping.scene_map import SceneMap
+from remosplat_drake.oracle.distance_oracle import DistanceOracle
+from remosplat_drake.recording.session_log import TrajectoryLog
+from remosplat_drake.resources import resolve
+from remosplat_drake.safety.supervisor_system import SafetySupervisor
+from remosplat_drake.scenario import Scenario
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.station.config import WristCameraConfig
+from remosplat_drake.teleop.command_merger import CommandMerger
+from remosplat_drake.teleop.lcm_operator import LcmOperator
+from remosplat_drake.teleop.operator_target import OperatorTarget
+from remosplat_drake.teleop.target_motion import MotionLaw
+from remosplat_drake.teleop.trajectory_file import load_trajectory
+from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
+from remosplat_drake.visualization.live_map_view import LiveMapView
+from remosplat_drake.visualization.live_plots import LivePlots
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.teleop_panel import TeleopPanel
+from remosplat_drake.world import World
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Teleoperation:
+    """What a diagram is given besides, to be teleoperated.
+
+    Attributes:
+        run: Folder that gets the log of what happens.
+        mapping: Takes the pictures and makes the maps; None: no live map.
+        initial: The map that the scenario begins with.
+        reopened: The map of a session that goes on, if there is one.
+        scenes: What a simulated camera may be shown in turns.
+    """
+
+    run: Path
+    mapping: MappingProcess | None
+    initial: SceneMap
+    reopened: SceneMap | None = None
+    scenes: tuple[PrimitiveScene, ...] = ()
+
+
+def AddOperatorTarget(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+    teleoperation: Teleoperation,
+    page: MeshcatPage | None,
+) -> OperatorTarget:
+    """Adds all who may move the target, and the target.
+
+    Raises:
+        RemoSplatError: The trajectory or the camera's frame is unusable.
+    """
+    config, period = scenario.teleop, scenario.control_period
+    law = _motion_law(scenario, world)
+    sources: list[LeafSystem] = []
+    panel = None
+    if page is not None:
+        panel = TeleopPanel.AddToBuilder(
+            builder,
+            page=page,
+            config=config,
+            X_WH=law.X_WT_home,
+            mapping=teleoperation.mapping is not None,
+            scenes=teleoperation.scenes,
+        )
+        sources.append(panel)
+    if config.trajectory:
+        path = resolve(config.trajectory, scenario.folder)
+        steps = load_trajectory(path, config.poses)
+        sources.append(builder.AddSystem(TrajectoryOperator(steps=steps)))
+    if config.pose_stream is not None:
+        stream = LcmOperator(config=config.pose_stream, period=period)
+        sources.append(builder.AddSystem(stream))
+    merger = CommandMerger.AddToBuilder(builder, sources=sources, period=period)
+    target = OperatorTarget.AddToBuilder(
+        builder,
+        configuration=configuration,
+        command=merger.GetOutputPort("command"),
+        map_requests=merger.GetOutputPort("map_requests"),
+        robot=world.robot,
+        q0=world.q0,
+        law=law,
+    )
+    if panel is not None:
+        builder.Connect(
+            target.GetOutputPort("state"), panel.GetInputPort("state")
+        )
+    return target
+
+
+def _motion_law(scenario: Scenario, world: World) -> MotionLaw:
+    X_WE = world.robot.end_effector_pose(world.q0)
+    X_EC = None
+    if scenario.mapping.enabled:
+        camera = scenario.wrist_camera or WristCameraConfig()
+        mount = CameraMount(world.robot, hand_eye(camera), camera.frame)
+        X_EC = np.linalg.solve(X_WE, mount.pose(world.q0))
+    return MotionLaw(
+        config=scenario.teleop,
+        X_WT_home=X_WE,
+        dt=scenario.control_period,
+        X_EC=X_EC,
+        frames=scenario.mapping.frames,
+    )
+
+
+def AddLiveMap(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+    teleoperation: Teleoperation,
+    target: OperatorTarget,
+    oracle: DistanceOracle,
+    supervisor: SafetySupervisor | None,
+) -> LiveMap | None:
+    """Adds the map that grows while the robot moves, if there is one."""
+    if teleoperation.mapping is None:
+        return None
+    return LiveMap.AddToBuilder(
+        builder,
+        configuration=configuration,
+        requests=target.GetOutputPort("map_requests"),
+        oracle=oracle,
+        supervisor=supervisor,
+        process=teleoperation.mapping,
+        initial=teleoperation.initial,
+        reopened=teleoperation.reopened,
+        n_q=world.robot.n_q,
+        period=scenario.control_period,
+        latency=scenario.mapping.latency,
+    )
+
+
+def AddLog(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    teleoperation: Teleoperation,
+    controller: ReactiveController,
+    executed: OutputPort,
+    supervisor: SafetySupervisor | None,
+    target: OperatorTarget,
+    live_map: LiveMap | None,
+) -> TrajectoryLog:
+    """Adds what writes down every tick and every event.
+
+    Raises:
+        FileError: The files cannot be begun.
+    """
+    inputs = {
+        "report": controller.GetOutputPort("report"),
+        "velocity_executed": executed,
+        "target_state": target.GetOutputPort("state"),
+        "map_requests": target.GetOutputPort("map_requests"),
+    }
+    if supervisor is not None:
+        inputs["supervision"] = supervisor.GetOutputPort("supervision")
+    if live_map is not None:
+        inputs["map_status"] = live_map.GetOutputPort("map_status")
+    return TrajectoryLog.AddToBuilder(
+        builder,
+        inputs=inputs,
+        folder=teleoperation.run,
+        n_q=world.robot.n_q,
+        n_u=world.robot.n_u,
+        period=scenario.control_period,
+    )
+
+
+def AddOperatorViews(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    teleoperation: Teleoperation,
+    page: MeshcatPage,
+    controller: ReactiveController,
+    executed: OutputPort,
+    live_map: LiveMap | None,
+) -> None:
+    """Adds the map, and plots of clearance and velocity, to the page."""
+    if live_map is not None:
+        LiveMapView.AddToBuilder(
+            builder,
+            map_status=live_map.GetOutputPort("map_status"),
+            page=page,
+            initial=teleoperation.reopened or teleoperation.initial,
+            show_unseen=scenario.mapping.unknown == OBSTACLE,
+        )
+    config = scenario.controller
+    LivePlots.AddToBuilder(
+        builder,
+        report=controller.GetOutputPort("report"),
+        executed=executed,
+        page=page,
+        robot=world.robot,
+        gain=config.servo.gain,
+        max_speed=config.servo.max_speed,
+        stopping=config.collision.stopping,
+        influence=config.collision.influence,
+        period=scenario.control_period,
+    )
