@@ -1,7 +1,7 @@
-"""Runs a scenario: the same as `remosplat teleop`."""
+"""Lets an operator move the target: the same as `remosplat teleop`."""
 
 import sys
 
 from remosplat_drake.commands.main import main
 
-sys.exit(main(["run", *sys.argv[1:]]))
+sys.exit(main(["teleop", *sys.argv[1:]]))

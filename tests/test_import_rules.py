@@ -93,6 +93,7 @@ ALLOWED = {
         "scene",
         "splat",
         "station.status",
+        "reconstruction.coverage",
         "teleop.config",
         "teleop.deviation",
         "teleop.operator_command",
