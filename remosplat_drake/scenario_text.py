@@ -1,14 +1,12 @@
 """A scenario as text that stands alone, wherever it is put."""
 
 import copy
-import textwrap
 from pathlib import Path
 
 from pydrake.common.yaml import yaml_dump_typed
 
 from remosplat_drake.resources import PACKAGE_SCHEME, resolve
-from remosplat_drake.scenario import Scenario, check_scenario
-from remosplat_drake.strict_yaml import load_text
+from remosplat_drake.scenario import Scenario
 
 _SCENE_FILES = ("splat", "truth", "truth_later")
 
@@ -40,23 +38,6 @@ def scenario_text(scenario: Scenario, name: str) -> str:
     alone.source = ""
     text = yaml_dump_typed({name: alone}, schema=dict[str, Scenario])
     return text.rstrip("\n").removesuffix("  source: ''")
-
-
-def read_scenario_text(text: str, where: str) -> Scenario:
-    """The scenario that `scenario_text` wrote.
-
-    Args:
-        text: Its YAML.
-        where: The file that holds the text, for error messages.
-
-    Raises:
-        RemoSplatError: A field or a file is unusable.
-    """
-    name, _, body = text.partition(":\n")
-    scenario = load_text(Scenario, textwrap.dedent(body), where, Scenario())
-    scenario.source = f"{where}:{name}"
-    check_scenario(scenario)
-    return scenario
 
 
 def _absolute(uri: str, folder: Path) -> str:

@@ -4,9 +4,8 @@ import dataclasses as dc
 
 import pytest
 
-from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.scenario import LoadScenario, shipped_scenarios
-from remosplat_drake.scenario_text import read_scenario_text, scenario_text
+from remosplat_drake.scenario_text import scenario_text
 
 
 @pytest.mark.parametrize("name", shipped_scenarios())
@@ -15,7 +14,6 @@ def test_what_is_read_is_what_was_written(name, tmp_path):
     path = tmp_path / "copy.yaml"
     path.write_text(scenario_text(scenario, name))
     again = LoadScenario(f"{path}:{name}")
-    assert again == read_scenario_text(path.read_text(), str(path))
     again.source = scenario.source
     assert dc.asdict(again) == dc.asdict(scenario)
 
@@ -31,17 +29,3 @@ def test_relative_files_become_absolute(tmp_path):
     copy = tmp_path / "copy.yaml"
     copy.write_text(text)
     assert LoadScenario(str(copy)).scene.truth == str(folder / "scene.json")
-
-
-@pytest.mark.parametrize(
-    ("text", "problem"),
-    [
-        ("", "empty"),
-        ("Mine:\n  scene: 3\n", "expected a mapping"),
-        ("Mine:\n  time_limit: -1.0\n", "must be positive"),
-    ],
-)
-def test_a_damaged_text_is_an_error_of_the_user(text, problem):
-    with pytest.raises(RemoSplatError, match=problem) as caught:
-        read_scenario_text(text, "session.json")
-    assert str(caught.value).startswith("session.json:")

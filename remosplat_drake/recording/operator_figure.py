@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 FORMATS = ("pdf", "png", "svg")
 """What a figure can be saved as, by its file's ending."""
 
-_OURS, _TRUE, _LIMIT, _EVENT = "tab:blue", "black", "tab:red", "tab:green"
+_OURS, _TRUE, _LIMIT = "tab:blue", "black", "tab:red"
+_MAP, _STOP = "tab:green", "tab:orange"
 _SIZE = (7.2, 5.0)  # On paper [in].
 _DPI = 150
 
@@ -40,15 +41,15 @@ def draw_operator_figure(
 
     figure = Figure(figsize=_SIZE, dpi=_DPI, layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
+    for axes in (above, below):
+        _mark_events(axes, trace.time, events)
+        axes.grid(alpha=0.3)
     _draw_clearance(above, trace, stopping)
     below.plot(trace.time, trace.deviation, color=_OURS, lw=1.2)
     below.set_ylabel(r"$|v_e^d - v_e^e|$ [m/s]")
     below.set_xlabel("time [s]")
     below.set_ylim(bottom=0)
-    for axes in (above, below):
-        _mark_events(axes, trace.time, events)
-        axes.grid(alpha=0.3)
-        axes.margins(x=0)
+    below.set_xlim(trace.time[0], trace.time[-1])
     figure.align_ylabels()
     return figure
 
@@ -108,8 +109,14 @@ def _draw_clearance(
 def _mark_events(
     axes: "Axes", time: np.ndarray, events: Sequence[Event]
 ) -> None:
-    """A line at each new map, and one at each change of the supervisor."""
-    for event in events:
-        if event.kind in (MAP, SUPERVISOR) and time[0] < event.time <= time[-1]:
-            color = _EVENT if event.kind == MAP else _LIMIT
-            axes.axvline(event.time, color=color, lw=0.8, ls=":")
+    """A line at each new map, and at each change of the supervisor."""
+    for kind, color, label in (
+        (MAP, _MAP, "another map"),
+        (SUPERVISOR, _STOP, "supervisor"),
+    ):
+        times = [event.time for event in events if event.kind == kind]
+        for t in times:
+            # The first tick is no change.
+            if time[0] < t <= time[-1]:
+                axes.axvline(t, color=color, lw=1.0, ls=":", label=label)
+                label = ""

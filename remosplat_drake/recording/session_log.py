@@ -15,7 +15,7 @@ from pydrake.systems.framework import (
 from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.recording.changes import Surroundings, changes
 from remosplat_drake.recording.events import EventWriter
-from remosplat_drake.recording.run_log import RunLogWriter
+from remosplat_drake.recording.run_log import NO_MAP, RunLogWriter
 
 LOG, EVENTS = "trajectory.log", "events.jsonl"
 """What a run leaves in its folder."""
@@ -55,7 +55,8 @@ class TrajectoryLog(LeafSystem):
         self.set_name("trajectory_log")
         self._log = RunLogWriter(folder / LOG, n_q=n_q, n_u=n_u, period=period)
         self._events = EventWriter(folder / EVENTS)
-        self._surroundings = Surroundings()
+        self._known = Surroundings()
+        self._map_version = NO_MAP
         self._time = -math.inf
         self._report_input = self.DeclareAbstractInputPort(
             "report", Value(TickReport.before_first(n_q, n_u))
@@ -97,23 +98,25 @@ class TrajectoryLog(LeafSystem):
 
     def _record(self, context: Context):
         report = self._report_input.Eval(context)
-        if not report.time > self._time:
-            return
-        self._time = report.time
         now = Surroundings(
             _value(self._supervision_input, context),
             _value(self._map_input, context),
             _value(self._target_input, context),
             _value(self._requests_input, context),
         )
-        for event in changes(self._surroundings, now, report.time):
+        # A tick asks the map of the moment before: that of the last look.
+        map_version, self._map_version = self._map_version, now.map_version
+        if not report.time > self._time:
+            return
+        self._time = report.time
+        for event in changes(self._known, now, report.time):
             self._events.append(event)
-        self._surroundings = now
+        self._known = now
         executed = report.command
         if self._executed_input.HasValue(context):
             executed = self._executed_input.Eval(context)
         self._log.append(
-            report, executed, mode=now.mode, map_version=now.map_version
+            report, executed, mode=now.mode, map_version=map_version
         )
 
 

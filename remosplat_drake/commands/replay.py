@@ -1,0 +1,160 @@
+"""`remosplat replay`: a recorded session plays again in the browser."""
+
+import argparse
+import math
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from remosplat_drake.atomic_file import check_writable
+from remosplat_drake.commands.hold import add_page_arguments, hold
+from remosplat_drake.recorded_run import RecordedRun, load_recorded_run
+from remosplat_drake.recording.events import REQUEST
+from remosplat_drake.recording.operator_figure import (
+    check_figure_path,
+    draw_operator_figure,
+    save_figure,
+)
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.replay import record_replay
+from remosplat_drake.visualization.truth_view import TruthView
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command line."""
+    parser.add_argument(
+        "session", type=Path, help="folder that `remosplat teleop` has made"
+    )
+    parser.add_argument(
+        "--run", dest="number", type=int, metavar="N", help="default: the last"
+    )
+    parser.add_argument(
+        "--from",
+        dest="start",
+        type=float,
+        default=-math.inf,
+        metavar="T",
+        help="leave out what was before, by the run's clock [s]",
+    )
+    parser.add_argument(
+        "--to",
+        dest="end",
+        type=float,
+        default=math.inf,
+        metavar="T",
+        help="leave out what came after [s]",
+    )
+    parser.add_argument(
+        "--rate",
+        type=_positive,
+        default=1.0,
+        metavar="R",
+        help="seconds of the run that pass in a second (1)",
+    )
+    parser.add_argument(
+        "--save-html",
+        type=Path,
+        metavar="FILE",
+        help="write the page with the replay as one static file",
+    )
+    parser.add_argument(
+        "--figure",
+        type=Path,
+        metavar="FILE",
+        help="plot clearance and deviation over time (.png, .svg or .pdf)",
+    )
+    add_page_arguments(parser)
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not (math.isfinite(value) and value > 0):
+        raise argparse.ArgumentTypeError(f"{text} is not a number > 0")
+    return value
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Plays the run, and writes what was asked for."""
+    console = Console(stderr=True)
+    if arguments.figure:
+        check_figure_path(arguments.figure)
+    for path in filter(None, (arguments.save_html, arguments.figure)):
+        check_writable(path)
+    recorded = load_recorded_run(arguments.session, arguments.number)
+    recorded = recorded.between(arguments.start, arguments.end)
+    console.print(_summary(recorded))
+    if arguments.figure:
+        _save_figure(recorded, arguments.figure, console)
+    page = MeshcatPage(port=arguments.port)
+    _draw(recorded, page, arguments.rate, console)
+    if arguments.save_html:
+        page.save_html(arguments.save_html)
+    console.print(f"watch at [bold]{page.url}[/bold]")
+    hold(arguments.hold, page, console)
+    return 0
+
+
+def _draw(
+    recorded: RecordedRun, page: MeshcatPage, rate: float, console: Console
+) -> None:
+    maps, problems = recorded.maps()
+    for problem in problems:
+        console.print(f"[yellow]without a map:[/] {problem}")
+    with Progress(console=console, transient=True) as progress:
+        task = progress.add_task("drawing", total=None)
+        record_replay(
+            page,
+            recorded.world.robot,
+            recorded.log,
+            maps,
+            reach=recorded.scenario.controller.collision.influence,
+            rate=rate,
+            on_frame=lambda done, frames: progress.update(
+                task, completed=done, total=frames
+            ),
+        )
+    if recorded.world.truth is not None:
+        TruthView(page, recorded.world.truth)
+
+
+def _save_figure(recorded: RecordedRun, path: Path, console: Console) -> None:
+    with Progress(console=console, transient=True) as progress:
+        task = progress.add_task("measuring", total=len(recorded.log))
+        trace = recorded.trace(
+            lambda done: progress.update(task, completed=done)
+        )
+    stopping = recorded.scenario.controller.collision.stopping
+    figure = draw_operator_figure(
+        trace, stopping=stopping, events=recorded.events
+    )
+    save_figure(figure, path)
+    if trace.true_clearance is not None:
+        smallest = 1e3 * trace.true_clearance.min()
+        console.print(f"true clearance: at least {smallest:.1f} mm")
+
+
+def _summary(recorded: RecordedRun) -> Table:
+    """The run in a few lines, and what happened in it."""
+    rows = recorded.log.rows
+    first, last = float(rows["time"][0]), float(rows["time"][-1])
+    table = Table(show_header=False, box=None, pad_edge=False)
+    table.add_column(no_wrap=True)
+    table.add_column(overflow="fold")
+    table.add_row("run", str(recorded.folder))
+    table.add_row("time", f"{first:.2f} to {last:.2f} s, {len(rows)} ticks")
+    table.add_row("clearance (oracle)", _smallest(rows))
+    for event in recorded.events:
+        if first <= event.time <= last and event.kind != REQUEST:
+            table.add_row(f"{event.time:.2f} s", f"{event.kind}: {event.text}")
+    return table
+
+
+def _smallest(rows: np.ndarray) -> str:
+    k = int(rows["clearance"].argmin())
+    clearance = float(rows["clearance"][k])
+    if not math.isfinite(clearance):
+        return "never within the oracle's influence"
+    return f"at least {1e3 * clearance:.1f} mm, at {rows['time'][k]:.2f} s"

@@ -1,0 +1,92 @@
+"""`remosplat replay`: what it writes, and what it says of what is missing."""
+
+import shutil
+
+import pytest
+from logged_run import SWAP, make_session
+
+from remosplat_drake.commands.main import USER_ERROR, main
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("replay") / "session"
+    make_session(folder, 0.75)
+    return folder
+
+
+@pytest.fixture
+def session(made, tmp_path):
+    """A copy that a test may damage."""
+    return shutil.copytree(made, tmp_path / "session")
+
+
+def replay(*arguments) -> int:
+    return main(["replay", *map(str, arguments), "--no-hold"])
+
+
+def test_page_and_figure_are_written(session, tmp_path, capsys):
+    page, figure = tmp_path / "replay.html", tmp_path / "figure.svg"
+    assert replay(session, "--save-html", page, "--figure", figure) == 0
+    assert "<canvas" in page.read_text() or "MeshCat" in page.read_text()
+    assert "<svg" in figure.read_text()
+    said = capsys.readouterr().err
+    assert "0.00 to 0.74 s, 75 ticks" in said
+    assert "map: half" in said
+    assert "true clearance: at least" in said
+
+
+def test_a_part_is_replayed_at_another_rate(session, capsys):
+    arguments = ["--from", SWAP, "--to", "0.6", "--rate", "0.25"]
+    assert replay(session, "--run", "1", *arguments) == 0
+    said = capsys.readouterr().err
+    assert "0.50 to 0.60 s, 11 ticks" in said
+    assert "map: all" not in said
+
+
+def test_a_map_that_is_lost_is_left_out(session, capsys):
+    (session / "maps" / "map_0001.rsmap").write_bytes(b"damaged")
+    assert replay(session) == 0
+    assert "map_0001.rsmap" in capsys.readouterr().err.replace("\n", "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["--run", "3"], "run: no 3; valid: 1"),
+        (["--from", "5"], "no tick from 5.0 to inf s; valid: 0.00 to 0.74"),
+        (["--figure", "figure.doc"], "valid: pdf, png, svg"),
+        (["--save-html", "."], "is a folder"),
+    ],
+)
+def test_an_impossible_wish_is_one_line(session, capsys, arguments, problem):
+    assert replay(session, *arguments) == USER_ERROR
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert problem in said
+
+
+@pytest.mark.parametrize(
+    ("lost", "problem"),
+    [
+        ("session.json", "session.json: no such file"),
+        ("scenario.yaml", "scenario.yaml: no such file"),
+        ("runs", "holds no recorded runs"),
+        ("runs/0001/trajectory.log", "trajectory.log: No such file"),
+        ("runs/0001/events.jsonl", "events.jsonl: No such file"),
+    ],
+)
+def test_a_session_that_lacks_something(session, capsys, lost, problem):
+    path = session / lost
+    shutil.rmtree(path) if path.is_dir() else path.unlink()
+    assert replay(session) == USER_ERROR
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert problem in said
+
+
+def test_a_run_that_died_at_once_has_no_replay(session, capsys):
+    log = session / "runs" / "0001" / "trajectory.log"
+    log.write_bytes(log.read_bytes().splitlines(keepends=True)[0])
+    assert replay(session) == USER_ERROR
+    assert "holds no ticks" in capsys.readouterr().err
