@@ -91,7 +91,7 @@ class FrameStore:
         return entry["name"]
 
     def leave_out(self, names: set[str]) -> None:
-        """Takes frames out of the capture again; their images stay.
+        """Takes frames out of the capture; the next may have their names.
 
         Raises:
             FileError: The document cannot be written.
@@ -99,6 +99,8 @@ class FrameStore:
         kept = [e for e in self._document["frames"] if e["name"] not in names]
         self._write(kept)
         self._index = {entry["name"]: i for i, entry in enumerate(kept)}
+        for name in names:
+            self._cache.pop(name, None)
 
     def _write(self, entries: list[dict]) -> None:
         document = self._document | {"frames": entries}

@@ -219,6 +219,8 @@ class LiveMap(LeafSystem):
         status = memory.status
         for event in events:
             status = self._after(status, event)
+        is_building = self._process.answered < self._process.sent
+        status = dc.replace(status, is_building=is_building)
         return dc.replace(memory, status=status, due=due)
 
     def _after(self, status: MapStatus, event: Event) -> MapStatus:

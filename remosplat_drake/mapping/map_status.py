@@ -41,7 +41,7 @@ class MapStatus:
 
 
 def noted(status: MapStatus, event: Event) -> MapStatus:
-    """The status after an event other than a new map."""
+    """The status after an event; a new map is `swapped` in."""
     match event:
         case FrameAdded(name, total):
             return dc.replace(
@@ -54,9 +54,8 @@ def noted(status: MapStatus, event: Event) -> MapStatus:
             return dc.replace(status, text=text, trouble="")
         case FrameRefused(reason) | Trouble(reason):
             return dc.replace(status, trouble=reason)
-        case Idle(frames=frames):
-            frames = status.frames if frames is None else frames
-            return dc.replace(status, is_building=False, frames=frames)
+        case Idle(frames=int(frames)):
+            return dc.replace(status, frames=frames)
     return status
 
 

@@ -1,0 +1,111 @@
+"""A robot before a table, its camera, and what goes wrong with cameras."""
+
+import dataclasses as dc
+import resource
+import time
+from collections.abc import Callable
+from functools import cache, partial
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.capture.frames import Frame
+from remosplat_drake.drivers.robot_camera import RobotCamera
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.mapping.config import MappingConfig
+from remosplat_drake.mapping.mapping_process import MappingProcess
+from remosplat_drake.mapping.messages import AddFrame, Event
+from remosplat_drake.mapping.session import Session
+from remosplat_drake.mapping.worker import MappingJob
+from remosplat_drake.oracle.config import SphereToEllipsoid, make_field
+from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.station.config import WristCameraConfig
+from remosplat_drake.world import World, load_world
+
+CAMERA = WristCameraConfig(width=96, height=72)
+CONFIG = MappingConfig(
+    voxel=0.1,
+    volume_lower=[-1.0, -1.0, 0.0],
+    volume_upper=[2.0, 1.0, 1.5],
+    discs=2000,
+)
+
+SILENT, MISPLACED = 1000.0, 2000.0
+"""Times at which this camera does not work as it should."""
+
+
+class UnreliableCamera(RobotCamera):
+    """Silent at one time, and somewhere else at another one."""
+
+    def frame(self, q: np.ndarray, time: float) -> Frame:
+        """See `RobotCamera.frame`."""
+        if time == SILENT:
+            raise RemoSplatError("the wrist camera is silent")
+        frame = super().frame(q, time)
+        if time == MISPLACED:
+            X_WC = frame.X_WC.copy()
+            X_WC[:3, 3] += 0.25
+            frame = dc.replace(frame, X_WC=X_WC)
+        return frame
+
+
+@cache
+def table_world() -> World:
+    """The default scenario's world, with its true geometry."""
+    return load_world(LoadScenario())
+
+
+def make_camera(world: World, largest_file: int | None = None) -> RobotCamera:
+    """A camera; writes of its process end at so many bytes a file."""
+    if largest_file is not None:
+        _, most = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, most))
+    return UnreliableCamera(CAMERA, world.robot, world.truth)
+
+
+def make_job(
+    world: World,
+    folder: Path,
+    config: MappingConfig = CONFIG,
+    make: Callable = make_camera,
+) -> MappingJob:
+    """A new session's job."""
+    Session.create(folder, "robot: {model: frankie}\n")
+    return MappingJob(
+        folder,
+        config,
+        world.robot,
+        partial(make, world),
+        partial(make_field, SphereToEllipsoid(), truth=None, where="test"),
+    )
+
+
+def looking_around(world: World, count: int, seed: int = 0) -> list[np.ndarray]:
+    """Configurations near the start, shape (10,) each."""
+    rng = np.random.default_rng(seed)
+    turns = rng.uniform(-0.12, 0.12, (count, 7))
+    return [world.q0 + np.concatenate([np.zeros(3), turn]) for turn in turns]
+
+
+def take_frames(
+    process: MappingProcess, world: World, count: int = 4, seed: int = 0
+) -> None:
+    """Asks for frames from different poses."""
+    for i, q in enumerate(looking_around(world, count, seed)):
+        process.request(AddFrame(q, 1.0 + i))
+
+
+def answers(process: MappingProcess) -> list[Event]:
+    """All that the process tells until it has nothing left to do."""
+    events = process.wait(process.sent)
+    return events + process.poll()
+
+
+def until_told(process: MappingProcess) -> list[Event]:
+    """The next events that come, without anything being asked."""
+    end = time.monotonic() + 60
+    while time.monotonic() < end:
+        if events := process.poll():
+            return events
+        time.sleep(0.01)
+    raise AssertionError("the process is silent")

@@ -1,0 +1,201 @@
+"""The live map in a diagram: swaps between ticks, and nothing in between."""
+
+import dataclasses as dc
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mapped_table import (
+    CONFIG,
+    looking_around,
+    make_job,
+    table_world,
+    until_told,
+)
+from pydrake.common.value import Value
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+
+from remosplat_drake.mapping.live_map import LiveMap
+from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.mapping.mapping_process import DIED, MappingProcess
+from remosplat_drake.mapping.scene_map import SceneMap
+from remosplat_drake.oracle.distance_oracle import DistanceOracle
+from remosplat_drake.world import World
+
+PERIOD = 0.01
+LATENCY = 0.5
+
+
+@pytest.fixture(scope="module")
+def table() -> World:
+    return table_world()
+
+
+class Station:
+    """A robot that stands, an oracle, and a live map between them."""
+
+    def __init__(self, world: World, process: MappingProcess, **options):
+        self.world, self.process = world, process
+        self.initial = SceneMap(0, None, (), -np.inf, world.field)
+        builder = DiagramBuilder()
+        q = builder.AddSystem(ConstantVectorSource(world.q0))
+        self.q = q
+        self.oracle = DistanceOracle.AddToBuilder(
+            builder,
+            robot=world.robot,
+            field=world.field,
+            max_distance=0.5,
+            configuration=q.get_output_port(),
+        )
+        self.dut = LiveMap.AddToBuilder(
+            builder,
+            configuration=q.get_output_port(),
+            oracle=self.oracle,
+            process=process,
+            initial=self.initial,
+            n_q=world.robot.n_q,
+            period=PERIOD,
+            **options,
+        )
+        self.simulator = Simulator(builder.Build())
+        self.root = self.simulator.get_mutable_context()
+        self.context = self.dut.GetMyMutableContextFromRoot(self.root)
+        self.ask(MapRequests())
+        self.simulator.Initialize()
+
+    def stand(self, q: np.ndarray) -> None:
+        context = self.q.GetMyMutableContextFromRoot(self.root)
+        self.q.get_mutable_source_value(context).SetFromVector(q)
+
+    def ask(self, requests: MapRequests) -> None:
+        port = self.dut.GetInputPort("requests")
+        port.FixValue(self.context, Value(requests))
+
+    def advance(self, ticks: int = 1) -> None:
+        self.simulator.AdvanceTo(self.root.get_time() + ticks * PERIOD)
+
+    @property
+    def status(self):
+        return self.dut.status(self.context)
+
+    @property
+    def age(self) -> float:
+        return self.dut.GetOutputPort("map_age").Eval(self.context)[0]
+
+    @property
+    def asked_field(self):
+        """What the oracle asks."""
+        context = self.oracle.GetMyContextFromRoot(self.root)
+        return self.oracle.GetOutputPort("distance_field").Eval(context)
+
+    def scan(self, count: int = 3) -> MapRequests:
+        """Asks for frames from some poses; a map comes with the last one."""
+        requests = self.dut.GetInputPort("requests").Eval(self.context)
+        poses = looking_around(self.world, count, seed=requests.frames)
+        for i, q in enumerate(poses):
+            self.stand(q)
+            last = i == count - 1
+            requests += MapRequests(frames=1, unfinished=0 if last else 1)
+            self.ask(requests)
+            self.advance()
+        return requests
+
+    def until_quiet(self) -> None:
+        end = time.monotonic() + 60
+        while self.status.is_building and time.monotonic() < end:
+            self.advance()
+            time.sleep(0.005)
+
+
+@pytest.fixture
+def station(table, tmp_path) -> Iterator[Station]:
+    process = MappingProcess(make_job(table, tmp_path / "session"))
+    yield Station(table, process)
+    process.close()
+
+
+def test_before_the_first_frame_the_scenario_counts(station, table):
+    station.advance(5)
+    assert station.asked_field is table.field
+    assert station.status.scene_map is station.initial
+    assert station.status.swaps == 0
+    assert station.age == 0.0
+
+
+def test_a_session_from_the_first_scan_to_the_death_of_its_process(station):
+    requests = station.scan()
+    assert station.status.is_building
+    station.until_quiet()
+    first = station.status
+    assert (first.scene_map.version, first.swaps, first.frames) == (1, 1, 3)
+    assert first.text == f"map 1: {first.scene_map.quality}"
+    assert station.asked_field is first.scene_map.field
+    taken = 3 * PERIOD
+    assert first.scene_map.time == pytest.approx(taken)
+    assert station.age == pytest.approx(station.root.get_time() - taken)
+    # Back to the beginning.
+    requests += MapRequests(undos=1)
+    station.ask(requests)
+    station.advance()
+    station.until_quiet()
+    assert station.status.scene_map is station.initial
+    assert station.status.swaps == 2
+    assert station.age == 0.0
+    # Without its process the map stays; a request starts it again.
+    station.process.process.kill()
+    station.process.process.join()
+    station.advance(2)
+    assert station.status.trouble == DIED
+    assert station.status.scene_map is station.initial
+    station.scan()
+    station.until_quiet()
+    assert station.status.scene_map.version == 2
+    assert station.status.trouble == ""
+
+
+def test_with_a_fixed_latency_a_map_counts_from_its_tick_on(table, tmp_path):
+    config = dc.replace(CONFIG, latency=LATENCY)
+    job = make_job(table, tmp_path / "session", config)
+    station = Station(table, MappingProcess(job), latency=LATENCY)
+    station.scan()
+    asked = station.root.get_time() - PERIOD
+    early = asked + LATENCY - 1.5 * PERIOD
+    station.simulator.AdvanceTo(early)
+    assert station.status.scene_map.version == 0
+    station.simulator.AdvanceTo(asked + LATENCY + 0.5 * PERIOD)
+    assert station.status.scene_map.version == 1
+    station.process.close()
+
+
+def test_a_map_that_is_damaged_leaves_the_old_one(station, tmp_path):
+    until_told(station.process)
+    station.scan()
+    path = tmp_path / "session" / "maps" / "map_0001.rsmap"
+    damage_when_there(path)
+    station.until_quiet()
+    assert station.status.scene_map.version == 0
+    assert "the old map stays" in station.status.trouble
+    assert "map_0001.rsmap" in station.status.trouble
+
+
+def damage_when_there(path: Path) -> None:
+    end = time.monotonic() + 60
+    while not path.exists() and time.monotonic() < end:
+        time.sleep(0.005)
+    path.write_bytes(path.read_bytes()[:1000])
+
+
+def test_a_reopened_map_counts_at_once(table, tmp_path):
+    field = table.truth_field
+    reopened = SceneMap(3, 2, ("frame 1", "frame 2"), 77.0, field)
+    process = MappingProcess(make_job(table, tmp_path / "session"))
+    station = Station(table, process, reopened=reopened)
+    assert station.asked_field is field
+    assert station.status.frames == 2
+    # Its clock was another one: the age counts from the start of this run.
+    assert station.age == 0.0
+    process.close()

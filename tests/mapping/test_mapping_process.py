@@ -1,0 +1,260 @@
+"""The mapping process: a real one, on the shipped table, and its accidents."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mapped_table import (
+    MISPLACED,
+    SILENT,
+    answers,
+    looking_around,
+    make_camera,
+    make_job,
+    table_world,
+    take_frames,
+    until_told,
+)
+
+from remosplat_drake.capture.formats import read_capture
+from remosplat_drake.mapping.map_file import open_map
+from remosplat_drake.mapping.mapping_process import (
+    BUSY,
+    DIED,
+    MOST_UNANSWERED,
+    MappingProcess,
+)
+from remosplat_drake.mapping.messages import (
+    AddFrame,
+    Build,
+    FrameAdded,
+    FrameRefused,
+    Idle,
+    MapReady,
+    Note,
+    Save,
+    ShowScene,
+    Trouble,
+    Undo,
+)
+from remosplat_drake.mapping.session import Session
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.splat.ply import read_ply
+from remosplat_drake.world import World
+
+
+@pytest.fixture(scope="module")
+def table() -> World:
+    return table_world()
+
+
+def of_type(events, kind) -> list:
+    return [event for event in events if isinstance(event, kind)]
+
+
+def ask(process, *requests) -> list:
+    for request in requests:
+        process.request(request)
+    return answers(process)
+
+
+@pytest.fixture(scope="module")
+def mapped(table, tmp_path_factory) -> Iterator[tuple[MappingProcess, Path]]:
+    """A process that has made a map of four frames, and its session."""
+    folder = tmp_path_factory.mktemp("mapped") / "session"
+    process = MappingProcess(make_job(table, folder))
+    take_frames(process, table)
+    events = ask(process, Build())
+    assert [e.total for e in of_type(events, FrameAdded)] == [1, 2, 3, 4]
+    assert of_type(events, MapReady)[-1].version == 1
+    assert events[-1] == Idle(5, 4)
+    yield process, folder
+    process.close()
+
+
+def test_frames_become_a_map(mapped, table):
+    _, folder = mapped
+    session = Session.open(folder)
+    assert session.head == 1 and session.head_map is not None
+    scene_map = open_map(session.head_map)
+    assert scene_map.frames == ("frame 1", "frame 2", "frame 3", "frame 4")
+    assert scene_map.time == 4.0
+    assert scene_map.parent == 0
+    spheres = table.robot.spheres_at(table.q0)
+    assert np.isfinite(scene_map.field.clearances(spheres).minimum())
+
+
+def test_the_frames_are_a_capture(mapped):
+    _, folder = mapped
+    capture = read_capture(folder / "frames")
+    store = Session.open(folder).frames
+    assert store.load(store.names) == {}
+    ours = store.capture(store.names)
+    assert len(capture) == len(ours) == len(store.names)
+    np.testing.assert_array_equal(capture.depth, ours.depth)
+    np.testing.assert_array_equal(capture.X_WC, ours.X_WC)
+
+
+def test_a_silent_camera_is_told(mapped, table):
+    process, _ = mapped
+    events = ask(process, AddFrame(table.q0, SILENT))
+    assert of_type(events, Trouble) == [Trouble("the wrist camera is silent")]
+
+
+def test_a_frame_with_a_wrong_pose_is_refused(mapped, table):
+    process, folder = mapped
+    before = Session.open(folder)
+    events = ask(process, AddFrame(table.q0, MISPLACED), Build())
+    (refused,) = of_type(events, FrameRefused)
+    assert "contradicts the others: its pose is wrong" in refused.reason
+    after = Session.open(folder)
+    assert after.active == before.active
+    assert after.frames.names == before.frames.names
+
+
+def test_undo_and_a_further_frame(mapped, table):
+    process, folder = mapped
+    head = Session.open(folder).head
+    further, last = looking_around(table, 2, seed=1)
+    events = ask(process, AddFrame(further, 10.0), Build())
+    assert of_type(events, MapReady)[-1].version == head + 1
+    events = ask(process, Undo())
+    assert of_type(events, MapReady)[-1].version == head
+    assert events[-1].frames == 4
+    events = ask(process, AddFrame(last, 11.0), Build())
+    path = of_type(events, MapReady)[-1].path
+    scene_map = open_map(path)
+    assert scene_map.version == head + 2 and scene_map.parent == head
+    assert scene_map.frames == (
+        *(f"frame {i}" for i in (1, 2, 3, 4)),
+        Session.open(folder).frames.names[-1],
+    )
+    assert scene_map.time == 11.0
+    ask(process, Undo())
+
+
+def test_frames_that_no_map_has_are_undone_first(mapped, table):
+    process, folder = mapped
+    head = Session.open(folder).head
+    (q,) = looking_around(table, 1, seed=2)
+    events = ask(process, AddFrame(q, 20.0), Undo())
+    assert of_type(events, Note)
+    assert events[-1].frames == 4
+    assert Session.open(folder).head == head
+
+
+def test_the_splat_is_saved_for_others(mapped):
+    process, folder = mapped
+    (note,) = of_type(ask(process, Save()), Note)
+    assert note.text == f"saved {folder / 'splat.ply'}"
+    assert len(read_ply(folder / "splat.ply"))
+
+
+def test_ctrl_c_is_not_for_this_process(mapped):
+    process, _ = mapped
+    os.kill(process.process.pid, signal.SIGINT)
+    assert isinstance(ask(process, ShowScene(PrimitiveScene()))[-1], Idle)
+
+
+def test_killed_it_goes_on_where_it_was(table, tmp_path):
+    process = MappingProcess(make_job(table, tmp_path / "session"))
+    take_frames(process, table)
+    ask(process, Build())
+    os.kill(process.process.pid, signal.SIGKILL)
+    assert until_told(process) == [Trouble(DIED), Idle(process.sent)]
+    (q,) = looking_around(table, 1, seed=1)
+    events = ask(process, AddFrame(q, 10.0), Build())
+    assert of_type(events, FrameAdded) == [FrameAdded("frame 5", 5)]
+    assert [e.version for e in of_type(events, MapReady)] == [1, 2]
+    process.close()
+
+
+def test_killed_while_it_works_it_loses_only_that(table, tmp_path):
+    process = MappingProcess(make_job(table, tmp_path / "session"))
+    take_frames(process, table)
+    answers(process)
+    process.request(Build("full"))
+    process.poll()
+    os.kill(process.process.pid, signal.SIGKILL)
+    assert DIED in [e.text for e in of_type(until_told(process), Trouble)]
+    assert process.answered == process.sent
+    events = ask(process, Build())
+    assert of_type(events, MapReady)[-1].version == 1
+    process.close()
+
+
+@pytest.mark.parametrize(
+    ("largest", "frames"), [(1_000, 0), (40_000, 4)], ids=["frames", "maps"]
+)
+def test_a_full_disk_is_told(table, tmp_path, largest, frames):
+    limited = partial(make_camera, largest_file=largest)
+    folder = tmp_path / "session"
+    process = MappingProcess(make_job(table, folder, make=limited))
+    take_frames(process, table)
+    events = ask(process, Build())
+    assert len(of_type(events, FrameAdded)) == frames
+    (trouble, *_) = of_type(events, Trouble)
+    assert "cannot be written" in trouble.text
+    assert events[-1] == Idle(5, frames)
+    session = Session.open(folder)
+    assert session.frames.names == session.active
+    assert len(session.active) == frames
+    # What no file can hold leaves nothing behind.
+    assert not [p for p in folder.rglob(".*") if p.is_file()]
+    process.close()
+
+
+def test_it_ends_with_its_parent(table, tmp_path):
+    program = (
+        "import os, sys, time; sys.path[:0] = sys.argv[2:];"
+        "from pathlib import Path; from mapped_table import *;"
+        "job = make_job(table_world(), Path(sys.argv[1]));"
+        "process = MappingProcess(job);"
+        "until_told(process); print(process.process.pid, flush=True);"
+        "os.kill(os.getpid(), 9)"
+    )
+    answer = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            program,
+            str(tmp_path / "session"),
+            str(Path(__file__).parent),
+        ],
+        capture_output=True,
+        text=True,
+    )
+    pid = int(answer.stdout)
+    end = time.monotonic() + 30
+    while Path(f"/proc/{pid}/cmdline").exists() and time.monotonic() < end:
+        if not Path(f"/proc/{pid}/cmdline").read_bytes():
+            return  # Nobody has fetched its exit code.
+        time.sleep(0.05)
+    assert not Path(f"/proc/{pid}/cmdline").exists()
+
+
+def test_too_many_requests_are_dropped(table, tmp_path):
+    process = MappingProcess(make_job(table, tmp_path / "session"))
+    for _ in range(MOST_UNANSWERED + 2):
+        process.request(Undo())
+    assert process.sent == MOST_UNANSWERED
+    events = answers(process)
+    assert of_type(events, Trouble).count(Trouble(BUSY)) == 2
+    assert events.count(Trouble("there is nothing to undo")) == MOST_UNANSWERED
+    process.close()
+
+
+def test_what_cannot_start_says_why(table, tmp_path):
+    job = make_job(table, tmp_path / "session")
+    (tmp_path / "session" / "session.json").write_text("{}")
+    process = MappingProcess(job)
+    events = ask(process, Build())
+    assert "session.json" in of_type(events, Trouble)[0].text
+    process.close()
