@@ -36,6 +36,11 @@ ENDS = "ends"
 GOES_ON = "goes on"
 """The robot may go on: it is safe, and reaches its target or stands."""
 
+REACHES = "reaches the target"
+"""After a release the robot goes on to its target."""
+MOVES = "moves"
+"""After a release the robot moves; its target is out of reach."""
+
 
 @dc.dataclass(frozen=True)
 class FaultCase:
@@ -48,6 +53,11 @@ class FaultCase:
         value: How much, where that has a meaning.
         outcome: STOPS, DRIVER_STOPS, ENDS or GOES_ON.
         reason: What the reason of the stop must contain.
+        refusal: What the answer must contain to a release while the fault is
+            there; None where none is tried.
+        resumes: REACHES or MOVES, once the fault is gone and the stop
+            released.
+        then: Another fault, which follows at once.
         tick_status: Of some of the controller's ticks, if it has to notice.
         watch: How long to look on after the fault is over [s].
         text: Laid over the scenario.
@@ -61,6 +71,9 @@ class FaultCase:
     value: float = 0.0
     outcome: str = STOPS
     reason: str = ""
+    refusal: str | None = None
+    resumes: str = REACHES
+    then: str = ""
     tick_status: str = ""
     watch: float = 1.0
     text: str = ""
@@ -80,7 +93,9 @@ second one is below the table top."""
 
 def _robot(name: str, fault: str, reason: str, **more) -> FaultCase:
     assert fault in faults.FAULTS
-    return FaultCase(name, Part.ROBOT, fault, reason=reason, **more)
+    return FaultCase(
+        name, Part.ROBOT, fault, reason=reason, refusal=reason, **more
+    )
 
 
 def _controller(name: str, fault: str, reason: str, **more) -> FaultCase:
@@ -95,6 +110,12 @@ CASES = (
     _robot("clock jumps 1 s ahead", "clock-jump", "stamps jumped", value=1.0),
     _robot("clock jumps 1 s back", "clock-jump", "stamps jumped", value=-1.0),
     _robot("reflex of the arm", "reflex", "reflex"),
+    _robot(
+        "reflex, then status stops",
+        "reflex",
+        "reflex",
+        then="status-stops",
+    ),
     _robot("user stop of the arm", "user-stop", "user_stopped"),
     _robot("base status stops", "base-status-stops", "BASE_STATUS: nothing"),
     _robot(
@@ -114,6 +135,7 @@ CASES = (
         "driver killed and restarted",
         Part.DRIVER_KILLED,
         reason="nothing came for",
+        refusal="nothing came for",
         watch=2.0,
     ),
     FaultCase(
@@ -123,6 +145,8 @@ CASES = (
     _controller("exception in a tick", "exception", "", outcome=ENDS),
     FaultCase("Ctrl-C", Part.INTERRUPT, outcome=ENDS),
     _controller("stop button", "stop-button", STOP_BUTTON),
+    # No release is tried in between: such statuses are just as old as they
+    # may be, now on this side of the limit and now on that.
     FaultCase(
         "network delay 50 ms, loss 20 %",
         Part.NETWORK,
@@ -135,10 +159,15 @@ CASES = (
         "stale map",
         "map-age",
         "the map is",
+        refusal="the map is",
         text="{supervisor: {max_map_age: 0.5}}",
     ),
     _controller(
-        "map unknown (NaN)", "map-nan", "clearance", tick_status=BRAKING
+        "map unknown (NaN)",
+        "map-nan",
+        "clearance",
+        refusal="clearance",
+        tick_status=BRAKING,
     ),
     _controller(
         "QP infeasible for 1.2 s",
@@ -159,6 +188,7 @@ CASES = (
         "the same, jumps limited to 0.2 m",
         Part.TARGET,
         reason="the target jumped",
+        resumes=MOVES,
         text=_THROUGH_THE_TABLE + "supervisor: {max_target_jump: 0.2}\n",
     ),
 )

@@ -3,9 +3,10 @@
     python -m remosplat_drake.benchmark.fault_controller URL --fault NAME
 
 It runs a scenario on the robot at a wire, as `remosplat run --hardware` does,
-and waits for a release when it is stopped. SIGUSR1 makes its fault happen.
-Its log, one JSON object a line on stdout, tells what the supervisor did, and
-at the end how the run went.
+and waits for a release when it is stopped. SIGUSR1 makes its fault happen, a
+second one ends it, SIGUSR2 releases a stop. Its log, one JSON object a line
+on stdout, tells what the supervisor did, where its page is, if it has one,
+and at the end how the run went.
 """
 
 import argparse
@@ -28,6 +29,7 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.safety.supervision import SupervisorState
 from remosplat_drake.safety.supervisor_system import STOP_BUTTON
 from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.world import load_world
 
 FAULTS = {
@@ -97,56 +99,59 @@ class FaultyField(DistanceField):
 
 
 class FaultInjector:
-    """Makes one fault happen once SIGUSR1 has come.
-
-    Attributes:
-        application: The diagram, on a map that can go wrong.
-    """
+    """Makes one fault happen once SIGUSR1 has come, until it comes again."""
 
     def __init__(self, application: Application, field: FaultyField, name: str):
-        """Waits for the signal.
+        """Waits for the signals.
 
         Args:
-            application: The diagram.
-            field: Its map.
+            application: The diagram, on a map that can go wrong.
+            field: That map.
             name: Of the fault.
         """
-        self._application = application
+        assert application.supervisor is not None
+        self._supervisor = application.supervisor
         self._field, self._name = field, name
         self._since = math.inf
-        signal.signal(signal.SIGUSR1, self._begin)
+        self._release = False
+        self._refusal = ""
+        signal.signal(signal.SIGUSR1, self._switch)
+        signal.signal(signal.SIGUSR2, self._ask_for_release)
 
-    def _begin(self, *_) -> None:
-        self._since = time.time()
+    def _switch(self, *_) -> None:
+        self._since = time.time() if math.isinf(self._since) else math.inf
+
+    def _ask_for_release(self, *_) -> None:
+        self._release = True
 
     def __call__(self, root: Context) -> None:
         """Does what is due between two ticks."""
+        context = self._supervisor.GetMyMutableContextFromRoot(root)
+        self._release_if_asked(context)
         lasted = time.time() - self._since
         if self._name == "map-age":
-            self._age_map(root, max(lasted, 0.0))
+            port = self._supervisor.GetInputPort("map_age")
+            port.FixValue(context, [max(lasted, 0.0)])
+        self._field.fault = ""
         if lasted < 0:
             return
         if self._name == "stop-button":
             self._since = math.inf
-            self._supervisor.request_stop(self._context(root), STOP_BUTTON)
+            self._supervisor.request_stop(context, STOP_BUTTON)
         elif self._name == "hang":
             signal.pause()
-        elif self._name == "infeasible" and lasted > _CONTRADICTION:
-            self._field.fault = ""
-        else:
+        elif self._name != "infeasible" or lasted <= _CONTRADICTION:
             self._field.fault = self._name
 
-    @property
-    def _supervisor(self):
-        assert self._application.supervisor is not None
-        return self._application.supervisor
-
-    def _context(self, root: Context) -> Context:
-        return self._supervisor.GetMyMutableContextFromRoot(root)
-
-    def _age_map(self, root: Context, age: float) -> None:
-        port = self._supervisor.GetInputPort("map_age")
-        port.FixValue(self._context(root), [age])
+    def _release_if_asked(self, context: Context) -> None:
+        """Passes a release on, and logs why one was refused."""
+        refusal = self._supervisor.supervision(context).refusal
+        if refusal and refusal != self._refusal:
+            _log(refusal=refusal)
+        self._refusal = refusal
+        if self._release:
+            self._release = False
+            self._supervisor.request_release(context)
 
 
 def main() -> None:
@@ -155,6 +160,7 @@ def main() -> None:
     parser.add_argument("url")
     parser.add_argument("--fault", default="", choices=["", *FAULTS])
     parser.add_argument("--scenario-text", default="")
+    parser.add_argument("--page", action="store_true")
     arguments = parser.parse_args()
     scenario = LoadScenario(override=arguments.scenario_text)
     prepare_for_hardware(scenario, arguments.url)
@@ -165,8 +171,11 @@ def main() -> None:
         len(spheres) - 1,
         scenario.controller.collision.stopping - _TOO_NEAR,
     )
+    page = MeshcatPage() if arguments.page else None
+    if page is not None:
+        _log(page=page.url)
     application = MakeDiagram(
-        scenario, dc.replace(world, field=field), hardware=True
+        scenario, dc.replace(world, field=field), page, hardware=True
     )
     injector = FaultInjector(application, field, arguments.fault)
     result = run_on_hardware(

@@ -71,7 +71,7 @@ def robot(url: str, *arguments: str) -> Iterator[subprocess.Popen]:
 def relay(
     a: str, b: str, *, delay: float, loss: float
 ) -> Iterator[subprocess.Popen]:
-    """A network between two wires that turns bad on SIGUSR1.
+    """A network between two wires that SIGUSR1 turns bad, and good again.
 
     Args:
         a: The controller's wire.

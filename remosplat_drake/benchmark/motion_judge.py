@@ -56,6 +56,16 @@ class TrueRun:
         with np.load(path) as archive:
             return TrueRun(1e-6 * archive["utime"], archive["q"], archive["u"])
 
+    def until(self, time: float) -> "TrueRun":
+        """The samples before a time of the wall clock [s]."""
+        before = self.time < time
+        return TrueRun(self.time[before], self.q[before], self.u[before])
+
+    def since(self, time: float) -> "TrueRun":
+        """The samples from a time of the wall clock on [s]."""
+        after = self.time >= time
+        return TrueRun(self.time[after], self.q[after], self.u[after])
+
 
 def first_standstill(run: TrueRun, since: float) -> int | None:
     """The first sample after a time from which the robot stands a while.
@@ -83,12 +93,22 @@ def judge_stop(run: TrueRun, since: float, robot: RobotModel) -> StopQuality:
     i = first_standstill(run, since)
     if i is None:
         return StopQuality(np.nan, np.nan)
-    p_WS = robot.spheres_at(run.q[i]).p_WS
-    moved = max(
-        np.linalg.norm(robot.spheres_at(q).p_WS - p_WS, axis=1).max()
-        for q in run.q[i:]
+    moved = distance_moved(run.since(run.time[i]), robot)
+    return StopQuality(float(run.time[i] - since), moved)
+
+
+def distance_moved(run: TrueRun, robot: RobotModel) -> float:
+    """How far any sphere got from where it was at first [m].
+
+    Args:
+        run: The motion; none is no motion.
+        robot: Whose spheres are looked at.
+    """
+    p_WS = [robot.spheres_at(q).p_WS for q in run.q]
+    return max(
+        (float(np.linalg.norm(p - p_WS[0], axis=1).max()) for p in p_WS),
+        default=0.0,
     )
-    return StopQuality(float(run.time[i] - since), float(moved))
 
 
 def true_clearance(

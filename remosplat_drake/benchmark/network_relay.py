@@ -4,7 +4,7 @@
 
 Commands go from A to B, statuses from B to A. What is lost is drawn from the
 seed, message by message; the order of messages is kept. The network is a good
-one until the process gets SIGUSR1.
+one until the process gets SIGUSR1, and again after a second one.
 """
 
 import argparse
@@ -79,10 +79,13 @@ def main() -> None:
     rng = np.random.default_rng(arguments.seed)
     relay = Relay(DrakeLcm(arguments.a), DrakeLcm(arguments.b))
 
-    def worsen(*_) -> None:
-        relay.delay, relay.loss = arguments.delay, arguments.loss
+    bad, good = (arguments.delay, arguments.loss), (0.0, 0.0)
 
-    signal.signal(signal.SIGUSR1, worsen)
+    def switch(*_) -> None:
+        is_good = (relay.delay, relay.loss) == good
+        relay.delay, relay.loss = bad if is_good else good
+
+    signal.signal(signal.SIGUSR1, switch)
     print(READY, flush=True)
     while True:
         relay.step(time.monotonic(), rng)

@@ -1,4 +1,4 @@
-"""`WireTap`: hears what the robot is told, and makes faults happen."""
+"""`WireTap`: hears what goes to and fro, and makes faults happen."""
 
 import time
 from collections.abc import Callable
@@ -14,9 +14,10 @@ from remosplat_drake.messages.base_command import base_command
 
 
 class WireTap:
-    """Listens to the commands on a wire.
+    """Listens to robot and controller on a wire.
 
     Attributes:
+        heard: Wall clock at the latest status of the arm [s].
         moving_at: Wall clock at the first command to move [s]; None before.
         latest: Wall clock at the latest command to move [s].
     """
@@ -25,8 +26,14 @@ class WireTap:
         """Starts to listen."""
         self._lcm = DrakeLcm(url)
         self._inbox = Inbox(
-            self._lcm, [channels.PANDA_COMMAND, channels.BASE_COMMAND]
+            self._lcm,
+            [
+                channels.PANDA_COMMAND,
+                channels.BASE_COMMAND,
+                channels.PANDA_STATUS,
+            ],
         )
+        self.heard = -np.inf
         self.moving_at: float | None = None
         self.latest = -np.inf
 
@@ -51,7 +58,9 @@ class WireTap:
 
     def _listen(self) -> None:
         for channel, data in self._inbox.fetch(0.005):
-            if any(_velocities(channel, data)):
+            if channel == channels.PANDA_STATUS:
+                self.heard = time.time()
+            elif any(_velocities(channel, data)):
                 self.latest = time.time()
                 if self.moving_at is None:
                     self.moving_at = self.latest

@@ -63,6 +63,8 @@ def fault_table(results: list[FaultResult]) -> Table:
         "clearance [mm]",
     ):
         table.add_column(heading, justify="right")
+    table.add_column("release while the fault lasts")
+    table.add_column("release after it")
     table.add_column("result")
     for result in results:
         table.add_row(
@@ -71,6 +73,8 @@ def fault_table(results: list[FaultResult]) -> Table:
             _milli(result.time_to_zero, 0),
             _milli(result.moved_after, 2),
             _milli(result.clearance, 1),
+            result.refusal or "–",
+            result.resumed or "–",
             result.problem or "as it should be",
         )
     return table

@@ -1,0 +1,233 @@
+"""One run of a case of the fault campaign: three processes and a listener."""
+
+import contextlib
+import json
+import math
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+from remosplat_drake.benchmark import hardware_processes as processes
+from remosplat_drake.benchmark.fault_cases import (
+    DRIVER_STOPS,
+    GOES_ON,
+    REACHES,
+    STOPS,
+    FaultCase,
+    Part,
+)
+from remosplat_drake.benchmark.wire_tap import WireTap
+from remosplat_drake.drivers import faults
+from remosplat_drake.safety.supervision import LATCHED, STOPPED
+
+STOP_LIMIT = 4.0
+"""A stop that takes longer is none [s]."""
+
+_START_UP = 60.0
+"""Two processes load, and kernels may have to be compiled [s]."""
+
+_UNDER_WAY = 0.7
+"""Something goes wrong so long after the robot has begun to move [s]."""
+
+_SOON = 0.03
+"""A second fault follows so long after the first one [s]."""
+
+_PRESENT = 0.3
+"""A release is tried so long after the robot stands, and the fault taken back
+so long after that [s]."""
+
+_RELEASE_LIMIT = 20.0
+"""The target must be reached so soon after a release [s]."""
+
+
+class FaultRun:
+    """One run of a case; what it leaves lies in a folder.
+
+    Attributes:
+        motion: How the robot truly moved, as a file.
+        began: Wall clock at the fault [s].
+        released: Wall clock at the first release after the fault was taken
+            back [s]; infinite where there was none.
+        commanded: Wall clock of the latest command to move before that [s].
+    """
+
+    def __init__(self, case: FaultCase, folder: Path):
+        """Prepares.
+
+        Args:
+            case: What goes wrong.
+            folder: Empty.
+        """
+        self.motion = folder / "motion.npz"
+        self.began, self.released = math.nan, math.inf
+        self.commanded = math.nan
+        self._case = case
+        self._log = folder / "log.jsonl"
+        self._record = ("--record", str(self.motion))
+        self._near = processes.free_url()
+        networked = case.part is Part.NETWORK
+        self._far = processes.free_url() if networked else self._near
+        self._tap = WireTap(self._far)
+
+    @property
+    def events(self) -> list[dict]:
+        """What the controller's process has logged so far."""
+        lines = self._log.read_text().splitlines()
+        return [json.loads(line) for line in lines]
+
+    @property
+    def reason(self) -> str:
+        """Why the robot was stopped; empty if it was not."""
+        reasons = [e["reason"] for e in self.events if _is_latched(e)]
+        return reasons[-1] if reasons else ""
+
+    @property
+    def refusal(self) -> str:
+        """What the releases before the fault was taken back were answered."""
+        answers = [
+            event["refusal"]
+            for event in self.events
+            if "refusal" in event and event["time"] < self.released
+        ]
+        return answers[0] if answers else ""
+
+    @property
+    def first_stop(self) -> float:
+        """Wall clock when the supervisor first began a stop [s]."""
+        times = [event["time"] for event in self.events if _is_latched(event)]
+        return min(times, default=math.nan)
+
+    def carry_out(self) -> str:
+        """Runs it; returns what disturbed it before the fault."""
+        case = self._case
+        arguments = ["--scenario-text", case.text]
+        if case.part is Part.CONTROLLER:
+            arguments += ["--fault", case.fault]
+        with contextlib.ExitStack() as stack:
+            network = None
+            if case.part is Part.NETWORK:
+                network = stack.enter_context(
+                    processes.relay(
+                        self._near,
+                        self._far,
+                        delay=case.delay,
+                        loss=case.loss,
+                    )
+                )
+            robot = stack.enter_context(
+                processes.robot(self._far, *self._record)
+            )
+            controller = stack.enter_context(
+                processes.controller(self._near, self._log, *arguments)
+            )
+            problem = self._set_out(controller)
+            if problem:
+                return problem
+            self._begin(robot, controller, network)
+            self._look_on(stack, controller, network)
+            processes.end(controller)
+        return ""
+
+    def _set_out(self, controller: subprocess.Popen) -> str:
+        """Waits until the robot is under way; says why it is not."""
+        self._tap.wait(
+            lambda: (
+                self._tap.moving_at is not None or controller.poll() is not None
+            ),
+            _START_UP,
+        )
+        if self._tap.moving_at is None or controller.poll() is not None:
+            return f"the robot never moved: {self.reason}"
+        self._tap.listen_for(_UNDER_WAY)
+        if self._has_stopped() and self._case.part is not Part.TARGET:
+            return f"the robot was stopped too early: {self.reason}"
+        return ""
+
+    def _begin(
+        self,
+        robot: subprocess.Popen,
+        controller: subprocess.Popen,
+        network: subprocess.Popen | None,
+    ) -> None:
+        """Lets the fault happen."""
+        case = self._case
+        self.began = time.time()
+        if case.part is Part.ROBOT:
+            self._tap.inject(case.fault, case.value)
+            if case.then:
+                self._tap.listen_for(_SOON)
+                self._tap.inject(case.then)
+        elif case.part is Part.CONTROLLER:
+            controller.send_signal(signal.SIGUSR1)
+        elif case.part is Part.CONTROLLER_KILLED:
+            controller.kill()
+        elif case.part is Part.DRIVER_KILLED:
+            robot.kill()
+            robot.wait()
+        elif case.part is Part.INTERRUPT:
+            controller.send_signal(signal.SIGINT)
+        elif network is not None:
+            network.send_signal(signal.SIGUSR1)
+
+    def _look_on(
+        self,
+        stack: contextlib.ExitStack,
+        controller: subprocess.Popen,
+        network: subprocess.Popen | None,
+    ) -> None:
+        """Waits for the stop, tries a release, and takes the fault back.
+
+        Then it looks on for a while before it releases the stop for good.
+        """
+        case = self._case
+        if case.outcome == STOPS:
+            self._tap.wait(self._has_stopped, STOP_LIMIT)
+        elif case.outcome not in (GOES_ON, DRIVER_STOPS):
+            self._tap.wait(lambda: controller.poll() is not None, STOP_LIMIT)
+        self._tap.listen_for(_PRESENT)
+        if case.refusal is not None:
+            controller.send_signal(signal.SIGUSR2)
+            self._tap.listen_for(_PRESENT)
+        self._take_back(stack, controller, network)
+        self._tap.listen_for(case.watch)
+        self.commanded = self._tap.latest
+        if case.outcome == STOPS and self._has_stopped():
+            self._release(controller)
+
+    def _take_back(
+        self,
+        stack: contextlib.ExitStack,
+        controller: subprocess.Popen,
+        network: subprocess.Popen | None,
+    ) -> None:
+        """Ends the fault, but for those that end by themselves."""
+        case = self._case
+        if case.part is Part.DRIVER_KILLED:
+            stack.enter_context(processes.robot(self._far, *self._record))
+            gone = time.time()
+            self._tap.wait(lambda: self._tap.heard > gone, _START_UP)
+        elif case.part is Part.ROBOT and case.fault != "base-protective-stop":
+            self._tap.inject(faults.RECOVER)
+        elif network is not None and case.outcome == STOPS:
+            network.send_signal(signal.SIGUSR1)
+        elif case.part is Part.CONTROLLER and case.refusal is not None:
+            controller.send_signal(signal.SIGUSR1)
+
+    def _release(self, controller: subprocess.Popen) -> None:
+        """Releases the stop, and waits for what comes of it."""
+        self.released = time.time()
+        controller.send_signal(signal.SIGUSR2)
+        if self._case.resumes == REACHES:
+            self._tap.wait(
+                lambda: controller.poll() is not None, _RELEASE_LIMIT
+            )
+        else:
+            self._tap.listen_for(self._case.watch)
+
+    def _has_stopped(self) -> bool:
+        return any(event.get("mode") == STOPPED for event in self.events)
+
+
+def _is_latched(event: dict) -> bool:
+    return event.get("mode") in LATCHED
