@@ -35,6 +35,9 @@ class GamepadConfig:
     rotation: float = 0.6
     # A stick counts as released so near to its centre.
     dead_zone: float = 0.1
+    # The target gets no farther ahead of the end effector, lest it run away
+    # from one that an obstacle holds back [m].
+    max_lead: float = 0.2
 
 
 @dc.dataclass
@@ -151,6 +154,7 @@ def _check_inside(
 def _check_gamepad(config: GamepadConfig, where: str) -> None:
     _require_positive(config.speed, where, "gamepad.speed")
     _require_positive(config.rotation, where, "gamepad.rotation")
+    _require_positive(config.max_lead, where, "gamepad.max_lead")
     if config.dead_man < 0:
         _fail(
             where,

@@ -15,8 +15,9 @@ from remosplat_drake.controller.servo import PoseError, pose_error
 from remosplat_drake.mapping.map_requests import MapRequests
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.task.target_sequence import TargetProgress
+from remosplat_drake.teleop.motion_law import MotionLaw
 from remosplat_drake.teleop.operator_command import OperatorCommand
-from remosplat_drake.teleop.target_motion import MotionLaw, advance_target
+from remosplat_drake.teleop.target_motion import advance_target
 from remosplat_drake.teleop.target_state import TargetState
 
 

@@ -17,9 +17,9 @@ from remosplat_drake.station.connections import (
     ConnectCommand,
 )
 from remosplat_drake.teleop.config import TeleopConfig
+from remosplat_drake.teleop.motion_law import MotionLaw
 from remosplat_drake.teleop.operator_command import OperatorCommand
 from remosplat_drake.teleop.operator_target import OperatorTarget
-from remosplat_drake.teleop.target_motion import MotionLaw
 from remosplat_drake.teleop.target_state import TargetState
 from remosplat_drake.world import load_world
 

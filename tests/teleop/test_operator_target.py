@@ -12,9 +12,9 @@ from pydrake.systems.primitives import ConstantVectorSource
 from remosplat_drake.mapping.map_requests import MapRequests
 from remosplat_drake.task.target_sequence import TargetProgress
 from remosplat_drake.teleop.config import TeleopConfig
+from remosplat_drake.teleop.motion_law import MotionLaw
 from remosplat_drake.teleop.operator_command import OperatorCommand
 from remosplat_drake.teleop.operator_target import OperatorTarget
-from remosplat_drake.teleop.target_motion import MotionLaw
 from remosplat_drake.teleop.target_state import FOLLOW, HOLD
 from remosplat_drake.teleop.trajectory_file import OperatorStep
 from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator

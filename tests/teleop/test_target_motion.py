@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from remosplat_drake.controller.servo import pose_error
 from remosplat_drake.teleop.config import SavedPose, ScanConfig, TeleopConfig
+from remosplat_drake.teleop.motion_law import MotionLaw
 from remosplat_drake.teleop.operator_command import OperatorCommand
-from remosplat_drake.teleop.target_motion import MotionLaw, advance_target
+from remosplat_drake.teleop.target_motion import advance_target
 from remosplat_drake.teleop.target_state import (
     FOLLOW,
     GO,
@@ -243,6 +244,17 @@ class TestDeadManButton:
                 assert (p <= CONFIG.workspace_upper).all()
                 assert np.linalg.norm(state.V_WT[3:]) <= 0.25 * (1 + 1e-9)
                 assert np.linalg.norm(state.V_WT[:3]) <= 1.0 * (1 + 1e-9)
+
+    def test_it_does_not_run_away_from_a_robot_held_back(self):
+        hand = Hand(follows=False)
+        hand.say(V_W=np.array([0, 0, 0, 0.2, 0.1, 0]))
+        state = hand.wait(5.0)
+        lead = state.X_WT[:3, 3] - hand.X_WE[:3, 3]
+        assert np.linalg.norm(lead) == pytest.approx(0.2)
+        np.testing.assert_allclose(state.V_WT, 0, atol=1e-9)
+        # The way back is free at once.
+        hand.say(V_W=np.array([0, 0, 0, -0.2, -0.1, 0]))
+        assert np.linalg.norm(hand.wait(1.0).X_WT[:3, 3] - [0, 0, 0.5]) < 0.1
 
     def test_it_slides_along_a_wall_and_brakes_before_it(self):
         hand = Hand(pose(0.8, 0, 0.5))

@@ -45,6 +45,7 @@ def test_everything_can_be_given():
         ("poses: {a: {rpy_deg: [1]}}", "poses.a.rpy_deg", "3 entries"),
         ("gamepad: {dead_man: -1}", "gamepad.dead_man", "from 0"),
         ("gamepad: {dead_zone: 1}", "gamepad.dead_zone", "[0, 1)"),
+        ("gamepad: {max_lead: 0}", "gamepad.max_lead", "positive"),
         ("gamepad: {speed: 0}", "gamepad.speed", "positive"),
         ("scan: {pan_deg: 91}", "scan.pan_deg", "[0, 90]"),
         ("scan: {timeout: 0}", "scan.timeout", "positive"),
