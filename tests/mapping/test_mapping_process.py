@@ -59,6 +59,11 @@ def of_type(events, kind) -> list:
     return [event for event in events if isinstance(event, kind)]
 
 
+def send_signal(process: MappingProcess, number: int) -> None:
+    assert process.process is not None and process.process.pid is not None
+    os.kill(process.process.pid, number)
+
+
 def ask(process, *requests) -> list:
     for request in requests:
         process.request(request)
@@ -159,7 +164,7 @@ def test_the_splat_is_saved_for_others(mapped):
 
 def test_ctrl_c_is_not_for_this_process(mapped):
     process, _ = mapped
-    os.kill(process.process.pid, signal.SIGINT)
+    send_signal(process, signal.SIGINT)
     assert isinstance(ask(process, ShowScene(PrimitiveScene()))[-1], Idle)
 
 
@@ -167,7 +172,7 @@ def test_killed_it_goes_on_where_it_was(table, tmp_path):
     process = MappingProcess(make_job(table, tmp_path / "session"))
     take_frames(process, table)
     ask(process, Build())
-    os.kill(process.process.pid, signal.SIGKILL)
+    send_signal(process, signal.SIGKILL)
     assert until_told(process) == [Trouble(DIED), Idle(process.sent)]
     (q,) = looking_around(table, 1, seed=1)
     events = ask(process, AddFrame(q, 10.0), Build())
@@ -182,7 +187,7 @@ def test_killed_while_it_works_it_loses_only_that(table, tmp_path):
     answers(process)
     process.request(Build("full"))
     process.poll()
-    os.kill(process.process.pid, signal.SIGKILL)
+    send_signal(process, signal.SIGKILL)
     assert DIED in [e.text for e in of_type(until_told(process), Trouble)]
     assert process.answered == process.sent
     events = ask(process, Build())
