@@ -60,6 +60,7 @@ class LiveMapView(LeafSystem):
         for _ in self._work:
             pass
         self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
+        self.DeclareForcedPublishEvent(self._publish)
 
     @staticmethod
     def AddToBuilder(

@@ -16,6 +16,7 @@ from remosplat_drake.teleop.config import TeleopConfig
 from remosplat_drake.teleop.gamepad import gamepad_velocity
 from remosplat_drake.teleop.operator_command import OperatorCommand
 from remosplat_drake.teleop.target_state import FOLLOW, TargetState
+from remosplat_drake.visualization.dead_man import DeadMan
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_style import button, heading
 from remosplat_drake.visualization.pose_sliders import PoseSliders
@@ -85,6 +86,7 @@ class TeleopPanel(LeafSystem):
         self._X_WT: np.ndarray | None = None
         self._moves = 0
         self._moved_at = -np.inf
+        self._dead_man = DeadMan(page.meshcat, config.gamepad.dead_man)
         self._add_controls(X_WH, mapping)
         self._state_input = self.DeclareAbstractInputPort(
             "state", Value(TargetState.at_rest(np.eye(4)))
@@ -97,6 +99,7 @@ class TeleopPanel(LeafSystem):
                 name, value.Clone, calc, {self.time_ticket()}
             )
         self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
+        self.DeclareForcedPublishEvent(self._publish)
 
     @staticmethod
     def AddToBuilder(
@@ -177,11 +180,9 @@ class TeleopPanel(LeafSystem):
                 self._pose = self._poses[name]
 
     def _gamepad_velocity(self) -> np.ndarray | None:
-        meshcat = self._page.meshcat
-        if not meshcat.GetNumActiveConnections():
-            # The last thing that a page said before it was closed.
+        if not self._dead_man.is_held():
             return None
-        gamepad = meshcat.GetGamepad()
+        gamepad = self._page.meshcat.GetGamepad()
         return gamepad_velocity(
             gamepad.axes, gamepad.button_values, self._config.gamepad
         )

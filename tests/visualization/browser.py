@@ -40,6 +40,11 @@ class Browser:
         """Loads a page."""
         self._ask("Page.navigate", url=url)
 
+    def run_first(self, script: str):
+        """Runs a script in every page from now on, before its own ones."""
+        self._ask("Page.enable")
+        self._ask("Page.addScriptToEvaluateOnNewDocument", source=script)
+
     def evaluate(self, expression: str) -> Any:
         """The value of a JavaScript expression in the page."""
         answer = self._ask(
@@ -55,13 +60,18 @@ class Browser:
             time.sleep(0.02)
         return value
 
-    def click(self, selector: str):
-        """Clicks with the mouse into the middle of an element."""
+    def click(self, selector: str, at: float = 0.5):
+        """Clicks with the mouse into an element.
+
+        Args:
+            selector: Of the first such element.
+            at: Where between its left and its right end.
+        """
         x, y = self.wait_for(
             "(() => { const e = document.querySelector("
             f"{json.dumps(selector)}); if (!e) return null;"
             "const r = e.getBoundingClientRect();"
-            "return [r.x + r.width / 2, r.y + r.height / 2]; })()"
+            f"return [r.x + {at} * r.width, r.y + r.height / 2]; }})()"
         )
         for kind in ("mousePressed", "mouseReleased"):
             self._ask(

@@ -4,6 +4,7 @@ import struct
 from collections.abc import Callable
 
 import numpy as np
+import page_messages
 import pytest
 from pydrake.geometry import Meshcat
 
@@ -23,15 +24,8 @@ def frankie() -> RobotModel:
 
 @pytest.fixture
 def click() -> Callable[[Meshcat, str], None]:
-    """Clicks a button as the browser would, with a MessagePack message."""
-
-    def _click(meshcat: Meshcat, name: str):
-        text = name.encode()
-        message = b"\x82\xa4type\xa6button\xa4name\xda"
-        message += struct.pack(">H", len(text)) + text
-        meshcat._InjectWebsocketMessage(message)
-
-    return _click
+    """Clicks a button as the browser would."""
+    return page_messages.click
 
 
 @pytest.fixture
