@@ -1,0 +1,86 @@
+"""The page's buttons, clicked in a real browser, and a robot behind a wire."""
+
+import json
+import time
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import open_browser
+from screenshot import find_chromium
+
+from remosplat_drake.benchmark.hardware_processes import (
+    controller,
+    end,
+    free_url,
+    robot,
+    wire_works,
+)
+from remosplat_drake.benchmark.loop_cases import TOUR
+from remosplat_drake.benchmark.motion_judge import TrueRun, judge_stop
+from remosplat_drake.benchmark.wire_tap import WireTap
+from remosplat_drake.safety.supervision import STOPPED
+from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.simulation import REACHED
+from remosplat_drake.world import load_world
+
+START_UP, STOP_LIMIT, REACH_LIMIT = 60.0, 10.0, 60.0
+
+
+class Log:
+    """What the controller's process has logged so far."""
+
+    def __init__(self, path: Path):
+        self._path = path
+
+    def latest(self, key: str):
+        """The latest value of that name; None before the first one."""
+        lines = self._path.read_text().splitlines()
+        values = [json.loads(line).get(key) for line in lines]
+        return next((v for v in reversed(values) if v is not None), None)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    find_chromium() is None, reason="needs chromium on the PATH"
+)
+@pytest.mark.skipif(
+    not wire_works(), reason="this computer hears none of its own multicasts"
+)
+def test_a_click_stops_the_robot_and_only_a_click_releases_it(tmp_path):
+    url, path = free_url(), tmp_path / "log.jsonl"
+    motion, log, tap = tmp_path / "motion.npz", Log(path), WireTap(url)
+    with ExitStack() as stack:
+        tab = stack.enter_context(open_browser((600, 400)))
+        text = f"hardware: {{connect_timeout: {START_UP}}}{TOUR}"
+        process = stack.enter_context(
+            controller(url, path, "--page", "--scenario-text", text)
+        )
+        assert tap.wait(lambda: log.latest("page") is not None, START_UP)
+        tab.open(log.latest("page"))
+        tab.wait_for("document.querySelector('.remosplat-stop') !== null")
+        stand_in = stack.enter_context(robot(url, "--record", str(motion)))
+        assert tap.wait(lambda: tap.moving_at is not None, START_UP)
+        tap.listen_for(0.3)
+        clicked = time.time()
+        tab.click(".remosplat-stop")
+        assert tap.wait(lambda: log.latest("mode") == STOPPED, STOP_LIMIT)
+        assert log.latest("reason") == "stop button"
+        tap.listen_for(1.5)
+        assert process.poll() is None
+        assert log.latest("mode") == STOPPED
+        released = time.time()
+        tab.click(".remosplat-release")
+        assert tap.wait(lambda: process.poll() is not None, REACH_LIMIT)
+        end(stand_in)
+    assert log.latest("outcome") == REACHED
+    run = TrueRun.read(motion)
+    stop = judge_stop(run.until(released), clicked, load_robot())
+    # A browser without a graphics card takes seconds for a click here.
+    assert stop.stays
+    assert np.abs(run.since(released).u).max() > 0.1
+
+
+def load_robot():
+    return load_world(LoadScenario()).robot
