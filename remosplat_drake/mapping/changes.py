@@ -88,6 +88,15 @@ def without(capture: Capture, pixels: np.ndarray) -> Capture:
     return dc.replace(capture, hidden=hidden)
 
 
+def points_at(capture: Capture, pixels: np.ndarray) -> np.ndarray:
+    """The measured points of some pixels (n, h, w) bool, (m, 3) [m]."""
+    points = [
+        capture.points_W(i)[pixels[i] & (capture.depth[i] > 0)]
+        for i in range(len(capture))
+    ]
+    return np.concatenate(points)
+
+
 def coherent(pixels: np.ndarray) -> np.ndarray:
     """The regions of a mask (h, w) that are wide somewhere, as wholes."""
     radius = max(1, round(_WIDE * pixels.shape[1]))

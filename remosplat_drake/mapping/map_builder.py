@@ -7,8 +7,14 @@ from time import perf_counter
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.errors import RemoSplatError, unknown_name
 from remosplat_drake.mapping.base_splat import updated
-from remosplat_drake.mapping.changes import find_changes, without
+from remosplat_drake.mapping.carving import find_rest
+from remosplat_drake.mapping.changes import (
+    find_changes,
+    points_at,
+    without,
+)
 from remosplat_drake.mapping.config import OBSTACLE, MappingConfig
+from remosplat_drake.mapping.depth_specks import without_specks
 from remosplat_drake.mapping.known_space import (
     known_space,
     unknown_space_field,
@@ -24,6 +30,7 @@ from remosplat_drake.reconstruction.point_cloud import (
     initialise,
 )
 from remosplat_drake.reconstruction.refinement import RefinementConfig
+from remosplat_drake.reconstruction.seen_through import drop_floaters
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_tiles import make_tiles
@@ -75,16 +82,21 @@ def build_map(
         raise RemoSplatError(unknown_name("effort", effort, EFFORTS))
     start = perf_counter()
     report("comparing frames", 0, 1)
-    changes = find_changes(capture)
+    looks = without_specks(capture)
+    changes = find_changes(looks)
     report("comparing frames", 1, 1)
     # Behind what has come stands what was there before, unseen now.
     remembered = without(capture, changes.gone)
     present = without(capture, changes.outdated)
     splat_W = _reconstruct(remembered, present, config, effort, report)
+    looks = without(looks, changes.outdated)
+    splat_W = drop_floaters(looks, splat_W)
+    gone_W = points_at(capture, changes.gone)
+    splat_W = splat_W.select(~find_rest(splat_W.p_GK, gone_W, looks))
     if base is not None and len(base):
-        splat_W = updated(base, splat_W, present)
+        splat_W = updated(base, splat_W, looks)
     report("finding what was seen", 0, 1)
-    coverage = known_space(present, splat_W, robot_free, config)
+    coverage = known_space(looks, splat_W, robot_free, config)
     field = make_field(splat_W)
     if config.unknown == OBSTACLE:
         field = CompositeDistanceField([field, unknown_space_field(coverage)])
