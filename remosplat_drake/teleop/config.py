@@ -71,7 +71,7 @@ class ScanConfig:
 class TeleopConfig:
     """Bounds of the target's motion, and where an operator's wishes come from.
 
-    The page is always one of the sources.
+    The page is one of the sources wherever there is one.
     """
 
     # The target moves no faster [m/s], [rad/s].

@@ -3,11 +3,24 @@
 import numpy as np
 from pydrake.lcm import DrakeLcm
 from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
 
 from remosplat_drake.messages.packets import to_utime
 from remosplat_drake.messages.pose_target import pose_target
-from remosplat_drake.teleop.config import PoseStreamConfig
+from remosplat_drake.teleop.config import PoseStreamConfig, TeleopConfig
 from remosplat_drake.teleop.lcm_operator import LcmOperator
+from remosplat_drake.teleop.motion_law import MotionLaw
+from remosplat_drake.teleop.operator_target import OperatorTarget
+from remosplat_drake.teleop.target_state import FOLLOW, HOLD
+
+
+def encoded(time: float, x: float) -> bytes:
+    message = pose_target()
+    message.utime = to_utime(time)
+    message.position = [x, 0.0, 0.0]
+    message.quaternion = [1.0, 0.0, 0.0, 0.0]
+    return message.encode()
 
 
 class Wire:
@@ -26,11 +39,7 @@ class Wire:
         self.simulator.Initialize()
 
     def send(self, x: float):
-        message = pose_target()
-        message.utime = to_utime(self.now)
-        message.position = [x, 0.0, 0.0]
-        message.quaternion = [1.0, 0.0, 0.0, 0.0]
-        self.lcm.Publish("T", message.encode())
+        self.lcm.Publish("T", encoded(self.now, x))
 
     def wait(self, duration: float):
         context = self.simulator.get_context()
@@ -58,3 +67,43 @@ def test_a_url_opens_a_wire_of_its_own():
     system = LcmOperator(config=config, period=0.01)
     context = system.CreateDefaultContext()
     assert system.GetOutputPort("command").Eval(context).moves == 0
+
+
+def test_a_robot_that_followed_a_silent_stream_holds(three_link):
+    lcm, q = DrakeLcm("memq://"), np.array([0.3, 0.5, 0.0])
+    now = [1000.0]
+    builder = DiagramBuilder()
+    arm = builder.AddSystem(ConstantVectorSource(q))
+    stream = builder.AddSystem(
+        LcmOperator(
+            config=PoseStreamConfig(channel="T", expiry=0.3),
+            period=0.01,
+            lcm=lcm,
+            clock=lambda: now[0],
+        )
+    )
+    target = OperatorTarget.AddToBuilder(
+        builder,
+        configuration=arm.get_output_port(),
+        command=stream.GetOutputPort("command"),
+        robot=three_link,
+        q0=q,
+        law=MotionLaw.make(TeleopConfig(), three_link, q, 0.01),
+    )
+    simulator = Simulator(builder.Build())
+    context = target.GetMyContextFromRoot(simulator.get_context())
+    modes, texts = [], []
+    for i in range(80):
+        now[0] += 0.01
+        if i < 20:
+            lcm.Publish("T", encoded(now[0], 0.1))
+        simulator.AdvanceTo(0.01 * (i + 1))
+        modes.append(target.state(context).mode)
+        texts.append(target.state(context).text)
+    # The last pose came after 0.2 s; two ticks pass it on.
+    assert modes[10] == modes[45] == FOLLOW
+    assert modes[55] == modes[-1] == HOLD
+    assert texts[-1] == "hold: the pose stream has been silent for 0.3 s"
+    np.testing.assert_allclose(
+        target.state(context).X_WT, three_link.end_effector_pose(q)
+    )
