@@ -88,6 +88,7 @@ class LivePlots(LeafSystem):
             self.DeclarePeriodicPublishEvent(
                 _REDRAW, place * _REDRAW / 2, partial(self._draw, place)
             )
+        self.DeclareForcedPublishEvent(self._publish)
 
     @staticmethod
     def AddToBuilder(
@@ -102,6 +103,11 @@ class LivePlots(LeafSystem):
         builder.Connect(report, plots.GetInputPort("report"))
         builder.Connect(executed, plots.GetInputPort("executed"))
         return plots
+
+    def _publish(self, context: Context):
+        self._sample(context)
+        for place in (0, 1):
+            self._draw(place, context)
 
     def _sample(self, context: Context):
         report = self._report_input.Eval(context)
