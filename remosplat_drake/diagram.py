@@ -155,7 +155,7 @@ def MakeDiagram(
         AddWorldViews(
             builder, page, world, configuration, controller, selector, live_map
         )
-        if teleoperation is not None:
+        if teleoperation is not None and log is not None:
             AddOperatorViews(
                 builder,
                 scenario,
@@ -165,6 +165,7 @@ def MakeDiagram(
                 controller,
                 executed,
                 live_map,
+                log,
             )
     diagram = builder.Build()
     diagram.set_name("remosplat")

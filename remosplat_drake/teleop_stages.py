@@ -32,6 +32,7 @@ from remosplat_drake.teleop.trajectory_file import load_trajectory
 from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
 from remosplat_drake.visualization.live_map_view import LiveMapView
 from remosplat_drake.visualization.live_plots import LivePlots
+from remosplat_drake.visualization.log_view import LogView
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.teleop_panel import TeleopPanel
 from remosplat_drake.world import World
@@ -196,8 +197,12 @@ def AddOperatorViews(
     controller: ReactiveController,
     executed: OutputPort,
     live_map: LiveMap | None,
+    log: TrajectoryLog,
 ) -> None:
-    """Adds the map, and plots of clearance and velocity, to the page."""
+    """Adds the map, plots of clearance and velocity, and the log's trouble."""
+    LogView.AddToBuilder(
+        builder, page=page, trouble=log.GetOutputPort("trouble")
+    )
     if live_map is not None:
         LiveMapView.AddToBuilder(
             builder,

@@ -87,7 +87,7 @@ def _target_changes(
     before: Surroundings, now: Surroundings, time: float
 ) -> Iterator[Event]:
     known = before.target and before.target.text
-    if now.target.text != known:
+    if now.target.text not in ("", known):
         yield Event(time, TARGET, now.target.text)
 
 

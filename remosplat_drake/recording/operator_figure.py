@@ -103,7 +103,13 @@ def _draw_clearance(
     )
     axes.set_ylabel(r"clearance $\tilde{d}$ [mm]")
     axes.set_ylim(bottom=min(-10.0, *axes.get_ylim()))
-    axes.legend(loc="upper right", fontsize="small")
+    axes.legend(
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=3,
+        fontsize="small",
+        frameon=False,
+    )
 
 
 def _mark_events(

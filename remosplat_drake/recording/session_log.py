@@ -3,7 +3,7 @@
 import math
 from pathlib import Path
 
-from pydrake.common.value import Value
+from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
     Context,
     DiagramBuilder,
@@ -34,11 +34,13 @@ class TrajectoryLog(LeafSystem):
         - map_status (optional)
         - target_state (optional)
         - map_requests (optional)
+        output_ports:
+        - trouble
 
     It publishes once a control period. Rows are handed to the operating
-    system once a second, events at once, and a disk that is full or slow to
-    report does not end the run: see `trouble`. Another simulation goes on in
-    the same files.
+    system once a second, events at once. A full disk does not end the run:
+    `trouble` says then, in a line of text, what the files lack; it is empty
+    while they lack nothing. Another simulation goes on in the same files.
 
     Args:
         folder: Gets trajectory.log and events.jsonl, which must not exist.
@@ -68,6 +70,9 @@ class TrajectoryLog(LeafSystem):
         self._map_input = self._declare_optional("map_status")
         self._target_input = self._declare_optional("target_state")
         self._requests_input = self._declare_optional("map_requests")
+        self.DeclareAbstractOutputPort(
+            "trouble", Value("").Clone, self._calc_trouble, {self.time_ticket()}
+        )
         self.DeclarePeriodicPublishEvent(period, 0.0, self._record)
 
     @staticmethod
@@ -95,6 +100,9 @@ class TrajectoryLog(LeafSystem):
 
     def _declare_optional(self, name: str) -> InputPort:
         return self.DeclareAbstractInputPort(name, Value[object]())
+
+    def _calc_trouble(self, context: Context, output: AbstractValue):
+        output.set_value(self.trouble)
 
     def _record(self, context: Context):
         report = self._report_input.Eval(context)

@@ -9,7 +9,15 @@ time without moving a button under somebody's mouse.
 
 import html
 
-TOPICS = ("supervisor", "robot", "target", "map", "controller", "guidance")
+TOPICS = (
+    "supervisor",
+    "robot",
+    "log",
+    "target",
+    "map",
+    "controller",
+    "guidance",
+)
 """The lines of text in the order in which they stand on the page."""
 
 _ROWS = ".dg.main>ul>li"
