@@ -139,10 +139,9 @@ def _end(
     command = state.command
     if state.mode == VELOCITY and command.V_W is None:
         return hold(state, X_WE, "hold: the dead-man button was let go")
-    if state.mode == FOLLOW:
-        if command.trouble:
-            return hold(state, X_WE, f"hold: {command.trouble}")
-        assert command.X_WT is not None
+    if state.mode == FOLLOW and command.trouble:
+        return hold(state, X_WE, f"hold: {command.trouble}")
+    if state.mode == FOLLOW and command.X_WT is not None:
         goal = _within(law.config, command.X_WT)
         return dc.replace(state, X_WT_goal=goal)
     if state.mode == SCAN:
