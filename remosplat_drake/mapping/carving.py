@@ -10,7 +10,7 @@ _APART = 0.03
 """Of a thing that has gone, some part is farther than this from all that is
 still there; edges that views disagree about a little are not [m]."""
 
-_AROUND = 0.06
+_AROUND = 0.1
 """Of a thing that has gone, the rest is within this [m]."""
 
 _PAST = 0.01

@@ -34,19 +34,21 @@ _STRIDE = 2
 
 @dc.dataclass(frozen=True, eq=False)
 class Changes:
-    """Pixels of n views that newer views contradict, (n, h, w) bool each.
+    """Pixels of n views that contradict each other, (n, h, w) bool each.
 
     Attributes:
         gone: They show what is not there any more.
         hidden_now: They look through what is there now.
+        come: They show what was not there before.
     """
 
     gone: np.ndarray
     hidden_now: np.ndarray
+    come: np.ndarray
 
     @cached_property
     def outdated(self) -> np.ndarray:
-        """Either."""
+        """What newer views contradict."""
         return self.gone | self.hidden_now
 
 
@@ -59,16 +61,16 @@ def find_changes(capture: Capture, margin: float = 0.03) -> Changes:
             the square of the depth [m].
     """
     gone = np.zeros(capture.depth.shape, bool)
-    hidden_now = np.zeros(capture.depth.shape, bool)
+    hidden_now, come = np.zeros((2, *capture.depth.shape), bool)
     points = [capture.points_W(i) for i in range(len(capture))]
     for new in range(len(capture)):
         for old in range(new):
             gone[old] |= _seen_through(capture, points[old], new, margin)
-            p_W = points[new]
-            shown = _seen_through(capture, p_W, old, margin)
+            shown = _seen_through(capture, points[new], old, margin)
             if shown.any():
-                hidden_now[old] |= _project(capture, p_W[shown], old)
-    return Changes(gone, hidden_now)
+                come[new] |= shown
+                hidden_now[old] |= _project(capture, points[new][shown], old)
+    return Changes(gone, hidden_now, come)
 
 
 def hide_outdated(capture: Capture) -> Capture:
@@ -86,6 +88,23 @@ def without(capture: Capture, pixels: np.ndarray) -> Capture:
     if capture.hidden is not None:
         hidden = pixels | capture.hidden
     return dc.replace(capture, hidden=hidden)
+
+
+def seen_at(
+    capture: Capture, p_W: np.ndarray, view: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Where a view has points (n, 3): index, row, column, depth z [m].
+
+    Those that are not in its image are left out.
+    """
+    p_C = to_camera(capture, p_W, view)
+    index = np.flatnonzero(p_C[:, 2] > 0)
+    uvw = p_C[index] @ capture.K[view].T
+    column, row = np.floor(uvw[:, :2] / uvw[:, 2:]).astype(int).T
+    height, width = capture.size
+    inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
+    index = index[inside]
+    return index, row[inside], column[inside], p_C[index, 2]
 
 
 def points_at(capture: Capture, pixels: np.ndarray) -> np.ndarray:
@@ -128,13 +147,8 @@ def _seen_through(
 def _project(capture: Capture, p_W: np.ndarray, view: int) -> np.ndarray:
     """Pixels of a view that points (n, 3) lie on, without gaps."""
     pixels = np.zeros(capture.size, bool)
-    p_C = to_camera(capture, p_W[np.isfinite(p_W[:, 0])], view)
-    p_C = p_C[p_C[:, 2] > 0]
-    uvw = p_C @ capture.K[view].T
-    column, row = np.floor(uvw[:, :2] / uvw[:, 2:]).astype(int).T
-    height, width = capture.size
-    inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
-    pixels[row[inside], column[inside]] = True
+    _, row, column, _ = seen_at(capture, p_W[np.isfinite(p_W[:, 0])], view)
+    pixels[row, column] = True
     return _with_border(binary_closing(pixels, np.ones((5, 5))))
 
 

@@ -5,6 +5,7 @@ import dataclasses as dc
 import numpy as np
 
 from remosplat_drake.capture.capture import Capture
+from remosplat_drake.mapping.changes import seen_at
 from remosplat_drake.mapping.config import MappingConfig
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 from remosplat_drake.reconstruction.coverage import (
@@ -13,12 +14,17 @@ from remosplat_drake.reconstruction.coverage import (
     Coverage,
     make_coverage,
 )
+from remosplat_drake.reconstruction.measured_space import times_looked_through
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+_DEEPEST = 0.3
+"""Things that people put on tables are no deeper [m]."""
 
 
 def known_space(
     capture: Capture,
+    come: np.ndarray,
     splat_W: GaussianSplat,
     robot_free: Spheres | None,
     config: MappingConfig,
@@ -27,6 +33,7 @@ def known_space(
 
     Args:
         capture: The frames, without what is out of date in them.
+        come: Their pixels of what was not there in older ones, (n, h, w).
         splat_W: All surfaces.
         robot_free: Where the robot was when frames were taken.
         config: The box, its voxels and the margin around the robot.
@@ -38,6 +45,7 @@ def known_space(
         np.array(config.volume_upper, float),
         config.voxel,
     )
+    coverage = _without_shadows(coverage, capture, come)
     if robot_free is None:
         return coverage
     return with_free(coverage, robot_free, config.robot_margin)
@@ -68,6 +76,27 @@ def unknown_space_field(coverage: Coverage) -> UnknownSpaceField:
     return UnknownSpaceField(
         coverage.state == UNSEEN, coverage.lower, coverage.voxel
     )
+
+
+def _without_shadows(
+    coverage: Coverage, capture: Capture, come: np.ndarray
+) -> Coverage:
+    """Forgets what was free behind a thing's face before the thing came.
+
+    Nobody knows how deep it is until a view looks at it from behind.
+    """
+    state = coverage.state.copy()
+    for view in np.flatnonzero(come.any(axis=(1, 2))):
+        voxels = np.argwhere(state == FREE)
+        p_W = coverage.lower + coverage.voxel * (voxels + 0.5)
+        index, row, column, z = seen_at(capture, p_W, int(view))
+        behind = z - capture.depth[view, row, column]
+        shadow = come[view, row, column] & (behind > 0) & (behind < _DEEPEST)
+        index = index[shadow]
+        since = capture.select(np.arange(view, len(capture)))
+        seen = times_looked_through(since, p_W[index], coverage.voxel / 4) > 0
+        state[tuple(voxels[index[~seen]].T)] = UNSEEN
+    return dc.replace(coverage, state=state)
 
 
 def _free_ball(

@@ -96,7 +96,7 @@ def build_map(
     if base is not None and len(base):
         splat_W = updated(base, splat_W, looks)
     report("finding what was seen", 0, 1)
-    coverage = known_space(looks, splat_W, robot_free, config)
+    coverage = known_space(looks, changes.come, splat_W, robot_free, config)
     field = make_field(splat_W)
     if config.unknown == OBSTACLE:
         field = CompositeDistanceField([field, unknown_space_field(coverage)])

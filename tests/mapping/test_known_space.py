@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from laden_table import joined
 
 from remosplat_drake.capture.capture import Capture
+from remosplat_drake.mapping.changes import find_changes, without
 from remosplat_drake.mapping.config import MappingConfig
 from remosplat_drake.mapping.known_space import (
     known_space,
@@ -21,6 +23,9 @@ from remosplat_drake.reconstruction.surfels import (
     surfels_from_capture,
 )
 from remosplat_drake.robot.sphere_model import Spheres
+
+NOTHING = np.zeros((1, 80, 80), bool)
+"""That has come."""
 
 
 @pytest.fixture
@@ -43,7 +48,7 @@ def test_behind_a_wall_nothing_is_known(wall):
         voxel=0.2,
     )
     splat = splat_of_surfels(surfels_from_capture(wall, 2000))
-    coverage = known_space(wall, splat, None, config)
+    coverage = known_space(wall, NOTHING, splat, None, config)
     assert coverage.state.shape == (3, 3, 10)
     # The wall at z = 2 is the border of the fifth and the sixth layer.
     assert (coverage.state[..., :5] == FREE).all()
@@ -67,7 +72,7 @@ def test_where_the_robot_stood_is_free(wall):
     )
     splat = splat_of_surfels(surfels_from_capture(wall, 2000))
     robot = Spheres.at([[0, 0, 2.5], [9, 9, 9]], 0.1)
-    coverage = known_space(wall, splat, robot, config)
+    coverage = known_space(wall, NOTHING, splat, robot, config)
     # The ball of 0.15 m reaches 0.05 m into the voxels around its own.
     assert coverage.state[1, 1, 7] == FREE
     assert coverage.state[1, 0, 7] == coverage.state[1, 1, 8] == FREE
@@ -97,3 +102,28 @@ def test_the_robot_keeps_its_margin_to_the_unknown(margin):
     answer = unknown_space_field(coverage).clearances(robot)
     assert answer.distance.min() > margin - 1e-9
     assert answer.distance.min() < margin + 0.04 * np.sqrt(3)
+
+
+def test_how_deep_a_thing_is_that_has_come_is_not_known(bare, laden):
+    """Older views looked through where its back is now."""
+    both = joined(bare, laden.select(np.array([0])))
+    changes = find_changes(both)
+    assert changes.come[-1].any() and not changes.come[:-1].any()
+    present = without(both, changes.outdated)
+    config = MappingConfig(
+        volume_lower=[0.8, -0.2, 0.45], volume_upper=[1.2, 0.2, 0.61]
+    )
+    splat = splat_of_surfels(surfels_from_capture(present, 5000))
+    lit = known_space(present, changes.come & False, splat, None, config)
+    dut = known_space(present, changes.come, splat, None, config)
+    # The thing is 0.2 m wide, which is the fourth to the seventh voxel.
+    assert (lit.state[3:7, 3:7] == FREE).sum() > 10
+    assert (dut.state[3:7, 3:7] != FREE).all()
+    # Before its face and beside it nothing has been forgotten.
+    assert (dut.state[9, 7:] == FREE).all()
+    # Whoever looks at it from all sides knows.
+    all_sides = joined(bare, laden)
+    changes = find_changes(all_sides)
+    present = without(all_sides, changes.outdated)
+    known = known_space(present, changes.come, splat, None, config)
+    assert known.fraction(FREE) > dut.fraction(FREE)
