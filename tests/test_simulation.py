@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
+from pydrake.systems.analysis import Simulator
 
 from remosplat_drake.commands import driving
 from remosplat_drake.commands import run as run_command
@@ -19,6 +20,7 @@ from remosplat_drake.simulation import (
     INTERRUPTED,
     REACHED,
     TIME_LIMIT,
+    RunMonitor,
     RunResult,
     run,
 )
@@ -105,6 +107,21 @@ def test_who_is_there_already_has_arrived(folder):
     result = run(make_application(folder, "Here"))
     assert result.outcome == REACHED
     assert len(result.trajectory) <= 2
+
+
+def test_progress_is_told_no_more_often_than_wanted(folder):
+    application = make_application(folder, "Far")
+    told = []
+    monitor = RunMonitor(
+        application,
+        on_progress=lambda t, *_: told.append(t),
+        progress_period=0.05,
+    )
+    context = Simulator(application.diagram).get_mutable_context()
+    for t in (0.0, 0.02, 0.04, 0.06, 0.1, 0.12, 0.02):  # A clock set back.
+        context.SetTime(t)
+        monitor(context)
+    assert told == [0.0, 0.06, 0.12, 0.02]
 
 
 def test_time_runs_out(folder):

@@ -7,6 +7,7 @@ import pytest
 
 from remosplat_drake.benchmark.motion_judge import (
     TrueRun,
+    distance_moved,
     first_standstill,
     judge_stop,
     true_clearance,
@@ -49,6 +50,19 @@ def test_a_robot_that_passes_through_zero_does_not_stand(frankie):
     stop = judge_stop(run, 100.0, frankie)
     assert math.isnan(stop.time_to_zero)
     assert not stop.stays
+
+
+def test_a_run_is_cut_in_two_at_a_time(frankie):
+    """A stop, a release at 0.2 s, and 0.1 s at 0.5 m/s."""
+    speeds = np.r_[np.full(9, 0.5), np.zeros(11), np.full(10, 0.5), 0.0]
+    run = driven(speeds, frankie.home)
+    released = 100.195
+    before, after = run.until(released), run.since(released)
+    assert len(before.time) == 20
+    assert len(before.time) + len(after.time) == len(run.time)
+    assert judge_stop(before, 100.0, frankie).stays
+    assert distance_moved(after, frankie) == pytest.approx(0.05)
+    assert distance_moved(run.since(200.0), frankie) == 0.0
 
 
 def test_the_clearance_is_that_of_the_closest_moment(frankie, scene):

@@ -210,6 +210,19 @@ def test_the_ports_tell_what_the_messages_told(url, frankie, drivers):
     assert "not finite" in bench.eval("status").stop_reason
 
 
+def test_nothing_is_heard_unless_it_is_told_to(url, frankie, drivers):
+    bench = Bench(url, frankie)
+    bench.simulator.Initialize()
+    drivers.tell_arm(5.0)
+    take_in(bench.station.link)
+    bench.simulator.AdvanceTo(0.1)
+    assert np.isnan(bench.eval("panda.position_measured")).all()
+    bench.station.receive(bench.context)
+    np.testing.assert_allclose(
+        bench.eval("panda.position_measured"), 0.1 * np.arange(7)
+    )
+
+
 def test_nothing_is_sent_unless_it_is_told_to(url, frankie, drivers):
     bench = Bench(url, frankie)
     bench.command(np.full(9, 0.1))
