@@ -5,6 +5,7 @@ backslashes, and is short: a few kilobytes, several times a second.
 """
 
 import dataclasses as dc
+from functools import cached_property
 
 import numpy as np
 
@@ -70,9 +71,9 @@ class SvgPlot:
             ' fill-opacity=".9"/>',
             _text(14, 21, f"{self.title} [{self.unit}]", _INK, weight=600),
             _text(WIDTH - _RIGHT, 21, self._number(latest), _INK, "end", 600),
-            *self._axes(),
+            self._axes,
             self._curve(age, value),
-            *self._marks(),
+            self._marks,
             "</svg>",
         ]
         return "".join(parts)
@@ -93,7 +94,8 @@ class SvgPlot:
         share = (value - self.lower) / (self.upper - self.lower)
         return HEIGHT - _BOTTOM - share * (HEIGHT - _TOP - _BOTTOM)
 
-    def _axes(self) -> list[str]:
+    @cached_property
+    def _axes(self) -> str:
         parts = []
         for tick in round_numbers(self.lower, self.upper, 4):
             y = float(self._y(tick))
@@ -104,9 +106,10 @@ class SvgPlot:
             label = "now" if tick == 0 else f"−{tick:g} s"
             anchor = "end" if tick == 0 else "middle"
             parts.append(_text(x, HEIGHT - 9, label, _GREY, anchor))
-        return parts
+        return "".join(parts)
 
-    def _marks(self) -> list[str]:
+    @cached_property
+    def _marks(self) -> str:
         parts = []
         for mark in self.marks:
             y = float(self._y(mark.value))
@@ -114,15 +117,20 @@ class SvgPlot:
             # What lies at the bottom has its name below.
             aside = 12 if mark.value <= 0 else -4
             parts.append(_text(_LEFT + 6, y + aside, mark.text, mark.color))
-        return parts
+        return "".join(parts)
 
     def _curve(self, age: np.ndarray, value: np.ndarray) -> str:
         shown = (age <= self.span) & ~np.isnan(value)
+        begins = shown & ~np.append(False, shown[:-1])
         x, y = self._x(age), self._y(value)
-        steps = []
-        for k in np.flatnonzero(shown):
-            begins = k == 0 or not shown[k - 1]
-            steps.append(f"{'M' if begins else 'L'}{x[k]:.1f} {y[k]:.1f}")
+        # Lists are formatted faster than arrays.
+        rows = zip(
+            begins[shown].tolist(),
+            x[shown].tolist(),
+            y[shown].tolist(),
+            strict=True,
+        )
+        steps = [f"{'M' if m else 'L'}{a:.1f} {b:.1f}" for m, a, b in rows]
         return (
             f'<path d="{"".join(steps)}" fill="none" stroke="{self.color}"'
             ' stroke-width="1.8" stroke-linejoin="round"/>'
