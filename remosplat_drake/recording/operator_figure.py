@@ -90,7 +90,8 @@ def _draw_clearance(
             trace.time,
             1e3 * trace.true_clearance,
             color=_TRUE,
-            lw=0.8,
+            lw=1.0,
+            ls=(0, (4, 2)),
             label=f"true, at least {1e3 * trace.true_clearance.min():.1f} mm",
         )
     axes.axhline(0.0, color=_LIMIT, lw=1.2)
