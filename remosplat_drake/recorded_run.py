@@ -36,8 +36,8 @@ class RecordedRun:
         session: That it belongs to.
         scenario: Of the session.
         world: What the scenario's files hold.
-        log: The ticks.
-        events: What happened besides.
+        log: The ticks; the first one of the run is at time 0.
+        events: What happened besides, by the same clock.
     """
 
     folder: Path
@@ -149,4 +149,8 @@ def load_recorded_run(folder: Path, number: int | None = None) -> RecordedRun:
             f" the session's has {world.robot.n_q}",
         )
     events = read_events(run / EVENTS)
+    # The real robot's runs go by the time of day.
+    start = float(log.rows["time"][0])
+    log.rows["time"] -= start
+    events = [dc.replace(e, time=e.time - start) for e in events]
     return RecordedRun(run, session, scenario, world, log, events)

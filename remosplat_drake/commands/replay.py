@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=-math.inf,
         metavar="T",
-        help="leave out what was before, by the run's clock [s]",
+        help="leave out what was before, since the run's first tick [s]",
     )
     parser.add_argument(
         "--to",

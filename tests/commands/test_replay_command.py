@@ -1,11 +1,17 @@
 """`remosplat replay`: what it writes, and what it says of what is missing."""
 
+import dataclasses as dc
 import shutil
 
+import numpy as np
 import pytest
 from logged_run import SWAP, make_session
 
 from remosplat_drake.commands.main import USER_ERROR, main
+from remosplat_drake.recorded_run import load_recorded_run
+from remosplat_drake.recording.events import EventWriter, read_events
+from remosplat_drake.recording.run_log import read_log
+from remosplat_drake.recording.session_log import EVENTS, LOG
 
 
 @pytest.fixture(scope="module")
@@ -83,6 +89,29 @@ def test_a_session_that_lacks_something(session, capsys, lost, problem):
     said = capsys.readouterr().err
     assert said.count("\n") == 1
     assert problem in said
+
+
+def test_a_run_by_the_time_of_day_starts_at_zero(session):
+    path = session / "runs" / "0001" / LOG
+    header, newline, _ = path.read_bytes().partition(b"\n")
+    rows = read_log(path).rows
+    rows["time"] += 1_700_000_000
+    path.write_bytes(header + newline + rows.tobytes())
+    path = session / "runs" / "0001" / EVENTS
+    events = [
+        dc.replace(event, time=event.time + 1_700_000_000)
+        for event in read_events(path)
+    ]
+    path.unlink()
+    writer = EventWriter(path)
+    for event in events:
+        writer.append(event)
+    writer.close()
+    recorded = load_recorded_run(session)
+    np.testing.assert_allclose(
+        recorded.log.rows["time"], 0.01 * np.arange(75), atol=1e-6
+    )
+    assert 0.48 < recorded.events[-1].time < 0.51
 
 
 def test_a_run_that_died_at_once_has_no_replay(session, capsys):
