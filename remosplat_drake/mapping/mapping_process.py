@@ -11,6 +11,7 @@ from multiprocessing.process import BaseProcess
 from threading import Thread
 from time import monotonic, sleep
 
+from remosplat_drake.mapping.mapping_job import MappingJob
 from remosplat_drake.mapping.messages import (
     Event,
     Idle,
@@ -18,7 +19,7 @@ from remosplat_drake.mapping.messages import (
     ShowScene,
     Trouble,
 )
-from remosplat_drake.mapping.worker import MappingJob, serve
+from remosplat_drake.mapping.worker import serve
 from remosplat_drake.one_thread import one_thread_environment
 
 DIED = "the mapping process has died; the next request starts it again"

@@ -10,17 +10,28 @@ Only the mapping process writes (but for `runs`), and each file at once.
 """
 
 import dataclasses as dc
+import fcntl
 import json
 from pathlib import Path
+from typing import IO
 
 from remosplat_drake.atomic_file import write_atomically
+from remosplat_drake.capture.nerfstudio import TRANSFORMS
 from remosplat_drake.capture.text_files import read_json
 from remosplat_drake.errors import FileError, RemoSplatError
 from remosplat_drake.mapping.frame_store import FrameStore
 from remosplat_drake.mapping.map_file import SUFFIX
 
 SESSION_FILE, SCENARIO_FILE = "session.json", "scenario.yaml"
+LOCK_FILE = "session.lock"
 FORMAT = "remosplat session 1"
+
+_HALF_WRITTEN = (
+    f".{SESSION_FILE}.*",
+    f"frames/.{TRANSFORMS}.*",
+    f"maps/.map_*{SUFFIX}.*",
+)
+"""What `atomic_write` leaves when it is killed."""
 
 
 @dc.dataclass(frozen=True)
@@ -56,6 +67,7 @@ class Session:
     def __init__(self, folder: Path, document: dict):
         """Use `create` or `open`."""
         self.folder = folder
+        self._lock: IO | None = None
         self.frames = FrameStore(folder / "frames")
         self.head: int = document["head"]
         self.active: tuple[str, ...] = tuple(document["active"])
@@ -101,6 +113,27 @@ class Session:
             return Session(folder, document)
         except (KeyError, TypeError, AttributeError) as error:
             raise FileError(path, f"is damaged: {error}") from error
+
+    @staticmethod
+    def open_to_write(folder: Path) -> "Session":
+        """Opens a session for the only process that may change it.
+
+        What another one had half written when it was killed is removed.
+
+        Raises:
+            RemoSplatError: As `open`; or another process has it open.
+        """
+        session = Session.open(folder)
+        try:
+            session._lock = lock = (folder / LOCK_FILE).open("w")
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            problem = f"is in use, or cannot be written: {error.strerror}"
+            raise FileError(folder, problem) from error
+        for pattern in _HALF_WRITTEN:
+            for leftover in folder.glob(pattern):
+                leftover.unlink(missing_ok=True)
+        return session
 
     @property
     def head_map(self) -> Path | None:

@@ -4,15 +4,13 @@ It owns the camera and the session's folder and keeps nothing besides, so
 that another one goes on where it was killed.
 """
 
-import dataclasses as dc
 import logging
 import os
 import signal
 from collections.abc import Callable
 from functools import partial
 from multiprocessing.connection import Connection
-from pathlib import Path
-from time import monotonic, perf_counter, sleep
+from time import monotonic, sleep
 
 import numpy as np
 
@@ -23,14 +21,12 @@ from remosplat_drake.capture.capture import (
 )
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.mapping.build_thread import BuildThread
-from remosplat_drake.mapping.camera import WristCamera
-from remosplat_drake.mapping.config import MappingConfig
 from remosplat_drake.mapping.frame_choice import (
     contradicting_frames,
     frames_to_keep,
 )
-from remosplat_drake.mapping.map_builder import build_map
-from remosplat_drake.mapping.map_file import open_map, write_map
+from remosplat_drake.mapping.map_file import open_map
+from remosplat_drake.mapping.mapping_job import MappingJob, next_map
 from remosplat_drake.mapping.messages import (
     AddFrame,
     Build,
@@ -47,13 +43,7 @@ from remosplat_drake.mapping.messages import (
     Trouble,
     Undo,
 )
-from remosplat_drake.mapping.scene_map import SceneMap
 from remosplat_drake.mapping.session import Session, Version
-from remosplat_drake.oracle.distance_field import DistanceField
-from remosplat_drake.reconstruction.pipeline import Report
-from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.ply import write_ply
 
 _NICE = 19
@@ -66,27 +56,6 @@ _NEWS = 0.2
 """Time between two words about the map in the making [s]."""
 
 _log = logging.getLogger(__name__)
-
-
-@dc.dataclass(frozen=True, eq=False)
-class MappingJob:
-    """What a mapping process works at; it can be sent to another process.
-
-    Attributes:
-        session: The session's folder.
-        config: How maps are made.
-        robot: The robot that carries the camera.
-        make_camera: Makes the camera, inside the process.
-        make_field: The oracle's field of a splat.
-        base: What the scenario's map begins with, if it is a splat.
-    """
-
-    session: Path
-    config: MappingConfig
-    robot: RobotModel
-    make_camera: Callable[[], WristCamera]
-    make_field: Callable[[GaussianSplat], DistanceField]
-    base: GaussianSplat | None = None
 
 
 def serve(connection: Connection, job: MappingJob) -> None:
@@ -129,7 +98,7 @@ class _Worker:
     def __init__(self, connection: Connection, job: MappingJob):
         self._connection = connection
         self._job = job
-        self._session = Session.open(job.session)
+        self._session = Session.open_to_write(job.session)
         self._camera = job.make_camera()
         self._builder: BuildThread[Version] = BuildThread()
         self._wanted = ""
@@ -245,79 +214,41 @@ class _Worker:
         self._tell_map()
 
     def _start_building(self, effort: str) -> None:
-        session, job = self._session, self._job
-        self._offered = set(session.active)
+        self._offered = set(self._session.active)
         names, capture = self._usable_frames()
-        if len(names) < MIN_VIEWS:
+        if capture is None:
             self._tell(Note(f"a map needs at least {MIN_VIEWS} frames"))
             return
-        build = partial(
-            build_map,
-            capture,
-            job.config,
-            version=session.next_version,
-            parent=session.head,
-            frames=names,
-            time=session.frames.time(names[-1]),
-            make_field=job.make_field,
-            effort=effort,
-            base=job.base,
-            robot_free=_robot_at(job.robot, session.frames.places(names)),
-        )
-        path = session.map_path(session.next_version)
-        self._builder.start(partial(_make_version, build, path))
+        make = next_map(self._job, self._session, names, capture, effort)
+        self._builder.start(make)
 
-    def _usable_frames(self) -> tuple[tuple[str, ...], Capture]:
-        """The frames for the next map; those that are wrong are refused."""
-        session, config = self._session, self._job.config
-        problems = session.frames.load(session.active)
-        self._refuse(problems)
+    def _usable_frames(self) -> tuple[tuple[str, ...], Capture | None]:
+        """The frames for the next map, if there are enough of them.
+
+        Those that are damaged or in the wrong place are refused.
+        """
+        session = self._session
+        self._refuse(session.frames.load(session.active))
+        names = session.active
         kept = frames_to_keep(
-            session.frames.poses(session.active), config.max_frames
+            session.frames.poses(names), self._job.config.max_frames
         )
-        names = tuple(session.active[i] for i in kept)
+        names = tuple(names[i] for i in kept)
+        if len(names) < MIN_VIEWS:
+            return names, None
         capture = session.frames.capture(names)
         trusted = sum(name in session.map_frames for name in names)
         wrong = contradicting_frames(capture, trusted)
-        self._refuse(
-            {
-                names[i]: f"{names[i]} contradicts the others: its pose is"
-                " wrong, or much has changed"
-                for i in wrong
-            }
-        )
+        problem = "contradicts the others: its pose is wrong"
+        self._refuse({names[i]: f"{names[i]} {problem}" for i in wrong})
         right = np.setdiff1d(np.arange(len(names)), wrong)
-        return tuple(names[i] for i in right), capture.select(right)
+        names = tuple(names[i] for i in right)
+        if len(names) < MIN_VIEWS:
+            return names, None
+        return names, capture.select(right)
 
     def _refuse(self, problems: dict[str, str]) -> None:
         if problems:
             self._session.refuse(set(problems))
         for problem in problems.values():
             self._tell(FrameRefused(problem))
-
-
-def _make_version(
-    build: Callable[..., SceneMap], path: Path, report: Report
-) -> Version:
-    """Makes a map and writes it."""
-    start = perf_counter()
-    scene_map = build(report=report)
-    write_map(path, scene_map)
-    return Version(
-        version=scene_map.version,
-        parent=scene_map.parent or 0,
-        file=f"{path.parent.name}/{path.name}",
-        frames=scene_map.frames,
-        seconds=perf_counter() - start,
-    )
-
-
-def _robot_at(robot: RobotModel, q: np.ndarray) -> Spheres:
-    """All spheres of a robot in all of n configurations (n, n_q)."""
-    places = [robot.spheres_at(each) for each in q]
-    return Spheres(
-        *(
-            np.concatenate([getattr(place, field.name) for place in places])
-            for field in dc.fields(Spheres)
-        )
-    )

@@ -13,10 +13,10 @@ from remosplat_drake.capture.frames import Frame
 from remosplat_drake.drivers.robot_camera import RobotCamera
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.mapping.config import MappingConfig
+from remosplat_drake.mapping.mapping_job import MappingJob
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.mapping.messages import AddFrame, Event
 from remosplat_drake.mapping.session import Session
-from remosplat_drake.mapping.worker import MappingJob
 from remosplat_drake.oracle.config import SphereToEllipsoid, make_field
 from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.station.config import WristCameraConfig

@@ -1,0 +1,104 @@
+"""`MappingJob`: what a mapping process works at, and how it makes a map."""
+
+import dataclasses as dc
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.mapping.camera import WristCamera
+from remosplat_drake.mapping.config import MappingConfig
+from remosplat_drake.mapping.map_builder import build_map
+from remosplat_drake.mapping.map_file import write_map
+from remosplat_drake.mapping.scene_map import SceneMap
+from remosplat_drake.mapping.session import Session, Version
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.reconstruction.pipeline import Report
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+
+@dc.dataclass(frozen=True, eq=False)
+class MappingJob:
+    """What a mapping process works at; it can be sent to another process.
+
+    Attributes:
+        session: The session's folder.
+        config: How maps are made.
+        robot: The robot that carries the camera.
+        make_camera: Makes the camera, inside the process.
+        make_field: The oracle's field of a splat.
+        base: What the scenario's map begins with, if it is a splat.
+    """
+
+    session: Path
+    config: MappingConfig
+    robot: RobotModel
+    make_camera: Callable[[], WristCamera]
+    make_field: Callable[[GaussianSplat], DistanceField]
+    base: GaussianSplat | None = None
+
+
+def next_map(
+    job: MappingJob,
+    session: Session,
+    names: tuple[str, ...],
+    capture: Capture,
+    effort: str,
+) -> Callable[[Report], Version]:
+    """What makes and writes the next map of a session; it may take long.
+
+    It takes what it needs from the session here and now, so that it can run
+    in a thread.
+
+    Args:
+        job: How maps are made.
+        session: Which map is next.
+        names: Of the frames.
+        capture: The frames.
+        effort: "quick" or "full".
+    """
+    build = partial(
+        build_map,
+        capture,
+        job.config,
+        version=session.next_version,
+        parent=session.head,
+        frames=names,
+        time=session.frames.time(names[-1]),
+        make_field=job.make_field,
+        effort=effort,
+        base=job.base,
+        robot_free=_robot_at(job.robot, session.frames.places(names)),
+    )
+    return partial(_make, build, session.map_path(session.next_version))
+
+
+def _make(
+    build: Callable[..., SceneMap], path: Path, report: Report
+) -> Version:
+    start = perf_counter()
+    scene_map = build(report=report)
+    write_map(path, scene_map)
+    return Version(
+        version=scene_map.version,
+        parent=scene_map.parent or 0,
+        file=f"{path.parent.name}/{path.name}",
+        frames=scene_map.frames,
+        seconds=perf_counter() - start,
+    )
+
+
+def _robot_at(robot: RobotModel, q: np.ndarray) -> Spheres:
+    """All spheres of a robot in all of n configurations (n, n_q)."""
+    places = [robot.spheres_at(each) for each in q]
+    return Spheres(
+        *(
+            np.concatenate([getattr(place, field.name) for place in places])
+            for field in dc.fields(Spheres)
+        )
+    )

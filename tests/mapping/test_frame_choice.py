@@ -1,0 +1,92 @@
+"""Which frames a map is made of."""
+
+import dataclasses as dc
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.mapping.frame_choice import (
+    SAME_POSITION,
+    SAME_ROTATION,
+    contradicting_frames,
+    frames_to_keep,
+)
+
+
+def poses(*positions: float, turn: float = 0.0) -> np.ndarray:
+    """Cameras along x, each turned by so much more than the one before."""
+    X_WC = np.tile(np.eye(4), (len(positions), 1, 1))
+    for i, x in enumerate(positions):
+        X_WC[i, 0, 3] = x
+        X_WC[i, :3, :3] = Rotation.from_rotvec([0, i * turn, 0]).as_matrix()
+    return X_WC
+
+
+def test_of_equal_poses_the_newest_is_kept():
+    kept = frames_to_keep(poses(0, 1, 0.5 * SAME_POSITION, 2), 80)
+    np.testing.assert_array_equal(kept, [1, 2, 3])
+
+
+def test_a_turn_makes_another_view():
+    kept = frames_to_keep(poses(0, 0, turn=1.1 * SAME_ROTATION), 80)
+    np.testing.assert_array_equal(kept, [0, 1])
+    kept = frames_to_keep(poses(0, 0, turn=0.9 * SAME_ROTATION), 80)
+    np.testing.assert_array_equal(kept, [1])
+
+
+def test_then_the_oldest_go():
+    kept = frames_to_keep(poses(0, 1, 2, 3), 2)
+    np.testing.assert_array_equal(kept, [2, 3])
+
+
+def test_of_nothing_nothing_is_kept():
+    assert not len(frames_to_keep(poses(), 2))
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.floats(0, 0.1), max_size=12), st.integers(1, 12))
+def test_the_newest_is_kept_and_all_that_are_kept_differ(positions, most):
+    kept = frames_to_keep(poses(*positions), most)
+    assert len(kept) <= most
+    assert (np.diff(kept) > 0).all()
+    if positions:
+        assert kept[-1] == len(positions) - 1
+    where = np.sort(np.array(positions)[kept])
+    assert (np.diff(where) >= SAME_POSITION).all()
+
+
+def misplaced(capture, view: int):
+    X_WC = capture.X_WC.copy()
+    X_WC[view, :3, 3] += 0.25
+    return dc.replace(capture, X_WC=X_WC)
+
+
+@pytest.mark.parametrize("trusted", [0, 3])
+@pytest.mark.parametrize("wrong", [3, 5])
+def test_the_one_that_is_elsewhere_is_found(scene_capture, trusted, wrong):
+    capture = misplaced(scene_capture, wrong)
+    assert not len(contradicting_frames(scene_capture, trusted))
+    found = contradicting_frames(capture, trusted)
+    np.testing.assert_array_equal(found, [wrong])
+
+
+def test_one_that_shares_nothing_with_others_is_not_judged(scene_capture):
+    """View 4 is moved to where no other one looks."""
+    capture = misplaced(scene_capture, 4)
+    assert not len(contradicting_frames(capture, trusted=3))
+
+
+def test_what_is_in_a_map_is_not_judged_again(scene_capture):
+    found = contradicting_frames(misplaced(scene_capture, 2), trusted=3)
+    assert not len(found)
+
+
+def test_of_two_nobody_knows_which_is_wrong(bare):
+    pair = misplaced(bare, 1).select(np.array([0, 1]))
+    with pytest.raises(RemoSplatError, match="contradict each other"):
+        contradicting_frames(pair, trusted=0)
+    np.testing.assert_array_equal(contradicting_frames(pair, trusted=1), [1])
