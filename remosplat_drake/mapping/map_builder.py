@@ -9,6 +9,7 @@ from remosplat_drake.errors import RemoSplatError, unknown_name
 from remosplat_drake.mapping.base_splat import updated
 from remosplat_drake.mapping.carving import find_rest
 from remosplat_drake.mapping.changes import (
+    Changes,
     find_changes,
     points_at,
     without,
@@ -85,23 +86,17 @@ def build_map(
     looks = without_specks(capture)
     changes = find_changes(looks)
     report("comparing frames", 1, 1)
-    # Behind what has come stands what was there before, unseen now.
-    remembered = without(capture, changes.gone)
-    present = without(capture, changes.outdated)
-    splat_W = _reconstruct(remembered, present, config, effort, report)
     looks = without(looks, changes.outdated)
-    splat_W = drop_floaters(looks, splat_W)
-    gone_W = points_at(capture, changes.gone)
-    splat_W = splat_W.select(~find_rest(splat_W.p_GK, gone_W, looks))
+    splat_W = _surfaces(capture, changes, looks, config, effort, report)
     if base is not None and len(base):
         splat_W = updated(base, splat_W, looks)
     report("finding what was seen", 0, 1)
     coverage = known_space(looks, changes.come, splat_W, robot_free, config)
+    report("finding what was seen", 1, 1)
     field = make_field(splat_W)
     if config.unknown == OBSTACLE:
         field = CompositeDistanceField([field, unknown_space_field(coverage)])
     tiles = make_tiles(splat_W)
-    report("finding what was seen", 1, 1)
     seconds = perf_counter() - start
     return SceneMap(
         version=version,
@@ -116,14 +111,28 @@ def build_map(
     )
 
 
-def _reconstruct(
-    remembered: Capture,
-    present: Capture,
+def _surfaces(
+    capture: Capture,
+    changes: Changes,
+    looks: Capture,
     config: MappingConfig,
     effort: str,
     report: Report,
 ) -> GaussianSplat:
-    """Discs that start on all that was seen and fit what is there now."""
+    """Discs that start on all that was seen and fit what is there now.
+
+    Behind what has come stands what was there before, unseen now.
+
+    Args:
+        capture: The frames as they were taken.
+        changes: What is out of date in them.
+        looks: The rest of them, without specks.
+        config: See `MappingConfig`.
+        effort: See `build_map`.
+        report: See `Report`.
+    """
+    remembered = without(capture, changes.gone)
+    present = without(capture, changes.outdated)
     count, sweeps, device = config.discs, RefinementConfig.sweeps, config.device
     if effort == QUICK:
         count, sweeps, device = min(count, _QUICK_DISCS), _QUICK_SWEEPS, CPU
@@ -131,13 +140,16 @@ def _reconstruct(
     surfels = initialise(
         _within(remembered, config.max_depth), InitialisationConfig(count=count)
     )
-    return reconstruct(
+    splat_W = reconstruct(
         _within(present, config.max_depth),
         device,
         surfels=surfels,
         refinement=RefinementConfig(sweeps=sweeps),
         report=report,
     ).splat
+    splat_W = drop_floaters(looks, splat_W)
+    gone_W = points_at(capture, changes.gone)
+    return splat_W.select(~find_rest(splat_W.p_GK, gone_W, looks))
 
 
 def _within(capture: Capture, max_depth: float) -> Capture:
