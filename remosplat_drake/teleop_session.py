@@ -11,11 +11,15 @@ from remosplat_drake.drivers.lcm_camera import LcmCamera
 from remosplat_drake.drivers.robot_camera import RobotCamera
 from remosplat_drake.errors import FieldError, MissingExtraError
 from remosplat_drake.mapping.camera import WristCamera
+from remosplat_drake.mapping.known_space import (
+    space_around,
+    unknown_space_field,
+)
 from remosplat_drake.mapping.map_file import open_map
+from remosplat_drake.mapping.mapping_job import MappingJob
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.mapping.scene_map import SceneMap
 from remosplat_drake.mapping.session import SESSION_FILE, Session
-from remosplat_drake.mapping.worker import MappingJob
 from remosplat_drake.oracle.config import GroundTruth, make_field
 from remosplat_drake.recording.run_folders import new_run
 from remosplat_drake.resources import resolve
@@ -76,17 +80,7 @@ def open_teleoperation(
     else:
         name = scenario.source.rpartition(":")[2]
         session = Session.create(folder, scenario_text(scenario, name))
-    splat_W = world.splat_W or GaussianSplat.empty()
-    initial = SceneMap(
-        version=0,
-        parent=None,
-        frames=(),
-        time=-np.inf,
-        field=world.field,
-        splat_W=splat_W,
-        tiles=make_tiles(splat_W),
-        quality="as the scenario has it",
-    )
+    initial = _initial_map(scenario, world)
     if not scenario.mapping.enabled:
         return Teleoperation(new_run(folder), None, initial)
     job = MappingJob(
@@ -97,7 +91,7 @@ def open_teleoperation(
         make_field=partial(
             make_field, scenario.oracle, truth=None, where=scenario.source
         ),
-        base=splat_W if len(splat_W) else None,
+        base=world.splat_W or None,
     )
     head = session.head_map
     return Teleoperation(
@@ -106,6 +100,33 @@ def open_teleoperation(
         initial=initial,
         reopened=None if head is None else open_map(head),
         scenes=() if hardware else _scenes(scenario, world),
+    )
+
+
+def _initial_map(scenario: Scenario, world: World) -> SceneMap:
+    """The map that the scenario comes with.
+
+    Where it comes with none, all is an obstacle that is not near the robot:
+    it can look around, and nobody can drive it blindly.
+    """
+    splat_W = world.splat_W or GaussianSplat.empty()
+    field, coverage = world.field, None
+    quality = f"the scenario's, {len(splat_W)} discs"
+    if scenario.mapping.enabled and not len(splat_W):
+        spheres = world.robot.spheres_at(world.q0)
+        coverage = space_around(spheres, scenario.mapping)
+        field = unknown_space_field(coverage)
+        quality = "none yet: scan first"
+    return SceneMap(
+        version=0,
+        parent=None,
+        frames=(),
+        time=-np.inf,
+        field=field,
+        splat_W=splat_W,
+        coverage=coverage,
+        tiles=make_tiles(splat_W),
+        quality=quality,
     )
 
 

@@ -77,6 +77,8 @@ def serve(connection: Connection, job: MappingJob) -> None:
             worker.run()
     except (EOFError, ConnectionError):
         pass
+    except Exception:
+        _log.exception("the mapping process ends")
     finally:
         # A map in the making is given up; what is saved was saved at once.
         os._exit(0)

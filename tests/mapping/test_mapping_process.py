@@ -24,6 +24,7 @@ from mapped_table import (
 )
 
 from remosplat_drake.capture.formats import read_capture
+from remosplat_drake.commands.main import main
 from remosplat_drake.mapping.map_file import open_map
 from remosplat_drake.mapping.mapping_process import (
     BUSY,
@@ -107,6 +108,24 @@ def test_the_frames_are_a_capture(mapped):
     np.testing.assert_array_equal(capture.X_WC, ours.X_WC)
 
 
+def test_reconstruct_makes_a_splat_of_the_frames(mapped, tmp_path):
+    _, folder = mapped
+    path = tmp_path / "splat.ply"
+    arguments = [str(folder / "frames"), "-o", str(path), "--device", "none"]
+    assert main(["reconstruct", *arguments, "--count", "500"]) == 0
+    assert len(read_ply(path))
+
+
+def test_of_equal_requests_the_last_is_enough(mapped):
+    process, folder = mapped
+    head = Session.open(folder).head
+    versions = of_type(ask(process, *[Build()] * 9), MapReady)
+    assert 1 <= len(versions) < 9
+    for _ in versions:
+        ask(process, Undo())
+    assert Session.open(folder).head == head
+
+
 def test_a_silent_camera_is_told(mapped, table):
     process, _ = mapped
     events = ask(process, AddFrame(table.q0, SILENT))
@@ -164,7 +183,8 @@ def test_the_splat_is_saved_for_others(mapped):
 
 def test_ctrl_c_is_not_for_this_process(mapped):
     process, _ = mapped
-    send_signal(process, signal.SIGINT)
+    for _ in range(2):
+        send_signal(process, signal.SIGINT)
     assert isinstance(ask(process, ShowScene(PrimitiveScene()))[-1], Idle)
 
 
@@ -183,6 +203,9 @@ def test_killed_it_goes_on_where_it_was(table, tmp_path):
 
 def test_killed_while_it_works_it_loses_only_that(table, tmp_path):
     process = MappingProcess(make_job(table, tmp_path / "session"))
+    while process.process is None:
+        time.sleep(0.001)
+    send_signal(process, signal.SIGINT)  # While it is only starting.
     take_frames(process, table)
     answers(process)
     process.request(Build("full"))
