@@ -40,6 +40,7 @@ from remosplat_drake.teleop_stages import (
     AddLog,
     AddOperatorTarget,
     AddOperatorViews,
+    ConnectSupervision,
     Teleoperation,
 )
 from remosplat_drake.visualization.page import MeshcatPage
@@ -123,6 +124,7 @@ def MakeDiagram(
     )
     live_map = log = None
     if teleoperation is not None:
+        ConnectSupervision(builder, supervisor, targets)
         live_map = AddLiveMap(
             builder,
             scenario,

@@ -3,7 +3,6 @@
 import dataclasses as dc
 from pathlib import Path
 
-import numpy as np
 from pydrake.systems.framework import (
     DiagramBuilder,
     LeafSystem,
@@ -26,8 +25,8 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.station.config import WristCameraConfig
 from remosplat_drake.teleop.command_merger import CommandMerger
 from remosplat_drake.teleop.lcm_operator import LcmOperator
+from remosplat_drake.teleop.motion_law import MotionLaw
 from remosplat_drake.teleop.operator_target import OperatorTarget
-from remosplat_drake.teleop.target_motion import MotionLaw
 from remosplat_drake.teleop.trajectory_file import load_trajectory
 from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
 from remosplat_drake.visualization.live_map_view import LiveMapView
@@ -71,7 +70,14 @@ def AddOperatorTarget(
         RemoSplatError: The trajectory or the camera's frame is unusable.
     """
     config, period = scenario.teleop, scenario.control_period
-    law = _motion_law(scenario, world)
+    law = MotionLaw.make(
+        config,
+        world.robot,
+        world.q0,
+        period,
+        _mount(scenario, world),
+        scenario.mapping.frames,
+    )
     sources: list[LeafSystem] = []
     panel = None
     if page is not None:
@@ -108,20 +114,25 @@ def AddOperatorTarget(
     return target
 
 
-def _motion_law(scenario: Scenario, world: World) -> MotionLaw:
-    X_WE = world.robot.end_effector_pose(world.q0)
-    X_EC = None
-    if scenario.mapping.enabled:
-        camera = scenario.wrist_camera or WristCameraConfig()
-        mount = CameraMount(world.robot, hand_eye(camera), camera.frame)
-        X_EC = np.linalg.solve(X_WE, mount.pose(world.q0))
-    return MotionLaw(
-        config=scenario.teleop,
-        X_WT_home=X_WE,
-        dt=scenario.control_period,
-        X_EC=X_EC,
-        frames=scenario.mapping.frames,
-    )
+def _mount(scenario: Scenario, world: World) -> CameraMount | None:
+    """Where the wrist camera sits; None if nothing is mapped."""
+    if not scenario.mapping.enabled:
+        return None
+    camera = scenario.wrist_camera or WristCameraConfig()
+    return CameraMount(world.robot, hand_eye(camera), camera.frame)
+
+
+def ConnectSupervision(
+    builder: DiagramBuilder,
+    supervisor: SafetySupervisor | None,
+    target: OperatorTarget,
+) -> None:
+    """Lets the target stay with a robot that its supervisor stops."""
+    if supervisor is not None:
+        builder.Connect(
+            supervisor.GetOutputPort("supervision"),
+            target.GetInputPort("supervision"),
+        )
 
 
 def AddLiveMap(

@@ -49,6 +49,7 @@ ALLOWED = {
         "mapping.map_requests",
         "messages",
         "robot",
+        "safety.supervision",
         "station.hardware.config",
         "task.target_sequence",
     },

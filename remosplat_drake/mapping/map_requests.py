@@ -10,6 +10,8 @@ class MapRequests:
     """How often somebody has asked for what; copying returns the object.
 
     Counts lose no press between two looks, and need nobody to reset them.
+    The only one that may fall is `unfinished`: a scan that is broken off was
+    finished by its last frame.
 
     Attributes:
         frames: Frames to be taken.

@@ -14,10 +14,11 @@ from pydrake.systems.framework import (
 from remosplat_drake.controller.servo import PoseError, pose_error
 from remosplat_drake.mapping.map_requests import MapRequests
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.safety.supervision import SupervisorState
 from remosplat_drake.task.target_sequence import TargetProgress
 from remosplat_drake.teleop.motion_law import MotionLaw
 from remosplat_drake.teleop.operator_command import OperatorCommand
-from remosplat_drake.teleop.target_motion import advance_target
+from remosplat_drake.teleop.target_motion import advance_target, stand
 from remosplat_drake.teleop.target_state import TargetState
 
 
@@ -31,6 +32,7 @@ class OperatorTarget(LeafSystem):
         - configuration
         - command
         - map_requests (optional)
+        - supervision (optional)
         output_ports:
         - target
         - state
@@ -39,6 +41,12 @@ class OperatorTarget(LeafSystem):
     It stands in the place of a `TargetSequence` that never ends. `command`
     carries an `OperatorCommand`, `state` the `TargetState`. The outgoing
     `map_requests` are those that come in and the frames that scans want.
+
+    `supervision` takes a `SupervisorState`. While the robot is stopped the
+    target stays with it, so that a release does not send the robot off to
+    where somebody wished it meanwhile. The outputs do not depend on this
+    input but by the periodic update: what the supervisor sees depends on the
+    target.
 
     Args:
         robot: Finds the end effector.
@@ -59,6 +67,9 @@ class OperatorTarget(LeafSystem):
         )
         self._requests_input = self.DeclareAbstractInputPort(
             "map_requests", Value(MapRequests())
+        )
+        self._supervision_input = self.DeclareAbstractInputPort(
+            "supervision", Value(SupervisorState(np.zeros(robot.n_u)))
         )
         # Without a pose until a tick knows where the end effector is.
         nowhere = TargetState.at_rest(np.full((4, 4), np.nan))
@@ -121,6 +132,11 @@ class OperatorTarget(LeafSystem):
         q = self._configuration_input.Eval(context)
         return self._robot.end_effector_pose(q)
 
+    def _is_stopped(self, context: Context) -> bool:
+        if not self._supervision_input.HasValue(context):
+            return False
+        return self._supervision_input.Eval(context).is_latched
+
     def _calc_target(self, context: Context, output: AbstractValue):
         output.set_value(RigidTransform(self.state(context).X_WT))
 
@@ -141,12 +157,13 @@ class OperatorTarget(LeafSystem):
         placed = [self._memory(context).X_WT, X_WE]
         if not np.isfinite(placed).all(axis=(1, 2)).any():
             return
-        advanced = advance_target(
-            self._law,
-            self.state(context),
-            self._command_input.Eval(context),
-            X_WE,
-            context.get_time(),
-        )
+        before = self.state(context)
+        command = self._command_input.Eval(context)
+        if self._is_stopped(context):
+            advanced = stand(before, command, X_WE)
+        else:
+            advanced = advance_target(
+                self._law, before, command, X_WE, context.get_time()
+            )
         cell = int(self._state_index)
         state.get_mutable_abstract_state(cell).set_value(advanced)

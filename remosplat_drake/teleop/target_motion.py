@@ -43,10 +43,27 @@ def advance_target(
             is unknown.
         time: Time now [s].
     """
-    known = state.command
-    state = _begin(law, dc.replace(state, command=command), known, X_WE)
+    before = state
+    state = dc.replace(state, command=command)
+    state = _begin(law, state, before.command, X_WE)
+    state = _break_off(before, state)
     state = _end(law, state, X_WE, time)
     return move(law, state, X_WE)
+
+
+def stand(
+    state: TargetState, command: OperatorCommand, X_WE: np.ndarray
+) -> TargetState:
+    """The target of a robot that is stopped; what is wished now is void.
+
+    Args:
+        state: The target before.
+        command: All that the operator has asked for so far.
+        X_WE: Measured pose of the end effector, shape (4, 4); NaN where it
+            is unknown.
+    """
+    now = dc.replace(state, command=command)
+    return _break_off(state, hold(now, X_WE, "hold: the robot is stopped"))
 
 
 def _begin(
@@ -130,6 +147,14 @@ def _next_view(
         shown=None,
         arrived=None,
     )
+
+
+def _break_off(before: TargetState, state: TargetState) -> TargetState:
+    """Lets the last frame of a scan that went no further be its last one."""
+    broken_off = before.mode == SCAN and state.mode != SCAN
+    if broken_off and before.scan_size > len(before.scan):
+        return dc.replace(state, unfinished=state.unfinished - 1)
+    return state
 
 
 def _end(

@@ -38,7 +38,8 @@ class TargetState:
             None before.
         arrived: When the end effector came to it [s]; None before.
         frames_wanted: How many frames scans have asked for.
-        unfinished: Those of them that more of their scan followed or will.
+        unfinished: Those of them that more of their scan followed or will;
+            one less when a scan is broken off.
     """
 
     mode: str

@@ -159,6 +159,23 @@ def test_a_session_from_the_first_scan_to_the_death_of_its_process(station):
     assert station.status.trouble == ""
 
 
+def test_a_scan_that_is_broken_off_gives_a_map(station):
+    requests = station.scan()
+    station.until_quiet()
+    for q in looking_around(station.world, 2, seed=7):
+        station.stand(q)
+        requests += MapRequests(frames=1, unfinished=1)
+        station.ask(requests)
+        station.advance()
+    station.until_quiet()
+    assert station.status.scene_map.version == 1
+    station.ask(requests + MapRequests(unfinished=-1))
+    station.advance()
+    station.until_quiet()
+    assert station.status.scene_map.version == 2
+    assert len(station.status.scene_map.frames) == 5
+
+
 def test_with_a_fixed_latency_a_map_counts_from_its_tick_on(table, tmp_path):
     config = dc.replace(CONFIG, latency=LATENCY)
     job = make_job(table, tmp_path / "session", config)

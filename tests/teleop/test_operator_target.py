@@ -10,6 +10,12 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.safety.supervision import (
+    RUNNING,
+    STOPPED,
+    STOPPING,
+    SupervisorState,
+)
 from remosplat_drake.task.target_sequence import TargetProgress
 from remosplat_drake.teleop.config import TeleopConfig
 from remosplat_drake.teleop.motion_law import MotionLaw
@@ -45,6 +51,11 @@ class Stage:
         time = self.context.get_time() + periods * PERIOD
         self.simulator.AdvanceTo(time)
         return self.target
+
+    def supervise(self, mode: str) -> None:
+        port = self.system.GetInputPort("supervision")
+        state = SupervisorState(np.zeros(self.robot.n_u), mode)
+        port.FixValue(self.context, Value(state))
 
     @property
     def target(self) -> np.ndarray:
@@ -90,6 +101,37 @@ def test_it_moves_and_goes_home(stage):
     )
     stage.say(dc.replace(command, homes=1))
     np.testing.assert_allclose(stage.stand(Q1, 200), home, atol=1e-9)
+
+
+def test_it_stays_with_a_robot_that_is_stopped(stage):
+    goal, home = map(stage.robot.end_effector_pose, (Q1, Q0))
+    wish = OperatorCommand(source="test", X_WT=goal, moves=1)
+    stage.stand(Q0)
+    stage.say(wish)
+    stage.supervise(RUNNING)
+    stage.stand(Q0, 10)
+    assert np.linalg.norm((stage.target - home)[:3, 3]) > 0.02
+    for mode in (STOPPING, STOPPED):
+        stage.supervise(mode)
+        np.testing.assert_allclose(stage.stand(Q0, 2), home, atol=1e-12)
+    state = stage.system.state(stage.context)
+    assert (state.mode, state.text) == (HOLD, "hold: the robot is stopped")
+    # It goes along where the robot is pushed; what is wished now is void.
+    np.testing.assert_allclose(stage.stand(Q1, 2), goal, atol=1e-12)
+    stage.say(dc.replace(wish, moves=5, X_WT=home, homes=1))
+    stage.stand(Q1, 2)
+    stage.supervise(RUNNING)
+    np.testing.assert_allclose(stage.stand(Q1, 20), goal, atol=1e-12)
+    # A wish after the release leads again.
+    stage.say(dc.replace(wish, moves=6, X_WT=home, homes=1))
+    np.testing.assert_allclose(stage.stand(Q1, 200), home, atol=1e-9)
+
+
+def test_no_output_depends_on_the_supervisor(stage):
+    system = stage.system
+    port = int(system.GetInputPort("supervision").get_index())
+    outputs = range(system.num_output_ports())
+    assert not any(system.HasDirectFeedthrough(port, out) for out in outputs)
 
 
 def test_it_never_finishes(stage):

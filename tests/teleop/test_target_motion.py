@@ -11,7 +11,7 @@ from remosplat_drake.controller.servo import pose_error
 from remosplat_drake.teleop.config import SavedPose, ScanConfig, TeleopConfig
 from remosplat_drake.teleop.motion_law import MotionLaw
 from remosplat_drake.teleop.operator_command import OperatorCommand
-from remosplat_drake.teleop.target_motion import advance_target
+from remosplat_drake.teleop.target_motion import advance_target, stand
 from remosplat_drake.teleop.target_state import (
     FOLLOW,
     GO,
@@ -324,6 +324,31 @@ class TestScan:
         hand.wait(0.1)
         assert hand.say(holds=1).mode == HOLD
         assert hand.wait(5).frames_wanted == 0
+
+    def test_broken_off_its_last_frame_was_its_last_one(self):
+        """So that a map is made of those that were taken."""
+        hand = Hand()
+        hand.say(scans=1)
+        while hand.state.frames_wanted < 2:
+            hand.say()
+        assert hand.state.unfinished == 2
+        assert hand.say(homes=1).unfinished == 1
+        assert hand.say(holds=1).unfinished == 1
+
+    def test_broken_off_before_its_first_frame_it_was_none(self):
+        hand = Hand()
+        hand.say(scans=1)
+        state = hand.say(holds=1)
+        assert (state.frames_wanted, state.unfinished) == (0, 0)
+
+    def test_a_stopped_robot_breaks_it_off(self):
+        hand = Hand()
+        hand.say(scans=1)
+        while hand.state.frames_wanted < 1:
+            hand.say()
+        state = stand(hand.state, hand.command, hand.X_WE)
+        assert (state.mode, state.unfinished) == (HOLD, 0)
+        assert stand(state, hand.command, hand.X_WE).unfinished == 0
 
     def test_without_a_camera_there_is_none(self):
         hand = Hand()
