@@ -37,6 +37,9 @@ class MappingConfig:
     # Space around the robot that counts as seen wherever it stood for a
     # frame; more than the distance that the controller keeps [m].
     robot_margin: float = 0.05
+    # Without any map the robot keeps to the space that is so near to where it
+    # stands at the start, which somebody has to have looked at [m].
+    start_margin: float = 0.3
     # Where splats are trained: `auto`, `cuda`, `cpu`, or `none` for surfels
     # as they were measured.
     device: str = "cpu"
@@ -72,8 +75,10 @@ def check_mapping(config: MappingConfig, where: str) -> None:
     for field in ("voxel", "max_depth"):
         value = getattr(config, field)
         require(value > 0, field, f"must be positive, got {value}")
-    margin, latency = config.robot_margin, config.latency
-    require(margin >= 0, "robot_margin", f"must not be negative, got {margin}")
+    for field in ("robot_margin", "start_margin"):
+        margin = getattr(config, field)
+        require(margin >= 0, field, f"must not be negative, got {margin}")
+    latency = config.latency
     require(
         latency is None or latency >= 0,
         "latency",

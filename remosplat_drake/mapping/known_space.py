@@ -51,6 +51,19 @@ def known_space(
     return with_free(coverage, robot_free, config.robot_margin)
 
 
+def space_around(robot: Spheres, config: MappingConfig) -> Coverage:
+    """What is known before anybody has looked: the robot is where it is.
+
+    Args:
+        robot: At the start.
+        config: The box, its voxels and the margin around the robot.
+    """
+    lower, upper = np.array(config.volume_lower), np.array(config.volume_upper)
+    shape = np.ceil((upper - lower) / config.voxel - 1e-9).astype(int)
+    nothing = Coverage(lower, config.voxel, np.full(shape, UNSEEN, np.uint8))
+    return with_free(nothing, robot, config.start_margin)
+
+
 def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
     """Takes for free what is unseen and nearer to spheres than a margin.
 
