@@ -11,6 +11,7 @@ from remosplat_drake.drivers.lcm_camera import LcmCamera
 from remosplat_drake.drivers.robot_camera import RobotCamera
 from remosplat_drake.errors import FieldError, MissingExtraError
 from remosplat_drake.mapping.camera import WristCamera
+from remosplat_drake.mapping.config import OBSTACLE
 from remosplat_drake.mapping.known_space import (
     space_around,
     unknown_space_field,
@@ -44,7 +45,8 @@ def check_mappable(scenario: Scenario) -> None:
     """Refuses a live map where none can be made, before any work starts.
 
     Raises:
-        FieldError: The oracle asks no splat.
+        FieldError: The oracle asks no splat, or nobody knows what was seen
+            of the splat's surroundings.
         MissingExtraError: A package is not installed.
     """
     if not scenario.mapping.enabled:
@@ -54,6 +56,13 @@ def check_mappable(scenario: Scenario) -> None:
             scenario.source,
             "oracle",
             "!GroundTruth needs no map; set mapping.enabled to false",
+        )
+    if scenario.mapping.unknown == OBSTACLE and scenario.scene.splat:
+        raise FieldError(
+            scenario.source,
+            "mapping.unknown",
+            "`obstacle` needs a map that begins with nothing: a splat does not"
+            " tell what its cameras saw; leave scene.splat out, or take `free`",
         )
     if not all(map(importlib.util.find_spec, _MAPPING_PACKAGES)):
         raise MissingExtraError(
