@@ -47,6 +47,8 @@ class Teleoperation:
         initial: The map that the scenario begins with.
         reopened: The map of a session that goes on, if there is one.
         scenes: What a simulated camera may be shown in turns.
+        operator: Another operator, with a port `command` and maybe one
+            `map_requests`.
     """
 
     run: Path
@@ -54,6 +56,7 @@ class Teleoperation:
     initial: SceneMap
     reopened: SceneMap | None = None
     scenes: tuple[PrimitiveScene, ...] = ()
+    operator: LeafSystem | None = None
 
 
 def AddOperatorTarget(
@@ -92,11 +95,15 @@ def AddOperatorTarget(
         sources.append(panel)
     if config.trajectory:
         path = resolve(config.trajectory, scenario.folder)
-        steps = load_trajectory(path, config.poses)
-        sources.append(builder.AddSystem(TrajectoryOperator(steps=steps)))
+        scenes = teleoperation.scenes
+        steps = load_trajectory(path, config.poses, scenes)
+        script = TrajectoryOperator(steps=steps, scenes=scenes)
+        sources.append(builder.AddSystem(script))
     if config.pose_stream is not None:
         stream = LcmOperator(config=config.pose_stream, period=period)
         sources.append(builder.AddSystem(stream))
+    if teleoperation.operator is not None:
+        sources.append(builder.AddSystem(teleoperation.operator))
     merger = CommandMerger.AddToBuilder(builder, sources=sources, period=period)
     target = OperatorTarget.AddToBuilder(
         builder,

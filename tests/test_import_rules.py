@@ -50,6 +50,7 @@ ALLOWED = {
         "messages",
         "robot",
         "safety.supervision",
+        "scene.primitive_scene",
         "station.hardware.config",
         "task.target_sequence",
     },

@@ -15,6 +15,7 @@ import numpy as np
 
 from remosplat_drake.errors import FieldError, unknown_name
 from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.strict_yaml import load_strict
 from remosplat_drake.teleop.config import SavedPose
 from remosplat_drake.teleop.operator_command import OperatorCommand
@@ -29,7 +30,10 @@ _MAP_BUTTONS = {
     "save": "saves",
 }
 
-BUTTONS = (*_TARGET_BUTTONS, *_MAP_BUTTONS)
+SCENE = "scene"
+"""Puts something into a simulated scene, or takes it away again."""
+
+BUTTONS = (*_TARGET_BUTTONS, *_MAP_BUTTONS, SCENE)
 """What a step can press."""
 
 
@@ -65,12 +69,17 @@ class Asked:
     map_requests: MapRequests
 
 
-def load_trajectory(path: Path, poses: Collection[str]) -> list[OperatorStep]:
+def load_trajectory(
+    path: Path,
+    poses: Collection[str],
+    scenes: Sequence[PrimitiveScene] = (),
+) -> list[OperatorStep]:
     """Reads and checks a file.
 
     Args:
         path: The file.
         poses: Names of the saved poses.
+        scenes: What a simulated camera may be shown.
 
     Raises:
         FileError: The file is missing or not YAML.
@@ -82,6 +91,13 @@ def load_trajectory(path: Path, poses: Collection[str]) -> list[OperatorStep]:
     before = 0.0
     for i, step in enumerate(steps):
         _check_step(step, before, poses, str(path), f"steps[{i}]")
+        if step.press == SCENE and len(scenes) < 2:
+            raise FieldError(
+                str(path),
+                f"steps[{i}].press",
+                f"{SCENE!r} needs a simulation, and a scenario whose"
+                " scene.truth_later says what comes",
+            )
         before = step.time
     return steps
 
@@ -121,11 +137,19 @@ def _check_step(
         )
 
 
-def asked_over_time(steps: Sequence[OperatorStep]) -> list[Asked]:
-    """What the steps amount to, in order; before the first one, nothing."""
+def asked_over_time(
+    steps: Sequence[OperatorStep], scenes: Sequence[PrimitiveScene] = ()
+) -> list[Asked]:
+    """What the steps amount to, in order; before the first one, nothing.
+
+    Args:
+        steps: In the order of time.
+        scenes: What there is first, and what takes turns with it.
+    """
     command, requests = OperatorCommand(source=SOURCE), MapRequests()
     asked = [Asked(-np.inf, command, requests)]
     pose = SavedPose()
+    changes = 0
     for step in steps:
         if step.translation is not None:
             rpy_deg = step.rpy_deg or pose.rpy_deg
@@ -141,6 +165,10 @@ def asked_over_time(steps: Sequence[OperatorStep]) -> list[Asked]:
             command = _more(command, _TARGET_BUTTONS[step.press])
         if step.press in _MAP_BUTTONS:
             requests = _more(requests, _MAP_BUTTONS[step.press])
+        if step.press == SCENE:
+            changes += 1
+            scene = scenes[changes % len(scenes)]
+            requests = dc.replace(requests, scene=scene)
         asked.append(Asked(step.time, command, requests))
     return asked
 

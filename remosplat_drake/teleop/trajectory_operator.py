@@ -7,6 +7,7 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.teleop.operator_command import OperatorCommand
 from remosplat_drake.teleop.trajectory_file import (
     Asked,
@@ -33,12 +34,18 @@ class TrajectoryOperator(LeafSystem):
 
     Args:
         steps: The script, in the order of time.
+        scenes: What a simulated camera is shown in turns, the present first.
     """
 
-    def __init__(self, *, steps: Sequence[OperatorStep]):
+    def __init__(
+        self,
+        *,
+        steps: Sequence[OperatorStep],
+        scenes: Sequence[PrimitiveScene] = (),
+    ):
         super().__init__()
         self.set_name("trajectory_operator")
-        self._asked = asked_over_time(steps)
+        self._asked = asked_over_time(steps, scenes)
         self._times = [asked.time for asked in self._asked]
         self._start_index = self.DeclareDiscreteState(1)
         self.DeclareInitializationDiscreteUpdateEvent(self._begin)

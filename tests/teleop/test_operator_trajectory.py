@@ -6,8 +6,10 @@ from pydrake.systems.analysis import Simulator
 
 from remosplat_drake.errors import FieldError, FileError
 from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.teleop.trajectory_file import (
     OperatorStep,
+    asked_over_time,
     load_trajectory,
 )
 from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
@@ -79,6 +81,16 @@ def test_steps_can_be_made_by_a_program():
     assert system.GetOutputPort("command").Eval(context).homes == 1
 
 
+def test_something_is_put_there_and_taken_away_again(tmp_path):
+    scenes = PrimitiveScene(name="bare"), PrimitiveScene(name="laden")
+    presses = "{time: 1, press: scene}, {time: 2, press: scene}"
+    path = write(tmp_path, f"steps: [{presses}]")
+    steps = load_trajectory(path, [], scenes)
+    asked = asked_over_time(steps, scenes)
+    shown = [ask.map_requests.scene for ask in asked]
+    assert shown == [None, scenes[1], scenes[0]]
+
+
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
@@ -94,6 +106,7 @@ def test_steps_can_be_made_by_a_program():
         ("steps: [{time: 1, rpy_deg: [1, 2, 3]}]", "needs a translation"),
         ("steps: [{time: 1}]", "asks for nothing"),
         ("steps: [{time: 1, presses: home}]", "unknown field 'presses'"),
+        ("steps: [{time: 1, press: scene}]", "truth_later"),
         ("steps: [{time: .nan, press: home}]", "must be finite"),
     ],
 )
