@@ -85,7 +85,7 @@ line-height:17px;padding:3px 0;cursor:default}}
 
 {_ROWS}:has(.remosplat-plot){{position:fixed;left:16px;z-index:1;padding:0;
 height:auto;border:0;background:none;pointer-events:none}}
-{_ROWS}:has(.remosplat-place-0){{bottom:184px}}
+{_ROWS}:has(.remosplat-place-0){{bottom:156px}}
 {_ROWS}:has(.remosplat-place-1){{bottom:16px}}
 """
 

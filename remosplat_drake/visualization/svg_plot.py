@@ -11,7 +11,7 @@ import numpy as np
 
 from remosplat_drake.visualization.page_style import escaped
 
-WIDTH, HEIGHT = 440, 156
+WIDTH, HEIGHT = 380, 132
 """Size of the whole card [px]."""
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 46, 14, 34, 26

@@ -79,7 +79,7 @@ class TeleopPanel(LeafSystem):
         self._page = page
         self._config = config
         self._scenes = tuple(scenes)
-        self._poses = {button(f"Go to {name}"): name for name in config.poses}
+        self._poses = {button(f"→ {name}"): name for name in config.poses}
         self._picks = dict.fromkeys(self._poses, 0)
         self._pose = ""
         self._buttons: set[str] = set()

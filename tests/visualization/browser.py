@@ -45,6 +45,15 @@ class Browser:
         self._ask("Page.enable")
         self._ask("Page.addScriptToEvaluateOnNewDocument", source=script)
 
+    def set_drawing(self, on: bool):
+        """Lets a Meshcat page leave out its 3D pictures, or draw them again.
+
+        In software a picture takes so long that the page would fall behind
+        what a moving robot tells it.
+        """
+        draw = "delete viewer.render" if on else "viewer.render = () => {}"
+        self.evaluate(f"{draw}; viewer.set_dirty()")
+
     def evaluate(self, expression: str) -> Any:
         """The value of a JavaScript expression in the page."""
         answer = self._ask(

@@ -147,10 +147,10 @@ def test_buttons_of_the_target_are_counted(rig):
         click(meshcat, name)
     command = rig.command
     assert (command.holds, command.homes, command.scans) == (1, 2, 1)
-    click(meshcat, button("Go to bin"))
+    click(meshcat, button("→ bin"))
     command = rig.command
     assert (command.pose, command.poses) == ("bin", 1)
-    click(meshcat, button("Go to shelf"))
+    click(meshcat, button("→ shelf"))
     command = rig.command
     assert (command.pose, command.poses) == ("shelf", 2)
 
