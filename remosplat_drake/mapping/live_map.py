@@ -189,10 +189,10 @@ class LiveMap(LeafSystem):
         if not self._requests_input.HasValue(context):
             return memory
         wanted = self._requests_input.Eval(context)
-        if wanted is memory.known:
+        if wanted == memory.known:
             return memory
         q, time = self._configuration_input.Eval(context), context.get_time()
-        requests = _news(memory.known, wanted, q, time)
+        requests = news(memory.known, wanted, q, time)
         for request in requests:
             self._process.request(request)
         memory = dc.replace(memory, known=wanted)
@@ -237,10 +237,17 @@ class LiveMap(LeafSystem):
         return swapped(status, scene_map)
 
 
-def _news(
+def news(
     known: MapRequests, wanted: MapRequests, q: np.ndarray, time: float
 ) -> list[Request]:
-    """What has been asked for since `known`, in the order to be done."""
+    """What has been asked for since, in the order in which it is to be done.
+
+    Args:
+        known: What had been asked for before.
+        wanted: What is asked for by now.
+        q: The robot's configuration now, shape (n_q,).
+        time: Now, by the diagram's clock [s].
+    """
     requests: list[Request] = []
     if wanted.scene is not None and wanted.scene is not known.scene:
         requests.append(ShowScene(wanted.scene))

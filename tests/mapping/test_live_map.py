@@ -19,11 +19,19 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from remosplat_drake.mapping.live_map import LiveMap
+from remosplat_drake.mapping.live_map import LiveMap, news
 from remosplat_drake.mapping.map_requests import MapRequests
 from remosplat_drake.mapping.mapping_process import DIED, MappingProcess
+from remosplat_drake.mapping.messages import (
+    AddFrame,
+    Build,
+    Save,
+    ShowScene,
+    Undo,
+)
 from remosplat_drake.mapping.scene_map import SceneMap
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.world import World
 
 PERIOD = 0.01
@@ -116,6 +124,39 @@ def station(table, tmp_path) -> Iterator[Station]:
     process = MappingProcess(make_job(table, tmp_path / "session"))
     yield Station(table, process)
     process.close()
+
+
+FRAME, QUICK, FULL = AddFrame, Build("quick"), Build("full")
+SCENE = PrimitiveScene()
+
+
+@pytest.mark.parametrize(
+    ("wanted", "expected"),
+    [
+        ({}, []),
+        ({"frames": 1}, [FRAME, QUICK]),
+        ({"frames": 1, "unfinished": 1}, [FRAME]),
+        ({"frames": 3, "unfinished": 2}, [FRAME] * 3 + [QUICK]),
+        # A scan that is broken off: its last frame was the last one.
+        ({"unfinished": -1}, [QUICK]),
+        ({"refines": 2}, [FULL]),
+        ({"undos": 2, "saves": 3}, [Undo(), Undo(), Save()]),
+    ],
+)
+def test_what_is_new_is_passed_on_once(wanted, expected):
+    known = MapRequests(frames=4, refines=1, unfinished=2, scene=SCENE)
+    requests = news(known, known + MapRequests(**wanted), np.ones(2), 1.5)
+    kinds = [AddFrame if isinstance(r, AddFrame) else r for r in requests]
+    assert kinds == expected
+
+
+def test_another_scene_is_passed_on_before_the_frames():
+    known, other = MapRequests(scene=SCENE), PrimitiveScene()
+    wanted = known + MapRequests(frames=1, scene=other)
+    shown, frame, _ = news(known, wanted, np.ones(2), 1.5)
+    assert isinstance(shown, ShowScene) and shown.scene is other
+    assert isinstance(frame, AddFrame) and frame.time == 1.5
+    np.testing.assert_array_equal(frame.q, np.ones(2))
 
 
 def test_before_the_first_frame_the_scenario_counts(station, table):
