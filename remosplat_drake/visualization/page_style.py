@@ -63,6 +63,10 @@ background:#2a2f38}}
 color:#e8ebf0}}
 .remosplat-key{{color:#8b95a5;font-size:11px}}
 
+.dg.main>ul:not(.closed)>li.cr.function:not(:has([class^=remosplat])){{
+height:30px;margin:3px 4px;padding:0 8px;border:1px solid #3b424d;
+border-radius:5px;background:#23272e;color:#cfd5de}}
+
 {_ROWS}:has(.remosplat-slider){{order:10;height:26px;line-height:26px;
 padding:0 4px;border:0}}
 {_ROWS}:has(.remosplat-slider) .property-name{{width:34%}}
@@ -75,7 +79,8 @@ background:none;text-align:right;font:12px {_FONT}}}
 .remosplat-slider{{display:flex;justify-content:space-between;
 padding-right:12px;color:#cfd5de}}
 
-{_ROWS}:has(.remosplat-note){{height:auto;border:0;padding:0 4px}}
+{_ROWS}:has(.remosplat-note){{height:auto;border:0;padding:0 4px;
+pointer-events:none}}
 .dg .property-name:has(.remosplat-note){{white-space:normal;
 line-height:17px;padding:3px 0;cursor:default}}
 {_ROWS}:has(.remosplat-about-supervisor){{margin-top:10px}}
