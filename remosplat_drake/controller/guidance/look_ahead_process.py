@@ -27,7 +27,7 @@ START_TIME = 60.0
 """How long the process may take to start [s]."""
 
 PATIENCE = 5.0
-"""Without an answer for so long the process is given up [s]."""
+"""Without an answer for so long nobody counts on the process [s]."""
 
 DIED = "the look-ahead process has died"
 
@@ -40,11 +40,12 @@ class LookAheadProcess:
     The process is spawned, keeps to one thread and yields to everybody. The
     map goes to it once a revision; after that messages are small. Once it
     has started, nothing waits for it: what is not there yet comes at a later
-    tick. When it dies, fails or hangs, that is logged once, and `missing`
-    says it from then on.
+    tick. When it dies or fails, that is logged once, and `missing` says it
+    from then on; when it hangs, or gets no time on a busy computer, until it
+    answers again.
 
     Attributes:
-        missing: Why there is no look-ahead any more; empty if there is.
+        missing: Why there is no look-ahead at present; empty if there is.
         process: The process.
     """
 
@@ -75,6 +76,7 @@ class LookAheadProcess:
             self.process.start()
         theirs.close()
         self.missing = ""
+        self._lost = False
         self._sender: Thread | None = None
         self._unanswered = 0
         self._asked_at = 0.0
@@ -107,7 +109,7 @@ class LookAheadProcess:
             now: The present state.
             field: The map.
         """
-        if self.missing or self._is_sending():
+        if self._lost or self._is_sending():
             return selection
         try:
             selection = self._received(selection, now, field)
@@ -129,10 +131,13 @@ class LookAheadProcess:
                 self._give_up(f"look-ahead failed: {message.reason}")
                 return selection
             self._unanswered -= 1
+            self.missing = ""
             if message is not None and _is_about(message, now, field):
                 selection = message
-        if self._unanswered and perf_counter() - self._asked_at > PATIENCE:
-            self._give_up(f"look-ahead has not answered for {PATIENCE:g} s")
+        late = perf_counter() - self._asked_at > PATIENCE
+        if self._unanswered and late and not self.missing:
+            self.missing = f"look-ahead has not answered for {PATIENCE:g} s"
+            _log.warning("%s; going on without until it does", self.missing)
         return selection
 
     def _send(self, now: PresentState, field: DistanceField) -> None:
@@ -154,7 +159,7 @@ class LookAheadProcess:
         self._sender.start()
 
     def _give_up(self, reason: str) -> None:
-        self.missing = reason
+        self.missing, self._lost = reason, True
         _log.warning("%s; going on without", reason)
         self.process.kill()
         self._connection.close()

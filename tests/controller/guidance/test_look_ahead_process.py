@@ -3,6 +3,8 @@
 import copy
 import dataclasses as dc
 import operator
+import os
+import signal
 from collections.abc import Callable, Iterator
 from functools import partial
 from time import monotonic, perf_counter, sleep
@@ -12,6 +14,7 @@ import pytest
 
 from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.controller.config import gain_set
+from remosplat_drake.controller.guidance import look_ahead_process
 from remosplat_drake.controller.guidance.guidance_selector import updated
 from remosplat_drake.controller.guidance.look_ahead_process import (
     DIED,
@@ -180,6 +183,23 @@ def test_without_its_process_it_cycles_and_says_why(frankie, stuck):
     following = updated(process, stuck.rule, selection, later, stuck.field)
     assert following.guidance is not selection.guidance
     assert following.missing == DIED
+
+
+def test_while_its_process_hangs_it_cycles(frankie, stuck, monkeypatch):
+    process = make_process(frankie)
+    until(process, stuck, lambda s: s.latest)
+    pid = process.process.pid
+    assert pid is not None
+    os.kill(pid, signal.SIGSTOP)
+    with monkeypatch.context() as impatient:
+        impatient.setattr(look_ahead_process, "PATIENCE", 0.05)
+        selection = until(process, stuck, lambda s: s.missing)
+    assert "has not answered" in selection.missing
+    later = dc.replace(stuck.now, time=monotonic() + 10.0)
+    following = updated(process, stuck.rule, selection, later, stuck.field)
+    assert following.guidance is not selection.guidance
+    os.kill(pid, signal.SIGCONT)
+    assert not until(process, stuck, lambda s: not s.missing).missing
 
 
 def test_an_error_inside_is_named(frankie, stuck):
