@@ -100,6 +100,7 @@ def open_teleoperation(
         make_field=partial(
             make_field, scenario.oracle, truth=None, where=scenario.source
         ),
+        q0=world.q0,
         base=world.splat_W or None,
     )
     head = session.head_map

@@ -32,6 +32,8 @@ class MappingJob:
         robot: The robot that carries the camera.
         make_camera: Makes the camera, inside the process.
         make_field: The oracle's field of a splat.
+        q0: Where the robot stands at the start, shape (n_q,): the space
+            around it has been looked at, see `MappingConfig.start_margin`.
         base: What the scenario's map begins with, if it is a splat.
     """
 
@@ -40,6 +42,7 @@ class MappingJob:
     robot: RobotModel
     make_camera: Callable[[], WristCamera]
     make_field: Callable[[GaussianSplat], DistanceField]
+    q0: np.ndarray
     base: GaussianSplat | None = None
 
 
@@ -73,7 +76,7 @@ def next_map(
         make_field=job.make_field,
         effort=effort,
         base=job.base,
-        robot_free=_robot_at(job.robot, session.frames.places(names)),
+        robot_free=free_around(job, session.frames.places(names)),
     )
     return partial(_make, build, session.map_path(session.next_version))
 
@@ -93,9 +96,18 @@ def _make(
     )
 
 
-def _robot_at(robot: RobotModel, q: np.ndarray) -> Spheres:
-    """All spheres of a robot in all of n configurations (n, n_q)."""
-    places = [robot.spheres_at(each) for each in q]
+def free_around(job: MappingJob, q: np.ndarray) -> Spheres:
+    """Balls without an obstacle: the robot in n configurations (n, n_q).
+
+    At the start they are larger, so that what the robot may not see of
+    itself does not become an obstacle with the first map.
+    """
+    start = job.robot.spheres_at(job.q0)
+    more = max(0.0, job.config.start_margin - job.config.robot_margin)
+    places = [
+        dc.replace(start, radius=start.radius + more),
+        *(job.robot.spheres_at(each) for each in q),
+    ]
     return Spheres(
         *(
             np.concatenate([getattr(place, field.name) for place in places])

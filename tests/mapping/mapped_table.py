@@ -77,6 +77,7 @@ def make_job(
         world.robot,
         partial(make, world),
         partial(make_field, SphereToEllipsoid(), truth=None, where="test"),
+        world.q0,
     )
 
 
