@@ -4,8 +4,7 @@ import dataclasses as dc
 import gc
 import math
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 
 import numpy as np
 from pydrake.systems.analysis import InitializeParams, Simulator
@@ -17,6 +16,7 @@ from remosplat_drake.messages.channels import COMMAND_EXPIRY
 from remosplat_drake.real_time import (
     LoopLog,
     LoopQuality,
+    garbage_kept,
     going_first,
     next_tick,
     sleep_until,
@@ -119,7 +119,7 @@ def run_on_hardware(
     loop.rehearse()
     with stop_signals() as request, going_first():
         try:
-            with _garbage_kept():
+            with garbage_kept():
                 loop.start()
                 monitor = RunMonitor(
                     application,
@@ -301,16 +301,3 @@ def bring_to_rest(
         u = braking_command(link.u, acceleration_limit, period)
         link.send(u)
         zeros -= not u.any()
-
-
-@contextmanager
-def _garbage_kept() -> Iterator[None]:
-    """Keeps Python from collecting garbage in the middle of a tick."""
-    gc.collect()
-    gc.freeze()
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.enable()
-        gc.unfreeze()

@@ -2,6 +2,7 @@
 
 import contextlib
 import dataclasses as dc
+import gc
 import math
 import os
 import time
@@ -62,6 +63,19 @@ def going_first() -> Iterator[None]:
         for thread in threads:
             with contextlib.suppress(OSError):
                 os.sched_setscheduler(thread, os.SCHED_OTHER, os.sched_param(0))
+
+
+@contextlib.contextmanager
+def garbage_kept() -> Iterator[None]:
+    """Keeps Python from collecting garbage in the middle of a tick."""
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+        gc.unfreeze()
 
 
 @dc.dataclass(frozen=True)
