@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Sends images until Ctrl-C, once arm and base have been heard."""
     scenario = LoadScenario(arguments.scenario)
-    world = load_world(scenario)
+    world = load_world(scenario, blank=True)
     lcm = open_wire(arguments.lcm_url)
     camera = SimulatedCamera(
         scenario.wrist_camera or WristCameraConfig(),

@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.record:
         check_writable(arguments.record)
     scenario = LoadScenario(arguments.scenario)
-    world = load_world(scenario)
+    world = load_world(scenario, blank=True)
     plant = _plant(scenario, world)
     go_first()
     robot = HardwareSim(plant, open_wire(arguments.lcm_url), schedule)
