@@ -1,7 +1,9 @@
 """Begin a session of teleoperation in a new folder, or go on with one."""
 
 import importlib.util
-from collections.abc import Callable
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
@@ -22,7 +24,7 @@ from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.mapping.scene_map import SceneMap
 from remosplat_drake.mapping.session import SESSION_FILE, Session
 from remosplat_drake.oracle.config import GroundTruth, make_field
-from remosplat_drake.recording.run_folders import new_run
+from remosplat_drake.recording.run_folders import RUNS, new_run
 from remosplat_drake.resources import resolve
 from remosplat_drake.scenario import Scenario
 from remosplat_drake.scenario_text import scenario_text
@@ -68,6 +70,33 @@ def check_mappable(scenario: Scenario) -> None:
         raise MissingExtraError(
             "a live map (mapping.enabled)", "reconstruction"
         )
+
+
+@contextmanager
+def removed_on_failure(folder: Path) -> Iterator[None]:
+    """Removes what a session has begun with, if its block fails.
+
+    Args:
+        folder: Of the session; what was in it before stays.
+    """
+    missing = [p for p in (folder, *folder.parents) if not p.exists()]
+    before = set(_entries(folder))
+    try:
+        yield
+    except BaseException:
+        for path in _entries(folder):
+            if path not in before:
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
+        for path in missing:
+            # Others may have put something into the folders above.
+            with suppress(OSError):
+                path.rmdir()
+        raise
+
+
+def _entries(folder: Path) -> list[Path]:
+    """What is in a session's folder and in that of its runs."""
+    return [*folder.glob(f"{RUNS}/*"), *folder.glob("*")]
 
 
 def open_teleoperation(

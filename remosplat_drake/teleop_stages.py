@@ -58,6 +58,11 @@ class Teleoperation:
     scenes: tuple[PrimitiveScene, ...] = ()
     operator: LeafSystem | None = None
 
+    def close(self) -> None:
+        """Ends the mapping process."""
+        if self.mapping is not None:
+            self.mapping.close()
+
 
 def AddOperatorTarget(
     builder: DiagramBuilder,

@@ -3,6 +3,7 @@
 import argparse
 import math
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 from rich.console import Console
@@ -10,7 +11,7 @@ from rich.console import Console
 from remosplat_drake import warm_up
 from remosplat_drake.commands.driving import drive
 from remosplat_drake.commands.flags import positive
-from remosplat_drake.diagram import MakeDiagram
+from remosplat_drake.diagram import Application, MakeDiagram
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.hardware_run import prepare_for_hardware
 from remosplat_drake.mapping.session import SCENARIO_FILE
@@ -20,9 +21,11 @@ from remosplat_drake.teleop_session import (
     check_mappable,
     holds_session,
     open_teleoperation,
+    removed_on_failure,
 )
+from remosplat_drake.teleop_stages import Teleoperation
 from remosplat_drake.visualization.page import MeshcatPage
-from remosplat_drake.world import load_world
+from remosplat_drake.world import World, load_world
 
 DEFAULT_SCENARIO = "StudioLive"
 """What is teleoperated when nothing is named."""
@@ -103,17 +106,12 @@ def run(arguments: argparse.Namespace) -> int:
     warm_up.announce(console)
     world = load_world(scenario, blank=scenario.mapping.enabled)
     page = None if arguments.headless else MeshcatPage(port=arguments.port)
-    teleoperation = open_teleoperation(
-        scenario, world, folder, hardware=arguments.hardware
+    teleoperation, application = _begin(
+        scenario, world, page, folder, arguments.hardware
     )
+    log = application.log
+    assert log is not None
     try:
-        application = MakeDiagram(
-            scenario,
-            world,
-            page,
-            hardware=arguments.hardware,
-            teleoperation=teleoperation,
-        )
         console.print(f"everything goes to [bold]{folder}[/bold]")
         if page is not None:
             console.print(f"operate at [bold]{page.url}[/bold]; Ctrl-C ends")
@@ -124,16 +122,38 @@ def run(arguments: argparse.Namespace) -> int:
             patience=math.inf,
         )
     finally:
-        if teleoperation.mapping is not None:
-            teleoperation.mapping.close()
+        log.close()
+        teleoperation.close()
     warm_up.remember()
-    log = application.log
-    assert log is not None
-    log.close()
     if log.trouble:
         console.print(f"[bold red]{log.trouble}[/]")
     console.print(f"{result.outcome}; `remosplat replay {folder}` shows it")
     return 0 if result.outcome in (INTERRUPTED, TIME_LIMIT) else 1
+
+
+def _begin(
+    scenario: Scenario,
+    world: World,
+    page: MeshcatPage | None,
+    folder: Path,
+    hardware: bool,
+) -> tuple[Teleoperation, Application]:
+    """Begins or reopens the session, or leaves everything as it was."""
+    with removed_on_failure(folder):
+        teleoperation = open_teleoperation(
+            scenario, world, folder, hardware=hardware
+        )
+        with ExitStack() as undo:
+            undo.callback(teleoperation.close)
+            application = MakeDiagram(
+                scenario,
+                world,
+                page,
+                hardware=hardware,
+                teleoperation=teleoperation,
+            )
+            undo.pop_all()
+    return teleoperation, application
 
 
 def _load_scenario(arguments: argparse.Namespace) -> Scenario:

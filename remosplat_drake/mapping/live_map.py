@@ -16,7 +16,12 @@ from pydrake.systems.framework import (
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.mapping.map_file import open_map
 from remosplat_drake.mapping.map_requests import MapRequests
-from remosplat_drake.mapping.map_status import MapStatus, noted, swapped
+from remosplat_drake.mapping.map_status import (
+    MapStatus,
+    first_status,
+    noted,
+    swapped,
+)
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.mapping.messages import (
     AddFrame,
@@ -105,8 +110,7 @@ class LiveMap(LeafSystem):
         self._requests_input = self.DeclareAbstractInputPort(
             "requests", Value(MapRequests())
         )
-        first = initial if reopened is None else reopened
-        status = MapStatus(first, frames=len(first.frames))
+        status = first_status(initial if reopened is None else reopened)
         self._memory_index = self.DeclareAbstractState(Value(_Memory(status)))
         memory = self.abstract_state_ticket(self._memory_index)
         self.DeclareAbstractOutputPort(

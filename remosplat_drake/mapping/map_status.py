@@ -40,6 +40,13 @@ class MapStatus:
         return self
 
 
+def first_status(scene_map: SceneMap) -> MapStatus:
+    """The status at the start, with the map that counts then."""
+    return MapStatus(
+        scene_map, text=_described(scene_map), frames=len(scene_map.frames)
+    )
+
+
 def noted(status: MapStatus, event: Event) -> MapStatus:
     """The status after an event; a new map is `swapped` in."""
     match event:
@@ -64,8 +71,15 @@ def swapped(status: MapStatus, scene_map: SceneMap) -> MapStatus:
     return dc.replace(
         status,
         scene_map=scene_map,
-        text=f"map {scene_map.version}: {scene_map.quality}",
+        text=_described(scene_map),
         trouble="",
         frames=len(scene_map.frames),
         swaps=status.swaps + 1,
     )
+
+
+def _described(scene_map: SceneMap) -> str:
+    """A map in a line; that of the scenario has no number."""
+    if not scene_map.version:
+        return scene_map.quality
+    return f"version {scene_map.version}: {scene_map.quality}"

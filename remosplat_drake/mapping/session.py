@@ -110,9 +110,12 @@ class Session:
         if document.get("format") != FORMAT:
             raise FileError(path, f"is no {FORMAT!r}")
         try:
-            return Session(folder, document)
+            session = Session(folder, document)
         except (KeyError, TypeError, AttributeError) as error:
             raise FileError(path, f"is damaged: {error}") from error
+        if session.head and session.head not in session.versions:
+            raise FileError(path, f"is damaged: it lacks map {session.head}")
+        return session
 
     @staticmethod
     def open_to_write(folder: Path) -> "Session":

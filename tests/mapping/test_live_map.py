@@ -173,7 +173,7 @@ def test_a_session_from_the_first_scan_to_the_death_of_its_process(station):
     station.until_quiet()
     first = station.status
     assert (first.scene_map.version, first.swaps, first.frames) == (1, 1, 3)
-    assert first.text == f"map 1: {first.scene_map.quality}"
+    assert first.text == f"version 1: {first.scene_map.quality}"
     assert station.asked_field is first.scene_map.field
     # A simulator leaves the events at its end to the next step.
     taken = 2 * PERIOD
