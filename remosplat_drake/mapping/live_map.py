@@ -35,6 +35,9 @@ from remosplat_drake.mapping.messages import (
 )
 from remosplat_drake.mapping.scene_map import SceneMap
 
+_AHEAD = 1.0
+"""A camera's clock is ahead of ours by less [s]."""
+
 _ROUNDING = 1e-9
 """Ticks come so much too early by rounding [s]."""
 
@@ -174,9 +177,10 @@ class LiveMap(LeafSystem):
 
     def _calc_age(self, context: Context, output: BasicVector):
         now, taken = context.get_time(), self.status(context).scene_map.time
-        if taken > now:  # In an earlier run of the session, by its clock.
+        if taken > now + _AHEAD:  # In an earlier run, by its clock.
             taken = 0.0
-        output.SetAtIndex(0, now - taken if np.isfinite(taken) else 0.0)
+        age = now - taken if np.isfinite(taken) else 0.0
+        output.SetAtIndex(0, max(0.0, age))
 
     def _calc_status(self, context: Context, output: AbstractValue):
         output.set_value(self.status(context))

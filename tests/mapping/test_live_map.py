@@ -259,3 +259,11 @@ def test_a_reopened_map_counts_at_once(table, tmp_path):
     # Its clock was another one: the age counts from the start of this run.
     assert station.age == 0.0
     process.close()
+
+
+def test_a_camera_whose_clock_is_ahead_is_not_old(table, tmp_path):
+    reopened = SceneMap(3, 2, ("frame 1",), 0.05, table.truth_field)
+    process = MappingProcess(make_job(table, tmp_path / "session"))
+    station = Station(table, process, reopened=reopened)
+    assert station.age == 0.0
+    process.close()
