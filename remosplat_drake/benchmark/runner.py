@@ -5,13 +5,13 @@ how many run at once or in which order. A result is one line, written in one
 piece as soon as it is there; what is in the file already is not run again.
 """
 
-import os
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from pathlib import Path
 
 from remosplat_drake.benchmark.engines import in_this_process, in_workers
 from remosplat_drake.benchmark.jobs import JobSource, Results
+from remosplat_drake.benchmark.line_file import LineFile
 from remosplat_drake.benchmark.ray_engine import on_ray
 from remosplat_drake.benchmark.result import (
     TrialResult,
@@ -25,7 +25,6 @@ from remosplat_drake.benchmark.trial_queue import (
     SplatMaking,
     TrialQueue,
 )
-from remosplat_drake.errors import FileError
 
 
 def run_trials(
@@ -77,12 +76,12 @@ def run_trials(
         on_start(queue)
     running = _run(queue, jobs, ray_address, splats.gpus if splats else ())
     with (
-        _ResultFile(path) as file,
+        LineFile(path) as file,
         closing(running) as results,
     ):
         for result in results:
             if isinstance(result, TrialResult):
-                file.append(result)
+                file.append(to_line(result))
                 known[result.key] = result
             if on_result is not None:
                 on_result(result)
@@ -100,38 +99,3 @@ def _run(
     if jobs == 0:
         return in_this_process(source)
     return in_workers(source, jobs, gpus)
-
-
-class _ResultFile:
-    """Appends whole lines that are on disk when `append` returns."""
-
-    def __init__(self, path: Path):
-        self._path = path
-
-    def __enter__(self) -> "_ResultFile":
-        flags = os.O_RDWR | os.O_CREAT | os.O_APPEND
-        try:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._handle = os.open(self._path, flags, 0o666)
-            self._cut_torn_line()
-        except OSError as error:
-            raise FileError(self._path, error.strerror or str(error)) from error
-        return self
-
-    def __exit__(self, *exception):
-        os.close(self._handle)
-
-    def append(self, result: TrialResult):
-        line = (to_line(result) + "\n").encode()
-        try:
-            written = os.write(self._handle, line)
-            os.fsync(self._handle)
-        except OSError as error:
-            raise FileError(self._path, error.strerror or str(error)) from error
-        if written < len(line):
-            raise FileError(self._path, "the disk is full")
-
-    def _cut_torn_line(self):
-        """Removes what a kill in the middle of writing has left."""
-        data = self._path.read_bytes()
-        os.ftruncate(self._handle, data.rfind(b"\n") + 1)

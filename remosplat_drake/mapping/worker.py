@@ -67,7 +67,8 @@ def serve(connection: Connection, job: MappingJob) -> None:
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # The parent's to handle.
     logging.getLogger("drake").setLevel(logging.WARNING)
-    os.nice(_NICE)
+    if job.config.latency is None:
+        os.nice(_NICE)  # Else control waits, and would wait for long.
     try:
         try:
             worker = _Worker(connection, job)

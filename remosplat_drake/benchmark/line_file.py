@@ -1,0 +1,49 @@
+"""`LineFile`: a file of results, one a line, that survives being killed."""
+
+import os
+from pathlib import Path
+
+from remosplat_drake.errors import FileError
+
+
+class LineFile:
+    """Appends whole lines that are on disk when `append` returns.
+
+    Args:
+        path: The file; made if it is not there.
+
+    Raises:
+        FileError: The file cannot be written.
+    """
+
+    def __init__(self, path: Path):
+        self._path = path
+
+    def __enter__(self) -> "LineFile":
+        flags = os.O_RDWR | os.O_CREAT | os.O_APPEND
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._handle = os.open(self._path, flags, 0o666)
+            self._cut_torn_line()
+        except OSError as error:
+            raise FileError(self._path, error.strerror or str(error)) from error
+        return self
+
+    def __exit__(self, *exception):
+        os.close(self._handle)
+
+    def append(self, text: str):
+        """Adds a line, given without its end."""
+        line = (text + "\n").encode()
+        try:
+            written = os.write(self._handle, line)
+            os.fsync(self._handle)
+        except OSError as error:
+            raise FileError(self._path, error.strerror or str(error)) from error
+        if written < len(line):
+            raise FileError(self._path, "the disk is full")
+
+    def _cut_torn_line(self):
+        """Removes what a kill in the middle of writing has left."""
+        data = self._path.read_bytes()
+        os.ftruncate(self._handle, data.rfind(b"\n") + 1)
