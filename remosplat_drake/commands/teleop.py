@@ -107,7 +107,7 @@ def run(arguments: argparse.Namespace) -> int:
     world = load_world(scenario, blank=scenario.mapping.enabled)
     page = None if arguments.headless else MeshcatPage(port=arguments.port)
     teleoperation, application = _begin(
-        scenario, world, page, folder, arguments.hardware
+        arguments, scenario, world, page, folder
     )
     log = application.log
     assert log is not None
@@ -119,7 +119,8 @@ def run(arguments: argparse.Namespace) -> int:
             application,
             console,
             rate=None if arguments.hardware else arguments.realtime_rate,
-            patience=math.inf,
+            # Without a page nobody releases a stopped robot.
+            patience=0.0 if page is None else math.inf,
         )
     finally:
         log.close()
@@ -132,24 +133,28 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _begin(
+    arguments: argparse.Namespace,
     scenario: Scenario,
     world: World,
     page: MeshcatPage | None,
     folder: Path,
-    hardware: bool,
 ) -> tuple[Teleoperation, Application]:
     """Begins or reopens the session, or leaves everything as it was."""
     with removed_on_failure(folder):
         teleoperation = open_teleoperation(
-            scenario, world, folder, hardware=hardware
+            scenario, world, folder, hardware=arguments.hardware
         )
+        # Of this run: the session has kept its scenario without them.
+        scenario.time_limit = arguments.duration
+        if arguments.trajectory is not None:
+            scenario.teleop.trajectory = str(arguments.trajectory.resolve())
         with ExitStack() as undo:
             undo.callback(teleoperation.close)
             application = MakeDiagram(
                 scenario,
                 world,
                 page,
-                hardware=hardware,
+                hardware=arguments.hardware,
                 teleoperation=teleoperation,
             )
             undo.pop_all()
@@ -171,15 +176,13 @@ def _load_scenario(arguments: argparse.Namespace) -> Scenario:
             )
         spec = str(folder / SCENARIO_FILE)
     scenario = LoadScenario(spec or DEFAULT_SCENARIO, arguments.scenario_text)
-    if arguments.trajectory is not None:
-        scenario.teleop.trajectory = str(arguments.trajectory.resolve())
-    moved = scenario.teleop.trajectory or scenario.teleop.pose_stream
-    if arguments.headless and not moved:
+    operator = scenario.teleop
+    sources = arguments.trajectory, operator.trajectory, operator.pose_stream
+    if arguments.headless and not any(sources):
         raise RemoSplatError(
             "--headless: without the page somebody else must move the target:"
             " --trajectory FILE, or teleop.pose_stream in the scenario"
         )
-    scenario.time_limit = arguments.duration
     return scenario
 
 

@@ -161,8 +161,9 @@ def _within(capture: Capture, max_depth: float) -> Capture:
 def _describe(
     frames: int, splat: GaussianSplat, coverage: Coverage, seconds: float
 ) -> str:
+    discs = f"{len(splat) / 1000:.0f}k" if len(splat) > 999 else len(splat)
     unseen = 100 * coverage.fraction(UNSEEN)
     return (
-        f"{frames} frames, {len(splat) / 1000:.0f}k discs,"
+        f"{frames} frames, {discs} discs,"
         f" {unseen:.0f} % unseen, {seconds:.1f} s"
     )

@@ -21,6 +21,9 @@ from screenshot import FLAGS, find_chromium
 _TIMEOUT = 60.0
 """Longest wait for anything [s]."""
 
+_STEPS = 5
+"""Of a mouse that drags something."""
+
 
 class Browser:
     """One tab; made by `open_browser`."""
@@ -69,28 +72,57 @@ class Browser:
             time.sleep(0.02)
         return value
 
-    def click(self, selector: str, at: float = 0.5):
+    def click(self, selector: str, at: float = 0.5, text: str = ""):
         """Clicks with the mouse into an element.
 
         Args:
             selector: Of the first such element.
             at: Where between its left and its right end.
+            text: What its row of the page must hold.
         """
-        x, y = self.wait_for(
-            "(() => { const e = document.querySelector("
-            f"{json.dumps(selector)}); if (!e) return null;"
+        place = self._place(selector, at, text)
+        self._mouse("mousePressed", place)
+        self._mouse("mouseReleased", place)
+
+    def drag(self, selector: str, ends: tuple[float, float], text: str = ""):
+        """Drags with the mouse along an element.
+
+        Args:
+            selector: Of the first such element.
+            ends: From where to where between its left and its right end.
+            text: What its row of the page must hold.
+        """
+        here, there = (self._place(selector, at, text) for at in ends)
+        self._mouse("mousePressed", here)
+        for k in range(1, _STEPS + 1):
+            share = k / _STEPS
+            x, y = (
+                a + share * (b - a) for a, b in zip(here, there, strict=True)
+            )
+            self._mouse("mouseMoved", [x, y])
+        self._mouse("mouseReleased", there)
+
+    def _place(self, selector: str, at: float, text: str) -> list[float]:
+        """Where to point at, from the page's upper left corner [px]."""
+        return self.wait_for(
+            f"(() => {{ const e = [...document.querySelectorAll("
+            f"{json.dumps(selector)})].find(e => (e.closest('li') || e)"
+            f".innerText.includes({json.dumps(text)})); if (!e) return null;"
             "const r = e.getBoundingClientRect();"
             f"return [r.x + {at} * r.width, r.y + r.height / 2]; }})()"
         )
-        for kind in ("mousePressed", "mouseReleased"):
-            self._ask(
-                "Input.dispatchMouseEvent",
-                type=kind,
-                x=x,
-                y=y,
-                button="left",
-                clickCount=1,
-            )
+
+    def _mouse(self, kind: str, place: list[float]):
+        x, y = place
+        self._ask(
+            "Input.dispatchMouseEvent",
+            type=kind,
+            x=x,
+            y=y,
+            button="left",
+            buttons=0 if kind == "mouseReleased" else 1,
+            clickCount=1,
+        )
 
     def press(self, key: str):
         """Presses and lets go of a key whose name is its code."""

@@ -1,0 +1,205 @@
+"""`remosplat teleop` without a browser: sessions, and a user's mistakes."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+import yaml
+from runs import remosplat
+
+from remosplat_drake.commands.main import USER_ERROR, main
+from remosplat_drake.mapping.map_file import open_map
+from remosplat_drake.mapping.session import SCENARIO_FILE, SESSION_FILE, Session
+from remosplat_drake.recording.events import MAP, TARGET, Event, read_events
+from remosplat_drake.recording.run_log import RunLog, read_log
+from remosplat_drake.recording.session_log import EVENTS, LOG
+from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.scenario_text import scenario_text
+
+COARSE = (
+    "{mapping: {frames: 3, latency: 0.5, voxel: 0.1, discs: 3000},"
+    " teleop: {scan: {pan_deg: 20, steep_deg: 50}},"
+    " wrist_camera: {width: 96, height: 72}}"
+)
+"""Small pictures and maps, at times that depend on no computer."""
+
+THERE = [0.75, 0.0, 0.75]
+STEPS = [
+    {"time": 0.1, "press": "scan"},
+    {"time": 6.0, "translation": THERE, "rpy_deg": [180, 0, 0]},
+    {"time": 8.0, "press": "frame"},
+    {"time": 9.0, "press": "undo"},
+]
+
+
+@pytest.fixture
+def session(tmp_path):
+    return tmp_path / "session"
+
+
+@pytest.fixture
+def script(tmp_path):
+    """Writes an operator's script."""
+
+    def _script(*steps: dict):
+        path = tmp_path / "script.yaml"
+        path.write_text(yaml.safe_dump({"steps": list(steps)}))
+        return path
+
+    return _script
+
+
+def operate(session, script, duration: float, *arguments: str) -> str:
+    """What a session without a page tells on its way."""
+    done = remosplat(
+        *("teleop", *arguments, "--headless", "--realtime-rate", "50"),
+        *("--session", session, "--trajectory", script),
+        *("--duration", str(duration)),
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stderr
+
+
+def recorded(session, number: int) -> tuple[RunLog, list[Event]]:
+    run = session / "runs" / f"{number:04d}"
+    return read_log(run / LOG), read_events(run / EVENTS)
+
+
+def test_a_script_scans_drives_and_goes_back_a_map(session, script, frankie):
+    arguments = "StudioLive", "--scenario-text", COARSE
+    said = operate(session, script(*STEPS), 10.0, *arguments)
+    assert f"`remosplat replay {session}` shows it" in said.replace("\n", "")
+    log, events = recorded(session, 1)
+    assert [e.version for e in events if e.kind == MAP] == [0, 1, 2, 1]
+    assert "scan done" in [e.text for e in events if e.kind == TARGET]
+    # Three frames and half a second later the first map counts.
+    versions = log.rows["map_version"]
+    assert len(log) == 1000 and sorted(set(versions)) == [0, 1, 2]
+    p_WE = frankie.end_effector_pose(log.rows["q"][-1])[:3, 3]
+    assert np.linalg.norm(p_WE - THERE) < 0.05
+    assert log.rows["clearance"].min() > 0
+
+    operate(session, script({"time": 0, "press": "hold"}), 0.2)
+    again, _ = recorded(session, 2)
+    assert set(again.rows["map_version"]) == {1}
+    made = Session.open(session)
+    assert not LoadScenario(str(session / SCENARIO_FILE)).teleop.trajectory
+    assert made.head_map is not None
+    assert len(open_map(made.head_map).frames) == 3
+    assert main(["replay", str(session), "--run", "1", "--no-hold"]) == 0
+
+
+def test_without_a_page_a_stop_is_the_end(session, script, capsys):
+    """Nobody could release it. Here nothing around the robot is known."""
+    path = script({"time": 0, "press": "hold"})
+    text = "mapping: {start_margin: 0}"
+    arguments = "--session", session, "--trajectory", path, "--headless"
+    command = "teleop", "StudioLive", "--scenario-text", text, *arguments
+    assert main([str(part) for part in command]) == 1
+    assert "stopped: " in capsys.readouterr().err
+
+
+def studio() -> str:
+    """The scenario's file in a session's folder."""
+    return scenario_text(LoadScenario("StudioLive"), "StudioLive")
+
+
+def refuse(capsys, *arguments) -> str:
+    """The line that says why a command line is not carried out."""
+    assert main(["teleop", *map(str, arguments)]) == USER_ERROR
+    said = capsys.readouterr().err
+    lines = [line for line in said.splitlines() if "compil" not in line]
+    assert len(lines) == 1, said
+    return lines[0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["StudioLove"], "unknown scenario 'StudioLove' (did you mean"),
+        (["StudioLive", "--headless"], "--headless: without the page"),
+        (["StudioLive", "--lcm-url", "x"], "only with --hardware"),
+        (
+            ["TableTeleop", "--scenario-text", "mapping: {unknown: obstacle}"],
+            "mapping.unknown: `obstacle` needs a map that begins with nothing",
+        ),
+        (["StudioLive", "--port", "80"], "port 80 is out of range"),
+    ],
+)
+def test_an_impossible_wish_is_one_line(session, capsys, arguments, problem):
+    assert problem in refuse(capsys, *arguments, "--session", session)
+    assert not session.exists()
+
+
+@pytest.mark.parametrize(
+    ("step", "problem"),
+    [
+        ({"time": 0, "press": "scann"}, "steps[0].press: unknown button"),
+        ({"tyme": 0, "press": "hold"}, "tyme"),
+    ],
+)
+def test_a_bad_script_begins_no_session(
+    tmp_path, script, capsys, monkeypatch, step, problem
+):
+    monkeypatch.chdir(tmp_path)
+    path = script(step)
+    line = refuse(capsys, "--headless", "--trajectory", path)
+    assert str(path) in line and problem in line
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_bad_script_begins_no_run(session, script, capsys):
+    Session.create(session, studio())
+    before = sorted(session.rglob("*"))
+    path = script({"time": 0, "press": "scann"})
+    arguments = "--headless", "--trajectory", path, "--session", session
+    assert "unknown button" in refuse(capsys, *arguments)
+    assert sorted(session.rglob("*")) == before
+
+
+def test_what_a_live_map_needs_is_named(session, capsys, monkeypatch):
+    # So Python takes note of a package that is not there.
+    monkeypatch.setitem(sys.modules, "open3d", None)
+    line = refuse(capsys, "StudioLive", "--session", session)
+    assert "pip install 'remosplat-drake[reconstruction]'" in line
+    assert not session.exists()
+
+
+def test_a_session_has_its_own_scenario(session, capsys):
+    Session.create(session, studio())
+    line = refuse(capsys, "StudioLive", "--session", session)
+    assert "is a session already and has its own scenario" in line
+
+
+def test_a_folder_with_something_else_is_left_alone(session, capsys):
+    session.mkdir()
+    (session / "thesis.tex").touch()
+    line = refuse(capsys, "StudioLive", "--session", session)
+    assert "a new session needs a new folder" in line
+    assert [path.name for path in session.iterdir()] == ["thesis.tex"]
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        (lambda document: "{", "session.json: "),
+        (lambda document: "[]", "session.json: "),
+        (lambda document: document | {"format": "cake"}, "is no 'remosplat"),
+        (lambda document: document | {"head": 3}, "it lacks map 3"),
+        (lambda document: document | {"versions": [{}]}, "is damaged"),
+        (lambda document: document | {"active": None}, "is damaged"),
+    ],
+)
+def test_a_damaged_session_is_left_as_it_is(session, capsys, change, problem):
+    Session.create(session, studio())
+    path = session / SESSION_FILE
+    changed = change(json.loads(path.read_text()))
+    if not isinstance(changed, str):
+        changed = json.dumps(changed)
+    path.write_text(changed)
+    before = sorted(session.rglob("*"))
+    line = refuse(capsys, "--session", session)
+    assert str(path) in line and problem in line
+    assert path.read_text() == changed
+    assert sorted(session.rglob("*")) == before
