@@ -12,6 +12,7 @@ from time import perf_counter
 import numpy as np
 
 from remosplat_drake.controller.config import ReactiveControllerConfig
+from remosplat_drake.controller.guidance.map_transfer import send_map
 from remosplat_drake.controller.guidance.selection import Selection
 from remosplat_drake.controller.guidance.worker import (
     Failure,
@@ -154,7 +155,7 @@ class LookAheadProcess:
             return
         # A map is larger than the pipe: sending it waits for the reader.
         self._sender = Thread(
-            target=_send_all, args=(self._connection, field, now), daemon=True
+            target=_send_both, args=(self._connection, field, now), daemon=True
         )
         self._sender.start()
 
@@ -174,10 +175,12 @@ def _is_about(
     )
 
 
-def _send_all(connection: Connection, *messages: object) -> None:
+def _send_both(
+    connection: Connection, field: DistanceField, now: PresentState
+) -> None:
     try:
-        for message in messages:
-            connection.send(message)
+        send_map(connection, field)
+        connection.send(now)
     except OSError:
         return  # It has died; the next `update` finds out.
 

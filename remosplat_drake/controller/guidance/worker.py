@@ -15,6 +15,10 @@ from time import perf_counter
 import numpy as np
 
 from remosplat_drake.controller.config import ReactiveControllerConfig
+from remosplat_drake.controller.guidance.map_transfer import (
+    MapHeader,
+    receive_map,
+)
 from remosplat_drake.controller.guidance.selection import (
     Selection,
     advance_selection,
@@ -62,9 +66,10 @@ def serve(
     """Answers until the other end is closed.
 
     Args:
-        connection: Brings a `DistanceField` before the first `PresentState`;
-            takes READY, then for each state a `Selection`, or None where the
-            latest one still holds. After a `Failure` nothing follows.
+        connection: Brings a map before the first `PresentState`, see
+            `map_transfer`; takes READY, then for each state a `Selection`,
+            or None where the latest one still holds. After a `Failure`
+            nothing follows.
         config: The controller's.
         robot: The robot.
         arrived: Whether a pose error counts as arrival.
@@ -86,8 +91,8 @@ def _answer(connection: Connection, rule: SelectionRule, budget: float) -> None:
     selection, field = start_selection(rule), None
     while True:
         message = connection.recv()
-        if isinstance(message, DistanceField):
-            field = message
+        if isinstance(message, MapHeader):
+            field = receive_map(connection, message)
             continue
         assert field is not None
         following = look_ahead(
