@@ -1,0 +1,226 @@
+"""The tables of `remosplat bench live-map`."""
+
+import argparse
+import dataclasses as dc
+import json
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from remosplat_drake.atomic_file import atomic_write
+from remosplat_drake.benchmark.live_map_cases import (
+    QUIET,
+    LiveMemory,
+    LivePeriods,
+    measure_memory,
+    measure_periods,
+    measure_unknown,
+)
+from remosplat_drake.benchmark.live_session import LiveSession
+from remosplat_drake.benchmark.loop_cases import load
+from remosplat_drake.benchmark.memory_use import MemoryTrend
+from remosplat_drake.real_time import Spread
+from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.teleop_session import check_mappable
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.world import load_world
+
+SCENARIO = "StudioLive"
+
+_LATENCY = 2.0
+"""Of the maps while memory is watched [s]."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares what only this group asks for."""
+    group = parser.add_argument_group("live-map")
+    group.add_argument(
+        "--rounds",
+        type=int,
+        default=3,
+        help="maps of each kind that are made by the clock; 0: only watch"
+        " memory (%(default)s)",
+    )
+
+
+def run(console: Console, arguments: argparse.Namespace) -> int:
+    """Measures two sessions by the clock, and a long one for its memory.
+
+    Raises:
+        RemoSplatError: A session cannot be begun, or makes no map.
+    """
+    spec = arguments.scenario or SCENARIO
+    check_mappable(LoadScenario(spec))
+    console.print(load())
+    numbers: dict = {}
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("", total=None)
+
+        def tell(stage: str) -> None:
+            progress.update(task, description=stage)
+
+        if arguments.rounds > 0:
+            for page in (None, MeshcatPage()):
+                name = "no page" if page is None else "page served"
+                numbers[name] = _by_the_clock(
+                    console, spec, name, page, arguments.rounds, tell
+                )
+        tell("watching memory")
+        progress.update(task, total=60 * arguments.minutes)
+        memory = _memory(
+            spec,
+            arguments.minutes,
+            lambda time: progress.update(task, completed=time),
+        )
+    console.print(memory_table(memory))
+    console.print(load())
+    if arguments.json:
+        numbers |= {"memory": dc.asdict(memory), "load": load()}
+        with atomic_write(arguments.json) as file:
+            json.dump(numbers, file, indent=1)
+    return 0
+
+
+def _by_the_clock(
+    console: Console,
+    spec: str,
+    name: str,
+    page: MeshcatPage | None,
+    rounds: int,
+    tell: Callable[[str], None],
+) -> dict:
+    """Prints how a session is kept that ticks like one with a real robot.
+
+    Args:
+        console: Gets the tables.
+        spec: The scenario's name.
+        name: The session's.
+        page: Served meanwhile.
+        rounds: Maps of each kind.
+        tell: Told what is being done.
+
+    Returns:
+        The numbers.
+    """
+    scenario = LoadScenario(spec)
+    scenario.controller.guidance.asynchronous = True
+    world = load_world(scenario, blank=True)
+    with tempfile.TemporaryDirectory() as parent:
+        folder = Path(parent) / "session"
+        with LiveSession(scenario, world, folder, page) as session:
+            periods = measure_periods(
+                session,
+                folder,
+                rounds=rounds,
+                on_stage=lambda stage: tell(f"{name}: {stage}"),
+            )
+            unknown = measure_unknown(session, scenario)
+    console.print(period_table(periods, name))
+    console.print(swap_table(periods, name))
+    console.print(unknown_table(unknown, name))
+    spreads = {kind: dc.asdict(spread) for kind, spread in unknown.items()}
+    return dc.asdict(periods) | {"unknown": spreads}
+
+
+def _memory(
+    spec: str, minutes: float, on_time: Callable[[float], None]
+) -> LiveMemory:
+    """Of a session with a page, which holds more than one without."""
+    scenario = LoadScenario(spec)
+    scenario.mapping.latency = _LATENCY
+    world = load_world(scenario, blank=True)
+    with tempfile.TemporaryDirectory() as parent:
+        folder = Path(parent) / "session"
+        with LiveSession(scenario, world, folder, MeshcatPage()) as session:
+            return measure_memory(session, minutes, on_time=on_time)
+
+
+def period_table(periods: LivePeriods, name: str) -> Table:
+    """One row for each kind of map in the making."""
+    table = Table(f"{name}, in the making", caption="p50 / p99 / max [ms]")
+    for heading in (
+        "period",
+        "tick",
+        "processor time",
+        "ticks",
+        "late",
+        "p50, p99 of the period, ratio",
+        "of the tick",
+    ):
+        table.add_column(heading, justify="right")
+    quiet = periods.times[QUIET]
+    for kind, times in periods.times.items():
+        table.add_row(
+            "nothing" if kind == QUIET else kind,
+            *map(_spread, (times.period, times.work, times.busy)),
+            str(times.ticks),
+            str(times.late),
+            _ratios(times.period, quiet.period),
+            _ratios(times.work, quiet.work),
+        )
+    return table
+
+
+def swap_table(periods: LivePeriods, name: str) -> Table:
+    """One row for each map that took effect."""
+    table = Table(f"{name}, new map", caption="[ms]")
+    for heading in (
+        "announced to in effect",
+        "tick of the change",
+        "first tick on it",
+    ):
+        table.add_column(heading, justify="right")
+    for swap in periods.swaps:
+        values = (swap.latency, swap.tick, swap.next_tick)
+        table.add_row(swap.effort, *(f"{1e3 * v:.1f}" for v in values))
+    return table
+
+
+def unknown_table(spreads: dict[str, Spread], name: str) -> Table:
+    """What it costs a tick that unknown space is an obstacle."""
+    table = Table(f"{name}, unknown space", caption="p50 / p99 / max [ms]")
+    table.add_column("tick", justify="right")
+    for kind, spread in spreads.items():
+        table.add_row(kind, _spread(spread))
+    return table
+
+
+def memory_table(memory: LiveMemory) -> Table:
+    """One row a process."""
+    table = Table(
+        "memory",
+        caption=f"{memory.minutes:g} simulated minutes, {memory.maps} changes"
+        " of the map; trends after the first third",
+    )
+    for heading in (
+        "then [MB]",
+        "at the end [MB]",
+        "most [MB]",
+        "trend [MB/min]",
+        "without mapped files [MB/min]",
+    ):
+        table.add_column(heading, justify="right")
+    for name, use in (
+        ("control process", memory.control),
+        ("mapping process", memory.mapping),
+    ):
+        table.add_row(name, *_trend(use))
+    return table
+
+
+def _trend(use: MemoryTrend) -> list[str]:
+    sizes = [f"{size:.1f}" for size in (use.first, use.last, use.most)]
+    return [*sizes, f"{use.slope:+.3f}", f"{use.own_slope:+.3f}"]
+
+
+def _spread(spread: Spread) -> str:
+    values = (spread.p50, spread.p99, spread.max)
+    return " / ".join(f"{1e3 * value:.2f}" for value in values)
+
+
+def _ratios(spread: Spread, quiet: Spread) -> str:
+    return f"{spread.p50 / quiet.p50:.3f}, {spread.p99 / quiet.p99:.2f}"
