@@ -12,7 +12,11 @@ from remosplat_drake.benchmark import operators
 from remosplat_drake.benchmark.engines import in_this_process, in_workers
 from remosplat_drake.benchmark.jobs import Job, JobList
 from remosplat_drake.benchmark.line_file import LineFile
-from remosplat_drake.benchmark.operators import OperatorResult
+from remosplat_drake.benchmark.operator_result import (
+    OperatorResult,
+    read_results,
+    to_line,
+)
 from remosplat_drake.commands.flags import check_seed, positive
 from remosplat_drake.errors import FieldError
 from remosplat_drake.scenario import LoadScenario
@@ -63,7 +67,7 @@ def run(console: Console, arguments: argparse.Namespace) -> int:
         arguments.count, arguments.minutes, arguments.seed, arguments.output
     )
     path = arguments.output / RESULTS
-    known = operators.read_results(path)
+    known = read_results(path)
     missing = [trial for trial in trials if trial.key not in known]
     source = JobList(
         Job(trial, operators.run_operator, operators.crashed)
@@ -78,7 +82,7 @@ def run(console: Console, arguments: argparse.Namespace) -> int:
     with LineFile(path) as file, closing(running), progress:
         task = progress.add_task("operating", total=len(missing))
         for result in running:
-            file.append(operators.to_line(result))
+            file.append(to_line(result))
             known[result.key] = result
             progress.advance(task)
     results = [known[trial.key] for trial in trials]

@@ -8,14 +8,16 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.benchmark import operators
 from remosplat_drake.benchmark.mapped_truth import MappedTruth
-from remosplat_drake.benchmark.operators import (
+from remosplat_drake.benchmark.operator_result import (
     MAPPED,
     SCENE,
     UNSEEN,
     OperatorResult,
-    OperatorTrial,
     Touch,
+    read_results,
+    to_line,
 )
+from remosplat_drake.benchmark.operators import OperatorTrial
 from remosplat_drake.benchmark.random_operator import Look, RandomOperator
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.commands.bench_operators import table
@@ -154,14 +156,14 @@ def test_results_are_kept_and_collisions_counted(tmp_path):
     assert (free.collisions, careful.collisions) == (1, 2)
     path = tmp_path / "results.jsonl"
     failed = operators.crashed(OperatorTrial("c", 1, 60.0, ""), "it broke")
-    lines = [operators.to_line(r) for r in (free, careful, failed)]
+    lines = [to_line(r) for r in (free, careful, failed)]
     path.write_text("\n".join(lines) + "\n{cut off")
-    assert operators.read_results(path) == {"a": free, "b": careful}
+    assert read_results(path) == {"a": free, "b": careful}
     assert table([free, careful, failed]).row_count == 3
     path.write_text("nonsense\n")
     with pytest.raises(FileError, match="holds no such results"):
-        operators.read_results(path)
-    assert operators.read_results(tmp_path / "none") == {}
+        read_results(path)
+    assert read_results(tmp_path / "none") == {}
 
 
 def test_they_take_turns():
