@@ -24,6 +24,7 @@ COMMANDS = {
     "benchmark": "compare controllers in many scenes, as the paper does",
     "scenes": "draw the scenes that controllers are compared in",
     "bench": "time the oracle and the control tick on this machine",
+    "push-experiment": "push a target into things: the paper's figure 5",
     "noise-experiment": "measure what floaters do to the distance methods",
     "fit-spheres": "cover a robot's links with spheres",
     "render-capture": "render RGB-D views of a scene, a model or a mesh",
