@@ -12,7 +12,6 @@ from mapped_table import (
     looking_around,
     make_job,
     table_world,
-    until_told,
 )
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
@@ -48,6 +47,7 @@ class Station:
 
     def __init__(self, world: World, process: MappingProcess, **options):
         self.world, self.process = world, process
+        self.ticks = 0
         self.initial = SceneMap(0, None, (), -np.inf, world.field)
         builder = DiagramBuilder()
         q = builder.AddSystem(ConstantVectorSource(world.q0))
@@ -84,7 +84,19 @@ class Station:
         port.FixValue(self.context, Value(requests))
 
     def advance(self, ticks: int = 1) -> None:
-        self.simulator.AdvanceTo(self.root.get_time() + ticks * PERIOD)
+        """To the middle between the last one of so many ticks and the next."""
+        self.ticks += ticks
+        self.simulator.AdvanceTo(self.latest + 0.5 * PERIOD)
+
+    @property
+    def latest(self) -> float:
+        """Time of the latest tick [s]."""
+        return (self.ticks - 1) * PERIOD
+
+    @property
+    def requests(self) -> MapRequests:
+        """All that was asked for."""
+        return self.dut.GetInputPort("requests").Eval(self.context)
 
     @property
     def status(self):
@@ -102,7 +114,7 @@ class Station:
 
     def scan(self, count: int = 3) -> MapRequests:
         """Asks for frames from some poses; a map comes with the last one."""
-        requests = self.dut.GetInputPort("requests").Eval(self.context)
+        requests = self.requests
         poses = looking_around(self.world, count, seed=requests.frames)
         for i, q in enumerate(poses):
             self.stand(q)
@@ -119,11 +131,23 @@ class Station:
             time.sleep(0.005)
 
 
-@pytest.fixture
-def station(table, tmp_path) -> Iterator[Station]:
-    process = MappingProcess(make_job(table, tmp_path / "session"))
-    yield Station(table, process)
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    """Of the session that the tests share."""
+    return tmp_path_factory.mktemp("live") / "session"
+
+
+@pytest.fixture(scope="module")
+def process(table, folder) -> Iterator[MappingProcess]:
+    process = MappingProcess(make_job(table, folder))
+    yield process
     process.close()
+
+
+@pytest.fixture(scope="module")
+def station(table, process) -> Station:
+    """Its session goes on from test to test."""
+    return Station(table, process)
 
 
 FRAME, QUICK, FULL = AddFrame, Build("quick"), Build("full")
@@ -169,14 +193,13 @@ def test_before_the_first_frame_the_scenario_counts(station, table):
 
 def test_a_session_from_the_first_scan_to_the_death_of_its_process(station):
     requests = station.scan()
+    taken = station.latest
     assert station.status.is_building
     station.until_quiet()
     first = station.status
     assert (first.scene_map.version, first.swaps, first.frames) == (1, 1, 3)
     assert first.text == f"version 1: {first.scene_map.quality}"
     assert station.asked_field is first.scene_map.field
-    # A simulator leaves the events at its end to the next step.
-    taken = 2 * PERIOD
     assert first.scene_map.time == pytest.approx(taken)
     assert station.age == pytest.approx(station.root.get_time() - taken)
     # Back to the beginning.
@@ -201,20 +224,21 @@ def test_a_session_from_the_first_scan_to_the_death_of_its_process(station):
 
 
 def test_a_scan_that_is_broken_off_gives_a_map(station):
-    requests = station.scan()
-    station.until_quiet()
+    before = station.status.scene_map
+    requests = station.requests
     for q in looking_around(station.world, 2, seed=7):
         station.stand(q)
         requests += MapRequests(frames=1, unfinished=1)
         station.ask(requests)
         station.advance()
     station.until_quiet()
-    assert station.status.scene_map.version == 1
+    assert station.status.scene_map is before
     station.ask(requests + MapRequests(unfinished=-1))
     station.advance()
     station.until_quiet()
-    assert station.status.scene_map.version == 2
-    assert len(station.status.scene_map.frames) == 5
+    after = station.status.scene_map
+    assert after.version == before.version + 1
+    assert len(after.frames) == len(before.frames) + 2
 
 
 def test_with_a_fixed_latency_a_map_counts_from_its_tick_on(table, tmp_path):
@@ -222,24 +246,23 @@ def test_with_a_fixed_latency_a_map_counts_from_its_tick_on(table, tmp_path):
     job = make_job(table, tmp_path / "session", config)
     station = Station(table, MappingProcess(job), latency=LATENCY)
     station.scan()
-    asked = station.root.get_time() - PERIOD
-    early = asked + LATENCY - 1.5 * PERIOD
-    station.simulator.AdvanceTo(early)
+    asked = station.latest
+    station.simulator.AdvanceTo(asked + LATENCY - 0.5 * PERIOD)
     assert station.status.scene_map.version == 0
     station.simulator.AdvanceTo(asked + LATENCY + 0.5 * PERIOD)
     assert station.status.scene_map.version == 1
     station.process.close()
 
 
-def test_a_map_that_is_damaged_leaves_the_old_one(station, tmp_path):
-    until_told(station.process)
+def test_a_map_that_is_damaged_leaves_the_old_one(station, folder):
+    before = station.status.scene_map
+    name = f"map_{before.version + 1:04d}.rsmap"
     station.scan()
-    path = tmp_path / "session" / "maps" / "map_0001.rsmap"
-    damage_when_there(path)
+    damage_when_there(folder / "maps" / name)
     station.until_quiet()
-    assert station.status.scene_map.version == 0
+    assert station.status.scene_map is before
     assert "the old map stays" in station.status.trouble
-    assert "map_0001.rsmap" in station.status.trouble
+    assert name in station.status.trouble
 
 
 def damage_when_there(path: Path) -> None:
@@ -249,21 +272,17 @@ def damage_when_there(path: Path) -> None:
     path.write_bytes(path.read_bytes()[:1000])
 
 
-def test_a_reopened_map_counts_at_once(table, tmp_path):
+def test_a_reopened_map_counts_at_once(table, process):
     field = table.truth_field
     reopened = SceneMap(3, 2, ("frame 1", "frame 2"), 77.0, field)
-    process = MappingProcess(make_job(table, tmp_path / "session"))
     station = Station(table, process, reopened=reopened)
     assert station.asked_field is field
     assert station.status.frames == 2
     # Its clock was another one: the age counts from the start of this run.
     assert station.age == 0.0
-    process.close()
 
 
-def test_a_camera_whose_clock_is_ahead_is_not_old(table, tmp_path):
+def test_a_camera_whose_clock_is_ahead_is_not_old(table, process):
     reopened = SceneMap(3, 2, ("frame 1",), 0.05, table.truth_field)
-    process = MappingProcess(make_job(table, tmp_path / "session"))
     station = Station(table, process, reopened=reopened)
     assert station.age == 0.0
-    process.close()
