@@ -24,7 +24,7 @@ from remosplat_drake.benchmark.live_session import LiveSession
 from remosplat_drake.benchmark.loop_cases import load
 from remosplat_drake.benchmark.memory_use import MemoryTrend
 from remosplat_drake.real_time import Spread
-from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.scenario import LoadScenario, Scenario
 from remosplat_drake.teleop_session import check_mappable
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.world import load_world
@@ -85,6 +85,13 @@ def run(console: Console, arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _scenario(spec: str) -> Scenario:
+    """The scenario; as with a real robot nothing looks ahead in a tick."""
+    scenario = LoadScenario(spec)
+    scenario.controller.guidance.asynchronous = True
+    return scenario
+
+
 def _by_the_clock(
     console: Console,
     spec: str,
@@ -106,8 +113,7 @@ def _by_the_clock(
     Returns:
         The numbers.
     """
-    scenario = LoadScenario(spec)
-    scenario.controller.guidance.asynchronous = True
+    scenario = _scenario(spec)
     world = load_world(scenario, blank=True)
     with tempfile.TemporaryDirectory() as parent:
         folder = Path(parent) / "session"
@@ -130,7 +136,7 @@ def _memory(
     spec: str, minutes: float, on_time: Callable[[float], None]
 ) -> LiveMemory:
     """Of a session with a page, which holds more than one without."""
-    scenario = LoadScenario(spec)
+    scenario = _scenario(spec)
     scenario.mapping.latency = _LATENCY
     world = load_world(scenario, blank=True)
     with tempfile.TemporaryDirectory() as parent:
