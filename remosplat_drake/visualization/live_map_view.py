@@ -17,7 +17,10 @@ from remosplat_drake.mapping.scene_map import SceneMap
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 from remosplat_drake.visualization.toggle import Toggle
-from remosplat_drake.visualization.unseen_space import frontier_mesh
+from remosplat_drake.visualization.unseen_space import (
+    frontier_mesh,
+    smoothed,
+)
 
 TILES = f"{ROOT}/map/surfels"
 UNSEEN_SPACE = f"{ROOT}/map/unseen"
@@ -35,7 +38,7 @@ class LiveMapView(LeafSystem):
         - map_status
 
     The map is a `MapStatus`. Each look sends one tile of the splat or one
-    layer of the boundary, which takes less than a millisecond, so that a new
+    layer of the boundary, which takes about a millisecond, so that a new
     map delays no control tick; old pieces stay until theirs is redrawn.
 
     Args:
@@ -122,6 +125,7 @@ def _draw_pieces(meshcat: Meshcat, scene_map: SceneMap) -> Iterator[str | None]:
         vertices, faces = frontier_mesh(coverage, layer)
         path = f"{UNSEEN_SPACE}/{layer}" if len(faces) else None
         if path is not None:
+            vertices = smoothed(vertices, coverage, layer)
             _draw_veil(meshcat, path, vertices, faces)
         yield path
 

@@ -26,7 +26,7 @@ _FONT = "-apple-system,'Segoe UI',Roboto,'Helvetica Neue',Arial,sans-serif"
 # Controls of this project stand above those of other views (order 50), then
 # come lines of text, then Meshcat's own tree.
 _RULES = f"""
-.dg.main{{width:320px!important;font:12px {_FONT};text-shadow:none}}
+.dg.main{{width:344px!important;font:12px {_FONT};text-shadow:none}}
 .dg.main>ul{{display:flex;flex-flow:row wrap;height:auto!important;
 max-height:calc(100vh - 20px);overflow-y:auto;background:#1b1e23;
 padding:0 8px 6px;box-sizing:border-box}}

@@ -112,8 +112,10 @@ class SafetyPanel(LeafSystem):
         self._show_ages(context.get_time(), status, context)
         supervision = self._supervision_input.Eval(context)
         parts = [supervision.mode, supervision.reason, supervision.refusal]
-        text = ": ".join(filter(None, parts))
-        self._page.set_status(text, "supervisor")
+        said = ": ".join(filter(None, parts)), ""
+        # What somebody has to release stands out.
+        text, trouble = said[::-1] if supervision.is_latched else said
+        self._page.set_status(text, "supervisor", trouble)
 
     def _show_ages(self, time: float, status: StationStatus, context: Context):
         report = self._report_input.Eval(context)

@@ -1,5 +1,7 @@
 """`frontier_mesh`: where what the cameras saw ends and the unknown begins."""
 
+from itertools import product
+
 import numpy as np
 
 from remosplat_drake.reconstruction.coverage import FREE, UNSEEN, Coverage
@@ -13,6 +15,10 @@ _CORNERS = np.array(
         [[0, 0, 0], [0, 1, 0], [1, 1, 0], [1, 0, 0]],
     ]
 )
+
+# Centres of the voxels around a corner of the grid, from it, in voxels.
+_AROUND = np.array(list(product((-1.5, -0.5, 0.5, 1.5), repeat=3)))
+_SQUARES = 80.0  # Sum of the squares of either of their coordinates.
 
 
 def frontier_mesh(
@@ -46,6 +52,51 @@ def frontier_mesh(
     fan = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
     first = np.arange(0, len(vertices), 4, dtype=np.int32)
     return vertices, (first[:, None, None] + fan).reshape(-1, 3)
+
+
+def smoothed(
+    vertices: np.ndarray, coverage: Coverage, layer: int
+) -> np.ndarray:
+    """Moves corners of voxels onto the plane that fits what is around them.
+
+    Steps become slopes. Each corner moves by itself, by at most a voxel along
+    each axis, so that layers stay joined.
+
+    Args:
+        vertices: Of a `frontier_mesh`, (n, 3) [m].
+        coverage: As there.
+        layer: As there.
+
+    Returns:
+        Shape (n, 3) [m].
+    """
+    free = _free_around(coverage.state, layer)
+    corners = np.round((vertices - coverage.lower) / coverage.voxel).astype(int)
+    i, j, k = (corners - [0, 0, layer] + 2).T
+    # Neighbouring faces share corners.
+    number, same = np.unique(
+        np.ravel_multi_index((i, j, k), free.shape), return_inverse=True
+    )
+    strides = np.array([free.shape[1] * free.shape[2], free.shape[2], 1])
+    around = number[:, None] + np.floor(_AROUND).astype(int) @ strides
+    sign = np.where(free.ravel()[around], 1.0, -1.0)
+    slope = sign @ _AROUND / _SQUARES
+    # To where the linear function that fits best is zero.
+    steepness = np.maximum((slope**2).sum(axis=1), 1e-9)
+    step = -(sign.mean(axis=1) / steepness)[:, None] * slope
+    return vertices + coverage.voxel * np.clip(step, -1.0, 1.0)[same]
+
+
+def _free_around(state: np.ndarray, layer: int) -> np.ndarray:
+    """Which voxels up to two from a layer are free, (nx + 4, ny + 4, 5).
+
+    The floor goes on below; beyond the other ends of the grid is nothing.
+    """
+    layers = np.arange(layer - 2, layer + 3)
+    last = state.shape[2] - 1
+    free = state[:, :, np.clip(layers, 0, last)] == FREE
+    free &= layers <= last
+    return np.pad(free, ((2, 2), (2, 2), (0, 0)))
 
 
 def _neighbours(

@@ -8,7 +8,10 @@ from remosplat_drake.reconstruction.coverage import (
     UNSEEN,
     Coverage,
 )
-from remosplat_drake.visualization.unseen_space import frontier_mesh
+from remosplat_drake.visualization.unseen_space import (
+    frontier_mesh,
+    smoothed,
+)
 
 
 def quads_of(state: np.ndarray, voxel: float = 1.0) -> np.ndarray:
@@ -69,3 +72,48 @@ def test_every_wall_parts_free_from_unseen():
         for side, wanted in ((0.25, FREE), (-0.25, UNSEEN)):
             cell = np.floor((center + side * normal) / 0.5).astype(int) + 1
             assert padded[tuple(cell)] == wanted
+
+
+def frontier_of(state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices of a frontier of voxels of 0.1 m, as they are and smoothed."""
+    coverage = Coverage(np.array([1.0, 2.0, 0.0]), 0.1, state)
+    before, after = [], []
+    for layer in range(state.shape[2]):
+        vertices, _ = frontier_mesh(coverage, layer)
+        if len(vertices):
+            before.append(vertices)
+            after.append(smoothed(vertices, coverage, layer))
+    return np.concatenate(before), np.concatenate(after)
+
+
+def test_a_level_frontier_stays_where_it_is():
+    state = np.full((8, 8, 8), UNSEEN, np.uint8)
+    state[:, :, :4] = FREE
+    before, after = frontier_of(state)
+    middle = (np.abs(before[:, :2] - [1.4, 2.4]) < 0.25).all(axis=1)
+    assert middle.any()
+    np.testing.assert_allclose(after[middle], before[middle], atol=1e-12)
+
+
+def test_steps_around_a_ball_become_rounder():
+    center, radius = np.full(3, 10.0), 8.0
+    voxels = np.indices((20, 20, 20)).reshape(3, -1).T + 0.5
+    free = np.linalg.norm(voxels - center, axis=1) < radius
+    state = np.where(free, FREE, UNSEEN).astype(np.uint8).reshape(20, 20, 20)
+    p_W = [1.0, 2.0, 0.0] + 0.1 * center
+    before, after = (
+        np.linalg.norm(vertices - p_W, axis=1)
+        for vertices in frontier_of(state)
+    )
+    assert after.std() < before.std() / 3
+    assert abs(after - 0.1 * radius).max() < 0.05
+
+
+def test_layers_stay_joined():
+    state = np.random.default_rng(3).integers(0, 3, (6, 5, 4)).astype(np.uint8)
+    before, after = frontier_of(state)
+    corners, same = np.unique(before.round(6), axis=0, return_inverse=True)
+    moved = np.zeros_like(corners)
+    moved[same.ravel()] = after
+    np.testing.assert_array_equal(moved[same.ravel()], after)
+    assert np.abs(after - before).max() <= 0.1 + 1e-12
