@@ -83,7 +83,7 @@ def _begin(
         if saved is None:
             text = f"no saved pose {command.pose!r}"
             return hold(state, X_WE, text)
-        return _go(law, state, saved.matrix(), f"going to {command.pose}")
+        return _go(law, state, saved.matrix(), f"going to {command.pose!r}")
     if command.scans > known.scans:
         return _begin_scan(law, state, X_WE)
     if command.V_W is not None and known.V_W is None:

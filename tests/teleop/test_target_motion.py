@@ -177,7 +177,7 @@ def test_home_and_saved_poses():
     assert hand.say(homes=1).mode == GO
     np.testing.assert_allclose(hand.wait(4).X_WT, pose(0.2, 0, 0.4), atol=1e-8)
     state = hand.say(pose="shelf", poses=1)
-    assert (state.mode, state.text) == (GO, "going to shelf")
+    assert (state.mode, state.text) == (GO, "going to 'shelf'")
     shelf = CONFIG.poses["shelf"].matrix()
     np.testing.assert_allclose(hand.wait(6).X_WT, shelf, atol=1e-8)
 
