@@ -134,11 +134,11 @@ def open_teleoperation(
     )
     head = session.head_map
     return Teleoperation(
-        run=new_run(folder),
-        mapping=MappingProcess(job),
         initial=initial,
         reopened=None if head is None else open_map(head),
         scenes=() if hardware else _scenes(scenario, world),
+        run=new_run(folder),
+        mapping=MappingProcess(job),
     )
 
 

@@ -10,7 +10,12 @@ from runs import remosplat
 
 from remosplat_drake.commands.main import USER_ERROR, main
 from remosplat_drake.mapping.map_file import open_map
-from remosplat_drake.mapping.session import SCENARIO_FILE, SESSION_FILE, Session
+from remosplat_drake.mapping.session import (
+    SCENARIO_FILE,
+    SESSION_FILE,
+    Session,
+    Version,
+)
 from remosplat_drake.recording.events import MAP, TARGET, Event, read_events
 from remosplat_drake.recording.run_log import RunLog, read_log
 from remosplat_drake.recording.session_log import EVENTS, LOG
@@ -202,4 +207,12 @@ def test_a_damaged_session_is_left_as_it_is(session, capsys, change, problem):
     line = refuse(capsys, "--session", session)
     assert str(path) in line and problem in line
     assert path.read_text() == changed
+    assert sorted(session.rglob("*")) == before
+
+
+def test_a_session_without_its_map_is_left_as_it_is(session, capsys):
+    made = Session.create(session, studio())
+    made.record(Version(1, 0, "maps/map_0001.rsmap", (), 1.0), set())
+    before = sorted(session.rglob("*"))
+    assert "map_0001.rsmap: " in refuse(capsys, "--session", session)
     assert sorted(session.rglob("*")) == before
