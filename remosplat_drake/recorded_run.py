@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from remosplat_drake import resources
 from remosplat_drake.errors import FieldError, FileError
 from remosplat_drake.mapping.map_file import open_map
 from remosplat_drake.mapping.session import SCENARIO_FILE, Session
@@ -22,9 +21,9 @@ from remosplat_drake.recording.run_folders import find_run
 from remosplat_drake.recording.run_log import NO_MAP, RunLog, read_log
 from remosplat_drake.recording.session_log import EVENTS, LOG
 from remosplat_drake.scenario import LoadScenario, Scenario
-from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.visualization.replay import ReplayedMap
-from remosplat_drake.world import World, load_world
+from remosplat_drake.world import World, load_world, true_scenes
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -100,21 +99,20 @@ class RecordedRun:
         return ReplayedMap(scene_map.field, scene_map.splat_W)
 
     def _truth_at(self, time: float) -> DistanceField:
-        changes = np.searchsorted(self._scene_changes, time)
+        changes = np.searchsorted(self.scene_changes, time)
         return self._truths[changes % len(self._truths)]
 
     @cached_property
     def _truths(self) -> list[DistanceField]:
-        """The true scene, and what it may become; they take turns."""
-        assert self.world.truth is not None
-        scenes = [self.world.truth]
-        if uri := self.scenario.scene.truth_later:
-            path = resources.resolve(uri, self.scenario.folder)
-            scenes.append(read_rmmi(path))
-        return [SignedDistanceField(scene) for scene in scenes]
+        return [SignedDistanceField(scene) for scene in self.scenes]
 
     @cached_property
-    def _scene_changes(self) -> list[float]:
+    def scenes(self) -> tuple[PrimitiveScene, ...]:
+        """The true scene, and what takes turns with it."""
+        return true_scenes(self.scenario, self.world)
+
+    @cached_property
+    def scene_changes(self) -> list[float]:
         """When somebody has changed the true scene, in order [s]."""
         return [
             event.time

@@ -25,15 +25,13 @@ from remosplat_drake.mapping.scene_map import SceneMap
 from remosplat_drake.mapping.session import SESSION_FILE, Session
 from remosplat_drake.oracle.config import GroundTruth, make_field
 from remosplat_drake.recording.run_folders import RUNS, new_run
-from remosplat_drake.resources import resolve
 from remosplat_drake.scenario import Scenario
 from remosplat_drake.scenario_text import scenario_text
-from remosplat_drake.scene.rmmi import read_rmmi
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_tiles import make_tiles
 from remosplat_drake.station.config import WristCameraConfig
 from remosplat_drake.teleop_stages import Teleoperation
-from remosplat_drake.world import World
+from remosplat_drake.world import World, true_scenes
 
 _MAPPING_PACKAGES = ("open3d", "PIL")
 
@@ -136,7 +134,7 @@ def open_teleoperation(
     return Teleoperation(
         initial=initial,
         reopened=None if head is None else open_map(head),
-        scenes=() if hardware else _scenes(scenario, world),
+        scenes=() if hardware else true_scenes(scenario, world),
         run=new_run(folder),
         mapping=MappingProcess(job),
     )
@@ -176,10 +174,3 @@ def _camera_maker(
     if hardware:
         return partial(LcmCamera, config, world.robot, scenario.hardware)
     return partial(RobotCamera, config, world.robot, world.truth)
-
-
-def _scenes(scenario: Scenario, world: World) -> tuple:
-    if not scenario.scene.truth_later or world.truth is None:
-        return ()
-    later = resolve(scenario.scene.truth_later, scenario.folder)
-    return world.truth, read_rmmi(later)

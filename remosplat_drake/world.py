@@ -77,6 +77,19 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
     return world
 
 
+def true_scenes(scenario: Scenario, world: World) -> tuple[PrimitiveScene, ...]:
+    """What there is, and what takes turns with it; none where nobody knows.
+
+    Raises:
+        RemoSplatError: A file is unusable.
+    """
+    if world.truth is None:
+        return ()
+    if not scenario.scene.truth_later:
+        return (world.truth,)
+    return world.truth, read_rmmi(_scene_file(scenario, "truth_later"))
+
+
 def _load_splat(scenario: Scenario) -> GaussianSplat | None:
     scene = scenario.scene
     if not scene.splat:

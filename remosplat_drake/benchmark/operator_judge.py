@@ -21,10 +21,7 @@ from remosplat_drake.benchmark.operator_result import (
 from remosplat_drake.mapping.config import OBSTACLE
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.recorded_run import RecordedRun, load_recorded_run
-from remosplat_drake.recording.events import REQUEST
-from remosplat_drake.resources import resolve
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.scene.rmmi import read_rmmi
 
 _NEAR = 0.05
 """Beyond that nobody looks [m]."""
@@ -57,7 +54,7 @@ def judge(folder: Path) -> OperatorResult:
         ticks=len(rows),
         maps=int((np.diff(rows["map_version"]) != 0).sum()),
         frames=len(run.session.frames.names),
-        scene_changes=len(_scene_changes(run)),
+        scene_changes=len(run.scene_changes),
         map_clearance=float(rows["clearance"][known].min(initial=np.inf)),
         mapped_clearance=float(clearance[MAPPED].min()),
         true_clearance=float(clearance[SCENE].min()),
@@ -67,24 +64,12 @@ def judge(folder: Path) -> OperatorResult:
 
 
 def _truth(run: RecordedRun) -> MappedTruth:
-    assert run.world.truth is not None
-    scenes = [run.world.truth]
-    if uri := run.scenario.scene.truth_later:
-        scenes.append(read_rmmi(resolve(uri, run.scenario.folder)))
     return MappedTruth(
         run.session,
-        scenes,
-        _scene_changes(run),
+        run.scenes,
+        run.scene_changes,
         run.scenario.mapping.max_depth,
     )
-
-
-def _scene_changes(run: RecordedRun) -> list[float]:
-    return [
-        event.time
-        for event in run.events
-        if (event.kind, event.text) == (REQUEST, "scene")
-    ]
 
 
 def _clearances(

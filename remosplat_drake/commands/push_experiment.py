@@ -35,7 +35,7 @@ from remosplat_drake.teleop_session import (
     holds_session,
     open_teleoperation,
 )
-from remosplat_drake.world import load_world
+from remosplat_drake.world import World, load_world, true_scenes
 
 DEFAULT_SCENARIO = "StudioLive"
 """What no camera has seen is an obstacle: the paper takes it for free."""
@@ -84,7 +84,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Runs, draws, and measures; 1 if anything true was touched."""
     console = Console(stderr=True)
-    scenario = _load_scenario(arguments)
+    scenario, world = _load(arguments)
     session = arguments.output / _SESSION
     script, followed = arguments.script.read_text(), arguments.output / _SCRIPT
     recorded = None
@@ -92,7 +92,7 @@ def run(arguments: argparse.Namespace) -> int:
         recorded = _complete_run(session, scenario)
     if recorded is None:
         write_atomically(followed, script)
-        recorded = _record(scenario, session, console)
+        recorded = _record(scenario, world, session, console)
     with Progress(console=console, transient=True) as progress:
         task = progress.add_task("measuring", total=len(recorded.log))
         trace = recorded.trace(lambda k: progress.update(task, completed=k))
@@ -111,8 +111,8 @@ def run(arguments: argparse.Namespace) -> int:
     return 0 if metrics["true_clearance_min"] >= 0 else 1
 
 
-def _load_scenario(arguments: argparse.Namespace) -> Scenario:
-    """The scenario, operated by the script to its end.
+def _load(arguments: argparse.Namespace) -> tuple[Scenario, World]:
+    """The scenario, operated by the script to its end, and its world.
 
     Raises:
         RemoSplatError: A file is unusable, or the truth is not known.
@@ -125,10 +125,12 @@ def _load_scenario(arguments: argparse.Namespace) -> Scenario:
             scenario.source, "scene.truth", "is needed to judge the run by"
         )
     check_mappable(scenario)
-    steps = load_trajectory(arguments.script, scenario.teleop.poses)
+    world = load_world(scenario, blank=True)
+    scenes = true_scenes(scenario, world)
+    steps = load_trajectory(arguments.script, scenario.teleop.poses, scenes)
     scenario.teleop.trajectory = str(arguments.script.resolve())
     scenario.time_limit = steps[-1].time + _AFTERWARDS
-    return scenario
+    return scenario, world
 
 
 def _complete_run(folder: Path, scenario: Scenario) -> RecordedRun | None:
@@ -144,7 +146,9 @@ def _complete_run(folder: Path, scenario: Scenario) -> RecordedRun | None:
     return recorded if end >= scenario.time_limit else None
 
 
-def _record(scenario: Scenario, folder: Path, console: Console) -> RecordedRun:
+def _record(
+    scenario: Scenario, world: World, folder: Path, console: Console
+) -> RecordedRun:
     """Runs the script in a new session.
 
     Raises:
@@ -153,7 +157,6 @@ def _record(scenario: Scenario, folder: Path, console: Console) -> RecordedRun:
     if holds_session(folder):
         shutil.rmtree(folder)
     warm_up.announce(console)
-    world = load_world(scenario, blank=True)
     teleoperation = open_teleoperation(scenario, world, folder, hardware=False)
     log = None
     try:
