@@ -6,17 +6,16 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from mapped_table import (
+    LARGEST,
     MISPLACED,
     SILENT,
     answers,
     looking_around,
-    make_camera,
     make_job,
     table_world,
     take_frames,
@@ -46,9 +45,12 @@ from remosplat_drake.mapping.messages import (
     Undo,
 )
 from remosplat_drake.mapping.session import Session
+from remosplat_drake.real_time import going_first
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.splat.ply import read_ply
 from remosplat_drake.world import World
+
+DISK_FULL_FOR_FRAMES, DISK_FULL_FOR_MAPS = LARGEST
 
 
 @pytest.fixture(scope="module")
@@ -188,55 +190,77 @@ def test_ctrl_c_is_not_for_this_process(mapped):
     assert isinstance(ask(process, ShowScene(PrimitiveScene()))[-1], Idle)
 
 
-def test_killed_it_goes_on_where_it_was(table, tmp_path):
-    process = MappingProcess(make_job(table, tmp_path / "session"))
-    take_frames(process, table)
-    ask(process, Build())
+def test_a_disk_too_full_for_a_frame_is_told(mapped, table):
+    process, folder = mapped
+    before = Session.open(folder)
+    frame, build = AddFrame(table.q0, DISK_FULL_FOR_FRAMES), Build()
+    events = ask(process, frame)
+    (trouble,) = of_type(events, Trouble)
+    assert "cannot be written" in trouble.text
+    after = Session.open(folder)
+    assert after.frames.names == before.frames.names
+    assert after.active == before.active
+    check_tidy(folder)
+    # Whoever makes room can go on.
+    events = ask(process, AddFrame(table.q0, 30.0), build)
+    assert of_type(events, MapReady)[-1].version > before.head
+    ask(process, Undo())
+
+
+def test_a_disk_too_full_for_a_map_is_told(mapped, table):
+    process, folder = mapped
+    before = Session.open(folder)
+    (q,) = looking_around(table, 1, seed=3)
+    events = ask(process, AddFrame(q, DISK_FULL_FOR_MAPS), Build())
+    assert of_type(events, FrameAdded)
+    (trouble,) = of_type(events, Trouble)
+    assert "cannot be written" in trouble.text
+    after = Session.open(folder)
+    assert after.head == before.head
+    assert len(after.active) == len(before.active) + 1
+    check_tidy(folder)
+    ask(process, Undo())
+
+
+def check_tidy(folder: Path) -> None:
+    """What no file could hold has left nothing behind."""
+    assert not [p for p in folder.rglob(".*") if p.is_file()]
+
+
+def test_killed_it_goes_on_where_it_was(mapped, table):
+    process, folder = mapped
+    before = Session.open(folder)
     send_signal(process, signal.SIGKILL)
     assert until_told(process) == [Trouble(DIED), Idle(process.sent)]
     (q,) = looking_around(table, 1, seed=1)
-    events = ask(process, AddFrame(q, 10.0), Build())
-    assert of_type(events, FrameAdded) == [FrameAdded("frame 5", 5)]
-    assert [e.version for e in of_type(events, MapReady)] == [1, 2]
-    process.close()
-
-
-def test_killed_while_it_works_it_loses_only_that(table, tmp_path):
-    process = MappingProcess(make_job(table, tmp_path / "session"))
-    while process.process is None:
-        time.sleep(0.001)
+    with going_first():
+        process.request(AddFrame(q, 40.0))
+        process.request(Build())
+        while process.process is None:
+            time.sleep(0.001)
     send_signal(process, signal.SIGINT)  # While it is only starting.
-    take_frames(process, table)
-    answers(process)
+    # A loop that goes first does not take it along.
+    assert process.process.pid is not None
+    assert os.sched_getscheduler(process.process.pid) == os.SCHED_OTHER
+    events = answers(process)
+    (added,) = of_type(events, FrameAdded)
+    assert added.total == len(before.active) + 1
+    versions = [event.version for event in of_type(events, MapReady)]
+    assert versions == [before.head, before.next_version]
+    ask(process, Undo())
+
+
+def test_killed_while_it_works_it_loses_only_that(mapped):
+    process, folder = mapped
+    before = Session.open(folder)
     process.request(Build("full"))
     process.poll()
     send_signal(process, signal.SIGKILL)
     assert DIED in [e.text for e in of_type(until_told(process), Trouble)]
     assert process.answered == process.sent
     events = ask(process, Build())
-    assert of_type(events, MapReady)[-1].version == 1
-    process.close()
-
-
-@pytest.mark.parametrize(
-    ("largest", "frames"), [(1_000, 0), (40_000, 4)], ids=["frames", "maps"]
-)
-def test_a_full_disk_is_told(table, tmp_path, largest, frames):
-    limited = partial(make_camera, largest_file=largest)
-    folder = tmp_path / "session"
-    process = MappingProcess(make_job(table, folder, make=limited))
-    take_frames(process, table)
-    events = ask(process, Build())
-    assert len(of_type(events, FrameAdded)) == frames
-    (trouble, *_) = of_type(events, Trouble)
-    assert "cannot be written" in trouble.text
-    assert events[-1] == Idle(5, frames)
-    session = Session.open(folder)
-    assert session.frames.names == session.active
-    assert len(session.active) == frames
-    # What no file can hold leaves nothing behind.
-    assert not [p for p in folder.rglob(".*") if p.is_file()]
-    process.close()
+    assert of_type(events, MapReady)[-1].version == before.next_version
+    assert Session.open(folder).active == before.active
 
 
 def test_it_ends_with_its_parent(table, tmp_path):
@@ -268,15 +292,17 @@ def test_it_ends_with_its_parent(table, tmp_path):
     assert not Path(f"/proc/{pid}/cmdline").exists()
 
 
-def test_too_many_requests_are_dropped(table, tmp_path):
-    process = MappingProcess(make_job(table, tmp_path / "session"))
+def test_too_many_requests_are_dropped(mapped):
+    process, _ = mapped
+    sent = process.sent
     for _ in range(MOST_UNANSWERED + 2):
         process.request(Undo())
-    assert process.sent == MOST_UNANSWERED
+    assert process.sent == sent + MOST_UNANSWERED
     events = answers(process)
     assert of_type(events, Trouble).count(Trouble(BUSY)) == 2
-    assert events.count(Trouble("there is nothing to undo")) == MOST_UNANSWERED
-    process.close()
+    undone = len(of_type(events, MapReady))
+    refused = events.count(Trouble("there is nothing to undo"))
+    assert undone + refused == MOST_UNANSWERED
 
 
 def test_what_cannot_start_says_why(table, tmp_path):
