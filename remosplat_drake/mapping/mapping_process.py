@@ -2,6 +2,7 @@
 
 import logging
 import multiprocessing
+import os
 import select
 import signal
 import weakref
@@ -157,8 +158,10 @@ class _Link:
         self._starter.start()
 
     def _spawn(self, job: MappingJob) -> None:
-        # The process inherits it: Ctrl-C does not reach even its start.
+        # The process inherits it: Ctrl-C does not reach even its start, and
+        # it does not go first where the control loop does.
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
         spawn = multiprocessing.get_context("spawn")
         connection, theirs = spawn.Pipe()
         process = spawn.Process(
