@@ -17,7 +17,7 @@ from remosplat_drake.benchmark.operator_result import (
     read_results,
     to_line,
 )
-from remosplat_drake.commands.flags import check_seed, positive
+from remosplat_drake.commands.flags import check_seed
 from remosplat_drake.errors import FieldError
 from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.teleop_session import check_mappable
@@ -30,12 +30,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("operators")
     group.add_argument(
         "--count", type=int, default=10, help="how many operators (10)"
-    )
-    group.add_argument(
-        "--minutes",
-        type=positive,
-        default=5.0,
-        help="how long each works, by the simulation's clock (5)",
     )
     group.add_argument("--seed", type=int, default=0, help="of the first (0)")
     group.add_argument(
