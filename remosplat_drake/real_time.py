@@ -14,6 +14,10 @@ import numpy as np
 LATEST_START = 0.5
 """A tick starts so late at most, as a share of the period."""
 
+KEPT = 60_000
+"""Spreads are over so many ticks at most, the latest ones: ten minutes at
+100 Hz."""
+
 _PRIORITY = 5  # The drivers have 10.
 
 
@@ -124,7 +128,7 @@ class LoopQuality:
 
 
 class LoopLog:
-    """Collects what `LoopQuality` sums up.
+    """Collects what `LoopQuality` sums up; in long runs, of the latest ticks.
 
     Attributes:
         missed: See `LoopQuality`.
@@ -138,17 +142,17 @@ class LoopLog:
             period: Time between two ticks [s].
         """
         self._period = period
-        self._sent: list[float] = []
-        self._ages: list[float] = []
-        self._work: list[float] = []
-        self._processor: list[float] = []
+        # Age, work, time of sending and of the processor, in turns: a run
+        # may last for hours, and its memory must not grow.
+        self._rows = np.full((KEPT, 4), math.nan)
+        self._ticks = 0
         self.missed = 0
         self.unheard = 0
 
     @property
     def age(self) -> float:
         """From status to command at the latest tick [s]; NaN before."""
-        return self._ages[-1] if self._ages else math.nan
+        return float(self._rows[(self._ticks - 1) % KEPT, 0])
 
     def record(self, *, stamp: float, heard: float, sent: float) -> None:
         """Notes one tick, on the loop's own thread.
@@ -158,21 +162,22 @@ class LoopLog:
             heard: When the status was there, by our wall clock [s].
             sent: Stamp of the command [s].
         """
-        self._ages.append(sent - stamp)
-        self._work.append(sent - heard)
-        self._sent.append(sent)
-        self._processor.append(time.thread_time())
+        row = (sent - stamp, sent - heard, sent, time.thread_time())
+        self._rows[self._ticks % KEPT] = row
+        self._ticks += 1
 
     def quality(self) -> LoopQuality:
-        """Sums up all ticks so far."""
-        between = np.diff(self._sent)
+        """Sums up the ticks so far."""
+        oldest = max(0, self._ticks - KEPT)
+        order = np.arange(oldest, self._ticks) % KEPT
+        age, work, sent, processor = self._rows[order].T
         return LoopQuality(
             period=self._period,
-            ticks=len(self._sent),
+            ticks=self._ticks,
             missed=self.missed,
             unheard=self.unheard,
-            age=Spread.of(np.array(self._ages)),
-            jitter=Spread.of(np.abs(between - self._period)),
-            work=Spread.of(np.array(self._work)),
-            busy=Spread.of(np.diff(self._processor)),
+            age=Spread.of(age),
+            jitter=Spread.of(np.abs(np.diff(sent) - self._period)),
+            work=Spread.of(work),
+            busy=Spread.of(np.diff(processor)),
         )

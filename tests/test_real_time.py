@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from remosplat_drake.real_time import (
+    KEPT,
     LoopLog,
     Spread,
     going_first,
@@ -62,6 +63,20 @@ def test_a_log_of_three_ticks():
     assert quality.work.max == pytest.approx(0.001)
     assert quality.jitter.max == pytest.approx(0.002)
     assert 0 <= quality.busy.max < 10
+
+
+def test_in_long_runs_the_latest_ticks_count():
+    log = LoopLog(0.01)
+    for tick in range(KEPT + 10):
+        # The first ones are slow; so is one period, which is forgotten, too.
+        age = 0.005 if tick < 10 else 0.002
+        sent = 0.01 * tick + (0.5 if tick > 5 else 0.0)
+        log.record(stamp=sent - age, heard=sent - 0.001, sent=sent)
+    quality = log.quality()
+    assert quality.ticks == KEPT + 10
+    assert log.age == pytest.approx(0.002)
+    assert quality.age.max == pytest.approx(0.002)
+    assert quality.jitter.max == pytest.approx(0, abs=1e-9)
 
 
 def test_whoever_goes_first_goes_back_to_its_place():
