@@ -34,6 +34,9 @@ SCENARIO = "StudioLive"
 _LATENCY = 2.0
 """Of the maps while memory is watched [s]."""
 
+_FRAMES = 12
+"""Most frames of a map then: until there are as many, memory may grow."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what only this group asks for."""
@@ -138,6 +141,7 @@ def _memory(
     """Of a session with a page, which holds more than one without."""
     scenario = _scenario(spec)
     scenario.mapping.latency = _LATENCY
+    scenario.mapping.max_frames = _FRAMES
     world = load_world(scenario, blank=True)
     with tempfile.TemporaryDirectory() as parent:
         folder = Path(parent) / "session"
@@ -200,7 +204,8 @@ def memory_table(memory: LiveMemory) -> Table:
     table = Table(
         "memory",
         caption=f"{memory.minutes:g} simulated minutes, {memory.maps} changes"
-        " of the map; trends after the first third",
+        f" of the map, at most {_FRAMES} frames in each; trends after the first"
+        " third",
     )
     for heading in (
         "then [MB]",
