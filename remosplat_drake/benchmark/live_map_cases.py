@@ -25,7 +25,8 @@ from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.real_time import Spread, garbage_kept, going_first
 from remosplat_drake.scenario import Scenario
 
-QUIET, QUICK, FULL = "no map in the making", "a quick map", "a full map"
+QUIET, QUICK, FULL = "nothing", "a quick map", "a full map"
+"""What may be in the making."""
 
 _REQUESTS = {QUICK: MapRequests(frames=1), FULL: MapRequests(refines=1)}
 
@@ -316,7 +317,7 @@ class _Clock:
                 Spread.of(busy[rows]),
             )
         swaps = [
-            Swap(kinds[i], latency, float(work[i]), float(work[i + 1]))
+            Swap(str(kinds[i]), latency, float(work[i]), float(work[i + 1]))
             for i, latency in self._swaps
             if kinds[i]
         ]

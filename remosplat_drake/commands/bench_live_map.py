@@ -151,37 +151,41 @@ def _memory(
 
 def period_table(periods: LivePeriods, name: str) -> Table:
     """One row for each kind of map in the making."""
-    table = Table(f"{name}, in the making", caption="p50 / p99 / max [ms]")
+    table = Table(
+        "in the making",
+        title=name,
+        caption="p50 / p99 / max; x: p50 and p99, over those of the first row",
+    )
     for heading in (
-        "period",
-        "tick",
-        "processor time",
+        "period [ms]",
+        "x",
+        "tick [ms]",
+        "x",
         "ticks",
         "late",
-        "p50, p99 of the period, ratio",
-        "of the tick",
     ):
-        table.add_column(heading, justify="right")
+        table.add_column(heading, justify="right", no_wrap=True)
     quiet = periods.times[QUIET]
     for kind, times in periods.times.items():
         table.add_row(
-            "nothing" if kind == QUIET else kind,
-            *map(_spread, (times.period, times.work, times.busy)),
+            kind,
+            _spread(times.period),
+            _ratios(times.period, quiet.period),
+            _spread(times.work),
+            _ratios(times.work, quiet.work),
             str(times.ticks),
             str(times.late),
-            _ratios(times.period, quiet.period),
-            _ratios(times.work, quiet.work),
         )
     return table
 
 
 def swap_table(periods: LivePeriods, name: str) -> Table:
     """One row for each map that took effect."""
-    table = Table(f"{name}, new map", caption="[ms]")
+    table = Table("new map", title=name)
     for heading in (
-        "announced to in effect",
-        "tick of the change",
-        "first tick on it",
+        "announced to in effect [ms]",
+        "tick of the change [ms]",
+        "first tick on it [ms]",
     ):
         table.add_column(heading, justify="right")
     for swap in periods.swaps:
@@ -192,8 +196,8 @@ def swap_table(periods: LivePeriods, name: str) -> Table:
 
 def unknown_table(spreads: dict[str, Spread], name: str) -> Table:
     """What it costs a tick that unknown space is an obstacle."""
-    table = Table(f"{name}, unknown space", caption="p50 / p99 / max [ms]")
-    table.add_column("tick", justify="right")
+    table = Table("unknown space is", title=name, caption="p50 / p99 / max")
+    table.add_column("oracle and controller [ms]", justify="right")
     for kind, spread in spreads.items():
         table.add_row(kind, _spread(spread))
     return table
@@ -202,17 +206,17 @@ def unknown_table(spreads: dict[str, Spread], name: str) -> Table:
 def memory_table(memory: LiveMemory) -> Table:
     """One row a process."""
     table = Table(
-        "memory",
-        caption=f"{memory.minutes:g} simulated minutes, {memory.maps} changes"
-        f" of the map, at most {_FRAMES} frames in each; trends after the first"
-        " third",
+        "memory [MB]",
+        title=f"{memory.minutes:g} simulated minutes, {memory.maps} changes of"
+        f" the map, at most {_FRAMES} frames in each",
+        caption="trends a minute after the first third",
     )
     for heading in (
-        "then [MB]",
-        "at the end [MB]",
-        "most [MB]",
-        "trend [MB/min]",
-        "without mapped files [MB/min]",
+        "after a third",
+        "at the end",
+        "most",
+        "trend",
+        "without files",
     ):
         table.add_column(heading, justify="right")
     for name, use in (
@@ -234,4 +238,4 @@ def _spread(spread: Spread) -> str:
 
 
 def _ratios(spread: Spread, quiet: Spread) -> str:
-    return f"{spread.p50 / quiet.p50:.3f}, {spread.p99 / quiet.p99:.2f}"
+    return f"{spread.p50 / quiet.p50:.2f} {spread.p99 / quiet.p99:.2f}"
