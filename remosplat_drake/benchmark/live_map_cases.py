@@ -1,21 +1,15 @@
-"""What a live map costs the control loop: time by the clock, and memory."""
+"""What a live map costs the control loop, by the clock."""
 
 import dataclasses as dc
 import gc
 import time
 from collections.abc import Callable, Iterator
-from itertools import cycle, pairwise
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from remosplat_drake.benchmark.live_session import LiveSession
-from remosplat_drake.benchmark.memory_use import (
-    MemoryTrend,
-    MemoryUse,
-    memory_of,
-    trend,
-)
 from remosplat_drake.controller.tick import ReactiveLaw, run_tick
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.mapping.config import FREE, OBSTACLE
@@ -32,21 +26,6 @@ _REQUESTS = {QUICK: MapRequests(frames=1), FULL: MapRequests(refines=1)}
 
 _PATIENCE = 300.0
 """A map takes no longer [s]."""
-
-_LOOKS = 1.0
-"""Memory is looked at so often [s]."""
-
-_EVERY = 15.0
-"""Something is asked of the map so often while memory is watched [s]."""
-
-_USE = (
-    *[MapRequests(frames=1)] * 2,
-    MapRequests(undos=1),
-    MapRequests(frames=1),
-    MapRequests(refines=1),
-    MapRequests(undos=1),
-)
-"""What is asked of the map in turns while memory is watched."""
 
 
 @dc.dataclass(frozen=True)
@@ -100,23 +79,6 @@ class LivePeriods:
     swaps: list[Swap]
 
 
-@dc.dataclass(frozen=True)
-class LiveMemory:
-    """A session as fast as it goes.
-
-    Attributes:
-        minutes: Simulated [min].
-        maps: Changes of the map.
-        control: Memory of the process that controls.
-        mapping: Memory of the one that makes maps.
-    """
-
-    minutes: float
-    maps: int
-    control: MemoryTrend
-    mapping: MemoryTrend
-
-
 def measure_periods(
     session: LiveSession,
     folder: Path,
@@ -156,55 +118,6 @@ def measure_periods(
                 clock.tick(effort)
         clock.tick("")
     return clock.result()
-
-
-def measure_memory(
-    session: LiveSession,
-    minutes: float,
-    *,
-    on_time: Callable[[float], None] = lambda time: None,
-) -> LiveMemory:
-    """Uses the map for a long time, as fast as it goes, and watches memory.
-
-    Garbage is collected as with the real robot: what only cycles hold for
-    longer than a tick would stay.
-
-    Args:
-        session: A new one, with a fixed latency.
-        minutes: Simulated, after the scan [min].
-        on_time: Told the simulated time since then [s].
-
-    Raises:
-        RemoSplatError: There is no first map.
-    """
-    looked: list[float] = []
-    control: list[MemoryUse] = []
-    mapping: list[MemoryUse] = []
-    wishes = cycle(_USE)
-    with garbage_kept():
-        for _ in first_map(session):
-            session.tick()
-        start = asked = session.time
-        while session.time < start + 60 * minutes:
-            session.move_on()
-            session.tick()
-            gc.collect(1)
-            if session.status.is_building:
-                continue
-            if session.time >= asked + _EVERY:
-                asked = session.time
-                session.ask(next(wishes))
-            elif not looked or session.time >= 60 * looked[-1] + _LOOKS:
-                looked.append(session.time / 60)
-                control.append(memory_of())
-                mapping.append(memory_of(session.pid))
-                on_time(session.time - start)
-    return LiveMemory(
-        minutes,
-        session.status.swaps,
-        trend(looked, control),
-        trend(looked, mapping),
-    )
 
 
 def measure_unknown(

@@ -14,11 +14,13 @@ from rich.table import Table
 from remosplat_drake.atomic_file import atomic_write
 from remosplat_drake.benchmark.live_map_cases import (
     QUIET,
-    LiveMemory,
     LivePeriods,
-    measure_memory,
     measure_periods,
     measure_unknown,
+)
+from remosplat_drake.benchmark.live_map_memory import (
+    LiveMemory,
+    measure_memory,
 )
 from remosplat_drake.benchmark.live_session import LiveSession
 from remosplat_drake.benchmark.loop_cases import load

@@ -9,10 +9,10 @@ from remosplat_drake.benchmark.live_map_cases import (
     QUICK,
     QUIET,
     LivePeriods,
-    measure_memory,
     measure_periods,
     measure_unknown,
 )
+from remosplat_drake.benchmark.live_map_memory import measure_memory
 from remosplat_drake.benchmark.live_session import LiveSession
 from remosplat_drake.commands import bench_live_map as tables
 from remosplat_drake.mapping.config import FREE, OBSTACLE
