@@ -156,26 +156,19 @@ def period_table(periods: LivePeriods, name: str) -> Table:
     table = Table(
         "in the making",
         title=name,
-        caption="p50 / p99 / max; x: p50 and p99, over those of the first row",
+        pad_edge=False,
+        caption="p50/p99/max; x: p50 and p99, over those of the first row",
     )
-    for heading in (
-        "period [ms]",
-        "x",
-        "tick [ms]",
-        "x",
-        "ticks",
-        "late",
-    ):
-        table.add_column(heading, justify="right", no_wrap=True)
+    for heading in ("period [ms]", "x", "tick [ms]", "x", "late"):
+        table.add_column(heading, justify="right")
     quiet = periods.times[QUIET]
     for kind, times in periods.times.items():
         table.add_row(
             kind,
-            _spread(times.period),
+            _spread(times.period, 1),
             _ratios(times.period, quiet.period),
-            _spread(times.work),
+            _spread(times.work, 1),
             _ratios(times.work, quiet.work),
-            str(times.ticks),
             str(times.late),
         )
     return table
@@ -198,10 +191,10 @@ def swap_table(periods: LivePeriods, name: str) -> Table:
 
 def unknown_table(spreads: dict[str, Spread], name: str) -> Table:
     """What it costs a tick that unknown space is an obstacle."""
-    table = Table("unknown space is", title=name, caption="p50 / p99 / max")
+    table = Table("unknown space is", title=name, caption="p50/p99/max")
     table.add_column("oracle and controller [ms]", justify="right")
     for kind, spread in spreads.items():
-        table.add_row(kind, _spread(spread))
+        table.add_row(kind, _spread(spread, 2))
     return table
 
 
@@ -234,9 +227,9 @@ def _trend(use: MemoryTrend) -> list[str]:
     return [*sizes, f"{use.slope:+.3f}", f"{use.own_slope:+.3f}"]
 
 
-def _spread(spread: Spread) -> str:
+def _spread(spread: Spread, decimals: int) -> str:
     values = (spread.p50, spread.p99, spread.max)
-    return " / ".join(f"{1e3 * value:.2f}" for value in values)
+    return "/".join(f"{1e3 * value:.{decimals}f}" for value in values)
 
 
 def _ratios(spread: Spread, quiet: Spread) -> str:
