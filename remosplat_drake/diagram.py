@@ -1,40 +1,20 @@
 """The application: every stage, wired together. The only place that does.
 
-station --configuration--> oracle --clearances--> controller --> supervisor
---> station
-
-`stages.py` says how each of them is made and connected.
+`control_loop.py` closes the loop; `stages.py` and `teleop_stages.py` say how
+each stage is made and connected.
 """
 
 import dataclasses as dc
+from functools import partial
 
-from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from remosplat_drake.controller.reactive_controller import ReactiveController
+from remosplat_drake.control_loop import AddControlLoop, ControlLoop
 from remosplat_drake.mapping.live_map import LiveMap
-from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.recording.session_log import TrajectoryLog
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
-from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.scenario import Scenario
-from remosplat_drake.stages import (
-    AddController,
-    AddGuidance,
-    AddOracle,
-    AddPanel,
-    AddRecorder,
-    AddSupervisor,
-    AddTargets,
-    AddWorldViews,
-    MakeStation,
-)
-from remosplat_drake.station import ports
-from remosplat_drake.station.connections import (
-    AddConfiguration,
-    ConnectCommand,
-)
-from remosplat_drake.task.target_sequence import TargetSequence
-from remosplat_drake.teleop.operator_target import OperatorTarget
+from remosplat_drake.stages import AddPanel, AddRecorder, AddTargets
 from remosplat_drake.teleop_stages import (
     AddLiveMap,
     AddLog,
@@ -44,6 +24,7 @@ from remosplat_drake.teleop_stages import (
     Teleoperation,
 )
 from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.views import AddViews
 from remosplat_drake.world import World
 
 KEPT = 10.0
@@ -51,22 +32,14 @@ KEPT = 10.0
 
 
 @dc.dataclass(frozen=True, eq=False)
-class Application:
+class Application(ControlLoop):
     """A built diagram and the parts that a run looks at.
 
     A teleoperated one has a log, and a live map if its scenario wants that.
     """
 
-    scenario: Scenario
-    world: World
     diagram: Diagram
-    station: Diagram
-    oracle: DistanceOracle
-    controller: ReactiveController
-    supervisor: SafetySupervisor | None
-    targets: TargetSequence | OperatorTarget
     recorder: TrajectoryRecorder
-    configuration: OutputPort
     live_map: LiveMap | None = None
     log: TrajectoryLog | None = None
 
@@ -91,97 +64,77 @@ def MakeDiagram(
     Raises:
         RemoSplatError: The station cannot be made, or there is no target.
     """
-    robot = world.robot
     builder = DiagramBuilder()
-    panel = AddPanel(builder, scenario, robot, page)
-    station = builder.AddSystem(MakeStation(scenario, world, hardware))
-    configuration = AddConfiguration(builder, robot, station)
+    panel = AddPanel(builder, scenario, world.robot, page)
     if teleoperation is None:
-        targets = AddTargets(builder, scenario, world, configuration)
+        add_targets = partial(AddTargets, builder, scenario, world)
     else:
-        targets = AddOperatorTarget(
-            builder, scenario, world, configuration, teleoperation, page
+        add_targets = partial(
+            AddOperatorTarget,
+            builder,
+            scenario,
+            world,
+            teleoperation=teleoperation,
+            page=page,
         )
-    oracle = AddOracle(builder, scenario, world, configuration)
-    controller = AddController(
-        builder, scenario, robot, configuration, targets, oracle
+    loop = AddControlLoop(
+        builder, scenario, world, add_targets, hardware=hardware
     )
-    selector = AddGuidance(
-        builder, scenario, robot, configuration, targets, oracle, controller
-    )
-    supervisor = AddSupervisor(builder, scenario, robot, controller, station)
-    commander = controller if supervisor is None else supervisor
-    executed = commander.GetOutputPort("velocity_commanded")
-    ConnectCommand(builder, robot, executed, station)
+    if panel is not None and loop.supervisor is not None:
+        panel.ConnectTo(
+            builder,
+            supervisor=loop.supervisor,
+            report=loop.report,
+            status=loop.status,
+        )
     recorder = AddRecorder(
         builder,
         scenario,
-        robot,
-        configuration,
-        controller,
-        executed,
+        world.robot,
+        loop.configuration,
+        loop.controller,
+        loop.executed,
         keep=None if teleoperation is None else KEPT,
     )
     live_map = log = None
     if teleoperation is not None:
-        ConnectSupervision(builder, supervisor, targets)
-        live_map = AddLiveMap(
-            builder,
-            scenario,
-            world,
-            configuration,
-            teleoperation,
-            targets,
-            oracle,
-            supervisor,
-        )
-        log = AddLog(
-            builder,
-            scenario,
-            world,
-            teleoperation,
-            controller,
-            executed,
-            supervisor,
-            targets,
-            live_map,
-        )
-    if panel is not None and supervisor is not None:
-        panel.ConnectTo(
-            builder,
-            supervisor=supervisor,
-            report=controller.GetOutputPort("report"),
-            status=station.GetOutputPort(ports.STATUS),
-        )
+        ConnectSupervision(builder, loop)
+        live_map = AddLiveMap(builder, loop, teleoperation)
+        log = AddLog(builder, loop, teleoperation, live_map)
     if page is not None:
-        AddWorldViews(
-            builder, page, world, configuration, controller, selector, live_map
-        )
+        _AddWorldViews(builder, loop, page, live_map)
         if teleoperation is not None and log is not None:
-            AddOperatorViews(
-                builder,
-                scenario,
-                world,
-                teleoperation,
-                page,
-                controller,
-                executed,
-                live_map,
-                log,
-            )
+            AddOperatorViews(builder, loop, teleoperation, page, live_map, log)
     diagram = builder.Build()
     diagram.set_name("remosplat")
+    parts = {f.name: getattr(loop, f.name) for f in dc.fields(loop)}
     return Application(
-        scenario,
-        world,
-        diagram,
-        station,
-        oracle,
-        controller,
-        supervisor,
-        targets,
-        recorder,
-        configuration,
-        live_map,
-        log,
+        **parts,
+        diagram=diagram,
+        recorder=recorder,
+        live_map=live_map,
+        log=log,
+    )
+
+
+def _AddWorldViews(
+    builder: DiagramBuilder,
+    loop: ControlLoop,
+    page: MeshcatPage,
+    live_map: LiveMap | None,
+) -> None:
+    """Adds what draws the scene, the robot and its guidance.
+
+    A live map is drawn by what is added for teleoperation.
+    """
+    world, selector = loop.world, loop.selector
+    AddViews(
+        builder,
+        page,
+        robot=world.robot,
+        splat_W=world.splat_W if live_map is None else None,
+        truth=world.truth,
+        configuration=loop.configuration,
+        report=loop.report,
+        selection=selector and selector.GetOutputPort("selection"),
     )

@@ -26,7 +26,6 @@ from remosplat_drake.controller.guidance.selection_rule import (
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.controller.tick import ReactiveLaw
 from remosplat_drake.errors import FieldError, RemoSplatError
-from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.robot.robot_model import RobotModel
@@ -41,7 +40,6 @@ from remosplat_drake.task.target_sequence import TargetSequence
 from remosplat_drake.teleop.operator_target import OperatorTarget
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.safety_panel import SafetyPanel
-from remosplat_drake.visualization.views import AddViews
 from remosplat_drake.world import World
 
 
@@ -247,28 +245,3 @@ def AddPanel(
     if page is None or not scenario.supervisor.enabled:
         return None
     return builder.AddSystem(SafetyPanel(page=page, n_u=robot.n_u))
-
-
-def AddWorldViews(
-    builder: DiagramBuilder,
-    page: MeshcatPage,
-    world: World,
-    configuration: OutputPort,
-    controller: ReactiveController,
-    selector: GuidanceSelector | None,
-    live_map: LiveMap | None,
-) -> None:
-    """Adds what draws the scene, the robot and its guidance.
-
-    A live map is drawn by what is added for teleoperation.
-    """
-    AddViews(
-        builder,
-        page,
-        robot=world.robot,
-        splat_W=world.splat_W if live_map is None else None,
-        truth=world.truth,
-        configuration=configuration,
-        report=controller.GetOutputPort("report"),
-        selection=selector and selector.GetOutputPort("selection"),
-    )

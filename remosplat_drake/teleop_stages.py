@@ -11,15 +11,13 @@ from pydrake.systems.framework import (
 
 from remosplat_drake.capture.camera_mount import CameraMount
 from remosplat_drake.capture.station_camera import hand_eye
-from remosplat_drake.controller.reactive_controller import ReactiveController
+from remosplat_drake.control_loop import ControlLoop
 from remosplat_drake.mapping.config import OBSTACLE
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.mapping.scene_map import SceneMap
-from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.recording.session_log import TrajectoryLog
 from remosplat_drake.resources import resolve
-from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.scenario import Scenario
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.station.config import WristCameraConfig
@@ -134,56 +132,40 @@ def _mount(scenario: Scenario, world: World) -> CameraMount | None:
     return CameraMount(world.robot, hand_eye(camera), camera.frame)
 
 
-def ConnectSupervision(
-    builder: DiagramBuilder,
-    supervisor: SafetySupervisor | None,
-    target: OperatorTarget,
-) -> None:
+def ConnectSupervision(builder: DiagramBuilder, loop: ControlLoop) -> None:
     """Lets the target stay with a robot that its supervisor stops."""
-    if supervisor is not None:
+    if loop.supervisor is not None:
         builder.Connect(
-            supervisor.GetOutputPort("supervision"),
-            target.GetInputPort("supervision"),
+            loop.supervisor.GetOutputPort("supervision"),
+            loop.targets.GetInputPort("supervision"),
         )
 
 
 def AddLiveMap(
-    builder: DiagramBuilder,
-    scenario: Scenario,
-    world: World,
-    configuration: OutputPort,
-    teleoperation: Teleoperation,
-    target: OperatorTarget,
-    oracle: DistanceOracle,
-    supervisor: SafetySupervisor | None,
+    builder: DiagramBuilder, loop: ControlLoop, teleoperation: Teleoperation
 ) -> LiveMap | None:
     """Adds the map that grows while the robot moves, if there is one."""
     if teleoperation.mapping is None:
         return None
     return LiveMap.AddToBuilder(
         builder,
-        configuration=configuration,
-        requests=target.GetOutputPort("map_requests"),
-        oracle=oracle,
-        supervisor=supervisor,
+        configuration=loop.configuration,
+        requests=loop.targets.GetOutputPort("map_requests"),
+        oracle=loop.oracle,
+        supervisor=loop.supervisor,
         process=teleoperation.mapping,
         initial=teleoperation.initial,
         reopened=teleoperation.reopened,
-        n_q=world.robot.n_q,
-        period=scenario.control_period,
-        latency=scenario.mapping.latency,
+        n_q=loop.world.robot.n_q,
+        period=loop.scenario.control_period,
+        latency=loop.scenario.mapping.latency,
     )
 
 
 def AddLog(
     builder: DiagramBuilder,
-    scenario: Scenario,
-    world: World,
+    loop: ControlLoop,
     teleoperation: Teleoperation,
-    controller: ReactiveController,
-    executed: OutputPort,
-    supervisor: SafetySupervisor | None,
-    target: OperatorTarget,
     live_map: LiveMap | None,
 ) -> TrajectoryLog:
     """Adds what writes down every tick and every event.
@@ -191,38 +173,37 @@ def AddLog(
     Raises:
         FileError: The files cannot be begun.
     """
+    robot, targets = loop.world.robot, loop.targets
     inputs = {
-        "report": controller.GetOutputPort("report"),
-        "velocity_executed": executed,
-        "target_state": target.GetOutputPort("state"),
-        "map_requests": target.GetOutputPort("map_requests"),
+        "report": loop.report,
+        "velocity_executed": loop.executed,
+        "target_state": targets.GetOutputPort("state"),
+        "map_requests": targets.GetOutputPort("map_requests"),
     }
-    if supervisor is not None:
-        inputs["supervision"] = supervisor.GetOutputPort("supervision")
+    if loop.supervisor is not None:
+        inputs["supervision"] = loop.supervisor.GetOutputPort("supervision")
     if live_map is not None:
         inputs["map_status"] = live_map.GetOutputPort("map_status")
     return TrajectoryLog.AddToBuilder(
         builder,
         inputs=inputs,
         folder=teleoperation.run,
-        n_q=world.robot.n_q,
-        n_u=world.robot.n_u,
-        period=scenario.control_period,
+        n_q=robot.n_q,
+        n_u=robot.n_u,
+        period=loop.scenario.control_period,
     )
 
 
 def AddOperatorViews(
     builder: DiagramBuilder,
-    scenario: Scenario,
-    world: World,
+    loop: ControlLoop,
     teleoperation: Teleoperation,
     page: MeshcatPage,
-    controller: ReactiveController,
-    executed: OutputPort,
     live_map: LiveMap | None,
     log: TrajectoryLog,
 ) -> None:
     """Adds the map, plots of clearance and velocity, and the log's trouble."""
+    scenario = loop.scenario
     LogView.AddToBuilder(
         builder, page=page, trouble=log.GetOutputPort("trouble")
     )
@@ -237,10 +218,10 @@ def AddOperatorViews(
     config = scenario.controller
     LivePlots.AddToBuilder(
         builder,
-        report=controller.GetOutputPort("report"),
-        executed=executed,
+        report=loop.report,
+        executed=loop.executed,
         page=page,
-        robot=world.robot,
+        robot=loop.world.robot,
         gain=config.servo.gain,
         max_speed=config.servo.max_speed,
         stopping=config.collision.stopping,
