@@ -24,6 +24,13 @@ README = (ROOT / "README.md").read_text()
 SHORTER = {
     "scenarios": [],
     "run": ["--headless"],
+    "teleop": [
+        "--headless",
+        "--duration",
+        "0.3",
+        "--trajectory",
+        "script.yaml",
+    ],
     "fit-spheres": ["--count", "6"],
     "render-capture": ["--views", "12", "--width", "120", "--height", "90"],
     "reconstruct": ["--count", "3000", "--held-out", "4", "--device", "cpu"],
@@ -69,6 +76,7 @@ def folder(a_capture, tmp_path, monkeypatch) -> Path:
             colors=np.full((n, 3), 0.5),
         ),
     )
+    (tmp_path / "script.yaml").write_text("steps: [{press: home}]\n")
     (tmp_path / "my_scenarios.yaml").write_text("".join(blocks("yaml")))
     shutil.copy(ROOT / "tests/data/three_link.urdf", tmp_path / "my_arm.urdf")
     shutil.copy(models_dir() / "scenes/table/scene.json", tmp_path)
@@ -98,6 +106,9 @@ def carry_out(arguments: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
             arguments[at] = f"{text}, {shorter}"
         else:
             arguments += ["--scenario-text", "{" + shorter]
+    if command == "teleop" and "--session" not in arguments:
+        # Two may begin in one second.
+        arguments += ["--session", str(len(list(Path().iterdir())))]
     # The moment does not suffice to reach anything.
     assert main(arguments) == (1 if command == "run" else 0)
 
