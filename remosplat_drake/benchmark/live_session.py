@@ -11,6 +11,7 @@ from pydrake.systems.framework import Context
 from remosplat_drake.benchmark.told_operator import ToldOperator
 from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.diagram import MakeDiagram
+from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.mapping.map_requests import MapRequests
 from remosplat_drake.mapping.map_status import MapStatus
 from remosplat_drake.mapping.mapping_process import MappingProcess
@@ -110,9 +111,14 @@ class LiveSession:
 
     @property
     def pid(self) -> int:
-        """Of the mapping process, once it has answered."""
+        """Of the mapping process, once it has answered.
+
+        Raises:
+            RemoSplatError: There is none, because it has died.
+        """
         process = self.process.process
-        assert process is not None and process.pid is not None
+        if process is None or process.pid is None:
+            raise RemoSplatError("the mapping process has died")
         return process.pid
 
     @property

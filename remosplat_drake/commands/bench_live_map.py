@@ -140,7 +140,10 @@ def _by_the_clock(
 def _memory(
     spec: str, minutes: float, on_time: Callable[[float], None]
 ) -> LiveMemory:
-    """Of a session with a page, which holds more than one without."""
+    """Of a session with a page, which holds more than one without.
+
+    The page's traces of hand and base add to it until they are 30 m long.
+    """
     scenario = _scenario(spec)
     scenario.mapping.latency = _LATENCY
     scenario.mapping.max_frames = _FRAMES
