@@ -186,9 +186,8 @@ class HardwareLoop:
         self._initialize()
         # The check of braking ramps runs near obstacles only.
         robot = self._application.world.robot
-        robot.moved_spheres(
-            np.zeros((1, robot.n_q)), np.arange(1), np.zeros((1, 3)), np.ones(1)
-        )
+        none = np.zeros(1, np.int64)
+        robot.place_spheres(np.zeros((1, robot.n_q)), none, none)
         for _ in range(math.ceil(REHEARSAL / self._period)):
             self._compute()
             self._end_tick()

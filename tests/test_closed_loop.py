@@ -24,6 +24,7 @@ from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.safety.braking import braking_command
 from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.scene.primitive_scene import (
     Box,
@@ -207,6 +208,43 @@ def test_verification_is_what_keeps_the_clearance(frankie):
             floor = np.minimum(config.collision.stopping, d[0])
             fell[verify] |= bool((d < floor - ROUNDING).any())
     assert fell == {True: False, False: True}
+
+
+@pytest.mark.parametrize("acceleration", [True, False])
+def test_the_supervisor_may_stop_the_robot_at_any_tick(frankie, acceleration):
+    """Its ramp is the one that was verified, in all settings.
+
+    When it was not, these scenes were entered by 10 to 19 mm.
+    """
+    for seed in (5, 20, 26):
+        rng = np.random.default_rng(seed)
+        field = SignedDistanceField(random_scene(rng))
+        q = safe_start(frankie, field, rng)
+        assert q is not None
+        config = gain_set("tuned", "test")
+        config.velocity_limits.acceleration = acceleration
+        config.collision.gain = 8.0
+        law = ReactiveLaw.make(config, frankie, 0.1)
+        path, reports = drive(law, field, q, random_target(rng), ticks=40)
+        start = field.clearances(frankie.spheres_at(q)).per_sphere(
+            len(frankie.spheres)
+        )
+        for q_stop, report in zip(path[1:], reports, strict=True):
+            stop = ramp_from(frankie, q_stop, report.command, law.dt)
+            d = clearances_along(frankie, field, np.vstack([q, *stop]))
+            np.testing.assert_array_equal(d[0], start)
+            assert_kept_clear(d, config.collision.stopping)
+
+
+def ramp_from(
+    robot: RobotModel, q: np.ndarray, u: np.ndarray, dt: float
+) -> list[np.ndarray]:
+    """Configurations at the ticks of the supervisor's ramp."""
+    states = [q]
+    while u.any():
+        u = braking_command(u, robot.acceleration_limit, dt)
+        states.append(robot.advance(states[-1], u, dt))
+    return states
 
 
 @pytest.mark.parametrize(("family", "seed"), [("table", 4), ("bookshelf", 7)])

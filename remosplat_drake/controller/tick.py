@@ -2,6 +2,7 @@
 
 import dataclasses as dc
 from collections.abc import Sequence
+from functools import cached_property
 from time import perf_counter
 
 import numpy as np
@@ -28,6 +29,7 @@ from remosplat_drake.controller.solvers import make_solver
 from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.oracle.distance_field import Clearances, DistanceField
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
+from remosplat_drake.safety.self_sweep import SelfClearance
 from remosplat_drake.safety.verify import Surroundings, verified_command
 
 _TIGHT = 1e-4
@@ -64,6 +66,14 @@ class ReactiveLaw:
             make_ingredients(config, robot),
             make_solver(config.solver, "scenario"),
         )
+
+    @cached_property
+    def self_clearance(self) -> SelfClearance | None:
+        """What verification keeps the robot from itself; None: nothing."""
+        config = self.config.self_collision
+        if not config.enabled:
+            return None
+        return SelfClearance.make(self.robot, config.stopping)
 
 
 def run_tick(
@@ -188,7 +198,6 @@ def _verified(
     if not law.config.verify:
         return u, 1.0
     robot, collision = law.robot, law.config.collision
-    bounded = law.config.velocity_limits.acceleration
     around = Surroundings(
         robot,
         field,
@@ -198,7 +207,8 @@ def _verified(
         ),
         collision.stopping_for(guidance),
         law.dt,
-        robot.acceleration_limit if bounded else np.full(robot.n_u, np.inf),
+        robot.acceleration_limit,
+        law.self_clearance,
     )
     return verified_command(around, u, u_previous)
 

@@ -95,8 +95,10 @@ class DistanceField(ABC):
     is_lipschitz: bool = True
     """A true distance: moving a sphere by s changes its distance by <= s.
 
-    Verification then skips spheres that are too far away to matter. Depth
-    views are not, and are always queried.
+    Verification then skips spheres that are too far away to matter, and can
+    promise something between two queries. Depth views and truncated
+    bisections are not: they are queried at the end of every tick of a braking
+    ramp, and what lies between is not known.
     """
 
     @property

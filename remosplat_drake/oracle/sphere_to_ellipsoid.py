@@ -49,7 +49,8 @@ class SphereToEllipsoidField(DistanceField):
             bisection_steps: None solves for the closest point to double
                 precision. A number stops bisecting after as many steps (the
                 authors' benchmark used 3): then a distance may be off by a
-                good part of the splat, but stays a distance to its box.
+                good part of the splat, but stays a distance to its box; the
+                field is then not Lipschitz.
             num_threads: Threads of a query, at most as many as there are
                 cores. One is steady; two are a little faster in the median
                 and far slower when the cores are busy.
@@ -76,6 +77,7 @@ class SphereToEllipsoidField(DistanceField):
             splat_W.is_surfel,
             CONVERGE if bisection_steps is None else bisection_steps,
         )
+        self.is_lipschitz = bisection_steps is None
         self._num_threads = min(num_threads, numba.config.NUMBA_NUM_THREADS)
         self.revision = (
             f"sphere_to_ellipsoid:{splat_W.content_hash}:n_sigma={n_sigma}"

@@ -152,6 +152,37 @@ def make_kinematic_tree(
 
 
 @njit(cache=True)
+def advance(q, u, n_base, time):
+    """The configuration after holding u for a time, exactly, shape (n_q,).
+
+    A differential base (n_base = 2) moves on an arc: the chord has length
+    v t sinc(omega t / 2) and the direction of the mid-way heading.
+    """
+    result = q.copy()
+    first = len(q) - len(u)
+    for k in range(n_base, len(u)):
+        result[first + k] += u[k] * time
+    if n_base:
+        half_turn = 0.5 * u[1] * time
+        chord = u[0] * time
+        if half_turn != 0.0:
+            chord *= np.sin(half_turn) / half_turn
+        result[0] += chord * np.cos(q[2] + half_turn)
+        result[1] += chord * np.sin(q[2] + half_turn)
+        result[2] += u[1] * time
+    return result
+
+
+@njit(cache=True)
+def advance_for(q, u, n_base, times):
+    """`advance` by each of several times, shape (k, n_q)."""
+    states = np.empty((len(times), len(q)))
+    for k in range(len(times)):
+        states[k] = advance(q, u, n_base, times[k])
+    return states
+
+
+@njit(cache=True)
 def body_poses(parent, kind, axis_F, X_PF, X_MB, position, offset, q):
     """Poses of all bodies, shape (b, 4, 4), and of their joint frames."""
     b = len(parent)
@@ -227,37 +258,33 @@ def sphere_points(X_WB, body, p_BS):
 
 
 @njit(cache=True)
-def moved_sphere_points(tree, states, body, p_BS, start_WS, room):
-    """Spheres at several configurations that have left a ball around them.
+def sphere_points_at(tree, states, state, body, p_BS):
+    """Spheres at several configurations.
 
     Args:
         tree: The arguments of `body_poses` before q.
         states: Configurations, shape (k, n_q).
-        body: Body of each sphere, shape (n,).
-        p_BS: Centres, shape (n, 3).
-        start_WS: Centres of the balls, shape (n, 3).
-        room: Radii of the balls; negative ones hold nothing, shape (n,).
+        state: Configuration of each sphere, shape (m,).
+        body: Body of each sphere, shape (m,).
+        p_BS: Centres, shape (m, 3).
 
     Returns:
-        For each sphere outside, state by state: its number, its centre p_WS
-        (m, 3) and its link's orientation R_WL (m, 3, 3).
+        Centres p_WS (m, 3) and link orientations R_WL (m, 3, 3).
     """
-    n = len(body)
-    sphere = np.empty(len(states) * n, np.int64)
-    p_WS = np.empty((len(sphere), 3))
-    R_WL = np.empty((len(sphere), 3, 3))
-    m = 0
-    for q in states:
-        X_WB, _ = body_poses(*tree, q)  # pyright: ignore
-        p, R = sphere_points(X_WB, body, p_BS)
-        for i in range(n):
-            x = p[i, 0] - start_WS[i, 0]
-            y = p[i, 1] - start_WS[i, 1]
-            z = p[i, 2] - start_WS[i, 2]
-            if np.sqrt(x * x + y * y + z * z) >= room[i]:
-                sphere[m], p_WS[m], R_WL[m] = i, p[i], R[i]
-                m += 1
-    return sphere[:m], p_WS[:m], R_WL[:m]
+    m = len(state)
+    p_WS = np.empty((m, 3))
+    R_WL = np.empty((m, 3, 3))
+    first = 0
+    while first < m:
+        last = first + 1
+        while last < m and state[last] == state[first]:
+            last += 1
+        X_WB, _ = body_poses(*tree, states[state[first]])  # pyright: ignore
+        p_WS[first:last], R_WL[first:last] = sphere_points(
+            X_WB, body[first:last], p_BS[first:last]
+        )
+        first = last
+    return p_WS, R_WL
 
 
 @njit(cache=True)

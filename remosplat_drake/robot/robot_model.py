@@ -6,7 +6,6 @@ without a mobile base has neither part, and everything here works the same.
 """
 
 import dataclasses as dc
-import math
 from functools import cached_property
 from pathlib import Path
 
@@ -64,6 +63,8 @@ class RobotModel:
         acceleration_limit: Bounds on |du/dt|, shape (n_u,).
         position_lower: Joint limits of q; infinite for the base, (n_q,).
         position_upper: See `position_lower`.
+        tree_arrays: The arguments of `kinematics.body_poses` before q.
+        sphere_arrays: Body of `tree`, centre in it and radius of each sphere.
     """
 
     def __init__(
@@ -96,7 +97,7 @@ class RobotModel:
             plant, self.joint_names, description.locked
         )
         self._read_limits(plant)
-        self._tree_arrays = (
+        self.tree_arrays = (
             self.tree.parent,
             self.tree.kind,
             self.tree.axis_F,
@@ -108,6 +109,7 @@ class RobotModel:
         self._body_S = np.array([self.tree.index(x) for x in spheres.links])
         self._p_LS = np.ascontiguousarray(spheres.p_LS)
         self._radius = np.ascontiguousarray(spheres.radius)
+        self.sphere_arrays = self._body_S, self._p_LS, self._radius
         floor = spheres.on_links(set(description.floor_links))
         self._ignore_below = np.where(floor, floor_height, -np.inf)
         self._set_end_effector(plant)
@@ -195,7 +197,7 @@ class RobotModel:
 
     def body_poses(self, q: np.ndarray) -> np.ndarray:
         """Poses X_WL of all bodies of `tree`, shape (b, 4, 4)."""
-        return kin.body_poses(*self._tree_arrays, q)[0]
+        return kin.body_poses(*self.tree_arrays, q)[0]
 
     def end_effector_pose(self, q: np.ndarray) -> np.ndarray:
         """The end-effector pose X_WE, a 4x4 matrix."""
@@ -211,7 +213,7 @@ class RobotModel:
 
     def state(self, q: np.ndarray) -> RobotState:
         """Everything the controller needs at configuration q."""
-        X_WL, X_WF = kin.body_poses(*self._tree_arrays, q)
+        X_WL, X_WF = kin.body_poses(*self.tree_arrays, q)
         X_WE = X_WL[self._body_E] @ self._X_LE
         a_W, o_W = self._screws(X_WL, X_WF)
         spheres = self._spheres(X_WL)
@@ -260,82 +262,45 @@ class RobotModel:
         return N
 
     def advance(self, q: np.ndarray, u: np.ndarray, dt: float) -> np.ndarray:
-        """The configuration after holding u for dt [s], exactly.
+        """The configuration after holding u for dt [s], exactly."""
+        return kin.advance(q.astype(float), u, self.n_base, dt)
 
-        A differential base moves on an arc: the chord has length
-        v dt sinc(omega dt / 2) and the direction of the mid-way heading.
-        """
-        q_next = q.astype(float)
-        q_next[self._base_q :] += u[self.n_base :] * dt
-        if self.n_base:
-            half_turn = 0.5 * float(u[1]) * dt
-            chord = float(u[0]) * dt
-            if half_turn != 0.0:
-                chord *= math.sin(half_turn) / half_turn
-            heading = float(q[2]) + half_turn
-            q_next[0] += chord * math.cos(heading)
-            q_next[1] += chord * math.sin(heading)
-            q_next[2] += u[1] * dt
-        return q_next
-
-    def advance_along(
-        self, q: np.ndarray, u: np.ndarray, fractions: np.ndarray, dt: float
+    def advance_for(
+        self, q: np.ndarray, u: np.ndarray, times: np.ndarray
     ) -> np.ndarray:
-        """`advance` over several ticks, each with a fraction of u.
+        """`advance` by several times, each from q on.
 
         Args:
             q: Configuration to start from, shape (n_q,).
-            u: Command, shape (n_u,).
-            fractions: Factor on u in each tick, shape (k,).
-            dt: Length of a tick [s].
+            u: Command that is held, shape (n_u,).
+            times: For how long, shape (k,) [s].
 
         Returns:
-            The configuration after each tick, shape (k, n_q).
+            The configuration after each time, shape (k, n_q).
         """
-        commands = np.outer(fractions, u)
-        steps = np.zeros((len(fractions), self.n_q))
-        steps[:, self._base_q :] = commands[:, self.n_base :] * dt
-        if self.n_base:
-            half_turn = 0.5 * commands[:, 1] * dt
-            steps[:, 2] = commands[:, 1] * dt
-            heading = np.cumsum(np.append(q[2], steps[:-1, 2])) + half_turn
-            chord = commands[:, 0] * dt * np.sinc(half_turn / math.pi)
-            steps[:, 0] = chord * np.cos(heading)
-            steps[:, 1] = chord * np.sin(heading)
-        return q + np.cumsum(steps, axis=0)
+        return kin.advance_for(q.astype(float), u, self.n_base, times)
 
-    def moved_spheres(
-        self,
-        states: np.ndarray,
-        index: np.ndarray,
-        start_WS: np.ndarray,
-        room: np.ndarray,
-    ) -> tuple[Spheres, np.ndarray]:
-        """The spheres that are not where they were, at several configurations.
+    def place_spheres(
+        self, states: np.ndarray, state: np.ndarray, sphere: np.ndarray
+    ) -> Spheres:
+        """Some spheres at some of several configurations.
 
         Args:
             states: Configurations, shape (k, n_q).
-            index: Which spheres are looked at, shape (n,).
-            start_WS: Where their centres were, shape (n, 3) [m].
-            room: A sphere is left out until it has moved so far; a negative
-                number never leaves it out, shape (n,) [m].
-
-        Returns:
-            Those of the first configuration first, and the number of each.
+            state: Row of `states` for each wanted sphere; equal ones in a
+                row are computed once, shape (m,).
+            sphere: Which sphere is wanted, shape (m,).
         """
-        moved, p_WS, R_WL = kin.moved_sphere_points(
-            self._tree_arrays,
+        p_WS, R_WL = kin.sphere_points_at(
+            self.tree_arrays,
             states,
-            self._body_S[index],
-            self._p_LS[index],
-            start_WS,
-            room,
+            state,
+            self._body_S[sphere],
+            self._p_LS[sphere],
         )
-        moved = index[moved]
-        placed = Spheres(
-            p_WS, R_WL, self._radius[moved], self._ignore_below[moved]
+        return Spheres(
+            p_WS, R_WL, self._radius[sphere], self._ignore_below[sphere]
         )
-        return placed, moved
 
     @cached_property
     def reach(self) -> np.ndarray:
@@ -356,6 +321,23 @@ class RobotModel:
                 length += self._travel(link)
                 length += np.linalg.norm(self.tree.X_PF[link, :3, 3])
         return reach
+
+    @cached_property
+    def bend(self) -> np.ndarray:
+        """Bounds on |d2p_WS / dq_j dq_k|, shape (n, n_u, n_u).
+
+        While u is held, no sphere's velocity changes by more than
+        |u|' bend |u| [m/s^2]. Two turning joints: the outer one's axis or
+        the arm from it to the sphere is carried around by the inner one, so
+        the outer one's reach bounds it. A slide's unit vector is carried
+        around by a turning joint, and a slide carries nothing around.
+        """
+        turning, moves = self._screw_revolute, self._moves[self._body_S]
+        outer = np.minimum(self.reach[:, :, None], self.reach[:, None, :])
+        both_move = moves[:, :, None] & moves[:, None, :]
+        two_turn = turning[:, None] & turning[None, :]
+        one_turns = turning[:, None] ^ turning[None, :]
+        return np.where(two_turn, outer, 1.0 * (one_turns & both_move))
 
     def _travel(self, link: int) -> float:
         """How far a link's inboard joint can slide from zero [m]."""

@@ -4,7 +4,8 @@ It passes the controller's command, scales it as a whole, or runs the braking
 ramp. It never changes one joint alone: that would break the clearance rows
 that a command fulfils as a vector. The ramp starts from the command being
 executed and is the one that verify-then-scale has checked against the map,
-so that a stop at any tick keeps the guarantee of `verify.py`.
+whatever the controller's settings, so that a stop at any tick keeps the
+guarantee of `verify.py`.
 
 | mode     | output                                  | left when          |
 |----------|-----------------------------------------|--------------------|
@@ -111,26 +112,34 @@ def _missing(now: Observation) -> str:
 def _start(
     law: SupervisorLaw, state: SupervisorState, u: np.ndarray
 ) -> SupervisorState:
-    """As far from the braking ramp towards u as the acceleration allows."""
-    brake = braking_command(state.command, law.start_acceleration, law.dt)
-    fraction = _reachable(law, state.command, brake, u)
-    if fraction == 1.0:
+    """As much of u as the acceleration allows, or a step of the ramp.
+
+    A smaller share of u and its own ramp stay on the path that was verified
+    for u; a mixture of u with the ramp that is under way would leave it.
+    """
+    share = _largest_share(law, state.command, u)
+    if share == 1.0:
         return dc.replace(state, mode=RUNNING, reason="", command=u)
-    command = brake + fraction * (u - brake)
-    return dc.replace(state, reason="", command=command)
+    if share is None:
+        step = braking_command(state.command, law.start_acceleration, law.dt)
+        return dc.replace(state, reason="", command=step)
+    return dc.replace(state, reason="", command=share * u)
 
 
-def _reachable(
-    law: SupervisorLaw, u_previous: np.ndarray, brake: np.ndarray, u: np.ndarray
-) -> float:
-    """Largest f in [0, 1] with |brake + f (u - brake) - u_previous| <= a dt."""
-    way = u - brake
-    moving = way != 0.0
+def _largest_share(
+    law: SupervisorLaw, u_previous: np.ndarray, u: np.ndarray
+) -> float | None:
+    """Largest f in [0, 1] with |f u - u_previous| <= a dt, if there is one."""
     step = law.start_acceleration * law.dt * (1.0 + _ROUNDING)
-    room = step + np.sign(way) * (u_previous - brake)
-    with np.errstate(over="ignore"):  # A way of next to nothing is no bound.
-        shares = room[moving] / np.abs(way[moving])
-    return float(np.clip(np.min(shares, initial=1.0), 0.0, 1.0))
+    lower, upper = u_previous - step, u_previous + step
+    moving = u != 0.0
+    if not ((lower <= 0.0) & (upper >= 0.0))[~moving].all():
+        return None
+    with np.errstate(over="ignore"):  # A command of next to nothing.
+        ends = np.stack([lower, upper])[:, moving] / u[moving]
+    least = ends.min(axis=0).max(initial=0.0)
+    most = ends.max(axis=0).min(initial=1.0)
+    return float(most) if least <= most else None
 
 
 def _brake(

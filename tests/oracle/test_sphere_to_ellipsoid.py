@@ -410,3 +410,9 @@ def test_real_table(shared_data):
     rng = np.random.default_rng(8)
     spheres = Spheres.at(rng.uniform([0, -1, 0], [1.2, 1, 1.2], (30, 3)), 0.08)
     assert_equal_to_every_splat(splat, spheres, 0.5)
+
+
+def test_a_truncated_bisection_promises_no_distance():
+    splat = make_splat([0, 0, 5], [2.0, 1.0])
+    assert SphereToEllipsoidField(splat).is_lipschitz
+    assert not SphereToEllipsoidField(splat, bisection_steps=3).is_lipschitz

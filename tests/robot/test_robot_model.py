@@ -154,37 +154,30 @@ def test_advance_composes(robot):
 
 
 @pytest.mark.parametrize("count", [1, 7])
-def test_several_ticks_at_once_are_one_after_the_other(robot, count):
+def test_several_times_at_once_are_each_on_its_own(robot, count):
     rng = np.random.default_rng(3)
     q = random_configurations(robot, 1)[0]
-    u = rng.uniform(-2, 2, robot.n_u)
-    fractions = rng.uniform(0, 1, count)
-    states = robot.advance_along(q, u, fractions, 0.1)
-    assert len(states) == count
-    for state, fraction in zip(states, fractions, strict=True):
-        q = robot.advance(q, fraction * u, 0.1)
-        np.testing.assert_allclose(state, q, atol=EXACT)
+    u, times = rng.uniform(-2, 2, robot.n_u), rng.uniform(0, 1, count)
+    np.testing.assert_allclose(
+        robot.advance_for(q, u, times),
+        [robot.advance(q, u, time) for time in times],
+        atol=EXACT,
+    )
 
 
-def test_spheres_are_found_that_have_moved(robot):
+def test_some_spheres_at_some_configurations_are_where_they_belong(robot):
     states = random_configurations(robot, 4)
-    index = np.arange(0, len(robot.spheres), 2)
-    start_WS = robot.spheres_at(states[0]).p_WS[index]
-    room = np.linspace(-0.1, 0.5, len(index))
-    spheres, moved = robot.moved_spheres(states, index, start_WS, room)
+    state = np.array([0, 0, 2, 1, 1, 1, 3, 0])
+    sphere = np.arange(len(state)) % len(robot.spheres)
     placed = [robot.spheres_at(q) for q in states]
-    expected = [
-        (k, i)
-        for k, at in enumerate(placed)
-        for i, p, r in zip(index, start_WS, room, strict=True)
-        if np.linalg.norm(at.p_WS[i] - p) >= r
-    ]
-    assert 0 < len(expected) < 4 * len(index)
-    assert [i for _, i in expected] == moved.tolist()
-    for field in dc.fields(spheres):
+    found = robot.place_spheres(states, state, sphere)
+    for field in dc.fields(found):
         np.testing.assert_allclose(
-            getattr(spheres, field.name),
-            [getattr(placed[k], field.name)[i] for k, i in expected],
+            getattr(found, field.name),
+            [
+                getattr(placed[k], field.name)[i]
+                for k, i in zip(state, sphere, strict=True)
+            ],
             atol=EXACT,
         )
 

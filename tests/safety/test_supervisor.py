@@ -87,6 +87,25 @@ def test_it_starts_along_the_command_from_zero():
     np.testing.assert_array_equal(state.command, FAST)
 
 
+def test_a_start_never_leaves_the_path_of_a_verified_command():
+    """It takes a share of the latest command, or the verified ramp."""
+    drive = Drive()
+    drive.ticks(10, FAST)
+    before = drive.state.command
+    turned = FAST * np.array([-1.0, 1.0, 1.0])
+    # No share of a command that turns joint 0 around is within its limits.
+    state = drive.tick(turned)
+    ramp = braking_command(before, ACCELERATION, DT)
+    np.testing.assert_array_equal(state.command, ramp)
+    assert state.mode == STARTING
+    for _ in range(200):
+        state = drive.tick(turned)
+        moving = np.flatnonzero(state.command)
+        shares = state.command[moving] / turned[moving]
+        np.testing.assert_allclose(np.abs(shares), abs(shares).max(initial=0.0))
+    assert state.mode == RUNNING
+
+
 def test_a_command_that_starts_gently_is_passed_from_the_first_tick():
     state = Drive().tick(ACCELERATION * DT)
     assert state.mode == RUNNING

@@ -1,0 +1,93 @@
+"""How near something may have come between two looks at it.
+
+A gap is a distance that hangs on one point which moves with the robot, and
+changes by no more than that point moves: from a sphere's centre to the scene,
+or between two spheres, where the point is the vector between their centres.
+Its room is what it has above the level that it must keep.
+
+Between two looks, with rooms r_0 and r_1 and a point that has travelled s in
+all, the room falls to no less than (r_0 + r_1 - s) / 2.
+
+The way s is bounded, not known. Let a bound how fast the point's velocity v
+changes, and t be the time between the looks. At the time x after the first, v
+differs from its mean by at most a (x^2 + (t - x)^2) / (2 t), so the way is at
+most a t^2 / 3 longer than the straight line between the two places.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def apart(p, q) -> float:
+    """Distance between two points, shape (3,) each [m]."""
+    x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@njit(cache=True)
+def longest_way(p, q, bend, time) -> float:
+    """Bound on the way from one point to another [m].
+
+    Args:
+        p: One point, shape (3,) [m].
+        q: The other, shape (3,) [m].
+        bend: Bound on how fast the velocity changes [m/s^2].
+        time: Between the two [s].
+    """
+    return apart(p, q) + bend * time * time / 3.0
+
+
+@njit(cache=True)
+def longest_ways(point, span, bend):
+    """`longest_way` of several gaps from each look to the next.
+
+    Args:
+        point: Looks by gaps, shape (k + 1, n, 3) [m].
+        span: Time between two looks, shape (k, n) [s].
+        bend: Shape (n,) [m/s^2].
+
+    Returns:
+        Ways, shape (k, n) [m].
+    """
+    k, n = span.shape
+    way = np.empty((k, n))
+    for j in range(k):
+        for i in range(n):
+            way[j, i] = longest_way(
+                point[j, i], point[j + 1, i], bend[i], span[j, i]
+            )
+    return way
+
+
+@njit(cache=True)
+def known_rooms(point, start, room, way, tolerance):
+    """What is known of rooms without a look, and where that is too little.
+
+    A point that has moved by x from its start has lost no more than x of the
+    room that it had there.
+
+    Args:
+        point: Looks by gaps, shape (k, n, 3) [m].
+        start: Where the room is known, shape (n, 3) [m].
+        room: There, shape (n,) [m].
+        way: Bounds on the ways before each look, and after the last where
+            there is something after it, shape (k or k + 1, n) [m].
+        tolerance: Between two looks a room may be so far negative [m].
+
+    Returns:
+        Lower bounds of the rooms, and what they should exceed to tell that
+        the ways beside them are clear, shape (k, n) each [m].
+    """
+    k, n = point.shape[:2]
+    known = np.empty((k, n))
+    wanted = np.empty((k, n))
+    for j in range(k):
+        after = min(j + 1, len(way) - 1)
+        for i in range(n):
+            known[j, i] = room[i] - apart(start[i], point[j, i])
+            half = 0.5 * max(way[j, i], way[after, i])
+            wanted[j, i] = max(half - tolerance, 0.0)
+    return known, wanted

@@ -1,0 +1,204 @@
+"""Whether spheres keep their distance from the scene all along a path."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.safety.kernels.between_looks import (
+    known_rooms,
+    longest_ways,
+)
+from remosplat_drake.safety.stopping_path import StoppingPath
+
+_PIECES = 4
+"""Pieces into which the time between two looks is cut."""
+
+_ROUNDS = 5
+"""So often; what is still unknown after 4^5 pieces is refused."""
+
+
+def keeps_off_the_scene(
+    path: StoppingPath,
+    field: DistanceField,
+    p_WS: np.ndarray,
+    clearance: np.ndarray,
+    level: np.ndarray,
+    tolerance: float,
+) -> bool:
+    """Whether all clearances keep their level on a path.
+
+    They do so at its `times`, and less a tolerance at all times on it: see
+    `kernels/between_looks.py`. Of a field that is not Lipschitz, nothing is
+    said about what lies between.
+
+    Args:
+        path: The path.
+        field: The map.
+        p_WS: Centres of the robot's spheres where it starts, (n, 3) [m].
+        clearance: Their clearances, or lower bounds, shape (n,) [m].
+        level: What these must keep, shape (n,) [m].
+        tolerance: See above [m].
+    """
+    room = clearance - level
+    near = np.arange(len(room))
+    if field.is_lipschitz:
+        near = np.flatnonzero(~(path.sphere_travel < room))
+    if not len(near):
+        return True
+    sweep = _Sweep(
+        path,
+        field,
+        near,
+        level[near],
+        p_WS[near],
+        room[near],
+        path.sphere_bend[near],
+        tolerance,
+    )
+    return sweep.is_clear() if field.is_lipschitz else sweep.is_clear_at_ends()
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Sweep:
+    """n spheres on a path.
+
+    Attributes:
+        path: The path.
+        field: The map.
+        sphere: Which spheres, shape (n,).
+        level: What their clearances must keep, shape (n,) [m].
+        start: Their centres where the path starts, shape (n, 3) [m].
+        room: What their clearances exceed the level by there, (n,) [m].
+        bend: Bounds on how fast their velocities change, (n,) [m/s^2].
+        tolerance: Between times of the path rooms may be so negative [m].
+    """
+
+    path: StoppingPath
+    field: DistanceField
+    sphere: np.ndarray
+    level: np.ndarray
+    start: np.ndarray
+    room: np.ndarray
+    bend: np.ndarray
+    tolerance: float
+
+    def is_clear_at_ends(self) -> bool:
+        """Whether the clearances keep their level at the path's times."""
+        spheres, gap = self._at_ends()
+        room = self._room(spheres, self.level[gap], np.zeros(1))
+        return bool((room >= 0.0).all())
+
+    def is_clear(self) -> bool:
+        """Whether they keep it on the whole path, less the tolerance."""
+        times = self.path.times
+        k, n = len(times), len(self.room)
+        spheres, gap = self._at_ends()
+        point = np.concatenate(
+            [self.start[None], spheres.p_WS.reshape(k, n, 3)]
+        )
+        span = np.repeat(np.diff(times, prepend=0.0), n).reshape(k, n)
+        way = longest_ways(point, span, self.bend)
+        room = self._look(spheres, gap, point[1:], way)
+        if not (room >= 0.0).all():
+            return False
+        room = np.concatenate([self.room[None], room])
+        place, i = np.nonzero(self._is_open(room, way))
+        if not len(place):
+            return True
+        ends = np.stack([place, place + 1])
+        begins = np.concatenate([[0.0], times])
+        return self._is_clear_between(
+            i, begins[ends], room[ends, i], point[ends, i]
+        )
+
+    def _is_clear_between(
+        self,
+        gap: np.ndarray,
+        time: np.ndarray,
+        room: np.ndarray,
+        point: np.ndarray,
+    ) -> bool:
+        """Looks between two times, again and again, at e spheres.
+
+        Args:
+            gap: Which of the n, shape (e,).
+            time: Before and after, shape (2, e) [s].
+            room: Then, shape (2, e) [m].
+            point: Then, shape (2, e, 3) [m].
+        """
+        shares = np.linspace(0.0, 1.0, _PIECES + 1)[1:-1, None]
+        for _ in range(_ROUNDS):
+            span = (time[1] - time[0]) / _PIECES
+            between = time[0] + _PIECES * shares * span
+            gaps = np.tile(gap, len(shares))
+            states, state = np.unique(between, return_inverse=True)
+            spheres = self._place(states, state.ravel(), gaps)
+            p_WS = spheres.p_WS.reshape(*between.shape, 3)
+            point = np.concatenate([point[:1], p_WS, point[1:]])
+            spans = np.tile(span, (_PIECES, 1))
+            way = longest_ways(point, spans, self.bend[gap])
+            found = self._look(spheres, gaps, p_WS, way)
+            if not (found >= -self.tolerance).all():
+                return False
+            time = np.concatenate([time[:1], between, time[1:]])
+            room = np.concatenate([room[:1], found, room[1:]])
+            place, i = np.nonzero(self._is_open(room, way))
+            if not len(place):
+                return True
+            ends = np.stack([place, place + 1])
+            gap, time = gap[i], time[ends, i]
+            room, point = room[ends, i], point[ends, i]
+        return False
+
+    def _is_open(self, room: np.ndarray, way: np.ndarray) -> np.ndarray:
+        """Between which looks the room may fall too low, shape (k, n)."""
+        return ~(room[:-1] + room[1:] - way >= -2.0 * self.tolerance)
+
+    def _at_ends(self) -> tuple[Spheres, np.ndarray]:
+        """All spheres at the path's times, and which of the n each is."""
+        k, n = len(self.path.times), len(self.room)
+        gap = np.tile(np.arange(n), k)
+        state = np.repeat(np.arange(k), n)
+        return self._place(self.path.times, state, gap), gap
+
+    def _place(
+        self, times: np.ndarray, state: np.ndarray, gap: np.ndarray
+    ) -> Spheres:
+        return self.path.robot.place_spheres(
+            self.path.at(times), state, self.sphere[gap]
+        )
+
+    def _look(
+        self,
+        spheres: Spheres,
+        gap: np.ndarray,
+        point: np.ndarray,
+        way: np.ndarray,
+    ) -> np.ndarray:
+        """Rooms, or lower bounds where these tell enough, as `known_rooms`.
+
+        The field is asked about spheres that need it only.
+        """
+        which = gap.reshape(point.shape[:2])[0]
+        room, wanted = known_rooms(
+            point, self.start[which], self.room[which], way, self.tolerance
+        )
+        ask = np.flatnonzero(~(room > wanted))
+        if len(ask):
+            room.ravel()[ask] = self._room(
+                spheres.select(ask),
+                self.level[gap[ask]],
+                wanted.ravel()[ask],
+            )
+        return room
+
+    def _room(
+        self, spheres: Spheres, level: np.ndarray, wanted: np.ndarray
+    ) -> np.ndarray:
+        """The map's answer, or at least `wanted` where it is more [m]."""
+        reach = level.max() + wanted.max()
+        # Not at the distance itself: rows there are left out.
+        found = self.field.clearances(spheres, np.nextafter(reach, np.inf))
+        return np.minimum(found.per_sphere(len(spheres)), reach) - level
