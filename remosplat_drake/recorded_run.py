@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from remosplat_drake.errors import FieldError, FileError
+from remosplat_drake.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.mapping.map_file import open_map
 from remosplat_drake.mapping.session import SCENARIO_FILE, Session
 from remosplat_drake.oracle.distance_field import DistanceField
@@ -69,7 +69,7 @@ class RecordedRun:
         for version in np.unique(self.log.rows["map_version"]).tolist():
             try:
                 maps[version] = self._map(version)
-            except FileError as error:
+            except RemoSplatError as error:
                 maps[version] = ReplayedMap()
                 problems.append(str(error))
         return maps, problems

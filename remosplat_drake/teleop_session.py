@@ -1,6 +1,7 @@
 """Begin a session of teleoperation in a new folder, or go on with one."""
 
 import importlib.util
+import logging
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -18,9 +19,10 @@ from remosplat_drake.mapping.known_space import (
     space_around,
     unknown_space_field,
 )
-from remosplat_drake.mapping.map_file import open_map
+from remosplat_drake.mapping.map_file import VersionError, open_map
 from remosplat_drake.mapping.mapping_job import MappingJob
 from remosplat_drake.mapping.mapping_process import MappingProcess
+from remosplat_drake.mapping.messages import Build
 from remosplat_drake.mapping.scene_map import SceneMap
 from remosplat_drake.mapping.session import SESSION_FILE, Session
 from remosplat_drake.oracle.config import GroundTruth, make_field
@@ -34,6 +36,8 @@ from remosplat_drake.teleop_stages import Teleoperation
 from remosplat_drake.world import World, true_scenes
 
 _MAPPING_PACKAGES = ("open3d", "PIL")
+
+_log = logging.getLogger(__name__)
 
 
 def holds_session(folder: Path) -> bool:
@@ -130,14 +134,32 @@ def open_teleoperation(
         q0=world.q0,
         base=world.splat_W or None,
     )
-    head = session.head_map
-    return Teleoperation(
+    reopened, problem = _reopened(session)
+    teleoperation = Teleoperation(
         initial=initial,
-        reopened=None if head is None else open_map(head),
+        reopened=reopened,
         scenes=() if hardware else true_scenes(scenario, world),
         run=new_run(folder),
         mapping=MappingProcess(job),
     )
+    if problem and teleoperation.mapping is not None:
+        _log.warning("%s; it is made anew of the session's frames", problem)
+        teleoperation.mapping.request(Build())
+    return teleoperation
+
+
+def _reopened(session: Session) -> tuple[SceneMap | None, str]:
+    """The map that a session goes on with; or why it has to be made anew.
+
+    Raises:
+        RemoSplatError: The map's file is damaged.
+    """
+    if session.head_map is None:
+        return None, ""
+    try:
+        return open_map(session.head_map), ""
+    except VersionError as error:
+        return None, str(error)
 
 
 def _initial_map(scenario: Scenario, world: World) -> SceneMap:

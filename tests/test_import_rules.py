@@ -18,6 +18,7 @@ EVERYONE = {
     "resources",
     "atomic_file",
     "strict_yaml",
+    "json_fields",
     "colors",
     "one_thread",
 }

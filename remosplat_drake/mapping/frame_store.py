@@ -7,6 +7,7 @@ in between costs the frame that was being added, and no other one.
 
 import contextlib
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,10 @@ from remosplat_drake.capture.nerfstudio import (
     write_images,
 )
 from remosplat_drake.capture.text_files import read_json
-from remosplat_drake.errors import FieldError, FileError, RemoSplatError
+from remosplat_drake.errors import FileError, RemoSplatError
+from remosplat_drake.json_fields import JsonFields
+
+_NAME = re.compile("frame [0-9]{1,9}")
 
 
 class FrameStore:
@@ -46,13 +50,20 @@ class FrameStore:
         }
         if self._path.exists():
             self._document = read_json(self._path)
+        document = JsonFields(self._document, str(self._path))
         self._index: dict[str, int] = {}
-        for i, entry in enumerate(self._document["frames"]):
-            if not isinstance(entry.get("name"), str):
-                raise FieldError(
-                    str(self._path), f"frames[{i}].name", "expected a name"
+        sizes = set()
+        for i, entry in enumerate(document.objects("frames")):
+            name = entry.text("name")
+            if not _NAME.fullmatch(name) or name in self._index:
+                raise entry.error("name", f"expected a new name, got {name!r}")
+            entry.number("time")
+            sizes.add(len(entry.numbers("configuration")))
+            if len(sizes) > 1:
+                raise entry.error(
+                    "configuration", "differs from others in length"
                 )
-            self._index[entry["name"]] = i
+            self._index[name] = i
         self._cache: dict[str, Frame] = {}
 
     @property

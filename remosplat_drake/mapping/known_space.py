@@ -1,6 +1,7 @@
 """Which part of a box was seen, by cameras or by the robot's being there."""
 
 import dataclasses as dc
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -80,14 +81,21 @@ def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
     return dc.replace(coverage, state=state)
 
 
-def unknown_space_field(coverage: Coverage) -> UnknownSpaceField:
+def unknown_space_field(
+    coverage: Coverage, *, prepared: Mapping[str, np.ndarray] | None = None
+) -> UnknownSpaceField:
     """The distance to what was not seen.
+
+    Args:
+        coverage: What was seen.
+        prepared: See `UnknownSpaceField`.
 
     Raises:
         RemoSplatError: Nothing was seen.
     """
+    unseen = coverage.state == UNSEEN
     return UnknownSpaceField(
-        coverage.state == UNSEEN, coverage.lower, coverage.voxel
+        unseen, coverage.lower, coverage.voxel, prepared=prepared
     )
 
 

@@ -238,7 +238,9 @@ class LiveMap(LeafSystem):
             return status
         try:
             scene_map = (
-                self._initial if event.path is None else open_map(event.path)
+                self._initial
+                if event.path is None
+                else open_map(event.path, event.seal)
             )
         except RemoSplatError as error:
             return dc.replace(status, trouble=f"the old map stays: {error}")

@@ -22,6 +22,19 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 
+@dc.dataclass(frozen=True)
+class WrittenMap:
+    """A map that has just been written.
+
+    Attributes:
+        version: What the session notes about it.
+        seal: That of its file; see `write_map`.
+    """
+
+    version: Version
+    seal: str
+
+
 @dc.dataclass(frozen=True, eq=False)
 class MappingJob:
     """What a mapping process works at; it can be sent to another process.
@@ -52,7 +65,7 @@ def next_map(
     names: tuple[str, ...],
     capture: Capture,
     effort: str,
-) -> Callable[[Report], Version]:
+) -> Callable[[Report], WrittenMap]:
     """What makes and writes the next map of a session; it may take long.
 
     It takes what it needs from the session here and now, so that it can run
@@ -83,17 +96,18 @@ def next_map(
 
 def _make(
     build: Callable[..., SceneMap], path: Path, report: Report
-) -> Version:
+) -> WrittenMap:
     start = perf_counter()
     scene_map = build(report=report)
-    write_map(path, scene_map)
-    return Version(
+    seal = write_map(path, scene_map)
+    version = Version(
         version=scene_map.version,
         parent=scene_map.parent or 0,
         file=f"{path.parent.name}/{path.name}",
         frames=scene_map.frames,
         seconds=perf_counter() - start,
     )
+    return WrittenMap(version, seal)
 
 
 def free_around(job: MappingJob, q: np.ndarray) -> Spheres:

@@ -108,10 +108,12 @@ class MapReady:
     Attributes:
         path: Its file; None for the map that the scenario began with.
         version: Its number.
+        seal: That of the file, which the mapping process itself has written.
     """
 
     path: Path | None
     version: int
+    seal: str = ""
 
 
 @dc.dataclass(frozen=True)

@@ -17,8 +17,9 @@ from typing import IO
 
 from remosplat_drake.atomic_file import write_atomically
 from remosplat_drake.capture.nerfstudio import TRANSFORMS
-from remosplat_drake.capture.text_files import read_json
+from remosplat_drake.capture.text_files import read_text
 from remosplat_drake.errors import FileError, RemoSplatError
+from remosplat_drake.json_fields import JsonFields, parse_fields
 from remosplat_drake.mapping.frame_store import FrameStore
 from remosplat_drake.mapping.map_file import SUFFIX
 
@@ -64,17 +65,19 @@ class Session:
         active: Names of the frames that the next map is made of.
     """
 
-    def __init__(self, folder: Path, document: dict):
+    def __init__(
+        self,
+        folder: Path,
+        head: int = 0,
+        active: tuple[str, ...] = (),
+        versions: tuple[Version, ...] = (),
+    ):
         """Use `create` or `open`."""
         self.folder = folder
         self._lock: IO | None = None
         self.frames = FrameStore(folder / "frames")
-        self.head: int = document["head"]
-        self.active: tuple[str, ...] = tuple(document["active"])
-        versions = [
-            Version(**entry | {"frames": tuple(entry["frames"])})
-            for entry in document["versions"]
-        ]
+        self.head = head
+        self.active = active
         self.versions = {version.version: version for version in versions}
 
     @staticmethod
@@ -90,10 +93,7 @@ class Session:
         """
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             raise FileError(folder, "exists; a new session needs a new folder")
-        session = Session(
-            folder,
-            {"head": 0, "active": [], "versions": []},
-        )
+        session = Session(folder)
         write_atomically(folder / SCENARIO_FILE, scenario_text)
         session._write(0, (), {})
         return session
@@ -106,16 +106,16 @@ class Session:
             RemoSplatError: The folder holds none, or a damaged one.
         """
         path = folder / SESSION_FILE
-        document = read_json(path)
-        if document.get("format") != FORMAT:
+        document = parse_fields(read_text(path), str(path))
+        if not document.has("format") or document.text("format") != FORMAT:
             raise FileError(path, f"is no {FORMAT!r}")
-        try:
-            session = Session(folder, document)
-        except (KeyError, TypeError, AttributeError) as error:
-            raise FileError(path, f"is damaged: {error}") from error
-        if session.head and session.head not in session.versions:
-            raise FileError(path, f"is damaged: it lacks map {session.head}")
-        return session
+        versions = []
+        for entry in document.objects("versions"):
+            versions.append(_version(entry, {v.version for v in versions}))
+        head = document.whole("head")
+        if head and head not in [version.version for version in versions]:
+            raise document.error("head", f"there is no map {head}")
+        return Session(folder, head, document.texts("active"), tuple(versions))
 
     @staticmethod
     def open_to_write(folder: Path) -> "Session":
@@ -152,7 +152,7 @@ class Session:
 
     def map_path(self, version: int) -> Path:
         """Where a map goes."""
-        return self.folder / "maps" / f"map_{version:04d}{SUFFIX}"
+        return self.folder / _map_file(version)
 
     def activate(self, name: str) -> None:
         """Lets a frame of the store count for the next map."""
@@ -189,15 +189,24 @@ class Session:
         """Goes back to the frames that are in the map."""
         self._write(self.head, self.map_frames, self.versions)
 
-    def undo(self) -> None:
-        """Goes back to the map before, and to its frames.
+    @property
+    def parent(self) -> int:
+        """The version that the map which counts was made after.
 
         Raises:
             RemoSplatError: There is none.
         """
         if not self.head:
             raise RemoSplatError("there is nothing to undo")
-        parent = self.versions[self.head].parent
+        return self.versions[self.head].parent
+
+    def undo(self) -> None:
+        """Goes back to the map before, and to its frames.
+
+        Raises:
+            RemoSplatError: There is none.
+        """
+        parent = self.parent
         self._write(parent, self._frames_of(parent), self.versions)
 
     def _frames_of(self, version: int) -> tuple[str, ...]:
@@ -216,3 +225,22 @@ class Session:
         text = json.dumps(document, indent=1) + "\n"
         write_atomically(self.folder / SESSION_FILE, text)
         self.head, self.active, self.versions = head, active, versions
+
+
+def _version(entry: JsonFields, known: set[int]) -> Version:
+    """A map that follows one of those that are known, or the scenario's own."""
+    number, parent = entry.whole("version", 1), entry.whole("parent")
+    if number in known:
+        raise entry.error("version", f"{number} appears twice")
+    if parent and parent not in known:
+        raise entry.error("parent", f"there is no map {parent} before")
+    file = entry.text("file")
+    if file != _map_file(number):
+        raise entry.error("file", f"expected {_map_file(number)!r}")
+    frames, seconds = entry.texts("frames"), entry.number("seconds", 0)
+    return Version(number, parent, file, frames, seconds)
+
+
+def _map_file(version: int) -> str:
+    """Where a map is, within the session's folder."""
+    return f"maps/map_{version:04d}{SUFFIX}"

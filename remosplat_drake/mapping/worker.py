@@ -25,8 +25,12 @@ from remosplat_drake.mapping.frame_choice import (
     contradicting_frames,
     frames_to_keep,
 )
-from remosplat_drake.mapping.map_file import open_map
-from remosplat_drake.mapping.mapping_job import MappingJob, next_map
+from remosplat_drake.mapping.map_file import open_map, write_map
+from remosplat_drake.mapping.mapping_job import (
+    MappingJob,
+    WrittenMap,
+    next_map,
+)
 from remosplat_drake.mapping.messages import (
     AddFrame,
     Build,
@@ -43,7 +47,7 @@ from remosplat_drake.mapping.messages import (
     Trouble,
     Undo,
 )
-from remosplat_drake.mapping.session import Session, Version
+from remosplat_drake.mapping.session import Session
 from remosplat_drake.splat.ply import write_ply
 
 _NICE = 19
@@ -103,7 +107,8 @@ class _Worker:
         self._job = job
         self._session = Session.open_to_write(job.session)
         self._camera = job.make_camera()
-        self._builder: BuildThread[Version] = BuildThread()
+        self._builder: BuildThread[WrittenMap] = BuildThread()
+        self._seals: dict[int, str] = {}
         self._wanted = ""
         self._offered: set[str] = set()
         self._received = self._answered = 0
@@ -114,7 +119,7 @@ class _Worker:
 
     def run(self) -> None:
         """Works until the other end says so, or is closed."""
-        self._tell_map()
+        self._try(self._tell_map)
         while True:
             self._camera.listen()
             self._advance_building()
@@ -131,7 +136,20 @@ class _Worker:
         self._connection.send(event)
 
     def _tell_map(self) -> None:
-        self._tell(MapReady(self._session.head_map, self._session.head))
+        """Tells which map counts now."""
+        path, version = self._session.head_map, self._session.head
+        self._tell(MapReady(path, version, self._seal(version)))
+
+    def _seal(self, version: int) -> str:
+        """The seal of a map's file; of none for the scenario's own map.
+
+        The other side has no time to check a file that this process has not
+        written. So it is checked here, and written anew.
+        """
+        if version and version not in self._seals:
+            path = self._session.map_path(version)
+            self._seals[version] = write_map(path, open_map(path))
+        return self._seals.get(version, "")
 
     def _try(self, action: Callable[[], None]) -> None:
         """Tells what goes wrong, and goes on."""
@@ -176,6 +194,7 @@ class _Worker:
             session.leave_out_new_frames()
             self._tell(Note("what no map had yet is left out"))
             return
+        self._seal(session.parent)  # Where that fails nothing has changed.
         session.undo()
         self._tell_map()
 
@@ -210,10 +229,11 @@ class _Worker:
             self._answered = self._received
             self._tell(Idle(self._answered, len(self._session.active)))
 
-    def _take(self, version: Version) -> None:
+    def _take(self, made: WrittenMap) -> None:
         """Lets a map that has been made count."""
-        replaced = self._offered - set(version.frames)
-        self._session.record(version, replaced)
+        replaced = self._offered - set(made.version.frames)
+        self._session.record(made.version, replaced)
+        self._seals[made.version.version] = made.seal
         self._tell_map()
 
     def _start_building(self, effort: str) -> None:

@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses as dc
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, cached_property
 
@@ -15,6 +16,7 @@ from remosplat_drake.oracle.kernels.depth_rasterization_kernel import (
     nearest_pixels,
 )
 from remosplat_drake.oracle.kernels.footprints import (
+    Footprints,
     make_footprints,
     make_rules,
 )
@@ -41,6 +43,8 @@ class DepthRasterizationField(DistanceField):
         nearest_only: Answer only the nearest view of each sphere (cheaper).
         num_threads: Threads that share the spheres of a query; the answer does
             not depend on it.
+        prepared: That of an equal field, whose work need not be done again.
+            Kernels follow what it says wherever that leads.
 
     Raises:
         FieldError: `num_threads` is not positive.
@@ -55,6 +59,7 @@ class DepthRasterizationField(DistanceField):
         *,
         nearest_only: bool = False,
         num_threads: int = 1,
+        prepared: Mapping[str, np.ndarray] | None = None,
     ):
         if num_threads < 1:
             raise FieldError(
@@ -69,9 +74,31 @@ class DepthRasterizationField(DistanceField):
             f"depth-rasterization-{splat_W.content_hash}-{self.sensor}"
             f"-{nearest_only}"
         )
-        self._footprints = make_footprints(splat_W, self.sensor)
+        if prepared is None:
+            self._footprints = make_footprints(splat_W, self.sensor)
+        else:
+            nodes = prepared["nodes"]
+            nodes.flags.writeable = False
+            self._footprints = Footprints(
+                nodes, nodes.view(np.int32), prepared["records"]
+            )
         self._rules = make_rules(self.sensor, splat_W.is_surfel)
         self._is_surfel = splat_W.is_surfel
+
+    @property
+    def settings(self) -> dict:
+        """What a field is made of besides the splat, in plain values."""
+        return {
+            "sensor": dc.asdict(self.sensor),
+            "nearest_only": self.nearest_only,
+            "num_threads": self.num_threads,
+        }
+
+    @property
+    def prepared(self) -> dict[str, np.ndarray]:
+        """What took the time when the field was built."""
+        nodes, records = self._footprints.nodes, self._footprints.records
+        return {"nodes": nodes, "records": records}
 
     @cached_property
     def for_look_ahead(self) -> "DepthRasterizationField":

@@ -1,5 +1,7 @@
 """`SphereToEllipsoidField`: distance to the splats as solid shapes."""
 
+from collections.abc import Mapping
+
 import numba
 import numpy as np
 
@@ -38,6 +40,7 @@ class SphereToEllipsoidField(DistanceField):
         min_opacity: float = 0.1,
         bisection_steps: int | None = None,
         num_threads: int = 1,
+        prepared: Mapping[str, np.ndarray] | None = None,
     ):
         """Builds the hierarchy; not for the control process.
 
@@ -54,6 +57,8 @@ class SphereToEllipsoidField(DistanceField):
             num_threads: Threads of a query, at most as many as there are
                 cores. One is steady; two are a little faster in the median
                 and far slower when the cores are busy.
+            prepared: That of an equal field, whose work need not be done
+                again. Kernels follow what it says wherever that leads.
 
         Raises:
             ValueError: A parameter is out of range.
@@ -64,15 +69,20 @@ class SphereToEllipsoidField(DistanceField):
             raise ValueError(f"{bisection_steps=} is negative")
         if num_threads < 1:
             raise ValueError(f"{num_threads=} is not positive")
-        records = splat_records(splat_W, min_opacity, n_sigma)
-        p_WK = records[:, :3]
-        half = _half_extents(records, solved=bisection_steps is None)
-        hierarchy = build_hierarchy(p_WK - half, p_WK + half, p_WK[:, 2])
-        records = records[hierarchy.order]
-        records.flags.writeable = False
+        self.settings = {
+            "n_sigma": n_sigma,
+            "min_opacity": min_opacity,
+            "bisection_steps": bisection_steps,
+            "num_threads": num_threads,
+        }
+        if prepared is None:
+            prepared = _prepare(splat_W, n_sigma, min_opacity, bisection_steps)
+        nodes, records = prepared["nodes"], prepared["records"]
+        for array in (nodes, records):
+            array.flags.writeable = False
         self._tree = SplatTree(
-            hierarchy.nodes,
-            hierarchy.links,
+            nodes,
+            nodes.view(np.int32),
             records,
             splat_W.is_surfel,
             CONVERGE if bisection_steps is None else bisection_steps,
@@ -83,6 +93,11 @@ class SphereToEllipsoidField(DistanceField):
             f"sphere_to_ellipsoid:{splat_W.content_hash}:n_sigma={n_sigma}"
             f":min_opacity={min_opacity}:bisection_steps={bisection_steps}"
         )
+
+    @property
+    def prepared(self) -> dict[str, np.ndarray]:
+        """What took the time when the field was built."""
+        return {"nodes": self._tree.nodes, "records": self._tree.records}
 
     @property
     def num_splats(self) -> int:
@@ -136,6 +151,20 @@ class SphereToEllipsoidField(DistanceField):
         finally:
             numba.set_num_threads(threads)
         return answer
+
+
+def _prepare(
+    splat_W: GaussianSplat,
+    n_sigma: float,
+    min_opacity: float,
+    bisection_steps: int | None,
+) -> dict[str, np.ndarray]:
+    """The hierarchy's nodes, and the splats' records in its leaf order."""
+    records = splat_records(splat_W, min_opacity, n_sigma)
+    p_WK = records[:, :3]
+    half = _half_extents(records, solved=bisection_steps is None)
+    hierarchy = build_hierarchy(p_WK - half, p_WK + half, p_WK[:, 2])
+    return {"nodes": hierarchy.nodes, "records": records[hierarchy.order]}
 
 
 def splat_records(

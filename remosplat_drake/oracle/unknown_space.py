@@ -1,6 +1,7 @@
 """`UnknownSpaceField`: distance to what no camera has seen."""
 
 import hashlib
+from collections.abc import Mapping
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
@@ -9,6 +10,9 @@ from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.oracle.distance_field import Clearances, DistanceField
 from remosplat_drake.oracle.kernels.nearest_voxel import VoxelColumns, query
 from remosplat_drake.robot.sphere_model import Spheres
+
+_LONGEST = 30_000
+"""More voxels in a row have no numbers in `VoxelColumns`."""
 
 
 class UnknownSpaceField(DistanceField):
@@ -25,35 +29,54 @@ class UnknownSpaceField(DistanceField):
         unseen: Which voxels no camera has seen, shape (nx, ny, nz), bool.
         lower: Lower corner of the grid in W, shape (3,) [m].
         voxel: Edge of a voxel [m].
+        prepared: That of an equal field, whose work need not be done again.
+            Kernels follow what it says wherever that leads.
 
     Raises:
         RemoSplatError: The grid is no such grid, or nothing of it was seen.
     """
 
-    def __init__(self, unseen: np.ndarray, lower: np.ndarray, voxel: float):
+    def __init__(
+        self,
+        unseen: np.ndarray,
+        lower: np.ndarray,
+        voxel: float,
+        *,
+        prepared: Mapping[str, np.ndarray] | None = None,
+    ):
         unseen = np.asarray(unseen, bool)
         lower = np.asarray(lower, float)
         if unseen.ndim != 3 or lower.shape != (3,) or not voxel > 0:
             raise RemoSplatError(
                 f"no grid of voxels: shape {unseen.shape}, {lower=}, {voxel=}"
             )
+        if max(unseen.shape) > _LONGEST:
+            raise RemoSplatError(f"a grid of {unseen.shape} voxels is too long")
         if unseen.all():
             raise RemoSplatError("no voxel of the grid has been seen")
         digest = hashlib.sha256(np.packbits(unseen).tobytes())
         digest.update(repr((unseen.shape, lower.tolist(), voxel)).encode())
         self.revision = f"unknown-space-{digest.hexdigest()[:16]}"
-        padded = np.pad(unseen, 1, constant_values=True)
-        seen = ~padded
-        seen[..., 0] = True
-        apart = np.asarray(distance_transform_edt(seen))
+        grid = _prepare(unseen) if prepared is None else prepared
         self._columns = VoxelColumns(
-            padded,
-            _next_change(padded),
-            _previous_change(padded),
-            apart.astype(np.float32),
+            grid["unseen"],
+            grid["up"],
+            grid["down"],
+            grid["apart"],
             lower - voxel,
             float(voxel),
         )
+
+    @property
+    def unseen(self) -> np.ndarray:
+        """Which voxels no camera has seen, as it was given."""
+        return self._columns.unseen[1:-1, 1:-1, 1:-1]
+
+    @property
+    def prepared(self) -> dict[str, np.ndarray]:
+        """What took the time when the field was built."""
+        names = "unseen", "up", "down", "apart"
+        return {name: getattr(self._columns, name) for name in names}
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
@@ -82,6 +105,20 @@ class UnknownSpaceField(DistanceField):
             p_WC=answer[:, 2:5],
             revision=self.revision,
         )
+
+
+def _prepare(unseen: np.ndarray) -> dict[str, np.ndarray]:
+    """The arrays of `VoxelColumns`."""
+    padded = np.pad(unseen, 1, constant_values=True)
+    seen = ~padded
+    seen[..., 0] = True
+    apart = np.asarray(distance_transform_edt(seen))
+    return {
+        "unseen": padded,
+        "up": _next_change(padded),
+        "down": _previous_change(padded),
+        "apart": apart.astype(np.float32),
+    }
 
 
 def _next_change(unseen: np.ndarray) -> np.ndarray:

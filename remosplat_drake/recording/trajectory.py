@@ -4,12 +4,22 @@ import dataclasses as dc
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from zipfile import BadZipFile
+from zlib import error as ZlibError
 
 import numpy as np
 
 from remosplat_drake.atomic_file import atomic_write
 from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.errors import FileError
+
+_DAMAGED = (
+    ValueError,
+    EOFError,
+    BadZipFile,
+    ZlibError,
+    NotImplementedError,
+    MemoryError,
+)
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -91,7 +101,8 @@ def load_trajectory(path: Path) -> Trajectory:
             arrays = dict(archive)
     except OSError as error:
         raise FileError(path, error.strerror or str(error)) from error
-    except (ValueError, EOFError, BadZipFile) as error:
+    # A damaged archive fails in many ways, and asks for absurd amounts.
+    except _DAMAGED as error:
         raise FileError(path, "is not a recorded trajectory") from error
     timings = {
         key.removeprefix("timing_"): arrays.pop(key)
@@ -99,6 +110,25 @@ def load_trajectory(path: Path) -> Trajectory:
         if key.startswith("timing_")
     }
     try:
-        return Trajectory(**arrays, timings=timings)
+        trajectory = Trajectory(**arrays, timings=timings)
     except TypeError as error:
         raise FileError(path, "is not a recorded trajectory") from error
+    if not _is_consistent(trajectory):
+        raise FileError(path, "is not a recorded trajectory")
+    return trajectory
+
+
+def _is_consistent(trajectory: Trajectory) -> bool:
+    """Whether all arrays are of so many ticks, and of numbers but for names."""
+    t = trajectory
+    one = [t.time, t.status, t.scale, t.clearance, *t.timings.values()]
+    if any(array.shape != t.time.shape for array in one) or t.time.ndim != 1:
+        return False
+    tables = t.q.ndim == t.u.ndim == 2
+    numbers = [a for a in (*one, t.q, t.u) if a is not t.status]
+    return (
+        tables
+        and (len(t.q), len(t.u)) == (len(t) + 1, len(t))
+        and t.status.dtype.kind == "U"
+        and all(array.dtype.kind in "fiu" for array in numbers)
+    )

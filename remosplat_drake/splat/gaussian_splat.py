@@ -2,6 +2,7 @@
 
 import dataclasses as dc
 import hashlib
+from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
@@ -95,6 +96,24 @@ class GaussianSplat:
                 f"{what} of splat {bad.argmax()} is {problem}"
                 f" ({bad.sum()} such splats)"
             )
+
+    @staticmethod
+    def restored(
+        arrays: Mapping[str, np.ndarray], content_hash: str | None = None
+    ) -> "GaussianSplat":
+        """A splat from another one's arrays to the bit, without any check.
+
+        Args:
+            arrays: By name; they become read-only.
+            content_hash: That of the splat; None computes it when asked.
+        """
+        splat = object.__new__(GaussianSplat)
+        for name, array in arrays.items():
+            array.flags.writeable = False
+            object.__setattr__(splat, name, array)
+        if content_hash is not None:
+            splat.__dict__["content_hash"] = content_hash
+        return splat
 
     @staticmethod
     def empty() -> "GaussianSplat":

@@ -15,7 +15,9 @@ MAX_SURFELS = 150_000
 TILE_SIZE = 1000
 """Discs a tile: handing one to Meshcat takes about 0.1 ms."""
 
-_SIDES = 6
+SIDES = 6
+"""Corners of a disc in a tile."""
+
 # A splat's colours hold their light already; the page's dims them again.
 _EXPOSURE = 1.5
 
@@ -71,7 +73,7 @@ def make_tiles(
 
 
 def surfel_mesh(
-    splat: GaussianSplat, n_sigma: float, sides: int = _SIDES
+    splat: GaussianSplat, n_sigma: float, sides: int = SIDES
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Regular polygons, stretched over the two largest axes of each splat.
 

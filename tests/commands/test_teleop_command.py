@@ -9,18 +9,21 @@ import yaml
 from runs import remosplat
 
 from remosplat_drake.commands.main import USER_ERROR, main
-from remosplat_drake.mapping.map_file import open_map
+from remosplat_drake.mapping.map_file import KIND, open_map, write_map
+from remosplat_drake.mapping.scene_map import SceneMap
 from remosplat_drake.mapping.session import (
     SCENARIO_FILE,
     SESSION_FILE,
     Session,
     Version,
 )
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.recording.events import MAP, TARGET, Event, read_events
 from remosplat_drake.recording.run_log import RunLog, read_log
 from remosplat_drake.recording.session_log import EVENTS, LOG
 from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.scenario_text import scenario_text
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 COARSE = (
     "{mapping: {frames: 3, latency: 0.5, voxel: 0.1, discs: 3000},"
@@ -191,9 +194,15 @@ def test_a_folder_with_something_else_is_left_alone(session, capsys):
         (lambda document: "{", "session.json: "),
         (lambda document: "[]", "session.json: "),
         (lambda document: document | {"format": "cake"}, "is no 'remosplat"),
-        (lambda document: document | {"head": 3}, "it lacks map 3"),
-        (lambda document: document | {"versions": [{}]}, "is damaged"),
-        (lambda document: document | {"active": None}, "is damaged"),
+        (lambda document: document | {"head": 3}, "head: there is no map 3"),
+        (
+            lambda document: document | {"versions": [{}]},
+            "versions[0].version: is missing",
+        ),
+        (
+            lambda document: document | {"active": None},
+            "active: expected a list, got None",
+        ),
     ],
 )
 def test_a_damaged_session_is_left_as_it_is(session, capsys, change, problem):
@@ -216,3 +225,46 @@ def test_a_session_without_its_map_is_left_as_it_is(session, capsys):
     before = sorted(session.rglob("*"))
     assert "map_0001.rsmap: " in refuse(capsys, "--session", session)
     assert sorted(session.rglob("*")) == before
+
+
+def test_a_damaged_map_is_not_driven_by(session, capsys):
+    """Nor is any other thing in its place looked into."""
+    made = Session.create(session, studio())
+    made.record(Version(1, 0, "maps/map_0001.rsmap", (), 1.0), set())
+    path = made.map_path(1)
+    write_map(path, half_a_map())
+    data = bytearray(path.read_bytes())
+    data[data.index(half_a_map().splat_W.scales.tobytes())] ^= 1
+    path.write_bytes(data)
+    before = sorted(session.rglob("*"))
+    line = refuse(capsys, "--session", session)
+    assert f"{path}: is damaged: the checksum of 'splat.scales'" in line
+    assert sorted(session.rglob("*")) == before
+
+
+def half_a_map() -> SceneMap:
+    splat_W = GaussianSplat(
+        p_GK=np.ones((1, 3)),
+        quaternions=np.array([[1.0, 0, 0, 0]]),
+        scales=np.full((1, 2), 0.0123),
+        opacities=np.ones(1),
+        colors=np.ones((1, 3)),
+    )
+    field = SphereToEllipsoidField(splat_W)
+    return SceneMap(1, 0, (), 0.0, field, splat_W)
+
+
+def test_a_map_of_format_1_is_made_anew_of_its_frames(session, script):
+    """The robot waits for it behind what it knew at the start."""
+    arguments = "StudioLive", "--scenario-text", COARSE
+    operate(session, script(STEPS[0]), 7.0, *arguments)
+    made = Session.open(session)
+    path = made.map_path(1)
+    data = bytearray(path.read_bytes())
+    data[len(KIND.magic)] = 1
+    path.write_bytes(data)
+    said = operate(session, script({"time": 0.1, "press": "frame"}), 2.0)
+    assert "is a map of format 1; this program reads 2" in said
+    again = Session.open(session)
+    assert again.head > 1 and set(made.map_frames) <= set(again.map_frames)
+    assert again.head_map is not None and open_map(again.head_map)

@@ -124,7 +124,7 @@ def test_equal_frames_make_equal_maps(laden, tmp_path):
     one, two = a_map(laden), a_map(laden)
     assert one.field.revision == two.field.revision
     write_map(tmp_path / "map.rsmap", one)
-    opened = open_map(tmp_path / "map.rsmap", check=True)
+    opened = open_map(tmp_path / "map.rsmap")
     np.testing.assert_array_equal(
         distances(opened, BESIDE_THING), distances(two, BESIDE_THING)
     )

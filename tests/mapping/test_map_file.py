@@ -1,15 +1,25 @@
 """Maps survive their files; other files are refused in one line."""
 
 import os
+import pickle
+import struct
+import subprocess
+import sys
+import zlib
 from pathlib import Path
 
+import map_mutations as mutations
+import numba
 import numpy as np
 import pytest
 
-from remosplat_drake.errors import FileError
-from remosplat_drake.mapping.map_file import MAGIC, open_map, write_map
+from remosplat_drake.errors import FileError, RemoSplatError
+from remosplat_drake.mapping.known_space import unknown_space_field
+from remosplat_drake.mapping.map_file import KIND, open_map, write_map
 from remosplat_drake.mapping.scene_map import SceneMap
+from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
+from remosplat_drake.oracle.depth_sensor import DepthSensor
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.reconstruction.coverage import Coverage
 from remosplat_drake.robot.sphere_model import Spheres
@@ -32,18 +42,34 @@ def floor(n: int = 500) -> GaussianSplat:
     )
 
 
-def a_map(make_field=SphereToEllipsoidField) -> SceneMap:
-    splat = floor()
-    coverage = Coverage(np.zeros(3), 0.1, np.ones((3, 4, 5), np.uint8))
+def some_coverage() -> Coverage:
+    state = np.ones((3, 4, 5), np.uint8)
+    state[:, 2:] = 0
+    return Coverage(np.array([-0.5, -0.5, 0]), 0.25, state)
+
+
+def all_of(splat: GaussianSplat) -> CompositeDistanceField:
+    """Every kind of field that a map may have."""
+    return CompositeDistanceField(
+        [
+            SphereToEllipsoidField(splat, n_sigma=2, bisection_steps=9),
+            DepthRasterizationField(splat, DepthSensor(far=2)),
+            unknown_space_field(some_coverage()),
+        ]
+    )
+
+
+def a_map(make_field=SphereToEllipsoidField, splat=None) -> SceneMap:
+    splat = splat or floor()
     return SceneMap(
         version=3,
         parent=1,
-        frames=("frame_0001", "frame_0002"),
+        frames=("frame 1", "frame 2"),
         time=12.5,
         field=make_field(splat),
         splat_W=splat,
-        coverage=coverage,
-        tiles=make_tiles(splat, size=200),
+        coverage=some_coverage(),
+        tiles=make_tiles(splat),
         quality="2 frames",
     )
 
@@ -53,13 +79,14 @@ def path(tmp_path) -> Path:
     return tmp_path / "map_0003.rsmap"
 
 
+@pytest.mark.parametrize("is_sealed", [True, False])
 @pytest.mark.parametrize(
-    "make_field", [SphereToEllipsoidField, DepthRasterizationField]
+    "make_field", [SphereToEllipsoidField, DepthRasterizationField, all_of]
 )
-def test_a_map_comes_back_as_it_was(path, make_field):
-    before = a_map(make_field)
-    write_map(path, before)
-    after = open_map(path, check=True)
+def test_a_map_comes_back_as_it_was(path, make_field, is_sealed):
+    before = a_map(make_field, turned_floor(1500))
+    seal = write_map(path, before)
+    after = open_map(path, seal if is_sealed else None)
     assert (after.version, after.parent, after.time) == (3, 1, 12.5)
     assert after.frames == before.frames
     assert after.quality == "2 frames"
@@ -71,49 +98,99 @@ def test_a_map_comes_back_as_it_was(path, make_field):
     np.testing.assert_array_equal(answer.direction_W, expected.direction_W)
     np.testing.assert_array_equal(after.coverage.state, before.coverage.state)
     assert after.splat_W.content_hash == before.splat_W.content_hash
-    assert len(after.tiles) == 3
-    np.testing.assert_array_equal(after.tiles[2].faces, before.tiles[2].faces)
+    assert len(after.tiles) == 2
+    for ours, theirs in zip(before.tiles, after.tiles, strict=True):
+        for name in ("vertices", "faces", "colors"):
+            expected, array = getattr(ours, name), getattr(theirs, name)
+            np.testing.assert_array_equal(array, expected)
+            assert array.strides == expected.strides
 
 
-def test_arrays_are_views_of_the_file_at_cache_lines(path):
-    write_map(path, a_map())
-    after = open_map(path)
-    for array in (after.splat_W.p_GK, after.tiles[0].vertices):
-        assert not array.flags.owndata
-        assert array.ctypes.data % 64 == 0
-    # A kernel is compiled for read-only arrays or for others.
+@pytest.mark.parametrize("is_sealed", [True, False])
+def test_a_map_without_anything_comes_back(path, is_sealed):
+    splat = GaussianSplat.empty()
+    before = SceneMap(
+        0, None, (), -np.inf, SphereToEllipsoidField(splat), splat
+    )
+    seal = write_map(path, before)
+    after = open_map(path, seal if is_sealed else None)
+    assert (after.parent, after.time, after.tiles) == (None, -np.inf, ())
+    assert after.coverage is None
+    assert len(after.field.clearances(SPHERES)) == 0
+
+
+def turned_floor(n: int) -> GaussianSplat:
+    """Discs in all directions, whose quaternions are rounded."""
+    splat, rng = floor(n), np.random.default_rng(1)
+    return GaussianSplat(
+        **{name: getattr(splat, name) for name in vars(splat)}
+        | {"quaternions": rng.normal(size=(n, 4))}
+    )
+
+
+def test_the_arrays_of_a_sealed_file_are_views_of_it(path):
+    before = a_map(all_of)
+    after = open_map(path, write_map(path, before))
     assert not after.splat_W.p_GK.flags.writeable
-    assert after.coverage.state.flags.writeable
+    for ours, theirs in zip(before.field.parts, after.field.parts, strict=True):
+        for name, array in ours.prepared.items():
+            view = theirs.prepared[name]
+            assert not view.flags.owndata
+            assert view.ctypes.data % 64 == 0
+            # A kernel is compiled for read-only arrays or for others.
+            assert numba.typeof(view) == numba.typeof(array)
 
 
 def test_a_map_outlives_the_name_of_its_file(path):
-    write_map(path, a_map())
-    after = open_map(path)
+    after = open_map(path, write_map(path, a_map()))
     path.unlink()
     assert len(after.field.clearances(SPHERES)) == 2
 
 
 def test_a_map_that_fits_in_no_file_leaves_the_old_one(path):
     write_map(path, a_map())
-    hopeless = SceneMap(4, 3, (), 0.0, field=lambda: None)
-    with pytest.raises(FileError, match="this map fits in no file"):
+    hopeless = SceneMap(4, 3, (), 0.0, field=lambda: None)  # pyright: ignore
+    with pytest.raises(FileError, match="fits in no file: no file holds a fun"):
         write_map(path, hopeless)
+    foreign = SceneMap(4, 3, (), 0.0, SphereToEllipsoidField(floor()), floor(9))
+    with pytest.raises(FileError, match="is of something else"):
+        write_map(path, foreign)
     assert open_map(path).version == 3
     assert os.listdir(path.parent) == [path.name]
 
 
-def refusal(path: Path, **options) -> str:
-    with pytest.raises(FileError) as error:
-        open_map(path, **options)
+def test_only_the_file_that_was_sealed_opens_with_its_seal(path):
+    seal = write_map(path, a_map())
+    write_map(path, a_map(splat=floor(400)))
+    with pytest.raises(FileError, match="not the file that was written here"):
+        open_map(path, seal)
+
+
+def test_what_others_have_prepared_is_not_used(path):
+    """A hierarchy without boxes would lead past everything."""
+    write_map(path, a_map())
+    header, pieces = mutations.take_apart(path.read_bytes())
+    spoilt = bytes(len(pieces["field.nodes"]))
+    path.write_bytes(
+        mutations.with_sums(header, pieces | {"field.nodes": spoilt})
+    )
+    expected = a_map().field.clearances(SPHERES).distance
+    answer = open_map(path).field.clearances(SPHERES).distance
+    np.testing.assert_array_equal(answer, expected)
+
+
+def refusal(path: Path) -> str:
+    with pytest.raises(RemoSplatError) as error:
+        open_map(path)
     assert "\n" not in str(error.value)
     assert str(path) in str(error.value)
-    return error.value.problem
+    return str(error.value)
 
 
 def test_a_missing_or_foreign_file_is_refused(path):
     assert "No such file" in refusal(path)
     path.write_bytes(b"")
-    assert "is empty" in refusal(path)
+    assert "too short" in refusal(path)
     path.write_bytes(b"ply")
     assert "too short" in refusal(path)
     path.write_bytes(b"ply\n" + bytes(1000))
@@ -123,12 +200,17 @@ def test_a_missing_or_foreign_file_is_refused(path):
     assert refusal(path)
 
 
+def test_a_fifo_is_refused(path):
+    os.mkfifo(path)
+    assert "is no file" in refusal(path)
+
+
 def test_a_file_of_another_format_is_refused(path):
     write_map(path, a_map())
     data = bytearray(path.read_bytes())
-    data[len(MAGIC)] = 9
+    data[len(KIND.magic)] = 9
     path.write_bytes(data)
-    assert "is a map of format 9" in refusal(path)
+    assert "is a map of format 9; this program reads 2" in refusal(path)
 
 
 def test_a_truncated_file_is_refused(path):
@@ -139,33 +221,98 @@ def test_a_truncated_file_is_refused(path):
         assert "cut off" in refusal(path)
 
 
-def test_a_damaged_file_is_refused(path):
-    write_map(path, a_map())
-    whole = path.read_bytes()
-    for place in (50, 500):
+def test_a_damaged_array_is_refused(path):
+    """Moved discs were seen only by who asked for it."""
+    splat = floor(50)
+    write_map(path, a_map(splat=splat))
+    whole = bytearray(path.read_bytes())
+    for array in (splat.p_GK, splat.scales, some_coverage().state):
+        place = whole.index(array.tobytes())
         data = bytearray(whole)
-        data[place] ^= 1
+        data[place + 2] ^= 1
         path.write_bytes(data)
-        assert "checksum is wrong" in refusal(path)
-    data = bytearray(whole)
-    data[-100] ^= 1
+        assert "is damaged: the checksum of" in refusal(path)
+
+
+def test_a_damaged_header_is_refused(path):
+    write_map(path, a_map())
+    data = bytearray(path.read_bytes())
+    data[90] ^= 1
     path.write_bytes(data)
-    assert "of its arrays" in refusal(path, check=True)
+    assert "the checksum of its header is wrong" in refusal(path)
 
 
-class Evil:
-    """What a pickle may hold, and no map."""
+LIES = [
+    (("document", "version"), -1, "must lie in"),
+    (("document", "frames"), [7], "frames[0]: expected text"),
+    (("document", "field", "kind"), "pickle", "unknown field 'pickle'"),
+    (("document", "field", "settings", "n_sigma"), 1e9, "at most 1000"),
+    (("document", "field", "settings", "bisection_steps"), 10**20, "larger"),
+    (("document", "coverage", "voxel"), 0, "must be at least 0.0001"),
+    (("document", "coverage", "lower"), [0, 0], "expected 3 numbers"),
+    (("arrays", "splat.p_GK", "dtype"), "|O", "expected one of <f4"),
+    (("arrays", "splat.p_GK", "shape"), [2**52, 3], "is too large"),
+    (("arrays", "splat.p_GK", "shape"), [1] * 99, "too many dimensions"),
+    (("arrays", "splat.p_GK", "shape"), [400, 3], "its arrays end at"),
+    (("arrays", "coverage.state", "shape"), [60], "no grid of bytes"),
+]
+
+
+@pytest.mark.parametrize(("way", "value", "problem"), LIES)
+def test_a_file_that_lies_is_refused(path, way, value, problem):
+    write_map(path, a_map())
+    header, pieces = mutations.take_apart(path.read_bytes())
+    inner = header
+    for key in way[:-1]:
+        inner = inner[key]
+    inner[way[-1]] = value
+    path.write_bytes(mutations.put_together(header, pieces))
+    assert problem in refusal(path)
+
+
+class Pointers:
+    """As a pickle: an array of objects that are anywhere in memory."""
 
     def __reduce__(self):
-        return os.system, ("true",)
+        return np.ndarray, ((1,), np.dtype("O"), b"\x41" * 8)
 
 
-def test_nothing_but_maps_is_made(path):
-    hidden = SceneMap(0, None, (), 0.0, field=Evil())  # pyright: ignore
-    with pytest.raises(FileError, match="system is not part of a map"):
-        write_map(path, hidden)
+class Follower:
+    """As a pickle: what looks at these objects."""
+
+    def __reduce__(self):
+        return np.ndarray, (Pointers(), np.dtype("f8"))
 
 
-def test_something_else_of_ours_is_no_map(path):
-    write_map(path, floor())  # pyright: ignore
-    assert "something else than a map" in refusal(path)
+def test_no_pickle_is_read(path):
+    """Format 1 was one; numpy followed its pointers, and the program died."""
+    body = pickle.dumps(Follower(), protocol=5)
+    size = struct.calcsize("<8sIIQQII") + len(body)
+    sums = zlib.crc32(body), 0
+    head = struct.pack("<8sIIQQII", KIND.magic, 1, 0, len(body), size, *sums)
+    path.write_bytes(head + body)
+    code = (
+        "import sys\n"
+        "from remosplat_drake.mapping.map_file import open_map\n"
+        "open_map(sys.argv[1])\n"
+    )
+    child = subprocess.run(
+        [sys.executable, "-c", code, path], capture_output=True, text=True
+    )
+    assert child.returncode == 1, child.returncode  # Not -SIGSEGV.
+    assert "is a map of format 1; this program reads 2" in child.stderr
+
+
+def test_no_file_ends_the_program(path):
+    """In a process of its own, so that its death is seen."""
+    write_map(path, a_map(all_of, floor(40)))
+    child = subprocess.run(
+        [sys.executable, mutations.__file__, path, "0", "400"],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    last = child.stdout.splitlines()[-1:]
+    assert child.returncode == 0, (last, child.stderr)
+    # What was prepared may be spoilt, or the name of a frame.
+    assert 20 < int(last[0].removeprefix("opened ")) < 200

@@ -24,7 +24,7 @@ from mapped_table import (
 
 from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.commands.main import main
-from remosplat_drake.mapping.map_file import open_map
+from remosplat_drake.mapping.map_file import open_map, write_map
 from remosplat_drake.mapping.mapping_process import (
     BUSY,
     DIED,
@@ -44,9 +44,12 @@ from remosplat_drake.mapping.messages import (
     Trouble,
     Undo,
 )
-from remosplat_drake.mapping.session import Session
+from remosplat_drake.mapping.scene_map import SceneMap
+from remosplat_drake.mapping.session import Session, Version
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.real_time import going_first
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.ply import read_ply
 from remosplat_drake.world import World
 
@@ -164,6 +167,45 @@ def test_undo_and_a_further_frame(mapped, table):
     )
     assert scene_map.time == 11.0
     ask(process, Undo())
+
+
+def test_a_map_of_another_process_is_checked_and_written_anew(table, tmp_path):
+    """A control process gets the seal of what its mapping process wrote."""
+    job = make_job(table, tmp_path / "session")
+    session = Session.open(job.session)
+    for number in (1, 2):
+        record_map(session, number)
+    before = session.map_path(2).stat().st_ino
+    process = MappingProcess(job)
+    (ready,) = until_told(process)
+    assert ready.version == 2 and session.map_path(2).stat().st_ino != before
+    scene_map = open_map(ready.path, ready.seal)
+    assert not scene_map.field.prepared["nodes"].flags.owndata
+    # What is damaged is told, and nothing has changed.
+    path = session.map_path(1)
+    data = bytearray(path.read_bytes())
+    data[data.index(scene_map.splat_W.p_GK.tobytes())] ^= 1
+    path.write_bytes(data)
+    (trouble,) = of_type(ask(process, Undo()), Trouble)
+    assert "the checksum of 'splat.p_GK' is wrong" in trouble.text
+    assert Session.open(job.session).head == 2
+    process.close()
+
+
+def record_map(session: Session, number: int) -> None:
+    """Notes a map of one disc, as another process has left it."""
+    splat_W = GaussianSplat(
+        p_GK=np.array([[1.0, 2.0, 3.0]]),
+        quaternions=np.array([[1.0, 0, 0, 0]]),
+        scales=np.full((1, 2), 0.01),
+        opacities=np.ones(1),
+        colors=np.ones((1, 3)),
+    )
+    field = SphereToEllipsoidField(splat_W)
+    path = session.map_path(number)
+    write_map(path, SceneMap(number, number - 1, (), 0.0, field, splat_W))
+    file = str(path.relative_to(session.folder))
+    session.record(Version(number, number - 1, file, (), 1.0), set())
 
 
 def test_frames_that_no_map_has_are_undone_first(mapped, table):

@@ -1,5 +1,6 @@
 """A session's folder: what is in it comes back, whatever happens."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -137,13 +138,90 @@ def test_a_session_is_made_in_an_empty_folder(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "[]", "{}", '{"format": "remosplat session 1"}']
+    "text",
+    ["", "[]", "{}", '{"format": "remosplat session 1"}', "[" * 100_000],
 )
 def test_a_damaged_session_is_refused(session, text):
     path = session.folder / "session.json"
     path.write_text(text)
     with pytest.raises(RemoSplatError, match=r"session\.json"):
         Session.open(session.folder)
+
+
+def refusal(session: Session, file: str, *way: str | int, value: object) -> str:
+    """Why a session is not opened in whose file a value is another one."""
+    path = session.folder / file
+    document = json.loads(path.read_text())
+    inner = document
+    for key in way[:-1]:
+        inner = inner[key]
+    inner[way[-1]] = value
+    path.write_text(json.dumps(document))
+    with pytest.raises(RemoSplatError) as error:
+        Session.open(session.folder)
+    assert str(error.value).startswith(f"{path}: ")
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+WRONG = None, True, -1, 1.5, 10**400, float("nan"), "x", [[]], {}, "\ud800"
+
+
+@pytest.mark.parametrize("value", WRONG, ids=range(len(WRONG)))
+@pytest.mark.parametrize(
+    "way",
+    [
+        ("head",),
+        ("active",),
+        ("versions",),
+        ("versions", 0),
+        ("versions", 0, "version"),
+        ("versions", 0, "parent"),
+        ("versions", 0, "file"),
+        ("versions", 0, "frames"),
+    ],
+)
+def test_a_session_of_wrong_types_is_refused(session, way, value):
+    record(session)
+    assert str(way[-1]) in refusal(session, "session.json", *way, value=value)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "problem"),
+    [
+        ("file", "../../elsewhere.rsmap", "expected 'maps/map_0002.rsmap'"),
+        ("parent", 2, "there is no map 2 before"),
+        ("parent", 7, "there is no map 7 before"),
+        ("version", 1, "1 appears twice"),
+        ("seconds", -1.0, "must be at least 0"),
+    ],
+)
+def test_maps_that_cannot_be_are_refused(session, key, value, problem):
+    record(session)
+    record(session)
+    way = "versions", 1, key
+    assert problem in refusal(session, "session.json", *way, value=value)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("name", "frame"),
+        ("name", "frame 2"),
+        ("name", 5),
+        ("time", float("inf")),
+        ("time", "now"),
+        ("configuration", None),
+        ("configuration", ["a"] * 10),
+        ("configuration", [0.0] * 9),
+    ],
+)
+def test_frames_that_cannot_be_are_refused(session, key, value):
+    add(session, 1.0)
+    add(session, 2.0)
+    way = "frames", 0, key
+    # The names and lengths of two frames are at odds.
+    assert key in refusal(session, "frames/transforms.json", *way, value=value)
 
 
 def test_one_process_writes(session):

@@ -106,6 +106,27 @@ def test_a_failed_save_leaves_the_old_file(trajectory, tmp_path, monkeypatch):
     assert [p.name for p in tmp_path.iterdir()] == ["trajectory.npz"]
 
 
+@pytest.mark.parametrize(
+    ("name", "array"),
+    [
+        ("time", np.zeros((2, 2))),
+        ("q", np.zeros((1, 3))),
+        ("u", np.zeros(3)),
+        ("status", np.zeros(3)),
+        ("scale", np.array(["a", "b", "c"])),
+        ("timing_total", np.zeros(9)),
+    ],
+)
+def test_arrays_that_do_not_fit_are_refused(trajectory, tmp_path, name, array):
+    path = tmp_path / "trajectory.npz"
+    save_trajectory(trajectory, path)
+    with np.load(path) as archive:
+        arrays = dict(archive) | {name: array}
+    np.savez(path, **arrays)
+    with pytest.raises(FileError, match="is not a recorded trajectory"):
+        load_trajectory(path)
+
+
 @pytest.mark.parametrize("content", [None, b"", b"nonsense", b"PK\x05\x06"])
 def test_what_is_no_trajectory_is_an_error_of_the_user(tmp_path, content):
     path = tmp_path / "trajectory.npz"
