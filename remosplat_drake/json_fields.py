@@ -105,11 +105,11 @@ class JsonFields:
             for i, value in enumerate(self._list(name))
         )
 
-    def object(self, name: str) -> "JsonFields":
+    def inner(self, name: str) -> "JsonFields":
         """An object within this one."""
         return JsonFields(self._values.get(name), self.where, self._name(name))
 
-    def objects(self, name: str) -> list["JsonFields"]:
+    def inners(self, name: str) -> list["JsonFields"]:
         """A list of objects."""
         return [
             JsonFields(value, self.where, self._name(f"{name}[{i}]"))

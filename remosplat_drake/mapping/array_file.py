@@ -175,8 +175,8 @@ def open_arrays(path: Path, kind: FileKind, seal: str | None) -> ArrayFile:
     if seal is not None and hashlib.sha256(header).hexdigest() != seal:
         raise FileError(path, "is not the file that was written here")
     fields = parse_fields(bytes(header), str(path))
-    places = _find(path, fields.object("arrays"), len(header), len(data))
-    document = fields.object("document")
+    places = _find(path, fields.inner("arrays"), len(header), len(data))
+    document = fields.inner("document")
     return ArrayFile(path, document, seal is not None, data, places)
 
 
@@ -235,7 +235,7 @@ def _find(
     places = {}
     offset = _aligned(_PREFIX.size + header)
     for name in entries.names():
-        entry = entries.object(name)
+        entry = entries.inner(name)
         dtype, shape = entry.text("dtype"), entry.wholes("shape")
         if dtype not in _TYPES:
             raise entry.error("dtype", f"expected one of {', '.join(_TYPES)}")

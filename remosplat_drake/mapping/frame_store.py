@@ -53,7 +53,7 @@ class FrameStore:
         document = JsonFields(self._document, str(self._path))
         self._index: dict[str, int] = {}
         sizes = set()
-        for i, entry in enumerate(document.objects("frames")):
+        for i, entry in enumerate(document.inners("frames")):
             name = entry.text("name")
             if not _NAME.fullmatch(name) or name in self._index:
                 raise entry.error("name", f"expected a new name, got {name!r}")

@@ -114,7 +114,12 @@ class LiveMap(LeafSystem):
             "requests", Value(MapRequests())
         )
         status = first_status(initial if reopened is None else reopened)
-        self._memory_index = self.DeclareAbstractState(Value(_Memory(status)))
+        before = _Memory(status)
+        if process.sent:  # A map is being made before the first tick.
+            status = dc.replace(status, is_building=True)
+            due = () if latency is None else ((latency, process.sent),)
+            before = _Memory(status, due=due)
+        self._memory_index = self.DeclareAbstractState(Value(before))
         memory = self.abstract_state_ticket(self._memory_index)
         self.DeclareAbstractOutputPort(
             "distance_field",

@@ -41,8 +41,8 @@ _COMPOSITE, _UNKNOWN = "composite", "unknown_space"
 _MOST_PARTS = 8
 """Of a composite, which is no part of another one."""
 
-_FARTHEST = 1e6
-"""No map is so far from the origin of W [m]."""
+_LARGEST = 1e6
+"""Nothing is so large, or so far from the origin of W [m]."""
 
 
 def take_apart(scene_map: SceneMap) -> tuple[dict, Arrays]:
@@ -89,7 +89,7 @@ def put_together(file: ArrayFile) -> SceneMap:
     document = file.document
     splat_W = _splat(file) if document.has("splat") else None
     coverage = _coverage(file) if document.has("coverage") else None
-    field = document.object("field")
+    field = document.inner("field")
     return SceneMap(
         version=document.whole("version"),
         parent=document.whole("parent") if document.has("parent") else None,
@@ -107,19 +107,19 @@ def _take_field(
     field: DistanceField, scene_map: SceneMap, name: str, arrays: Arrays
 ) -> dict:
     """The description of a field; what it has prepared joins the arrays."""
-    if type(field) is CompositeDistanceField:
+    if isinstance(field, CompositeDistanceField):
         parts = [
             _take_field(part, scene_map, f"{name}.{i}", arrays)
             for i, part in enumerate(field.parts)
         ]
         return {"kind": _COMPOSITE, "rows": field.rows, "parts": parts}
-    if type(field) is UnknownSpaceField:
+    if isinstance(field, UnknownSpaceField):
         belongs = _is_of_coverage(field, scene_map.coverage)
         description = {"kind": _UNKNOWN}
-    elif type(field) in _KINDS:
+    elif isinstance(field, (SphereToEllipsoidField, DepthRasterizationField)):
         belongs = _is_of_splat(field, scene_map.splat_W)
-        settings = field.settings
-        description = {"kind": _KINDS[type(field)], "settings": settings}
+        kind = _KINDS[type(field)]
+        description = {"kind": kind, "settings": field.settings}
     else:
         raise RemoSplatError(f"no file holds a {type(field).__name__}")
     if not belongs:
@@ -150,7 +150,7 @@ def _field(
     """The field that `_take_field` has described."""
     kind = description.text("kind")
     if kind == _COMPOSITE and name == "field":
-        parts = description.objects("parts")
+        parts = description.inners("parts")
         if not 0 < len(parts) <= _MOST_PARTS:
             raise description.error("parts", f"expected 1 to {_MOST_PARTS}")
         return CompositeDistanceField(
@@ -164,7 +164,7 @@ def _field(
     if kind == _UNKNOWN and coverage is not None:
         return unknown_space_field(coverage, prepared=prepared)
     if kind in _MAKERS and splat_W is not None:
-        settings = description.object("settings")
+        settings = description.inner("settings")
         return _MAKERS[kind](settings, splat_W, prepared)
     kinds = [_COMPOSITE, _UNKNOWN, *_MAKERS]
     raise description.error("kind", f"{unknown_name('field', kind, kinds)}")
@@ -200,15 +200,15 @@ def _solids(
 def _views(
     settings: JsonFields, splat_W: GaussianSplat, prepared: Arrays | None
 ) -> DistanceField:
-    sensor = settings.object("sensor")
+    sensor = settings.inner("sensor")
     return DepthRasterizationField(
         splat_W,
         DepthSensor(
             resolution=sensor.whole("resolution", 1, 4096),
             alpha_cutoff=sensor.number("alpha_cutoff"),
             transmittance=sensor.number("transmittance"),
-            near=sensor.number("near", 1e-6, _FARTHEST),
-            far=sensor.number("far", 1e-6, _FARTHEST),
+            near=sensor.number("near", 1e-6, _LARGEST),
+            far=sensor.number("far", 1e-6, _LARGEST),
             n_sigma=sensor.number("n_sigma", 1e-3, 1e3),
             min_alpha=sensor.number("min_alpha"),
             orientation=sensor.text("orientation"),
@@ -233,28 +233,28 @@ _KINDS = {
 def _splat(file: ArrayFile) -> GaussianSplat:
     arrays = {name: file.array(f"splat.{name}") for name in _SPLAT}
     if file.is_sealed:
-        head = file.document.object("splat")
+        head = file.document.inner("splat")
         return GaussianSplat.restored(arrays, head.text("content_hash"))
     for name, array in arrays.items():
-        if array.dtype != np.float32:
-            raise FileError(file.path, f"splat.{name} is of {array.dtype}")
+        if array.dtype != np.float32 or not array.ndim:
+            raise FileError(file.path, f"splat.{name} is no table of <f4")
+        if not (np.abs(array) <= _LARGEST).all():
+            raise FileError(file.path, f"splat.{name} holds absurd numbers")
     unit = GaussianSplat(**arrays).quaternions
     if np.abs(unit - arrays["quaternions"]).max(initial=0) > 1e-6:
         raise FileError(file.path, "splat.quaternions are no unit quaternions")
-    if np.abs(arrays["p_GK"]).max(initial=0) > _FARTHEST:
-        raise FileError(file.path, "a splat is too far away")
     return GaussianSplat.restored(arrays)
 
 
 def _coverage(file: ArrayFile) -> Coverage:
-    head, state = file.document.object("coverage"), file.array("coverage.state")
+    head, state = file.document.inner("coverage"), file.array("coverage.state")
     if state.dtype != np.uint8 or state.ndim != 3 or not state.size:
         raise FileError(file.path, "coverage.state is no grid of bytes")
     if not file.is_sealed and state.max() > SURFACE:
         raise FileError(file.path, "coverage.state holds unknown states")
     lower = np.array(head.numbers("lower", 3))
-    if np.abs(lower).max() > _FARTHEST:
-        raise head.error("lower", f"must lie within {_FARTHEST:g} m")
+    if np.abs(lower).max() > _LARGEST:
+        raise head.error("lower", f"must lie within {_LARGEST:g} m")
     return Coverage(lower, head.number("voxel", 1e-4, 10.0), state)
 
 

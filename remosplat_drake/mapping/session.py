@@ -110,7 +110,7 @@ class Session:
         if not document.has("format") or document.text("format") != FORMAT:
             raise FileError(path, f"is no {FORMAT!r}")
         versions = []
-        for entry in document.objects("versions"):
+        for entry in document.inners("versions"):
             versions.append(_version(entry, {v.version for v in versions}))
         head = document.whole("head")
         if head and head not in [version.version for version in versions]:

@@ -263,8 +263,12 @@ def test_a_map_of_format_1_is_made_anew_of_its_frames(session, script):
     data = bytearray(path.read_bytes())
     data[len(KIND.magic)] = 1
     path.write_bytes(data)
-    said = operate(session, script({"time": 0.1, "press": "frame"}), 2.0)
+    said = operate(session, script({"time": 0.1, "press": "hold"}), 1.0)
     assert "is a map of format 1; this program reads 2" in said
     again = Session.open(session)
-    assert again.head > 1 and set(made.map_frames) <= set(again.map_frames)
-    assert again.head_map is not None and open_map(again.head_map)
+    assert again.head == 2 and again.map_frames == made.map_frames
+    assert again.head_map is not None
+    assert open_map(again.head_map).parent == 1
+    log, events = recorded(session, 2)
+    assert [e.version for e in events if e.kind == MAP] == [0, 2]
+    assert log.rows["map_version"][-1] == 2

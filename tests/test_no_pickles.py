@@ -1,0 +1,49 @@
+"""No file is read as a pickle: it could run anything, or point anywhere."""
+
+import ast
+from pathlib import Path
+
+import remosplat_drake
+
+PACKAGE = Path(remosplat_drake.__file__).parent
+
+PICKLES = {"pickle", "cPickle", "cloudpickle", "dill", "joblib", "shelve"}
+
+OUR_PIPES = {"controller/guidance/map_transfer.py"}
+"""Modules that pickle what they tell a process of their own."""
+
+
+def modules() -> list[tuple[str, ast.AST]]:
+    return [
+        (path.relative_to(PACKAGE).as_posix(), ast.parse(path.read_text()))
+        for path in sorted(PACKAGE.rglob("*.py"))
+    ]
+
+
+def test_only_pipes_carry_pickles():
+    users = set()
+    for name, tree in modules():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Import):
+                imported = {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                imported = {(node.module or "").split(".")[0]}
+            else:
+                continue
+            if imported & PICKLES:
+                users.add(name)
+    assert users == OUR_PIPES
+
+
+def test_what_could_read_pickles_is_told_not_to():
+    loads = []
+    for name, tree in modules():
+        for node in ast.walk(tree):
+            if not isinstance(node, ast.Call):
+                continue
+            options = {k.arg: ast.unparse(k.value) for k in node.keywords}
+            assert options.get("allow_pickle", "False") == "False", name
+            if ast.unparse(node.func) == "torch.load":
+                loads.append(name)
+                assert options.get("weights_only") == "True", name
+    assert loads
