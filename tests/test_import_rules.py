@@ -18,7 +18,6 @@ EVERYONE = {
     "resources",
     "atomic_file",
     "strict_yaml",
-    "json_fields",
     "colors",
     "one_thread",
 }

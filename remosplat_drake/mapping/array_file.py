@@ -24,7 +24,7 @@ import numpy as np
 
 from remosplat_drake.atomic_file import atomic_write
 from remosplat_drake.errors import FileError
-from remosplat_drake.json_fields import JsonFields, parse_fields
+from remosplat_drake.mapping.json_fields import JsonFields, parse_fields
 
 _PREFIX = struct.Struct("<8sIIQ32s")
 """Magic, format, sizes of the header and of the file, the header's SHA-256."""

@@ -24,7 +24,7 @@ from remosplat_drake.capture.nerfstudio import (
 )
 from remosplat_drake.capture.text_files import read_json
 from remosplat_drake.errors import FileError, RemoSplatError
-from remosplat_drake.json_fields import JsonFields
+from remosplat_drake.mapping.json_fields import JsonFields
 
 _NAME = re.compile("frame [0-9]{1,9}")
 

@@ -14,8 +14,8 @@ from collections.abc import Callable
 import numpy as np
 
 from remosplat_drake.errors import FileError, RemoSplatError, unknown_name
-from remosplat_drake.json_fields import JsonFields
 from remosplat_drake.mapping.array_file import ArrayFile
+from remosplat_drake.mapping.json_fields import JsonFields
 from remosplat_drake.mapping.known_space import unknown_space_field
 from remosplat_drake.mapping.scene_map import SceneMap
 from remosplat_drake.oracle.composite import CompositeDistanceField

@@ -19,8 +19,8 @@ from remosplat_drake.atomic_file import write_atomically
 from remosplat_drake.capture.nerfstudio import TRANSFORMS
 from remosplat_drake.capture.text_files import read_text
 from remosplat_drake.errors import FileError, RemoSplatError
-from remosplat_drake.json_fields import JsonFields, parse_fields
 from remosplat_drake.mapping.frame_store import FrameStore
+from remosplat_drake.mapping.json_fields import JsonFields, parse_fields
 from remosplat_drake.mapping.map_file import SUFFIX
 
 SESSION_FILE, SCENARIO_FILE = "session.json", "scenario.yaml"

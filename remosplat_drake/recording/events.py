@@ -5,7 +5,6 @@ import json
 from pathlib import Path
 
 from remosplat_drake.errors import FileError
-from remosplat_drake.json_fields import JsonFields, parse_fields
 from remosplat_drake.recording.append_file import AppendFile
 
 SUPERVISOR = "supervisor"
@@ -71,7 +70,6 @@ def read_events(path: Path) -> list[Event]:
 
     Raises:
         FileError: The file cannot be read, or holds something else.
-        FieldError: A field of an event cannot be used.
     """
     try:
         text = path.read_text("utf-8")
@@ -80,16 +78,7 @@ def read_events(path: Path) -> list[Event]:
     except UnicodeDecodeError as error:
         raise FileError(path, "is not a list of events") from error
     lines = text.split("\n")[:-1]
-    return [
-        _event(parse_fields(line, f"{path}:{i}"))
-        for i, line in enumerate(lines, 1)
-    ]
-
-
-def _event(fields: JsonFields) -> Event:
-    return Event(
-        time=fields.number("time"),
-        kind=fields.text("kind"),
-        text=fields.text("text"),
-        version=fields.whole("version") if fields.has("version") else None,
-    )
+    try:
+        return [Event(**json.loads(line)) for line in lines]
+    except (ValueError, TypeError) as error:
+        raise FileError(path, "is not a list of events") from error

@@ -65,15 +65,12 @@ class JsonFields:
         name: str,
         least: float = -math.inf,
         most: float = math.inf,
-        *,
-        above: float = -math.inf,
     ) -> float:
-        """A finite number in [least, most] that exceeds `above`."""
-        value = self._values.get(name)
-        value = self._as_number(name, value)
-        if not (least <= value <= most and value > above):
-            limit = f"at least {least:g}" if value < least else f"> {above:g}"
-            limit = f"at most {most:g}" if value > most else limit
+        """A finite number in [least, most]."""
+        value = self._as_number(name, self._values.get(name))
+        if not least <= value <= most:
+            low = value < least
+            limit = f"at least {least:g}" if low else f"at most {most:g}"
             raise self.error(name, f"must be {limit}, got {value:g}")
         return value
 
