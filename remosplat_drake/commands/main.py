@@ -27,6 +27,7 @@ COMMANDS = {
     "push-experiment": "push a target into things: the paper's figure 5",
     "noise-experiment": "measure what floaters do to the distance methods",
     "fit-spheres": "cover a robot's links with spheres",
+    "fit-hulls": "cut a robot's meshes into convex collision shapes",
     "render-capture": "render RGB-D views of a scene, a model or a mesh",
     "capture-info": "describe an RGB-D capture and check it",
     "reconstruct": "make a splat from an RGB-D capture",

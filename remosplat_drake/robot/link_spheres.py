@@ -28,7 +28,15 @@ class LinkSpheres:
         """
         if len(p) == 0:
             return np.zeros(0)
-        return (cdist(p, self.p_LS) - self.radius).min(axis=1)
+        return self.outside_each(p).min(axis=1)
+
+    def outside_each(self, p: np.ndarray) -> np.ndarray:
+        """Distance of points to each sphere, negative inside, (n, 3) to (n, k).
+
+        Args:
+            p: Points in the link frame [m].
+        """
+        return cdist(p, self.p_LS) - self.radius
 
     def grown_over(self, p: np.ndarray, margin: float) -> "LinkSpheres":
         """These spheres with radii that also enclose further points.

@@ -163,17 +163,34 @@ def _load(model: Path, scene_graph: SceneGraph) -> MultibodyPlant:
     return plant
 
 
+def mesh_triangles(visuals: list[LinkVisual]) -> np.ndarray:
+    """The meshes of a link as triangles in its frame, shape (t, 3, 3) [m].
+
+    Raises:
+        MissingExtraError: They are not installed.
+    """
+    parts = []
+    for visual in visuals:
+        vertices, faces = _mesh(visual)
+        parts.append((visual.X_LV @ vertices.T).T[faces])
+    return np.concatenate(parts)
+
+
+def _mesh(visual: LinkVisual) -> tuple[np.ndarray, np.ndarray]:
+    mesh = source_mesh(visual.mesh)
+    if mesh is None:
+        raise MissingExtraError(f"the mesh {visual.mesh}", "meshes")
+    return np.array(mesh.vertices), np.array(mesh.faces)
+
+
 def _mesh_points(
     visuals: list[LinkVisual], rng: np.random.Generator
 ) -> np.ndarray:
     parts = []
     for visual in visuals:
-        mesh = source_mesh(visual.mesh)
-        if mesh is None:
-            raise MissingExtraError(f"the mesh {visual.mesh}", "meshes")
-        vertices = np.array(mesh.vertices)
+        vertices, faces = _mesh(visual)
         spacing = voxel_pitch(np.ptp(vertices, axis=0)) / POINTS_PER_VOXEL
-        p_VP = sample_triangles(vertices, np.array(mesh.faces), spacing, rng)
+        p_VP = sample_triangles(vertices, faces, spacing, rng)
         parts.append((visual.X_LV @ p_VP.T).T)
     return np.vstack(parts)
 

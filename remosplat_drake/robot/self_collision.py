@@ -1,13 +1,21 @@
-"""Which spheres of the robot can meet, and how close they are."""
+"""Which spheres of the robot can meet, and how close they are.
+
+Where the spheres enclose the robot (see `enclosure`), links whose spheres do
+not overlap do not touch. Links that are fewer than two moving joints apart
+are not watched: at their common joint they always meet.
+"""
 
 import dataclasses as dc
-from itertools import combinations
+from itertools import combinations, count, product
 
 import numpy as np
 from numba import njit
 
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
+
+# How much nearer than at home spheres may come that overlap there [m].
+_WOBBLE = 0.005
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -17,7 +25,7 @@ class NearPairs:
     Attributes:
         first: Indices of one sphere of each pair, shape (k,).
         second: Indices of the other, shape (k,).
-        distance: Between their surfaces, shape (k,) [m].
+        distance: Between their surfaces, plus the pair's allowance, (k,) [m].
         direction_W: Unit vectors from the first to the second, (k, 3).
     """
 
@@ -34,19 +42,23 @@ class SelfCollisionPairs:
     Attributes:
         first: Sphere indices, shape (p,).
         second: Sphere indices, shape (p,).
-        link_pair: Which pair of links each belongs to, ascending, (p,).
+        group: Which group each belongs to, usually those of two links; of a
+            group only the nearest pair counts, shape (p,).
+        allowance: How much nearer than others a pair may come, (p,) [m].
     """
 
     first: np.ndarray
     second: np.ndarray
-    link_pair: np.ndarray
+    group: np.ndarray
+    allowance: np.ndarray
 
     def nearest(self, spheres: Spheres, within: float) -> NearPairs:
-        """The closest pair of spheres of each link pair within a distance."""
+        """The closest pair of spheres of each group within a distance."""
         rows, distance = _nearest(
             self.first,
             self.second,
-            self.link_pair,
+            self.group,
+            self.allowance,
             spheres.p_WS,
             spheres.radius,
             within,
@@ -62,35 +74,36 @@ def self_collision_pairs(
 ) -> SelfCollisionPairs:
     """Sphere pairs on links that are at least two moving joints apart.
 
-    Pairs that are nearer than `margin` in the home configuration are left
-    out: there the spheres, not the robot, overlap.
+    Spheres at a short wrist may be nearer than `margin` in the home
+    configuration already. Such a pair gets an allowance and is a group of
+    its own, so that it hides no other: it may come so near that the spheres
+    touch, or, if they overlap at home, hardly nearer than they are there.
     """
-    links = list(dict.fromkeys(robot.spheres.links))
     on_link = {
-        link: np.flatnonzero(robot.spheres.on_links({link})) for link in links
+        link: np.flatnonzero(robot.spheres.on_links({link}))
+        for link in dict.fromkeys(robot.spheres.links)
     }
     q_home = np.concatenate([np.zeros(robot.n_q - len(robot.home)), robot.home])
     spheres = robot.spheres_at(q_home)
-    first: list[int] = []
-    second: list[int] = []
-    pair_of: list[int] = []
-    number = 0
-    for link_a, link_b in combinations(links, 2):
+    pairs: list[tuple[int, int, int]] = []
+    allowances: list[float] = []
+    groups = count()
+    for link_a, link_b in combinations(on_link, 2):
         if _joints_between(robot, link_a, link_b) < 2:
             continue
-        for i in on_link[link_a]:
-            for j in on_link[link_b]:
-                gap = np.linalg.norm(spheres.p_WS[i] - spheres.p_WS[j])
-                if gap - spheres.radius[i] - spheres.radius[j] > margin:
-                    first.append(int(i))
-                    second.append(int(j))
-                    pair_of.append(number)
-        number += 1
-    return SelfCollisionPairs(
-        np.array(first, np.int64),
-        np.array(second, np.int64),
-        np.array(pair_of, np.int64),
-    )
+        together = next(groups)
+        for i, j in product(on_link[link_a], on_link[link_b]):
+            gap = np.linalg.norm(spheres.p_WS[i] - spheres.p_WS[j])
+            home = gap - spheres.radius[i] - spheres.radius[j]
+            if home > margin:
+                pairs.append((i, j, together))
+                allowances.append(0.0)
+            else:
+                lowest = 0.0 if home >= 0 else home - _WOBBLE
+                pairs.append((i, j, next(groups)))
+                allowances.append(margin - lowest)
+    first, second, group = np.array(pairs, np.int64).reshape(-1, 3).T.copy()
+    return SelfCollisionPairs(first, second, group, np.array(allowances, float))
 
 
 def _joints_between(robot: RobotModel, link_a: str, link_b: str) -> int:
@@ -102,19 +115,19 @@ def _joints_between(robot: RobotModel, link_a: str, link_b: str) -> int:
 
 
 @njit(cache=True)
-def _nearest(first, second, link_pair, p_WS, radius, within):
-    n_pairs = link_pair[-1] + 1 if len(link_pair) else 0
-    best = np.full(n_pairs, within)
-    row = np.full(n_pairs, -1)
+def _nearest(first, second, group, allowance, p_WS, radius, within):
+    n_groups = group.max() + 1 if len(group) else 0
+    best = np.full(n_groups, within)
+    row = np.full(n_groups, -1)
     for k in range(len(first)):
         i, j = first[k], second[k]
         dx = p_WS[i, 0] - p_WS[j, 0]
         dy = p_WS[i, 1] - p_WS[j, 1]
         dz = p_WS[i, 2] - p_WS[j, 2]
         centre = np.sqrt(dx * dx + dy * dy + dz * dz)
-        distance = centre - radius[i] - radius[j]
-        if distance < best[link_pair[k]]:
-            best[link_pair[k]] = distance
-            row[link_pair[k]] = k
+        distance = centre - radius[i] - radius[j] + allowance[k]
+        if distance < best[group[k]]:
+            best[group[k]] = distance
+            row[group[k]] = k
     found = row >= 0
     return row[found], best[found]

@@ -7,11 +7,15 @@ import numpy as np
 import yaml
 
 from remosplat_drake.errors import FieldError, FileError
+from remosplat_drake.robot.link_spheres import LinkSpheres
 
 
 @dc.dataclass(frozen=True, eq=False)
 class SphereModel:
     """n spheres S, each fixed to a link L (paper section III-B).
+
+    Whether they enclose the robot, and what that means, is said and proved
+    in `remosplat_drake.robot.enclosure`.
 
     Attributes:
         name: What the set is called, for tables and logs.
@@ -34,6 +38,11 @@ class SphereModel:
     def on_links(self, links: set[str]) -> np.ndarray:
         """Boolean mask of the spheres that are fixed to one of `links`."""
         return np.array([link in links for link in self.links], bool)
+
+    def on_link(self, link: str) -> LinkSpheres:
+        """The spheres of one link in its frame; there may be none."""
+        mask = self.on_links({link})
+        return LinkSpheres(self.p_LS[mask], self.radius[mask])
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -26,7 +26,8 @@ class SelfCollisionDamperConfig:
 class SelfCollisionDamper:
     """The velocity damper between the closest spheres of two links.
 
-    One row for each pair of links: their nearest pair of spheres.
+    One row for each pair of links, that of their nearest pair of spheres,
+    and one for each pair that is nearer at home than what is kept.
     """
 
     def __init__(self, config: SelfCollisionDamperConfig, robot: RobotModel):

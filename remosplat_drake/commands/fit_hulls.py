@@ -1,0 +1,125 @@
+"""`remosplat fit-hulls`: convex collision shapes from a robot's meshes."""
+
+import argparse
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from remosplat_drake import resources
+from remosplat_drake.atomic_file import write_atomically
+from remosplat_drake.errors import FieldError, RemoSplatError, unknown_name
+from remosplat_drake.robot.convex_pieces import ConvexPiece, convex_pieces
+from remosplat_drake.robot.model_surfaces import mesh_triangles
+from remosplat_drake.robot.robot_description import load_robot_description
+from remosplat_drake.robot.sphere_model import load_sphere_model
+from remosplat_drake.robot.visuals import load_visuals
+
+
+def add_arguments(parser: argparse.ArgumentParser):
+    """Declares the command's flags."""
+    parser.add_argument(
+        "robot",
+        metavar="ROBOT",
+        help="the name of a shipped robot or a robot's description file",
+    )
+    parser.add_argument(
+        "--spheres",
+        default="covering",
+        help="the sphere set that encloses the meshes (covering)",
+    )
+    parser.add_argument(
+        "--links", nargs="+", default=[], help="only these links (default all)"
+    )
+    parser.add_argument(
+        "--tolerance",
+        type=float,
+        default=1.0,
+        metavar="MM",
+        help="how far a mesh may stand out of its shapes (1 mm)",
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        help="folder for .obj files and the elements of a URDF that name them",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Cuts, shows a table and writes the shapes."""
+    if not 0.0 < args.tolerance < float("inf"):
+        raise FieldError("--tolerance", str(args.tolerance), "expected > 0")
+    description = load_robot_description(args.robot)
+    folder = Path(description.source).parent
+    if args.spheres not in description.spheres:
+        sets = description.spheres
+        raise RemoSplatError(unknown_name("sphere set", args.spheres, sets))
+    spheres = load_sphere_model(
+        resources.resolve(description.spheres[args.spheres], folder)
+    )
+    if not description.visuals:
+        raise FieldError(description.source, "visuals", "names no meshes")
+    visuals = load_visuals(resources.resolve(description.visuals, folder))
+    for link in args.links:
+        if link not in visuals:
+            raise RemoSplatError(unknown_name("link", link, visuals))
+    console = Console()
+    shapes = {}
+    for link in args.links or visuals:
+        console.print(f"cutting {link}")
+        try:
+            shapes[link] = convex_pieces(
+                mesh_triangles(visuals[link]),
+                spheres.on_link(link),
+                1e-3 * args.tolerance,
+            )
+        except RemoSplatError as error:
+            raise RemoSplatError(f"{link}: {error}") from error
+    console.print(_table(shapes))
+    if args.output:
+        _write(args.output, shapes)
+        console.print(f"wrote {args.output}")
+    return 0
+
+
+def _table(shapes: dict[str, list[ConvexPiece]]) -> Table:
+    table = Table(title="convex shapes; the spheres enclose them")
+    table.add_column("link")
+    for name in ("shapes", "corners", "volume [l]"):
+        table.add_column(name, justify="right")
+    for link, pieces in shapes.items():
+        table.add_row(
+            link,
+            str(len(pieces)),
+            ", ".join(str(len(piece.vertices)) for piece in pieces),
+            f"{1e3 * sum(piece.volume for piece in pieces):.3f}",
+        )
+    return table
+
+
+def _write(folder: Path, shapes: dict[str, list[ConvexPiece]]) -> None:
+    elements = ["<!-- For a URDF in the folder above. -->"]
+    for link, pieces in shapes.items():
+        elements.append(f'<link name="{link}">')
+        for i, piece in enumerate(pieces):
+            name = f"{link}_{i}.obj"
+            write_atomically(folder / name, _to_obj(piece))
+            elements.append(_ELEMENT.format(i, f"{folder.name}/{name}"))
+        elements.append("</link>")
+    write_atomically(folder / "shapes.xml", "\n".join(elements) + "\n")
+
+
+def _to_obj(piece: ConvexPiece) -> str:
+    """The polyhedron in micrometres: less than what proves it enclosed."""
+    rows = ["# A convex part of a link, made by `remosplat fit-hulls`."]
+    rows += ["v " + " ".join(f"{x:.6f}" for x in v) for v in piece.vertices]
+    rows += ["f " + " ".join(str(i + 1) for i in t) for t in piece.triangles]
+    return "\n".join(rows) + "\n"
+
+
+_ELEMENT = """\
+  <collision name="hull_{}">
+    <geometry>
+      <mesh filename="{}"><drake:declare_convex/></mesh>
+    </geometry>
+  </collision>"""

@@ -1,0 +1,68 @@
+"""`fit-hulls` from flags to files that Drake reads."""
+
+import argparse
+
+import pytest
+from pydrake.geometry import Convex
+
+from remosplat_drake import resources
+from remosplat_drake.commands import fit_hulls
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.robot.meshes import source_mesh
+
+FINGER = "panda_leftfinger"
+SHIPPED = resources.models_dir() / "frankie" / "collision"
+
+
+def run(*flags):
+    parser = argparse.ArgumentParser()
+    fit_hulls.add_arguments(parser)
+    return fit_hulls.run(parser.parse_args([str(flag) for flag in flags]))
+
+
+@pytest.fixture
+def meshes():
+    if (
+        source_mesh("xacro/qut_frankie_description/meshes/visual/hand.dae")
+        is None
+    ):
+        pytest.skip("needs the extra `meshes`")
+
+
+def test_the_shipped_shapes_are_what_it_makes(meshes, tmp_path, capsys):
+    flags = ("--links", FINGER, "--tolerance", 0.3, "--output", tmp_path / "a")
+    assert run("frankie", *flags) == 0
+    files = sorted(tmp_path.glob("a/*.obj"))
+    assert len(files) == 3
+    for file in files:
+        made, shipped = (
+            Convex(str(path)).GetConvexHull()
+            for path in (file, SHIPPED / file.name)
+        )
+        assert made.num_vertices() == shipped.num_vertices()
+        assert made.num_faces() == shipped.num_faces()
+    elements = (tmp_path / "a" / "shapes.xml").read_text()
+    assert 'filename="a/panda_leftfinger_2.obj"' in elements
+    assert FINGER in capsys.readouterr().out
+
+
+def test_spheres_that_enclose_too_little_are_named(meshes):
+    flags = ("--spheres", "paper", "--links", "panda_link7")
+    with pytest.raises(RemoSplatError, match="panda_link7: the mesh itself"):
+        run("frankie", *flags)
+
+
+@pytest.mark.parametrize(
+    ("flags", "problem"),
+    [
+        (("franky",), "did you mean 'frankie'"),
+        (("frankie", "--spheres", "x"), "unknown sphere set 'x'"),
+        (("frankie", "--links", "panda_hnad"), "did you mean 'panda_hand'"),
+        (("frankie", "--tolerance", "0"), "--tolerance: 0.0"),
+        (("frankie", "--tolerance", "nan"), "--tolerance: nan"),
+        (("tests/data/three_link.yaml",), "names no meshes"),
+    ],
+)
+def test_bad_flags_are_named(flags, problem):
+    with pytest.raises(RemoSplatError, match=problem):
+        run(*flags)
