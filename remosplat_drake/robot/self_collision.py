@@ -42,22 +42,22 @@ class SelfCollisionPairs:
     Attributes:
         first: Sphere indices, shape (p,).
         second: Sphere indices, shape (p,).
-        group: Which group each belongs to, usually those of two links; of a
-            group only the nearest pair counts, shape (p,).
+        link_pair: Which pair of links each belongs to, of which only the
+            nearest counts; those with an allowance count alone, shape (p,).
         allowance: How much nearer than others a pair may come, (p,) [m].
     """
 
     first: np.ndarray
     second: np.ndarray
-    group: np.ndarray
+    link_pair: np.ndarray
     allowance: np.ndarray
 
     def nearest(self, spheres: Spheres, within: float) -> NearPairs:
-        """The closest pair of spheres of each group within a distance."""
+        """The closest pair of spheres of each link pair within a distance."""
         rows, distance = _nearest(
             self.first,
             self.second,
-            self.group,
+            self.link_pair,
             self.allowance,
             spheres.p_WS,
             spheres.radius,
@@ -75,23 +75,22 @@ def self_collision_pairs(
     """Sphere pairs on links that are at least two moving joints apart.
 
     Spheres at a short wrist may be nearer than `margin` in the home
-    configuration already. Such a pair gets an allowance and is a group of
-    its own, so that it hides no other: it may come so near that the spheres
-    touch, or, if they overlap at home, hardly nearer than they are there.
+    configuration already. Such a pair gets an allowance and counts alone, so
+    that it hides no other: it may come so near that the spheres touch, or, if
+    they overlap at home, hardly nearer than they are there.
     """
-    on_link = {
-        link: np.flatnonzero(robot.spheres.on_links({link}))
-        for link in dict.fromkeys(robot.spheres.links)
-    }
+    on_link: dict[str, list[int]] = {}
+    for i, link in enumerate(robot.spheres.links):
+        on_link.setdefault(link, []).append(i)
     q_home = np.concatenate([np.zeros(robot.n_q - len(robot.home)), robot.home])
     spheres = robot.spheres_at(q_home)
     pairs: list[tuple[int, int, int]] = []
     allowances: list[float] = []
-    groups = count()
+    numbers = count()
     for link_a, link_b in combinations(on_link, 2):
         if _joints_between(robot, link_a, link_b) < 2:
             continue
-        together = next(groups)
+        together = next(numbers)
         for i, j in product(on_link[link_a], on_link[link_b]):
             gap = np.linalg.norm(spheres.p_WS[i] - spheres.p_WS[j])
             home = gap - spheres.radius[i] - spheres.radius[j]
@@ -100,10 +99,12 @@ def self_collision_pairs(
                 allowances.append(0.0)
             else:
                 lowest = 0.0 if home >= 0 else home - _WOBBLE
-                pairs.append((i, j, next(groups)))
+                pairs.append((i, j, next(numbers)))
                 allowances.append(margin - lowest)
-    first, second, group = np.array(pairs, np.int64).reshape(-1, 3).T.copy()
-    return SelfCollisionPairs(first, second, group, np.array(allowances, float))
+    first, second, number = np.array(pairs, np.int64).reshape(-1, 3).T.copy()
+    return SelfCollisionPairs(
+        first, second, number, np.array(allowances, float)
+    )
 
 
 def _joints_between(robot: RobotModel, link_a: str, link_b: str) -> int:
@@ -115,10 +116,10 @@ def _joints_between(robot: RobotModel, link_a: str, link_b: str) -> int:
 
 
 @njit(cache=True)
-def _nearest(first, second, group, allowance, p_WS, radius, within):
-    n_groups = group.max() + 1 if len(group) else 0
-    best = np.full(n_groups, within)
-    row = np.full(n_groups, -1)
+def _nearest(first, second, link_pair, allowance, p_WS, radius, within):
+    n_pairs = link_pair.max() + 1 if len(link_pair) else 0
+    best = np.full(n_pairs, within)
+    row = np.full(n_pairs, -1)
     for k in range(len(first)):
         i, j = first[k], second[k]
         dx = p_WS[i, 0] - p_WS[j, 0]
@@ -126,8 +127,8 @@ def _nearest(first, second, group, allowance, p_WS, radius, within):
         dz = p_WS[i, 2] - p_WS[j, 2]
         centre = np.sqrt(dx * dx + dy * dy + dz * dz)
         distance = centre - radius[i] - radius[j] + allowance[k]
-        if distance < best[group[k]]:
-            best[group[k]] = distance
-            row[group[k]] = k
+        if distance < best[link_pair[k]]:
+            best[link_pair[k]] = distance
+            row[link_pair[k]] = k
     found = row >= 0
     return row[found], best[found]
