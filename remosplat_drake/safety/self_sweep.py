@@ -52,13 +52,14 @@ class SelfClearance:
         return SelfClearance(robot, pairs, stopping, rate)
 
     def distances(self, p_WS: np.ndarray) -> np.ndarray:
-        """Between the surfaces of all pairs, shape (p,) [m].
+        """Between the surfaces of all pairs, plus allowances, shape (p,) [m].
 
         Args:
             p_WS: Centres of all spheres, shape (n, 3) [m].
         """
-        radius = self.robot.sphere_arrays[2]
-        return pair_distances(p_WS, radius, self.pairs.first, self.pairs.second)
+        radius, pairs = self.robot.sphere_arrays[2], self.pairs
+        between = pair_distances(p_WS, radius, pairs.first, pairs.second)
+        return between + pairs.allowance
 
     def is_kept(
         self, path: StoppingPath, distance: np.ndarray, tolerance: float
@@ -70,7 +71,8 @@ class SelfClearance:
 
         Args:
             path: The path.
-            distance: Of all pairs where it starts, shape (p,) [m].
+            distance: Of all pairs where it starts, as `distances` has it,
+                shape (p,) [m].
             tolerance: See above [m].
         """
         robot, pairs = self.robot, self.pairs
@@ -78,8 +80,8 @@ class SelfClearance:
             (robot.tree_arrays, *robot.sphere_arrays),
             (path.q, path.u, robot.n_base, path.times),
             (pairs.first, pairs.second, pairs.link_pair, self.rate),
-            distance,
-            np.minimum(distance, self.stopping),
+            distance - pairs.allowance,
+            np.minimum(distance, self.stopping) - pairs.allowance,
             path.sphere_bend,
             tolerance,
         )

@@ -48,7 +48,7 @@ def _room(around: Surroundings, q: np.ndarray) -> float:
         radii = (
             spheres.radius[own.pairs.first] + spheres.radius[own.pairs.second]
         )
-        apart = np.linalg.norm(gap, axis=1) - radii
+        apart = np.linalg.norm(gap, axis=1) - radii + own.pairs.allowance
         level = np.minimum(own.stopping, around.self_distances)
         room = min(room, (apart - level).min(initial=np.inf))
     return float(room)

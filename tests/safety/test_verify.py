@@ -399,6 +399,24 @@ def test_whoever_commands_at_random_keeps_all_that_is_promised(
     assert refused > 0
 
 
+@pytest.mark.parametrize("wrist", [-1.0, 1.0])
+def test_spheres_that_are_near_at_home_may_come_nearer(
+    frankie, frankie_itself, wrist
+):
+    """At the wrist two are 1 to 4 mm apart at any angle, 10 mm are kept."""
+    pairs = frankie_itself.pairs
+    (near,) = np.flatnonzero(pairs.allowance)
+    assert {pairs.first[near], pairs.second[near]} <= set(
+        np.flatnonzero(frankie.spheres.on_links({"panda_link5", "panda_link7"}))
+    )
+    q = np.array([0, 0, 0, *frankie.home])
+    u = np.zeros(9)
+    u[-2:] = wrist * np.array([1.0, 0.5])
+    here = around(frankie, Slab(-9.0), q, self_clearance=frankie_itself)
+    _, scale = verified_command(here, u, np.zeros(9))
+    assert scale == 1.0
+
+
 def test_reach_bounds_every_jacobian(frankie):
     rng = np.random.default_rng(0)
     lower, upper = frankie.position_lower[3:], frankie.position_upper[3:]
