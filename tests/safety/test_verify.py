@@ -152,7 +152,9 @@ def test_a_lower_bound_of_far_clearances_is_enough(three_link):
     ahead=st.floats(0.0, 0.6),
 )
 @settings(max_examples=40, deadline=None)
-def test_skipping_far_spheres_changes_no_answer(frankie, seed, joint, ahead):
+def test_a_true_distance_allows_no_more_than_what_is_none(
+    frankie, seed, joint, ahead
+):
     scene = generate("table" if seed % 2 else "bookshelf", seed)
     q = np.array([ahead, *scene.X_WB_start[1:], *frankie.home])
     u = np.array(joint) * frankie.velocity_limit
@@ -160,7 +162,8 @@ def test_skipping_far_spheres_changes_no_answer(frankie, seed, joint, ahead):
         scale_of(frankie, field(scene), q, u)
         for field in (SignedDistanceField, Unsure)
     ]
-    assert scales[0] == scales[1]
+    # It is asked between the ends of ticks, too.
+    assert scales[0] <= scales[1]
 
 
 @given(
@@ -459,4 +462,5 @@ def test_no_sphere_travels_farther_than_its_bound(frankie, seed, time, joint):
     way = np.linalg.norm(np.diff(p_WS, axis=0), axis=2).sum(axis=0)
     bend = frankie.bend @ np.abs(u) @ np.abs(u)
     for i in range(len(way)):
-        assert way[i] <= longest_way(p_WS[0, i], p_WS[-1, i], bend[i], time)
+        bound = longest_way(p_WS[0, i], p_WS[-1, i], bend[i], time)
+        assert way[i] <= bound + 1e-12
