@@ -1,0 +1,109 @@
+"""Gates: what must be known, or accepted by its name, before a robot moves.
+
+Whoever looks into a run's map and settings hands over what is wrong as
+`Gate`s. `open_gates` decides: a refusal ends the run before it begins, unless
+somebody has accepted the gate by its name; a warning is told. On the real
+robot everything is refused that has not been accepted.
+"""
+
+import dataclasses as dc
+from collections.abc import Collection, Sequence
+
+from remosplat_drake.errors import RemoSplatError, unknown_name
+
+EMPTY_MAP = "empty-map"
+IGNORED_SPLATS = "ignored-splats"
+MAP_ERROR = "map-error"
+UNKNOWN_MAP_ERROR = "unknown-map-error"
+
+GATES = {
+    EMPTY_MAP: "the map holds nothing where the robot starts or goes",
+    IGNORED_SPLATS: "most of the splat there is too faint or cropped away",
+    MAP_ERROR: "the robot may come nearer than the map is accurate",
+    UNKNOWN_MAP_ERROR: "nobody has measured how accurate the map is",
+}
+"""Every gate's name, and what is wrong where it is shut."""
+
+WARNING, REFUSAL = "warning", "refusal"
+"""What a shut gate leads to."""
+
+
+@dc.dataclass(frozen=True)
+class Gate:
+    """Something that is wrong with a run before it begins.
+
+    Attributes:
+        name: One of `GATES`.
+        problem: What is wrong, and where that helps, what would be right.
+        in_simulation: What it leads to, `WARNING` or `REFUSAL`.
+        on_hardware: The same where a real robot moves.
+    """
+
+    name: str
+    problem: str
+    in_simulation: str = WARNING
+    on_hardware: str = REFUSAL
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.problem}"
+
+    def leads_to(self, hardware: bool) -> str:
+        """What follows from it, in simulation or on the real robot."""
+        return self.on_hardware if hardware else self.in_simulation
+
+
+@dc.dataclass(frozen=True)
+class Passage:
+    """How a run got through its gates.
+
+    Attributes:
+        warnings: What is wrong and does not prevent this run.
+        accepted: What is wrong and somebody has taken upon them.
+    """
+
+    warnings: tuple[Gate, ...] = ()
+    accepted: tuple[Gate, ...] = ()
+
+
+def check_names(names: Collection[str]) -> None:
+    """Refuses to accept what is no gate.
+
+    Raises:
+        RemoSplatError: A name is unknown; lists the valid ones.
+    """
+    for name in names:
+        if name not in GATES:
+            raise RemoSplatError(
+                f"--accept: {unknown_name('gate', name, GATES)}"
+            )
+
+
+def open_gates(
+    gates: Sequence[Gate],
+    accepted: Collection[str],
+    *,
+    hardware: bool,
+    where: str,
+) -> Passage:
+    """Lets a run pass, or refuses it.
+
+    Args:
+        gates: All that is wrong.
+        accepted: Names of the gates that somebody takes upon them; those of
+            gates that are not shut do not matter.
+        hardware: Whether a real robot moves.
+        where: The scenario to blame.
+
+    Raises:
+        RemoSplatError: Something leads to a refusal and is not accepted; one
+            line says all of it.
+    """
+    rest = [gate for gate in gates if gate.name not in accepted]
+    refusals = [g for g in rest if g.leads_to(hardware) == REFUSAL]
+    if refusals:
+        problems = "; ".join(gate.problem for gate in refusals)
+        names = dict.fromkeys(gate.name for gate in refusals)
+        flags = " ".join(f"--accept {name}" for name in names)
+        raise RemoSplatError(f"{where}: {problems} (or take it on: {flags})")
+    taken = tuple(gate for gate in gates if gate.name in accepted)
+    return Passage(warnings=tuple(rest), accepted=taken)
