@@ -1,0 +1,51 @@
+"""How far a robot's arm reaches."""
+
+import numpy as np
+
+from remosplat_drake.robot.kinematics import PRISMATIC, KinematicTree
+from remosplat_drake.robot.robot_model import RobotModel
+
+
+def shoulder(robot: RobotModel, q: np.ndarray) -> np.ndarray:
+    """Where the arm's first joint is at configuration q, p_W, shape (3,)."""
+    tree, first = robot.tree, _first_body(robot)
+    X_WP = robot.body_poses(q)[tree.parent[first]]
+    return (X_WP @ tree.X_PF[first])[:3, 3]
+
+
+def arm_reach(robot: RobotModel) -> float:
+    """No part of the arm gets farther from its shoulder than that [m].
+
+    It is the length of the arm laid out straight, whatever its joints allow,
+    to the surface of its farthest sphere: an upper bound.
+    """
+    tree, first = robot.tree, _first_body(robot)
+    travel = np.maximum(abs(robot.position_lower), abs(robot.position_upper))
+    model, reach = robot.spheres, 0.0
+    for link, p_LS, radius in zip(
+        model.links, model.p_LS, model.radius, strict=True
+    ):
+        chain = tree.chain(tree.index(link))
+        if first not in chain:
+            continue
+        chain = chain[chain.index(first) :]
+        length = sum(_length(tree, body, travel) for body in chain)
+        length -= np.linalg.norm(tree.X_PF[first, :3, 3])
+        reach = max(reach, length + np.linalg.norm(p_LS) + radius)
+    return float(reach)
+
+
+def _first_body(robot: RobotModel) -> int:
+    """The body that the arm's first joint moves."""
+    joint = robot.n_q - len(robot.home)
+    return int(np.flatnonzero(robot.tree.position == joint)[0])
+
+
+def _length(tree: KinematicTree, body: int, travel: np.ndarray) -> float:
+    """Largest distance between the origins of a body and its parent [m]."""
+    length = np.linalg.norm(tree.X_PF[body, :3, 3])
+    length += np.linalg.norm(tree.X_MB[body, :3, 3])
+    if tree.kind[body] == PRISMATIC:
+        joint = tree.position[body]
+        length += abs(tree.offset[body]) if joint < 0 else travel[joint]
+    return float(length)
