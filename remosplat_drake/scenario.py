@@ -24,11 +24,6 @@ from remosplat_drake.oracle.config import (
     GroundTruth,
     SphereToEllipsoid,
 )
-from remosplat_drake.reconstruction.quality_report import (
-    MAP_ERROR_MARGIN,
-    read_report,
-    report_path,
-)
 from remosplat_drake.safety.config import (
     SupervisorConfig,
     check_supervisor,
@@ -84,9 +79,9 @@ class SceneConfig:
     # What the true geometry becomes when somebody changes the scene during a
     # simulated teleoperation (RMMI JSON); empty: it stays.
     truth_later: str = ""
-    # Largest over-estimate of a distance by the splat; absent: what the
-    # quality report beside the splat says. Small stopping distances need it
-    # [m].
+    # Largest over-estimate of a distance by the splat; the quality report
+    # beside the splat counts, too, the larger of both. Stopping distances must
+    # exceed it [m].
     map_error: float | None = None
     # The robot's floor links do not see the scene below this height [m].
     floor_height: float = 0.03
@@ -212,7 +207,6 @@ def check_scenario(scenario: Scenario) -> None:
     check_hardware_config(scenario.hardware, where)
     check_teleop(scenario.teleop, where)
     check_mapping(scenario.mapping, where)
-    _check_map_error(scenario, where)
     check_arrival(scenario.arrival, where)
     make_transform(scenario.scene.X_WG, where, "scene.X_WG")
     for i, target in enumerate(scenario.targets):
@@ -223,38 +217,6 @@ def check_scenario(scenario: Scenario) -> None:
         for side in ("lower", "upper"):
             values = getattr(scenario.scene.crop, side)
             _check_length(values, 3, where, f"scene.crop.{side}")
-
-
-def _check_map_error(scenario: Scenario, where: str) -> None:
-    tiers = scenario.controller.guidance.tiers
-    if not tiers or isinstance(scenario.oracle, GroundTruth):
-        return
-    error = _find_map_error(scenario)
-    if error is None:
-        raise FieldError(
-            where,
-            "controller.guidance.tiers",
-            "need scene.map_error, or a quality report beside the splat"
-            " (`remosplat quality`)",
-        )
-    if min(tiers) < error + MAP_ERROR_MARGIN:
-        raise FieldError(
-            where,
-            "controller.guidance.tiers",
-            f"{min(tiers)} is too small for a map that is wrong by up to"
-            f" {error}; valid: at least {error + MAP_ERROR_MARGIN:.4f}",
-        )
-
-
-def _find_map_error(scenario: Scenario) -> float | None:
-    """The scenario's, or that of a quality report beside its splat."""
-    scene = scenario.scene
-    if scene.map_error is not None or not scene.splat:
-        return scene.map_error
-    splat = resources.resolve(scene.splat, scenario.folder)
-    if not report_path(splat).is_file():
-        return None
-    return read_report(splat).map_error
 
 
 def make_transform(

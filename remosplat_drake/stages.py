@@ -31,7 +31,7 @@ from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.safety.supervision import SupervisorLaw
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
-from remosplat_drake.scenario import Scenario, make_transform
+from remosplat_drake.scenario import Scenario
 from remosplat_drake.station import ports
 from remosplat_drake.station.connections import AddMeasuredVelocity
 from remosplat_drake.station.simulated_station import MakeHardwareStation
@@ -40,7 +40,7 @@ from remosplat_drake.task.target_sequence import TargetSequence
 from remosplat_drake.teleop.operator_target import OperatorTarget
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.safety_panel import SafetyPanel
-from remosplat_drake.world import World
+from remosplat_drake.world import World, target_poses
 
 
 def MakeStation(scenario: Scenario, world: World, hardware: bool) -> Diagram:
@@ -73,12 +73,7 @@ def AddTargets(
     Raises:
         FieldError: There is none.
     """
-    X_WTs = [
-        make_transform(target, scenario.source, f"targets[{i}]")
-        for i, target in enumerate(scenario.targets)
-    ]
-    if not X_WTs and world.truth is not None and world.truth.X_WE_target:
-        X_WTs = [world.truth.X_WE_target]
+    X_WTs = target_poses(scenario, world.truth)
     if not X_WTs:
         raise FieldError(
             scenario.source, "targets", "none given, here or in scene.truth"
@@ -184,14 +179,13 @@ def AddSupervisor(
     if not scenario.supervisor.enabled:
         return None
     config = scenario.controller
-    tiers = config.guidance.tiers if config.guidance.enabled else []
     supervisor = SafetySupervisor.AddToBuilder(
         builder,
         law=SupervisorLaw.make(
             scenario.supervisor,
             robot,
             scenario.control_period,
-            smallest_stopping=min([config.collision.stopping, *tiers]),
+            smallest_stopping=config.smallest_stopping,
             bounded_start=config.velocity_limits.acceleration,
         ),
         controller=controller,

@@ -4,6 +4,7 @@ import dataclasses as dc
 from pathlib import Path
 
 import numpy as np
+from pydrake.math import RigidTransform
 
 from remosplat_drake import resources
 from remosplat_drake.errors import FieldError, FileError
@@ -25,6 +26,7 @@ class World:
     Attributes:
         robot: The robot.
         splat_W: The scene's splat, or None.
+        cropped_W: What was cropped away from it.
         truth: The scene's true geometry, or None.
         field: The oracle's map.
         q0: Configuration to start from, shape (n_q,).
@@ -35,6 +37,7 @@ class World:
     truth: PrimitiveScene | None
     field: DistanceField
     q0: np.ndarray
+    cropped_W: GaussianSplat = dc.field(default_factory=GaussianSplat.empty)
 
     @property
     def truth_field(self) -> DistanceField | None:
@@ -63,7 +66,7 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
     truth = None
     if scenario.scene.truth:
         truth = read_rmmi(_scene_file(scenario, "truth"))
-    splat_W = _load_splat(scenario)
+    splat_W, cropped_W = _load_splat(scenario)
     if splat_W is None and blank:
         splat_W = GaussianSplat.empty()
     world = World(
@@ -72,6 +75,7 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
         truth,
         make_field(scenario.oracle, splat_W, truth, where),
         _start(scenario, robot, truth),
+        cropped_W,
     )
     _check_start(world, where)
     return world
@@ -90,20 +94,36 @@ def true_scenes(scenario: Scenario, world: World) -> tuple[PrimitiveScene, ...]:
     return world.truth, read_rmmi(_scene_file(scenario, "truth_later"))
 
 
-def _load_splat(scenario: Scenario) -> GaussianSplat | None:
+def target_poses(
+    scenario: Scenario, truth: PrimitiveScene | None
+) -> list[RigidTransform]:
+    """The targets X_WT of the scenario, or else that of its true scene."""
+    if not scenario.targets and truth is not None and truth.X_WE_target:
+        return [truth.X_WE_target]
+    return [
+        make_transform(target, scenario.source, f"targets[{i}]")
+        for i, target in enumerate(scenario.targets)
+    ]
+
+
+def _load_splat(
+    scenario: Scenario,
+) -> tuple[GaussianSplat | None, GaussianSplat]:
+    """The splat, and what is cropped away from it."""
     scene = scenario.scene
     if not scene.splat:
-        return None
+        return None, GaussianSplat.empty()
     path = _scene_file(scenario, "splat")
     X_WG = make_transform(scene.X_WG, scenario.source, "scene.X_WG")
     splat_W = read_splat(path).transformed(X_WG)
-    if scene.crop is not None:
-        splat_W = splat_W.cropped(
-            np.array(scene.crop.lower), np.array(scene.crop.upper)
-        )
-        if not len(splat_W):
-            raise FieldError(scenario.source, "scene.crop", "leaves no splats")
-    return splat_W
+    if scene.crop is None:
+        return splat_W, GaussianSplat.empty()
+    inside = splat_W.inside(
+        np.array(scene.crop.lower), np.array(scene.crop.upper)
+    )
+    if not inside.any():
+        raise FieldError(scenario.source, "scene.crop", "leaves no splats")
+    return splat_W.select(inside), splat_W.select(~inside)
 
 
 def _scene_file(scenario: Scenario, field: str) -> Path:

@@ -9,10 +9,6 @@ from pydrake.math import RigidTransform
 from remosplat_drake.commands.main import main
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.oracle.config import DepthRasterization, GroundTruth
-from remosplat_drake.reconstruction.quality_report import (
-    QualityReport,
-    write_report,
-)
 from remosplat_drake.scenario import (
     DEFAULT_SCENARIO,
     LoadScenario,
@@ -367,48 +363,3 @@ def test_errors_name_the_line_of_the_file(folder):
     file.write_text("Bad:\n  time_limit: 3\n  controler: {}\n")
     with pytest.raises(RemoSplatError, match=r"bad\.yaml:3: controler"):
         LoadScenario(str(file))
-
-
-# Quality reports
-
-
-REPORTED = """
-Close:
-  scene: {splat: splat.ply}
-  controller: {guidance: {tiers: [0.008]}}
-"""
-
-
-@pytest.fixture
-def reported(folder) -> Path:
-    """A scenario whose splat is off by 6 mm, as a report beside it says."""
-    (folder / "reported.yaml").write_text(REPORTED)
-    splat = folder / "splat.ply"
-    splat.write_bytes(b"a splat that nobody reads here")
-    write_report(splat, QualityReport(map_error=0.006))
-    return folder / "reported.yaml"
-
-
-def test_the_map_error_comes_from_the_splats_report(reported):
-    assert LoadScenario(str(reported)).scene.map_error is None
-    with pytest.raises(RemoSplatError, match=r"at least 0\.0080"):
-        LoadScenario(
-            str(reported), "{controller: {guidance: {tiers: [0.007]}}}"
-        )
-
-
-def test_a_scenarios_own_map_error_goes_first(reported):
-    with pytest.raises(RemoSplatError, match=r"wrong by up to 0\.007"):
-        LoadScenario(str(reported), "{scene: {map_error: 0.007}}")
-
-
-def test_a_report_of_another_splat_does_not_count(reported):
-    (reported.parent / "splat.ply").write_bytes(b"trained anew")
-    with pytest.raises(RemoSplatError, match="about another splat"):
-        LoadScenario(str(reported))
-
-
-def test_without_a_report_small_distances_are_refused(reported):
-    (reported.parent / "splat.quality.json").unlink()
-    with pytest.raises(RemoSplatError, match="remosplat quality"):
-        LoadScenario(str(reported))

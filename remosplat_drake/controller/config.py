@@ -56,6 +56,12 @@ class ReactiveControllerConfig:
     )
     guidance: GuidanceConfig = dc.field(default_factory=GuidanceConfig)
 
+    @property
+    def smallest_stopping(self) -> float:
+        """The smallest stopping distance that may come into use [m]."""
+        tiers = self.guidance.tiers if self.guidance.enabled else []
+        return min([self.collision.stopping, *tiers])
+
 
 def _paper_gains() -> ReactiveControllerConfig:
     """The authors' published numbers (paper section III-A, IV; their code)."""

@@ -141,7 +141,7 @@ def read_report(splat: Path) -> QualityReport:
     path = report_path(splat)
     try:
         document = json.loads(read_text(path))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise FileError(path, f"not JSON: {error}") from error
     report = load_strict(QualityReport, path)
     for field in dc.fields(QualityReport):

@@ -172,10 +172,14 @@ class GaussianSplat:
             }
         )
 
+    def inside(self, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+        """Which splats have their centres in the box [lower, upper] of G."""
+        inside = (self.p_GK >= lower) & (self.p_GK <= upper)
+        return np.all(inside, axis=1)
+
     def cropped(self, lower: np.ndarray, upper: np.ndarray) -> "GaussianSplat":
         """The splats whose centres lie in the box [lower, upper] of G [m]."""
-        inside = (self.p_GK >= lower) & (self.p_GK <= upper)
-        return self.select(np.all(inside, axis=1))
+        return self.select(self.inside(lower, upper))
 
     def transformed(self, X_FG: RigidTransform) -> "GaussianSplat":
         """The same splats expressed in frame F.
