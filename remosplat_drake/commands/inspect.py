@@ -7,8 +7,10 @@ import numpy as np
 from pydrake.systems.framework import DiagramBuilder
 from rich.console import Console
 
+from remosplat_drake.commands.gate_keeping import describe
 from remosplat_drake.commands.hold import add_page_arguments, hold
 from remosplat_drake.errors import FieldError, unknown_name
+from remosplat_drake.map_knowledge import examine_map, target_places
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
 from remosplat_drake.oracle.view_images import SphereViews, look_around
@@ -93,6 +95,8 @@ def run(arguments: argparse.Namespace) -> int:
     world = load_world(scenario)
     if world.splat_W is None:
         raise FieldError(scenario.source, "scene.splat", "inspect needs one")
+    knowledge = examine_map(scenario, world, target_places(scenario, world))
+    describe(knowledge, knowledge.gates, console)
     q, place = _configuration(arguments, world)
     # Of the scenario's own depth oracle, if it has one.
     sensor = getattr(world.field, "sensor", DepthSensor())

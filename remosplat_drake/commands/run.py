@@ -14,12 +14,18 @@ from rich.text import Text
 from remosplat_drake import warm_up
 from remosplat_drake.atomic_file import atomic_write, check_writable
 from remosplat_drake.commands.driving import drive
+from remosplat_drake.commands.gate_keeping import (
+    add_accept_argument,
+    admit,
+    check_accepted,
+)
 from remosplat_drake.commands.hold import add_page_arguments, hold, is_held
 from remosplat_drake.diagram import Application, MakeDiagram
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.hardware_run import (
     prepare_for_hardware,
 )
+from remosplat_drake.map_knowledge import examine_map, target_places
 from remosplat_drake.real_time import LoopQuality, Spread
 from remosplat_drake.recording.trajectory import save_trajectory
 from remosplat_drake.scenario import LoadScenario
@@ -85,6 +91,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="write the diagram as a Graphviz .dot file",
     )
+    add_accept_argument(parser)
     add_page_arguments(parser)
 
 
@@ -99,6 +106,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Runs the scenario; 0 if the targets were reached, else 1."""
     console = Console(stderr=True)
     _check_outputs(arguments)
+    check_accepted(arguments)
     scenario = LoadScenario(arguments.scenario, arguments.scenario_text)
     if arguments.hardware:
         if arguments.realtime_rate is not None:
@@ -108,6 +116,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise RemoSplatError("--lcm-url: only with --hardware")
     warm_up.announce(console)
     world = load_world(scenario)
+    knowledge = examine_map(scenario, world, target_places(scenario, world))
+    admission = admit(knowledge, arguments, scenario.source)
     page = None
     if arguments.save_html or not arguments.headless:
         page = MeshcatPage(port=arguments.port)
@@ -117,6 +127,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.graphviz:
         with atomic_write(arguments.graphviz) as file:
             file.write(application.diagram.GetGraphvizString(max_depth=1))
+    admission.announce(console)
     if page is not None and not arguments.headless:
         console.print(f"watch at [bold]{page.url}[/bold]")
     if page is not None:
@@ -136,7 +147,8 @@ def run(arguments: argparse.Namespace) -> int:
         page.finish_recording()
     _print_summary(result, loop, console)
     if arguments.output:
-        save_result(result, application, arguments.output, loop)
+        known = admission.document()
+        save_result(result, application, arguments.output, loop, known)
     if page is not None and arguments.save_html:
         page.save_html(arguments.save_html)
     if page is not None and not arguments.headless:
@@ -224,9 +236,18 @@ def save_result(
     result: RunResult,
     application: Application,
     folder: Path,
-    loop: LoopQuality | None = None,
+    loop: LoopQuality | None,
+    known: dict,
 ) -> None:
-    """Writes metrics.json and trajectory.npz, each atomically."""
+    """Writes metrics.json and trajectory.npz, each atomically.
+
+    Args:
+        result: How the run ended.
+        application: What was run.
+        folder: Gets both files.
+        loop: How a real robot's loop was kept.
+        known: What was known of the map; see `Admission`.
+    """
     save_trajectory(result.trajectory, folder / TRAJECTORY)
     document = {
         "scenario": application.scenario.source,
@@ -236,6 +257,7 @@ def save_result(
         "position_error": result.position_error,
         "angle_error": result.angle_error,
         "map": application.world.field.revision,
+        **known,
         **dc.asdict(result.metrics),
     }
     if loop is not None:

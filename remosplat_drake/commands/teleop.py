@@ -1,6 +1,7 @@
 """`remosplat teleop`: move the target by hand while the map grows."""
 
 import argparse
+import json
 import math
 import time
 from contextlib import ExitStack
@@ -9,11 +10,19 @@ from pathlib import Path
 from rich.console import Console
 
 from remosplat_drake import warm_up
+from remosplat_drake.atomic_file import write_atomically
 from remosplat_drake.commands.driving import drive
 from remosplat_drake.commands.flags import positive
+from remosplat_drake.commands.gate_keeping import (
+    Admission,
+    add_accept_argument,
+    admit,
+    check_accepted,
+)
 from remosplat_drake.diagram import Application, MakeDiagram
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.hardware_run import prepare_for_hardware
+from remosplat_drake.map_knowledge import examine_map, saved_places
 from remosplat_drake.mapping.session import SCENARIO_FILE
 from remosplat_drake.scenario import LoadScenario, Scenario
 from remosplat_drake.simulation import INTERRUPTED, TIME_LIMIT
@@ -29,6 +38,9 @@ from remosplat_drake.world import World, load_world
 
 DEFAULT_SCENARIO = "StudioLive"
 """What is teleoperated when nothing is named."""
+
+MAP_KNOWLEDGE = "map_knowledge.json"
+"""What was known of a given map, and accepted, in the folder of a run."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -91,11 +103,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="YAML",
         help="values laid over the scenario, e.g. '{mapping: {voxel: 0.05}}'",
     )
+    add_accept_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Teleoperates until Ctrl-C; 0, or 1 if the robot ended up stopped."""
     console = Console(stderr=True)
+    check_accepted(arguments)
     scenario = _load_scenario(arguments)
     folder = arguments.session or _new_folder(scenario)
     if arguments.hardware:
@@ -105,9 +119,10 @@ def run(arguments: argparse.Namespace) -> int:
     check_mappable(scenario)
     warm_up.announce(console)
     world = load_world(scenario, blank=scenario.mapping.enabled)
+    admission = _admitted(arguments, scenario, world)
     page = None if arguments.headless else MeshcatPage(port=arguments.port)
     teleoperation, application = _begin(
-        arguments, scenario, world, page, folder
+        arguments, scenario, world, page, folder, admission, console
     )
     log = application.log
     assert log is not None
@@ -132,12 +147,28 @@ def run(arguments: argparse.Namespace) -> int:
     return 0 if result.outcome in (INTERRUPTED, TIME_LIMIT) else 1
 
 
+def _admitted(
+    arguments: argparse.Namespace, scenario: Scenario, world: World
+) -> Admission | None:
+    """On what terms a map may be used; None if it is still to be made.
+
+    Raises:
+        RemoSplatError: It may not.
+    """
+    if scenario.mapping.enabled and not scenario.scene.splat:
+        return None
+    knowledge = examine_map(scenario, world, saved_places(scenario))
+    return admit(knowledge, arguments, scenario.source)
+
+
 def _begin(
     arguments: argparse.Namespace,
     scenario: Scenario,
     world: World,
     page: MeshcatPage | None,
     folder: Path,
+    admission: Admission | None,
+    console: Console,
 ) -> tuple[Teleoperation, Application]:
     """Begins or reopens the session, or leaves everything as it was."""
     with removed_on_failure(folder):
@@ -157,8 +188,16 @@ def _begin(
                 hardware=arguments.hardware,
                 teleoperation=teleoperation,
             )
+            if admission is not None:
+                admission.announce(console)
+                _keep(admission, teleoperation.run)
             undo.pop_all()
     return teleoperation, application
+
+
+def _keep(admission: Admission, run: Path) -> None:
+    text = json.dumps(admission.document(), indent=2) + "\n"
+    write_atomically(run / MAP_KNOWLEDGE, text)
 
 
 def _load_scenario(arguments: argparse.Namespace) -> Scenario:

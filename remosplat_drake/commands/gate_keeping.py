@@ -1,0 +1,142 @@
+"""Tell people what a map knows, and let them accept what it does not."""
+
+import argparse
+import dataclasses as dc
+import sys
+import termios
+from collections.abc import Iterable
+
+from rich.console import Console
+
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.map_knowledge import MapKnowledge
+from remosplat_drake.safety.gates import (
+    GATES,
+    Gate,
+    Passage,
+    check_names,
+    open_gates,
+)
+
+
+def add_accept_argument(parser: argparse.ArgumentParser) -> None:
+    """Declares the flag that takes a problem upon oneself."""
+    gates = "; ".join(f"{name}: {what}" for name, what in GATES.items())
+    parser.add_argument(
+        "--accept",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="drive although something is wrong; may be given repeatedly, and"
+        f" with --hardware each is confirmed at the terminal ({gates})",
+    )
+
+
+def check_accepted(arguments: argparse.Namespace) -> None:
+    """Refuses names of no gate before any work starts.
+
+    Raises:
+        RemoSplatError: A name is unknown.
+    """
+    check_names(arguments.accept)
+
+
+def describe(
+    knowledge: MapKnowledge, warnings: Iterable[Gate], console: Console
+) -> None:
+    """Tells what a map knows, and what is wrong."""
+    for line in knowledge.lines():
+        _tell(console, line)
+    for gate in warnings:
+        _tell(console, f"warning: {gate}", "bold yellow")
+
+
+@dc.dataclass(frozen=True)
+class Admission:
+    """That a run may begin, and on what terms.
+
+    Attributes:
+        knowledge: Of the run's map.
+        passage: How it got through the gates.
+        hardware: Whether a real robot moves.
+    """
+
+    knowledge: MapKnowledge
+    passage: Passage
+    hardware: bool
+
+    def announce(self, console: Console) -> None:
+        """Tells what the map knows; has what is accepted confirmed.
+
+        Raises:
+            RemoSplatError: It is not confirmed.
+        """
+        describe(self.knowledge, self.passage.warnings, console)
+        for gate in self.passage.accepted:
+            if self.hardware:
+                _confirm(gate, console)
+            _tell(console, f"accepted: {gate}", "bold yellow")
+
+    def document(self) -> dict:
+        """What the files of a run keep of it."""
+        return {
+            "map_summary": dc.asdict(self.knowledge.summary),
+            "map_error": self.knowledge.error.largest,
+            "warnings": list(map(_entry, self.passage.warnings)),
+            "accepted": list(map(_entry, self.passage.accepted)),
+        }
+
+
+def admit(
+    knowledge: MapKnowledge, arguments: argparse.Namespace, where: str
+) -> Admission:
+    """Lets a run begin, or refuses it; says nothing yet.
+
+    Args:
+        knowledge: Of the run's map.
+        arguments: With `accept` and `hardware`.
+        where: The scenario to blame.
+
+    Raises:
+        RemoSplatError: It is refused.
+    """
+    passage = open_gates(
+        knowledge.gates,
+        arguments.accept,
+        hardware=arguments.hardware,
+        where=where,
+    )
+    return Admission(knowledge, passage, arguments.hardware)
+
+
+def _entry(gate: Gate) -> dict[str, str]:
+    return {"name": gate.name, "problem": gate.problem}
+
+
+def _confirm(gate: Gate, console: Console) -> None:
+    """Has somebody type a gate's name where a real robot is about to move.
+
+    Raises:
+        RemoSplatError: Nobody sits at a terminal, or types something else.
+    """
+    flag = f"--accept {gate.name}"
+    if sys.stdin is None or not sys.stdin.isatty():
+        raise RemoSplatError(
+            f"{flag}: with --hardware somebody has to confirm that at a"
+            f" terminal, and there is none ({gate.problem})"
+        )
+    # What was typed before the question is no answer to it.
+    termios.tcflush(sys.stdin, termios.TCIFLUSH)
+    _tell(console, str(gate))
+    console.print(
+        f"type [bold]{gate.name}[/bold] to drive all the same: ", end=""
+    )
+    if sys.stdin.readline().strip() != gate.name:
+        raise RemoSplatError(f"{flag}: not confirmed; nothing has moved")
+
+
+def _tell(console: Console, line: str, style: str = "") -> None:
+    """One line, whatever the terminal's width and the text's brackets."""
+    console.print(
+        line, style=style, markup=False, highlight=False, soft_wrap=True
+    )
