@@ -95,8 +95,6 @@ def run(arguments: argparse.Namespace) -> int:
     world = load_world(scenario)
     if world.splat_W is None:
         raise FieldError(scenario.source, "scene.splat", "inspect needs one")
-    knowledge = examine_map(scenario, world, target_places(scenario, world))
-    describe(knowledge, knowledge.gates, console)
     q, place = _configuration(arguments, world)
     # Of the scenario's own depth oracle, if it has one.
     sensor = getattr(world.field, "sensor", DepthSensor())
@@ -110,6 +108,8 @@ def run(arguments: argparse.Namespace) -> int:
         draw_depth_views(views, title, f"{where}   ·   {_facts(views)}"),
         arguments.output,
     )
+    knowledge = examine_map(scenario, world, target_places(scenario, world))
+    describe(knowledge, knowledge.gates, console)
     console.print(f"{title}: {_facts(views)}; see {arguments.output}")
     if arguments.page or arguments.save_html:
         page = show(world.robot, world.splat_W, q, views, arguments.port)
