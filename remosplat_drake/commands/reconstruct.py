@@ -36,6 +36,7 @@ from remosplat_drake.reconstruction.pipeline import (
 )
 from remosplat_drake.reconstruction.point_cloud import InitialisationConfig
 from remosplat_drake.reconstruction.quality_report import (
+    QualityReport,
     page_path,
     pose_path,
     report_path,
@@ -137,10 +138,14 @@ def run(arguments: argparse.Namespace) -> int:
         f" {arguments.output}"
     )
     _write_pose(floor, arguments.output)
-    _report(result, capture, held_out, workspace, arguments, console)
+    report = _report(result, capture, held_out, workspace, arguments, console)
     try:
         text = write_scenario(
-            arguments.output, result.splat, capture, workspace
+            arguments.output,
+            result.splat,
+            capture,
+            workspace,
+            report.map_error,
         )
     except RemoSplatError as error:
         console.print(f"no scenario: {error}")
@@ -261,7 +266,7 @@ def _report(
     workspace: Workspace,
     arguments: argparse.Namespace,
     console: Console,
-):
+) -> QualityReport:
     with console.status("measuring its quality") as status:
         assessment = assess(
             result.splat,
@@ -276,3 +281,4 @@ def _report(
     page = write_assessment(arguments.output, assessment)
     print_report(console, assessment.report)
     console.print(f"pictures: {page}")
+    return assessment.report

@@ -1,17 +1,23 @@
 """The scenario that `remosplat reconstruct` writes beside a splat."""
 
+import math
 from pathlib import Path
 
 import yaml
 
 from remosplat_drake.atomic_file import write_atomically
 from remosplat_drake.capture.capture import Capture
+from remosplat_drake.controller.ingredients import CollisionDamperConfig
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.reconstruction.measured_space import times_looked_through
+from remosplat_drake.reconstruction.quality_report import (
+    MAP_ERROR_MARGIN,
+    rounded_up,
+)
 from remosplat_drake.reconstruction.workspace import Workspace
 from remosplat_drake.robot.robot_model import load_robot_model
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.task.suggestion import suggest_task
+from remosplat_drake.task.suggestion import NEAR, suggest_task
 
 _FREE_MARGIN = 0.05
 """Space is free if views saw at least so far beyond it [m]."""
@@ -23,15 +29,23 @@ def scenario_path(splat: Path) -> Path:
 
 
 def write_scenario(
-    splat: Path, splat_W: GaussianSplat, capture: Capture, workspace: Workspace
+    splat: Path,
+    splat_W: GaussianSplat,
+    capture: Capture,
+    workspace: Workspace,
+    map_error: float,
 ) -> str:
     """Writes a scenario with a free start and a target, and returns its text.
+
+    It carries the verdict on the splat: its error, and a stopping distance
+    that this allows, if the task can be done with one.
 
     Args:
         splat: The splat's file, which the scenario lies beside.
         splat_W: What it holds, the floor at z = 0.
         capture: What it is from, in the same frame.
         workspace: Where the target is sought.
+        map_error: Largest over-estimate of a distance by the splat [m].
 
     Raises:
         RemoSplatError: There is no room, or the file cannot be written.
@@ -43,8 +57,14 @@ def write_scenario(
         workspace.upper,
         lambda p_W: times_looked_through(capture, p_W, _FREE_MARGIN) > 1,
     )
+    # Rounded up to tenths of a millimetre, and to millimetres.
+    error = math.ceil(round(1e6 * map_error) / 100) / 1e4
+    safe = math.ceil(round(1e6 * (error + MAP_ERROR_MARGIN)) / 1000) / 1e3
+    usual = CollisionDamperConfig().stopping
+    controller = {"collision": {"stopping": safe}}
     entry = {
-        "scene": {"splat": splat.name},
+        "scene": {"splat": splat.name, "map_error": error},
+        **({"controller": controller} if usual < safe < NEAR else {}),
         "robot": {"base_pose": task.base_pose.round(3).tolist()},
         "targets": [
             {
@@ -57,5 +77,20 @@ def write_scenario(
     text = yaml.safe_dump(
         {name: entry}, sort_keys=False, default_flow_style=None
     )
+    text = _verdict(error, safe) + text
     write_atomically(scenario_path(splat), text)
+    return text
+
+
+def _verdict(error: float, safe: float) -> str:
+    """What is to be said of a splat, as comments in YAML."""
+    text = (
+        f"# Distances may be too large by {rounded_up(error)}; stopping"
+        f" distances are safe\n# from {rounded_up(safe)} on.\n"
+    )
+    if safe >= NEAR:
+        text += (
+            "# The target is nearer to the scene than that, so `remosplat run`"
+            " refuses it.\n"
+        )
     return text

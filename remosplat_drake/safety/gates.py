@@ -104,6 +104,6 @@ def open_gates(
         problems = "; ".join(gate.problem for gate in refusals)
         names = dict.fromkeys(gate.name for gate in refusals)
         flags = " ".join(f"--accept {name}" for name in names)
-        raise RemoSplatError(f"{where}: {problems} (or take it on: {flags})")
+        raise RemoSplatError(f"{where}: {problems} (to run anyway: {flags})")
     taken = tuple(gate for gate in gates if gate.name in accepted)
     return Passage(warnings=tuple(rest), accepted=taken)

@@ -11,7 +11,7 @@ from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
 
-_NEAR, _FAR = 0.05, 0.12
+NEAR, _FAR = 0.05, 0.12
 """The hand ends so close to the scene: near enough to be worth it [m]."""
 
 _HEIGHTS = np.arange(0.35, 1.2, 0.05)
@@ -137,7 +137,7 @@ def _targets(
     )
     distance = field.clearances(spheres, _FAR).per_sphere(len(spheres))
     room = distance.reshape(len(points), n).min(axis=1)
-    found = points[(room > _NEAR) & (room < _FAR)]
+    found = points[(room > NEAR) & (room < _FAR)]
     middle = 0.5 * (lower + upper)[:2]
     return found[np.linalg.norm(found[:, :2] - middle, axis=1).argsort()]
 

@@ -1,10 +1,18 @@
 """From a scene's file to a splat, on the command line."""
 
+import shutil
+from pathlib import Path
+
 import pytest
 
+from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.commands.main import main
+from remosplat_drake.commands.suggested_scenario import write_scenario
+from remosplat_drake.map_knowledge import find_map_error, map_error_gates
 from remosplat_drake.reconstruction.quality_report import read_report
+from remosplat_drake.reconstruction.workspace import Workspace
 from remosplat_drake.resources import models_dir
+from remosplat_drake.safety.gates import MAP_ERROR
 from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.world import load_world
@@ -49,13 +57,73 @@ def test_the_splat_comes_with_its_report_and_its_pictures(made):
 def test_the_scenario_runs(made, capsys):
     scenario = str(made.with_suffix(".yaml"))
     text = "{time_limit: 0.1}"
-    flags = ["--headless", "--scenario-text", text]
+    # So few and small views do not make a splat that suffices.
+    flags = ["--headless", "--scenario-text", text, "--accept", "map-error"]
     assert main(["run", scenario, *flags]) in (0, 1)
     world = load_world(LoadScenario(scenario))
     assert world.splat_W is not None
     assert (
         world.field.clearances(world.robot.spheres_at(world.q0)).minimum() > 0.1
     )
+
+
+def test_the_scenario_carries_the_verdict(made, tmp_path):
+    """Even where the splat goes without its report."""
+    report = read_report(made)
+    moved = tmp_path / made.name
+    shutil.copy(made, moved)
+    shutil.copy(made.with_suffix(".yaml"), tmp_path)
+    scenario = LoadScenario(str(moved.with_suffix(".yaml")))
+    error = find_map_error(scenario)
+    assert error.largest is not None
+    assert report.map_error <= error.largest < report.map_error + 1.001e-4
+
+
+@pytest.fixture(scope="module")
+def written(folder, made, tmp_path_factory):
+    """Writes the scenario of a splat that is wrong by so much."""
+    capture = read_capture(folder)
+    splat = tmp_path_factory.mktemp("written") / "a_splat.ply"
+    shutil.copy(made, splat)
+
+    def _written(map_error: float) -> Path:
+        workspace = Workspace.of_capture(capture)
+        write_scenario(splat, read_splat(made), capture, workspace, map_error)
+        return splat.with_suffix(".yaml")
+
+    return _written
+
+
+@pytest.mark.parametrize(
+    ("map_error", "stopping"),
+    [
+        (0.004, 0.021),
+        (0.019, 0.021),
+        # Rounded up: 20.1 mm and 2 mm, to a whole millimetre.
+        (0.02003, 0.023),
+        (0.0309999, 0.033),
+        (0.0479, 0.050),
+    ],
+)
+def test_its_stopping_distance_is_safe(written, map_error, stopping):
+    scenario = LoadScenario(str(written(map_error)))
+    if stopping == 0.050:
+        # As far from the scene as the target may be: nothing would arrive.
+        (gate,) = map_error_gates(scenario, find_map_error(scenario))
+        assert gate.name == MAP_ERROR
+        return
+    assert scenario.controller.collision.stopping == stopping
+    assert map_error_gates(scenario, find_map_error(scenario)) == []
+
+
+def test_a_splat_safe_from_272_mm_on_does_not_run_at_21(written, capsys):
+    path = written(0.27)
+    assert "# from 272 mm on." in path.read_text()
+    assert "`remosplat run` refuses" in path.read_text()
+    flags = ["--headless", "--scenario-text", "{time_limit: 0.1}"]
+    assert main(["run", str(path), *flags]) == 2
+    assert "valid: at least 0.2720" in capsys.readouterr().err
+    assert main(["run", str(path), *flags, "--accept", "map-error"]) == 1
 
 
 def test_floor_and_untrained_discs(folder, tmp_path, capsys):
