@@ -143,7 +143,9 @@ def run(arguments: argparse.Namespace) -> int:
     warm_up.remember()
     if log.trouble:
         console.print(f"[bold red]{log.trouble}[/]")
-    console.print(f"{result.outcome}; `remosplat replay {folder}` shows it")
+    # A folder's name is as long as it is; the line is to be copied.
+    told = f"{result.outcome}; `remosplat replay {folder}` shows it"
+    console.print(told, soft_wrap=True)
     return 0 if result.outcome in (INTERRUPTED, TIME_LIMIT) else 1
 
 
