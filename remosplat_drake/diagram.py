@@ -11,6 +11,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from remosplat_drake.control_loop import AddControlLoop, ControlLoop
 from remosplat_drake.mapping.live_map import LiveMap
+from remosplat_drake.ranges import check_ranges
 from remosplat_drake.recording.session_log import TrajectoryLog
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.scenario import Scenario
@@ -64,6 +65,8 @@ def MakeDiagram(
     Raises:
         RemoSplatError: The station cannot be made, or there is no target.
     """
+    # A field may have been assigned since it was read.
+    check_ranges(scenario, scenario.source)
     builder = DiagramBuilder()
     panel = AddPanel(builder, scenario, world.robot, page)
     if teleoperation is None:

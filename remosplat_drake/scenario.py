@@ -5,28 +5,37 @@ default. On the command line a scenario is NAME, FILE or FILE:NAME.
 """
 
 import dataclasses as dc
-from collections.abc import Sequence
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Interval, Len
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from remosplat_drake import resources
 from remosplat_drake.controller.config import (
+    LONGEST_VERIFIED,
     ReactiveControllerConfig,
-    check_config,
-    gain_set,
 )
 from remosplat_drake.errors import FieldError, FileError, unknown_name
-from remosplat_drake.mapping.config import MappingConfig, check_mapping
+from remosplat_drake.mapping.config import MappingConfig
 from remosplat_drake.oracle.config import (
     DepthRasterization,
     GroundTruth,
     SphereToEllipsoid,
 )
+from remosplat_drake.ranges import (
+    Config,
+    Cosine,
+    JointPosition,
+    Position,
+    RollPitchYawDeg,
+    Seed,
+    check_ranges,
+)
 from remosplat_drake.safety.config import (
     SupervisorConfig,
-    check_supervisor,
 )
 from remosplat_drake.station.config import (
     DynamicStation,
@@ -35,37 +44,55 @@ from remosplat_drake.station.config import (
 )
 from remosplat_drake.station.hardware.config import (
     HardwareConfig,
-    check_hardware_config,
 )
 from remosplat_drake.strict_yaml import entries, load_strict
-from remosplat_drake.task.arrival import ArrivalConfig, check_arrival
-from remosplat_drake.teleop.config import TeleopConfig, check_teleop
+from remosplat_drake.task.arrival import ArrivalConfig
+from remosplat_drake.teleop.config import TeleopConfig
+
+YAML_SUFFIXES = (".yaml", ".yml")
 
 DEFAULT_SCENARIO = "TableReach"
 """What `remosplat run` runs when nothing is named."""
 
 
 @dc.dataclass
-class PoseConfig:
+class PoseConfig(Config):
     """A pose; its rotation is given as angles or as a matrix, not both."""
 
-    translation: list[float] = dc.field(default_factory=lambda: [0.0] * 3)
+    translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
     # Roll, pitch, yaw [deg].
-    rpy_deg: list[float] | None = None
+    rpy_deg: RollPitchYawDeg | None = None
     # Rows of the rotation matrix.
-    rotation: list[list[float]] | None = None
+    rotation: (
+        Annotated[list[Annotated[list[Cosine], Len(3, 3)]], Len(3, 3)] | None
+    ) = None
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """See `Config`."""
+        if self.rotation is None:
+            return
+        if self.rpy_deg is not None:
+            yield "rpy_deg", "give `rpy_deg` or `rotation`, not both"
+        matrix = np.array(self.rotation)
+        deviation = np.abs(matrix @ matrix.T - np.eye(3)).max()
+        if deviation > 1e-3 or np.linalg.det(matrix) < 0:
+            yield (
+                "rotation",
+                "is not a rotation matrix (rows must be orthonormal"
+                " and right-handed)",
+            )
 
 
 @dc.dataclass
-class CropConfig:
+class CropConfig(Config):
     """A box in W; splats whose centres lie outside are left out [m]."""
 
-    lower: list[float] = dc.field(default_factory=lambda: [-1e3] * 3)
-    upper: list[float] = dc.field(default_factory=lambda: [1e3] * 3)
+    lower: Position = dc.field(default_factory=lambda: [-1e3] * 3)
+    upper: Position = dc.field(default_factory=lambda: [1e3] * 3)
 
 
 @dc.dataclass
-class SceneConfig:
+class SceneConfig(Config):
     """What surrounds the robot. Files are relative to the scenario's."""
 
     # Splat file (.ply, or any that `remosplat convert` reads), in frame G;
@@ -82,13 +109,13 @@ class SceneConfig:
     # Largest over-estimate of a distance by the splat; the quality report
     # beside the splat counts, too, the larger of both. Stopping distances must
     # exceed it [m].
-    map_error: float | None = None
+    map_error: Annotated[float, Interval(ge=0, le=1)] | None = None
     # The robot's floor links do not see the scene below this height [m].
-    floor_height: float = 0.03
+    floor_height: Annotated[float, Interval(ge=-100, le=0.1)] = 0.03
 
 
 @dc.dataclass
-class RobotConfig:
+class RobotConfig(Config):
     """Which robot, and where it starts."""
 
     # A folder of models/, or a robot description file.
@@ -96,20 +123,22 @@ class RobotConfig:
     # One of the sphere sets of its description.
     spheres: str = "covering"
     # x, y, yaw [m, m, rad]; absent: where the truth file says, or zeros.
-    base_pose: list[float] | None = None
+    base_pose: Position | None = None
     # Arm configuration [rad]; absent: the description's home.
-    arm: list[float] | None = None
+    arm: list[JointPosition] | None = None
 
 
 @dc.dataclass
-class Scenario:
+class Scenario(Config):
     """One experiment."""
 
     scene: SceneConfig = dc.field(default_factory=SceneConfig)
     robot: RobotConfig = dc.field(default_factory=RobotConfig)
     # Target poses of the end effector in W, one after the other; absent:
     # where the truth file says.
-    targets: list[PoseConfig] = dc.field(default_factory=list)
+    targets: Annotated[list[PoseConfig], Len(0, 10_000)] = dc.field(
+        default_factory=list
+    )
     arrival: ArrivalConfig = dc.field(default_factory=ArrivalConfig)
     oracle: SphereToEllipsoid | DepthRasterization | GroundTruth = dc.field(
         default_factory=SphereToEllipsoid
@@ -129,47 +158,64 @@ class Scenario:
     teleop: TeleopConfig = dc.field(default_factory=TeleopConfig)
     mapping: MappingConfig = dc.field(default_factory=MappingConfig)
     # Time between two control ticks [s].
-    control_period: float = 0.01
+    control_period: Annotated[float, Interval(ge=0.001, le=1)] = 0.01
     # The run is given up after this long [s].
-    time_limit: float = 15.0
+    time_limit: Annotated[float, Interval(gt=0, le=1e6)] = 15.0
     # Seed of everything random.
-    seed: int = 0
+    seed: Seed = 0
     # File and name it was read from, filled in by the loader.
     source: str = dc.field(default="", metadata={"yaml": False})
 
     @property
     def folder(self) -> Path:
         """The directory that relative files refer to."""
-        return Path(self.source.partition(":")[0]).parent
+        file, _ = split_spec(self.source) or ("", "")
+        return Path(file).parent
+
+    @property
+    def name(self) -> str:
+        """Of its entry in the file."""
+        _, name = split_spec(self.source) or ("", "")
+        return name
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """See `Config`."""
+        if self.controller.verify and self.control_period > LONGEST_VERIFIED:
+            yield (
+                "control_period",
+                f"must be at most {LONGEST_VERIFIED} with controller.verify,"
+                f" got {self.control_period}",
+            )
 
 
-def LoadScenario(spec: str | None = None, override: str = "") -> Scenario:
+def LoadScenario(
+    spec: str | None = None,
+    override: str = "",
+    defaults: Scenario | None = None,
+) -> Scenario:
     """Reads and checks the scenario that a command line names.
 
     Args:
         spec: NAME (in the shipped files), FILE (its first entry) or
             FILE:NAME; None means `DEFAULT_SCENARIO`.
         override: YAML laid over it, for example "{time_limit: 5}".
+        defaults: Values for what neither names.
 
     Raises:
         RemoSplatError: Nothing of that name, or a field is unusable.
     """
     path, name = find_scenario(spec or DEFAULT_SCENARIO)
-    # The gain set must be known before the fields laid over it are read.
-    draft = load_strict(Scenario, path, name, override)
-    where = f"{path}:{name}"
-    defaults = Scenario(controller=gain_set(draft.controller.gains, where))
     scenario = load_strict(Scenario, path, name, override, defaults)
-    scenario.source = where
+    scenario.source = f"{path}:{name}"
     check_scenario(scenario)
     return scenario
 
 
 def find_scenario(spec: str) -> tuple[Path, str]:
     """File and entry of a scenario's name on the command line."""
-    file, _, name = spec.partition(":")
-    if Path(file).suffix in (".yaml", ".yml"):
-        path = resources.resolve(file)
+    found = split_spec(spec)
+    if found is not None:
+        path, name = resources.resolve(found[0]), found[1]
         names = entries(path)
         if not names:
             raise FileError(path, "holds no scenarios")
@@ -182,6 +228,21 @@ def find_scenario(spec: str) -> tuple[Path, str]:
     return shipped[spec], spec
 
 
+def split_spec(spec: str) -> tuple[str, str] | None:
+    """FILE and NAME of FILE:NAME; None if no YAML file is named.
+
+    Both may hold colons themselves: a file that exists is preferred.
+    """
+    parts = spec.split(":")
+    splits = [
+        (":".join(parts[:n]), ":".join(parts[n:]))
+        for n in range(len(parts), 0, -1)
+        if Path(":".join(parts[:n])).suffix in YAML_SUFFIXES
+    ]
+    existing = (split for split in splits if Path(split[0]).is_file())
+    return next(existing, splits[-1] if splits else None)
+
+
 def shipped_scenarios() -> dict[str, Path]:
     """The files of all shipped scenarios, by scenario name."""
     return {
@@ -192,31 +253,12 @@ def shipped_scenarios() -> dict[str, Path]:
 
 
 def check_scenario(scenario: Scenario) -> None:
-    """Checks the ranges that types cannot express.
+    """Checks all values of a scenario.
 
     Raises:
-        FieldError: A value is out of range; names the field.
+        RemoSplatError: A value is out of range; names the field.
     """
-    where = scenario.source
-    for field in ("control_period", "time_limit"):
-        value = getattr(scenario, field)
-        if not value > 0:
-            raise FieldError(where, field, f"must be positive, got {value}")
-    check_config(scenario.controller, where)
-    check_supervisor(scenario.supervisor, where)
-    check_hardware_config(scenario.hardware, where)
-    check_teleop(scenario.teleop, where)
-    check_mapping(scenario.mapping, where)
-    check_arrival(scenario.arrival, where)
-    make_transform(scenario.scene.X_WG, where, "scene.X_WG")
-    for i, target in enumerate(scenario.targets):
-        make_transform(target, where, f"targets[{i}]")
-    if scenario.robot.base_pose is not None:
-        _check_length(scenario.robot.base_pose, 3, where, "robot.base_pose")
-    if scenario.scene.crop is not None:
-        for side in ("lower", "upper"):
-            values = getattr(scenario.scene.crop, side)
-            _check_length(values, 3, where, f"scene.crop.{side}")
+    check_ranges(scenario, scenario.source)
 
 
 def make_transform(
@@ -228,38 +270,10 @@ def make_transform(
         FieldError: A list has the wrong length, both rotations are given, or
             the matrix is not a rotation.
     """
-    _check_length(config.translation, 3, where, f"{field}.translation")
-    if config.rpy_deg is not None and config.rotation is not None:
-        raise FieldError(where, field, "give `rpy_deg` or `rotation`, not both")
+    check_ranges(config, where, field)
     R = RotationMatrix()
     if config.rpy_deg is not None:
-        _check_length(config.rpy_deg, 3, where, f"{field}.rpy_deg")
         R = RotationMatrix(RollPitchYaw(np.radians(config.rpy_deg)))
     if config.rotation is not None:
-        R = _make_rotation(config.rotation, where, f"{field}.rotation")
+        R = RotationMatrix.ProjectToRotationMatrix(np.array(config.rotation))
     return RigidTransform(R, config.translation)
-
-
-def _make_rotation(
-    rows: list[list[float]], where: str, field: str
-) -> RotationMatrix:
-    _check_length(rows, 3, where, field)
-    for i, row in enumerate(rows):
-        _check_length(row, 3, where, f"{field}[{i}]")
-    matrix = np.array(rows)
-    deviation = np.abs(matrix @ matrix.T - np.eye(3)).max()
-    if deviation > 1e-3 or np.linalg.det(matrix) < 0:
-        raise FieldError(
-            where,
-            field,
-            "is not a rotation matrix (rows must be orthonormal"
-            " and right-handed)",
-        )
-    return RotationMatrix.ProjectToRotationMatrix(matrix)
-
-
-def _check_length(values: Sequence, n: int, where: str, field: str) -> None:
-    if len(values) != n:
-        raise FieldError(
-            where, field, f"expected {n} entries, got {len(values)}"
-        )

@@ -3,10 +3,9 @@
 import copy
 from pathlib import Path
 
-from pydrake.common.yaml import yaml_dump_typed
-
 from remosplat_drake.resources import PACKAGE_SCHEME, resolve
 from remosplat_drake.scenario import Scenario
+from remosplat_drake.strict_yaml import dump
 
 _SCENE_FILES = ("splat", "truth", "truth_later")
 
@@ -34,10 +33,7 @@ def scenario_text(scenario: Scenario, name: str) -> str:
         alone.teleop.trajectory = _absolute(
             alone.teleop.trajectory, scenario.folder
         )
-    # Where it was read from is no field of a file; Drake writes it last.
-    alone.source = ""
-    text = yaml_dump_typed({name: alone}, schema=dict[str, Scenario])
-    return text.rstrip("\n").removesuffix("  source: ''")
+    return dump(name, alone)
 
 
 def _absolute(uri: str, folder: Path) -> str:

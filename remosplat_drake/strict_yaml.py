@@ -1,22 +1,39 @@
 """YAML into dataclasses, with errors that name file, line and field.
 
-Drake's `yaml_load_typed` does the loading. It lets NaN and quoted numbers
-pass and its messages are hard to read, so the document is checked against
-the dataclasses first, on PyYAML's node tree, which knows line numbers.
+A document is first checked against the dataclasses, on nodes that know their
+lines; the ranges are those of the fields (`ranges.py`). Then several layers,
+a file and text from the command line for example, become one object.
 """
 
+import copy
 import dataclasses as dc
-import math
 import re
-import types
 import typing
 from pathlib import Path
 from typing import Any, TypeVar
 
 import yaml
-from pydrake.common.yaml import yaml_load_typed
 
 from remosplat_drake.errors import FieldError, FileError, unknown_name
+from remosplat_drake.ranges import (
+    KINDS,
+    Config,
+    choices,
+    field_types,
+    joined,
+    range_problem,
+    shown,
+    split,
+)
+from remosplat_drake.yaml_nodes import (
+    YAML_TAG,
+    compose,
+    fail,
+    fields,
+    is_null,
+    read_text,
+    scalar,
+)
 
 T = TypeVar("T")
 
@@ -39,12 +56,18 @@ def load_strict(
 
     Raises:
         FileError: The file is missing, not YAML, or has no such entry.
-        FieldError: A field is unknown or its value has the wrong type.
+        FieldError: A field is unknown, or its value unusable.
     """
-    result = _load(schema, read_text(path), str(path), child, defaults)
+    node = compose(read_text(path), str(path))
+    if child is not None:
+        found = fields(node, "")
+        if child not in found:
+            raise FileError(path, unknown_name("entry", child, found))
+        node = found[child][1]
+    layers = [node]
     if override:
-        result = load_text(schema, override, "--scenario-text", result)
-    return result
+        layers.append(compose(override, "--scenario-text"))
+    return _load(schema, layers, defaults)
 
 
 def load_text(schema: type[T], text: str, where: str, defaults: T) -> T:
@@ -58,209 +81,237 @@ def load_text(schema: type[T], text: str, where: str, defaults: T) -> T:
 
     Raises:
         FileError: The text is not YAML.
-        FieldError: A field is unknown or its value has the wrong type.
+        FieldError: A field is unknown, or its value unusable.
     """
-    return _load(schema, text, where, None, defaults)
-
-
-def read_text(path: Path) -> str:
-    """The file's text.
-
-    Raises:
-        FileError: It is missing, unreadable or not text.
-    """
-    try:
-        return path.read_text()
-    except OSError as error:
-        raise FileError(path, error.strerror or str(error)) from error
-    except UnicodeDecodeError as error:
-        raise FileError(path, "not a text file") from error
+    return _load(schema, [compose(text, where)], defaults)
 
 
 def entries(path: Path) -> list[str]:
     """The keys of a YAML mapping, in order."""
-    node = _compose(read_text(path), str(path))
-    return [key.value for key, _ in _mapping(node, str(path), "")]
+    return list(fields(compose(read_text(path), str(path)), ""))
 
 
-def _load(
-    schema: type[T],
-    text: str,
-    where: str,
-    child: str | None,
-    defaults: T | None,
-) -> T:
-    root = _compose(text, where)
-    node = root
-    if child is not None:
-        found = {key.value: value for key, value in _mapping(root, where, "")}
-        if child not in found:
-            raise FileError(where, unknown_name("entry", child, found))
-        node = found[child]
-    if not _is_null(node):
-        check_node(node, schema, where, "")
-    try:
-        return yaml_load_typed(
-            schema=schema,
-            data=text,
-            child_name=child,
-            defaults=defaults,
-            retain_map_defaults=False,
-        )
-    except (RuntimeError, yaml.YAMLError) as error:
-        raise FileError(where, " ".join(str(error).split())) from error
+def _load(schema: type[T], layers: list[yaml.Node], defaults: T | None) -> T:
+    layers = [layer for layer in layers if not is_null(layer)]
+    for layer in layers:
+        _check_node(layer, schema, "")
+    defaults = copy.deepcopy(defaults)
+    return _build_dataclass(layers, schema, defaults, "")
 
 
-def _compose(text: str, where: str) -> yaml.Node:
-    try:
-        node = yaml.compose(text, Loader=yaml.SafeLoader)
-    except yaml.YAMLError as error:
-        raise FileError(
-            where, "not YAML: " + " ".join(str(error).split())
-        ) from error
-    if node is None:
-        raise FileError(where, "is empty")
-    return node
+# Checking one layer.
 
 
-def check_node(node: yaml.Node, expected: Any, where: str, field: str) -> None:
-    """Checks one node against a type annotation, and what is below it.
+def _check_node(node: yaml.Node, expected: Any, field: str) -> None:
+    """Checks one node against an annotation, and what is below it.
 
     Raises:
         FieldError: It does not fit; names the line and the field.
     """
-    origin = typing.get_origin(expected)
-    if origin in (typing.Union, types.UnionType):
-        _check_union(node, typing.get_args(expected), where, field)
+    base, markers = split(expected)
+    options = choices(base)
+    if type(None) in options and is_null(node):
         return
-    _check_tag(node, where, field)
-    if dc.is_dataclass(expected):
-        _check_dataclass(node, typing.cast(type, expected), where, field)
-    elif origin is list:
+    schema, node = _choose(node, base, field)
+    if schema is not base:
+        return _check_node(node, schema, field)
+    if not node.tag.startswith(YAML_TAG):
+        fail(node, field, f"takes no tag, got {shown(node.tag)}")
+    container = typing.get_origin(base)
+    if dc.is_dataclass(base):
+        return _check_fields(node, typing.cast(type, base), field)
+    value: Any
+    if container is list:
         if not isinstance(node, yaml.SequenceNode):
-            _fail(node, where, field, "expected a list")
-        for i, item in enumerate(node.value):
-            check_node(
-                item, typing.get_args(expected)[0], where, f"{field}[{i}]"
-            )
-    elif origin is dict:
-        for key, value in _mapping(node, where, field):
-            check_node(
-                value,
-                typing.get_args(expected)[1],
-                where,
-                _join(field, key.value),
-            )
+            fail(node, field, "expected a list")
+        value = node.value
+        for i, item in enumerate(value):
+            _check_node(item, typing.get_args(base)[0], f"{field}[{i}]")
+    elif container is dict:
+        value = fields(node, field)
+        for key, (_, item) in value.items():
+            _check_node(item, typing.get_args(base)[1], joined(field, key))
     else:
-        _check_scalar(node, expected, where, field)
+        value = _checked_scalar(node, base, field)
+    problem = range_problem(value, markers)
+    if problem:
+        fail(node, field, problem)
 
 
-def _check_union(node: yaml.Node, options, where: str, field: str) -> None:
-    if type(None) in options and _is_null(node):
-        return
-    classes = [option for option in options if option is not type(None)]
-    if len(classes) == 1:
-        return check_node(node, classes[0], where, field)
+def _choose(node: yaml.Node, base: Any, field: str) -> tuple[Any, yaml.Node]:
+    """The member of a union that a tag names, or its first; and the rest."""
+    options = [o for o in choices(base) if o is not type(None)]
+    if len(options) == 1 or node.tag.startswith(YAML_TAG):
+        return options[0], node
+    by_name = {option.__name__: option for option in options}
     tag = node.tag.removeprefix("!")
-    if node.tag.startswith(_YAML_TAG):
-        return check_node(node, classes[0], where, field)
-    by_name = {option.__name__: option for option in classes}
     if tag not in by_name:
-        _fail(node, where, field, unknown_name("tag", tag, by_name))
-    _check_dataclass(node, by_name[tag], where, field)
+        fail(node, field, unknown_name("tag", tag, by_name))
+    untagged = copy.copy(node)
+    untagged.tag = f"{YAML_TAG}{node.id[:3]}"
+    return by_name[tag], untagged
 
 
-def _check_tag(node: yaml.Node, where: str, field: str) -> None:
-    """Only a choice between classes takes a tag."""
-    if not node.tag.startswith(_YAML_TAG):
-        _fail(node, where, field, f"takes no tag, got {node.tag!r}")
-
-
-def _check_dataclass(node: yaml.Node, schema: type, where: str, field: str):
-    hints = typing.get_type_hints(schema)
+def _check_fields(node: yaml.Node, schema: type, field: str) -> None:
+    types = field_types(schema)
     names = [f.name for f in dc.fields(schema) if f.metadata.get("yaml", True)]
-    for key, value in _mapping(node, where, field):
-        path = _join(field, key.value)
-        if key.value not in names:
-            _fail(key, where, path, unknown_name("field", key.value, names))
-        check_node(value, hints[key.value], where, path)
+    for name, (key, value) in fields(node, field).items():
+        path = joined(field, name)
+        if name not in names:
+            fail(key, path, unknown_name("field", name, names))
+        _check_node(value, types[name], path)
 
 
-_YAML_TAG = "tag:yaml.org,2002:"
-_KINDS = {
-    float: ("a number", ("float", "int")),
-    int: ("a whole number", ("int",)),
-    bool: ("true or false", ("bool",)),
-    str: ("text", ("str",)),
-    Path: ("a path", ("str",)),
-}
-_OCTAL = re.compile(r"[-+]?0[0-9_]+")
-
-
-def _check_scalar(node: yaml.Node, expected: Any, where: str, field: str):
-    name, kinds = _KINDS.get(expected, (str(expected), ()))
+def _checked_scalar(node: yaml.Node, base: Any, field: str) -> Any:
+    name, _ = KINDS[base]
     if not isinstance(node, yaml.ScalarNode):
-        _fail(node, where, field, f"expected {name}")
-    is_kind = node.tag.removeprefix(_YAML_TAG) in kinds
-    number = _number(node)
-    if expected is float:
-        is_kind = number is not None
-    if not is_kind:
+        fail(node, field, f"expected {name}")
+    value = scalar(node, base, field)
+    if value is None:
         hint = ""
-        if expected in (float, int, bool) and node.style:
+        if base in (float, int, bool) and node.style:
             hint = " (in quotes it is text)"
-        elif expected is str and not _is_null(node):
+        elif base is str and not is_null(node):
             hint = " (put it in quotes)"
-        problem = f"expected {name}, got {node.value!r}{hint}"
-        _fail(node, where, field, problem)
-    if expected in (float, int) and _OCTAL.fullmatch(node.value):
-        _fail(node, where, field, f"{node.value}: YAML reads this as octal")
-    if expected is float and not math.isfinite(number or 0.0):
-        _fail(node, where, field, f"must be finite, got {node.value}")
+        fail(node, field, f"expected {name}, got {shown(node.value)}{hint}")
+    if base is float and value - value != 0.0:
+        fail(node, field, f"must be finite, got {shown(node.value)}")
+    return value
 
 
-def _number(node: yaml.ScalarNode) -> float | None:
-    """The number that a plain scalar stands for.
+# Building an object from layers that have passed.
 
-    Plain 1e-3 is a number to people and YAML 1.2, not to YAML 1.1.
-    """
-    if node.style:
+
+def _build(layers: list[yaml.Node], expected: Any, default: Any, field: str):
+    """What the last layer stands for, where it is silent those before it."""
+    base, _ = split(expected)
+    node = layers[-1]
+    if is_null(node) and type(None) in choices(base):
         return None
+    schema, _ = _choose(node, base, field)
+    if schema is not base:
+        alike = _alike(layers, base, field)
+        is_laid_over = len(alike) == len(layers) and type(default) is schema
+        start = default if is_laid_over else None
+        return _build(alike, schema, start, field)
+    container = typing.get_origin(base)
+    if dc.is_dataclass(base):
+        return _build_dataclass(layers, typing.cast(type, base), default, field)
+    if container is list:
+        item = typing.get_args(base)[0]
+        return [
+            _build([entry], item, None, f"{field}[{i}]")
+            for i, entry in enumerate(node.value)
+        ]
+    if container is dict:
+        item = typing.get_args(base)[1]
+        return {
+            key: _build([entry], item, None, joined(field, key))
+            for key, (_, entry) in fields(node, field).items()
+        }
+    return scalar(typing.cast(yaml.ScalarNode, node), base, field)
+
+
+def _alike(layers: list[yaml.Node], base: Any, field: str) -> list[yaml.Node]:
+    """The last layers that choose the same member of a union."""
+    wanted, _ = _choose(layers[-1], base, field)
+    alike: list[yaml.Node] = []
+    for layer in reversed(layers):
+        if is_null(layer):
+            break
+        schema, rest = _choose(layer, base, field)
+        if schema is not wanted:
+            break
+        alike.insert(0, rest)
+    return alike
+
+
+def _build_dataclass(
+    layers: list[yaml.Node], schema: type[T], default: T | None, field: str
+) -> T:
+    given: dict[str, list[yaml.Node]] = {}
+    for layer in layers:
+        for name, (_, node) in fields(layer, field).items():
+            given.setdefault(name, []).append(node)
+    types = field_types(schema)
+    start = _start(schema, given, default)
+    values = {f.name: getattr(start, f.name) for f in dc.fields(schema)}
+    for name, nodes in given.items():
+        path = joined(field, name)
+        values[name] = _build(nodes, types[name], values[name], path)
     try:
-        return float(_SPECIAL.sub(r"\1", node.value))
-    except ValueError:
-        return None
+        return schema(**values)
+    except FieldError as error:
+        # What is wrong between fields; nothing else can be by now.
+        path = joined(field, error.field)
+        if not layers:
+            raise FieldError(schema.__name__, path, error.problem) from error
+        name, *rest = re.findall(r"[^.\[\]]+", error.field)
+        node = _deepest(given.get(name, layers)[-1], rest)
+        fail(node, path, error.problem)
 
 
-_SPECIAL = re.compile(r"^([-+]?)\.(?=inf|nan)", re.IGNORECASE)
-"""The dot of YAML's own spellings .inf, -.inf and .nan."""
+def _deepest(node: yaml.Node, path: list[str]) -> yaml.Node:
+    """The node at a path, or the last that there is on the way to it."""
+    for name in path:
+        if isinstance(node, yaml.MappingNode):
+            found = {key.value: value for key, value in node.value}
+            node = found.get(name, node)
+        elif isinstance(node, yaml.SequenceNode):
+            node = node.value[int(name)]
+    return node
 
 
-def _mapping(node: yaml.Node, where: str, field: str) -> list[tuple]:
-    """The key and value nodes of a mapping; each key occurs once."""
-    name = field or "the document"
-    if not isinstance(node, yaml.MappingNode):
-        _fail(node, where, name, "expected a mapping `key: value`")
-    seen: set[str] = set()
-    for key, _ in node.value:
-        if not isinstance(key, yaml.ScalarNode):
-            _fail(key, where, name, "a key must be plain text")
-        if key.value in seen:
-            _fail(key, where, _join(field, key.value), "appears twice")
-        seen.add(key.value)
-    return node.value
+def _start(
+    schema: type[T], given: dict[str, list[yaml.Node]], default: T | None
+) -> T:
+    """What the fields that are not given are taken from."""
+    if issubclass(schema, Config) and schema.PRESET in given:
+        node = given[schema.PRESET][-1]
+        return schema.preset(scalar(node, str, schema.PRESET))
+    return schema() if default is None else default
 
 
-def _is_null(node: yaml.Node) -> bool:
-    return node.tag == _YAML_TAG + "null"
+# Writing.
 
 
-def _join(field: str, key: str) -> str:
-    return f"{field}.{key}" if field else key
+def dump(name: str, config: Any) -> str:
+    """The YAML of a mapping with one entry, every value written out."""
+    key = yaml.ScalarNode(YAML_TAG + "str", name)
+    root = yaml.MappingNode(
+        YAML_TAG + "map", [(key, _node(config, type(config)))]
+    )
+    return yaml.serialize(root, Dumper=yaml.SafeDumper, allow_unicode=True)
 
 
-def _fail(
-    node: yaml.Node, where: str, field: str, problem: str
-) -> typing.NoReturn:
-    line = node.start_mark.line + 1 if node.start_mark else 0
-    raise FieldError(f"{where}:{line}", field, problem)
+def _node(value: Any, expected: Any) -> yaml.Node:
+    base, _ = split(expected)
+    options = [o for o in choices(base) if o is not type(None)]
+    container = typing.get_origin(options[0] if len(options) == 1 else base)
+    if value is not None and dc.is_dataclass(options[0]):
+        tag = f"!{type(value).__name__}" if len(options) > 1 else ""
+        return _mapping_node(value, tag)
+    if value is not None and container is list:
+        item = typing.get_args(split(options[0])[0])[0]
+        nodes = [_node(entry, item) for entry in value]
+        flow = all(isinstance(node, yaml.ScalarNode) for node in nodes)
+        return yaml.SequenceNode(YAML_TAG + "seq", nodes, flow_style=flow)
+    if value is not None and container is dict:
+        item = typing.get_args(split(options[0])[0])[1]
+        pairs = [(_scalar(key), _node(v, item)) for key, v in value.items()]
+        return yaml.MappingNode(YAML_TAG + "map", pairs, flow_style=not pairs)
+    return _scalar(str(value) if isinstance(value, Path) else value)
+
+
+def _mapping_node(config: Any, tag: str) -> yaml.Node:
+    types = field_types(type(config))
+    pairs = [
+        (_scalar(f.name), _node(getattr(config, f.name), types[f.name]))
+        for f in dc.fields(config)
+        if f.metadata.get("yaml", True)
+    ]
+    return yaml.MappingNode(tag or YAML_TAG + "map", pairs)
+
+
+def _scalar(value: Any) -> yaml.Node:
+    return yaml.representer.SafeRepresenter().represent_data(value)

@@ -118,7 +118,7 @@ def open_teleoperation(
     if holds_session(folder):
         session = Session.open(folder)
     else:
-        name = scenario.source.rpartition(":")[2]
+        name = scenario.name
         session = Session.create(folder, scenario_text(scenario, name))
     initial = _initial_map(scenario, world)
     if not scenario.mapping.enabled:

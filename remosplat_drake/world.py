@@ -11,6 +11,7 @@ from remosplat_drake.errors import FieldError, FileError
 from remosplat_drake.oracle.config import make_field
 from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.ranges import check_ranges
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
 from remosplat_drake.scenario import Scenario, make_transform
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
@@ -58,6 +59,7 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
             start inside the scene.
     """
     where = scenario.source
+    check_ranges(scenario, where)
     robot = load_robot_model(
         scenario.robot.model,
         scenario.robot.spheres,

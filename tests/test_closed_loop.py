@@ -133,7 +133,7 @@ def assert_kept_clear(d: np.ndarray, stopping: float) -> None:
 
 
 def law_with(robot: RobotModel, gains: str) -> ReactiveLaw:
-    config = dc.replace(gain_set(gains, "test"), verify=True)
+    config = dc.replace(gain_set(gains), verify=True)
     return ReactiveLaw.make(config, robot, DT)
 
 
@@ -200,7 +200,7 @@ def test_verification_is_what_keeps_the_clearance(frankie):
             field = SignedDistanceField(random_scene(rng))
             q = safe_start(frankie, field, rng)
             assert q is not None
-            config = dc.replace(gain_set("paper", "test"), verify=verify)
+            config = dc.replace(gain_set("paper"), verify=verify)
             config.collision.gain = 8.0
             law = ReactiveLaw.make(config, frankie, 0.1)
             path, _ = drive(law, field, q, random_target(rng), ticks=60)

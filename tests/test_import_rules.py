@@ -17,7 +17,9 @@ EVERYONE = {
     "errors",
     "resources",
     "atomic_file",
+    "ranges",
     "strict_yaml",
+    "yaml_nodes",
     "colors",
     "one_thread",
 }

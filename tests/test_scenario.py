@@ -193,11 +193,11 @@ BAD_FIELDS = {
     ),
     "unknown solver": (
         "{controller: {solver: clarable}}",
-        ["two.yaml", "controller.solver", "clarable", "clarabel"],
+        ["--scenario-text:1", "controller.solver", "clarable", "clarabel"],
     ),
     "negative period": (
         "{control_period: -0.01}",
-        ["two.yaml", "control_period", "positive"],
+        ["--scenario-text:1", "control_period", "[0.001, 1]"],
     ),
     "no time": ("{time_limit: 0}", ["time_limit", "positive"]),
     "negative gain": (
@@ -226,7 +226,7 @@ BAD_FIELDS = {
     ),
     "no rotation": (
         "{targets: [{rotation: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}]}",
-        ["two.yaml", "targets[0].rotation", "rotation matrix"],
+        ["targets[0].rotation", "rotation matrix"],
     ),
     "stretched rotation": (
         "{targets: [{}, {rotation: [[2, 0, 0], [0, 1, 0], [0, 0, 1]]}]}",
@@ -292,11 +292,11 @@ BAD_WORLDS = {
     ),
     "gripper that does not move": (
         f"{{{SCENE}, {TARGET}, station: !KinematicStation {{hand_speed: 0}}}}",
-        ["two.yaml", "station.hand_speed", "positive"],
+        ["station.hand_speed", "positive"],
     ),
     "camera without pixels": (
         f"{{{SCENE}, {TARGET}, wrist_camera: {{width: 0}}}}",
-        ["two.yaml", "wrist_camera.width", "positive"],
+        ["wrist_camera.width", "[1, 8192]"],
     ),
     "no target": (f"{{{SCENE}}}", ["targets", "none given"]),
 }

@@ -43,7 +43,7 @@ from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel
 
-GAINS = gain_set("paper", "drake-ik")
+GAINS = gain_set("paper")
 """Servo, distances and margins are those of the paper's rows."""
 
 TWIST_WEIGHT = 100.0

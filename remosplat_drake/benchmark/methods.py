@@ -9,7 +9,6 @@ from remosplat_drake.benchmark.custom_controller import (
     load_controller,
     source_digest,
 )
-from remosplat_drake.controller.config import gain_set
 from remosplat_drake.errors import (
     FieldError,
     RemoSplatError,
@@ -19,14 +18,17 @@ from remosplat_drake.map_knowledge import find_map_error, map_error_gates
 from remosplat_drake.oracle.config import GroundTruth
 from remosplat_drake.robot.robot_model import load_robot_model
 from remosplat_drake.safety.gates import open_gates
-from remosplat_drake.scenario import Scenario, check_scenario
+from remosplat_drake.scenario import (
+    YAML_SUFFIXES,
+    Scenario,
+    check_scenario,
+    split_spec,
+)
 from remosplat_drake.station.config import KinematicStation
 from remosplat_drake.strict_yaml import entries, load_strict
 
 METHODS_FILE = Path(__file__).with_suffix(".yaml")
 """The shipped methods."""
-
-YAML_SUFFIXES = (".yaml", ".yml")
 
 SHIPPED_CONTROLLERS = {
     "drake-ik": "remosplat_drake.benchmark.drake_baseline:make_control",
@@ -83,6 +85,11 @@ class Method:
     def needs_splat(self) -> bool:
         """Whether its oracle looks at a splat."""
         return not isinstance(self.scenario.oracle, GroundTruth)
+
+    @property
+    def gains(self) -> str:
+        """The gain set; what one's own does has nothing to do with ours."""
+        return "own" if self.controller else self.scenario.controller.gains
 
     @property
     def fingerprint(self) -> str:
@@ -145,22 +152,18 @@ def _with_controller(method: Method, controller: str) -> Method:
         raise RemoSplatError(
             f"--methods: {controller}: needs the kinematic station"
         )
-    # What it does has nothing to do with our gains.
-    scenario = dc.replace(
-        method.scenario,
-        controller=dc.replace(method.scenario.controller, gains="own"),
-    )
     aliases = {path: alias for alias, path in SHIPPED_CONTROLLERS.items()}
     name = aliases.get(controller, controller)
     if method.name != BASE_METHOD:
         name += f":{method.name}"
-    return Method(name, scenario, controller)
+    return Method(name, method.scenario, controller)
 
 
 def _find(name: str) -> list[tuple[Path, str]]:
-    file, _, entry = name.partition(":")
-    if Path(file).suffix in YAML_SUFFIXES:
-        path, names = Path(file), [entry] if entry else entries(Path(file))
+    found = split_spec(name)
+    if found is not None:
+        path, entry = Path(found[0]), found[1]
+        names = [entry] if entry else entries(path)
     else:
         path, names = METHODS_FILE, list(GROUPS.get(name, [name]))
     valid = entries(path)
@@ -175,15 +178,9 @@ def _find(name: str) -> list[tuple[Path, str]]:
 
 
 def _load(path: Path, entry: str, override: str) -> Scenario:
-    where = f"{path}:{entry}"
-    # The gain set must be known before the fields laid over it are read.
-    draft = load_strict(Scenario, path, entry, override)
-    defaults = Scenario(
-        controller=gain_set(draft.controller.gains, where),
-        control_period=CONTROL_PERIOD,
-    )
+    defaults = Scenario(control_period=CONTROL_PERIOD)
     scenario = load_strict(Scenario, path, entry, override, defaults)
-    scenario.source = where
+    where = scenario.source = f"{path}:{entry}"
     for field, given in (
         ("scene.splat", scenario.scene.splat),
         ("scene.truth", scenario.scene.truth),

@@ -8,10 +8,14 @@ their scenes. Scenes that differ in nothing but their target share one.
 import dataclasses as dc
 import hashlib
 from pathlib import Path
+from typing import Annotated
+
+from annotated_types import Interval
 
 from remosplat_drake import resources
 from remosplat_drake.benchmark.reaching_task import TRAINED
 from remosplat_drake.errors import FieldError
+from remosplat_drake.ranges import Config, OneOf, Seed
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.strict_yaml import load_text
 
@@ -26,22 +30,22 @@ ORIGINS = {"cuda": TRAINED, "cpu": REFINED}
 
 
 @dc.dataclass
-class SplatRecipe:
+class SplatRecipe(Config):
     """Rendered views, and what is made of them."""
 
     # `cpu` refines; `cuda` refines and then trains.
-    device: str = "cuda"
+    device: Annotated[str, OneOf(tuple(ORIGINS), "device")] = "cuda"
     # Rendered views.
-    views: int = 100
+    views: Annotated[int, Interval(ge=1, le=10_000)] = 100
     # Size of a view [pixels].
-    width: int = 480
-    height: int = 360
+    width: Annotated[int, Interval(ge=1, le=8192)] = 480
+    height: Annotated[int, Interval(ge=1, le=8192)] = 360
     # Splats at most; finest around the target.
-    count: int = 60_000
+    count: Annotated[int, Interval(ge=1, le=100_000_000)] = 60_000
     # Optimisation steps of a training; refining ends by itself.
-    steps: int = 300
+    steps: Annotated[int, Interval(ge=1, le=1_000_000)] = 300
     # Of everything random.
-    seed: int = 0
+    seed: Seed = 0
 
     @property
     def origin(self) -> str:
@@ -72,11 +76,6 @@ def load_recipe(device: str, override: str = "") -> SplatRecipe:
         recipe = load_text(SplatRecipe, override, "--recipe", recipe)
     if recipe.device != device:
         raise FieldError("--recipe", "device", f"is chosen by --train {device}")
-    for field in ("views", "width", "height", "count", "steps"):
-        value = getattr(recipe, field)
-        if value < 1:
-            problem = f"must be at least 1, got {value}"
-            raise FieldError("--recipe", field, problem)
     return recipe
 
 

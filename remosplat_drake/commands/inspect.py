@@ -103,7 +103,7 @@ def run(arguments: argparse.Namespace) -> int:
     i = _nearest(world.splat_W, sensor, spheres, candidates)
     views = look_around(world.splat_W, sensor, spheres, i)
     title = f"Sphere {i} on {world.robot.spheres.links[i]}"
-    where = scenario.source.rpartition(":")[2] + place
+    where = scenario.name + place
     save_picture(
         draw_depth_views(views, title, f"{where}   ·   {_facts(views)}"),
         arguments.output,

@@ -137,7 +137,7 @@ def _complete_run(folder: Path, scenario: Scenario) -> RecordedRun | None:
     """The run that is there, if it is this one and got to its end."""
     if not holds_session(folder):
         return None
-    name = scenario.source.rpartition(":")[2]
+    name = scenario.name
     text = (folder / SCENARIO_FILE).read_text()
     if text != scenario_text(scenario, name):
         return None
@@ -184,7 +184,7 @@ def measure(recorded: RecordedRun, trace: OperatorTrace) -> dict:
     by_map = trace.clearance[mapped].min(initial=np.inf)
     maps = recorded.session.versions
     return {
-        "scenario": recorded.scenario.source.rpartition(":")[2],
+        "scenario": recorded.scenario.name,
         "ticks": len(recorded.log),
         "duration": float(time[-1] - time[0]),
         "first_map_at": float(time[mapped][0]) if mapped.any() else None,

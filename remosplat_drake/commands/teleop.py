@@ -228,5 +228,5 @@ def _load_scenario(arguments: argparse.Namespace) -> Scenario:
 
 
 def _new_folder(scenario: Scenario) -> Path:
-    name = scenario.source.rpartition(":")[2]
+    name = scenario.name
     return Path("sessions") / f"{name}-{time.strftime('%Y%m%d-%H%M%S')}"

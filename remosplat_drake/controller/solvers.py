@@ -29,6 +29,9 @@ DRAKE_SOLVERS = {
 
 ACTIVE_SET = "active_set"
 
+SOLVERS = (ACTIVE_SET, *DRAKE_SOLVERS)
+"""All names; which of them work here is a matter of licences."""
+
 
 class DrakeSolver:
     """One of Drake's solvers, on the `MathematicalProgram`."""

@@ -8,6 +8,7 @@ from time import perf_counter
 import numpy as np
 
 from remosplat_drake.controller.config import (
+    LONGEST_VERIFIED,
     ReactiveControllerConfig,
     make_ingredients,
 )
@@ -27,7 +28,9 @@ from remosplat_drake.controller.reactive_program import (
 from remosplat_drake.controller.servo import pose_error
 from remosplat_drake.controller.solvers import make_solver
 from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.errors import FieldError
 from remosplat_drake.oracle.distance_field import Clearances, DistanceField
+from remosplat_drake.ranges import check_ranges
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
 from remosplat_drake.safety.self_sweep import SelfClearance
 from remosplat_drake.safety.verify import Surroundings, verified_command
@@ -58,7 +61,18 @@ class ReactiveLaw:
     def make(
         config: ReactiveControllerConfig, robot: RobotModel, dt: float
     ) -> "ReactiveLaw":
-        """The law that a configuration stands for."""
+        """The law that a configuration stands for.
+
+        Raises:
+            FieldError: A value of it is unusable, or `dt` is.
+        """
+        check_ranges(config)
+        if config.verify and not 0 < dt <= LONGEST_VERIFIED:
+            raise FieldError(
+                "ReactiveLaw",
+                "dt",
+                f"must lie in (0, {LONGEST_VERIFIED}] with `verify`, got {dt}",
+            )
         return ReactiveLaw(
             robot,
             config,

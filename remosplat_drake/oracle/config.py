@@ -1,55 +1,65 @@
 """The oracles that a scenario may name, and how each is built."""
 
 import dataclasses as dc
+from collections.abc import Iterator
+from typing import Annotated
+
+from annotated_types import Interval
 
 from remosplat_drake.errors import FieldError
-from remosplat_drake.oracle.depth_backend import choose_backend
+from remosplat_drake.oracle.depth_backend import BACKENDS, choose_backend
 from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.ranges import Config, OneOf, check_ranges
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 
 @dc.dataclass
-class SphereToEllipsoid:
+class SphereToEllipsoid(Config):
     """The exact distance to the splats as solid shapes."""
 
     # Semi-axes of a splat in standard deviations.
-    n_sigma: float = 1.0
+    n_sigma: Annotated[float, Interval(gt=0, le=10)] = 1.0
     # Splats below this opacity do not count; 0 counts floaters too.
-    min_opacity: float = 0.1
+    min_opacity: Annotated[float, Interval(ge=0, lt=1)] = 0.1
     # 0 solves exactly; the authors' benchmark stopped after 3 steps.
-    bisection_steps: int = 0
+    bisection_steps: Annotated[int, Interval(ge=0, le=100)] = 0
     # Threads of a query; 1 is the steadiest.
-    threads: int = 1
+    threads: Annotated[int, Interval(ge=1, le=256)] = 1
 
 
 @dc.dataclass
-class DepthRasterization:
+class DepthRasterization(Config):
     """Six depth views from every sphere: opacity counts, floaters do not."""
 
     # Pixels along a side of a view.
-    resolution: int = 80
+    resolution: Annotated[int, Interval(ge=2, le=2048)] = 80
     # Opacity that a pixel must gather to count as a surface.
-    alpha_cutoff: float = 0.7
+    alpha_cutoff: Annotated[float, Interval(gt=0, le=1)] = 0.7
     # Near and far plane of the views [m].
-    near: float = 0.0106
-    far: float = 0.9
+    near: Annotated[float, Interval(gt=0, le=1)] = 0.0106
+    far: Annotated[float, Interval(gt=0, le=100)] = 0.9
     # Only the nearest view of each sphere.
     nearest_only: bool = False
     # `cpu`, `cuda` (gsplat), or `auto`: cuda wherever it can work.
-    backend: str = "cpu"
+    backend: Annotated[str, OneOf(BACKENDS, "backend")] = "cpu"
     # Threads of a query on the CPU.
-    threads: int = 1
+    threads: Annotated[int, Interval(ge=1, le=256)] = 1
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """See `Config`."""
+        if not self.near < self.far:
+            yield "far", f"must exceed `near`, got {self.far}"
 
 
 @dc.dataclass
-class GroundTruth:
+class GroundTruth(Config):
     """The exact signed distance to the scene's true geometry."""
 
     # `closest` a sphere, or `per_primitive`.
-    rows: str = "closest"
+    rows: Annotated[str, OneOf(("closest", "per_primitive"))] = "closest"
 
 
 OracleConfig = SphereToEllipsoid | DepthRasterization | GroundTruth
@@ -72,21 +82,15 @@ def make_field(
     Raises:
         FieldError: The oracle lacks its input, or a value is out of range.
     """
+    check_ranges(config, where, "oracle")
     if isinstance(config, GroundTruth):
         if truth is None:
             raise FieldError(where, "oracle", "!GroundTruth needs scene.truth")
-        if config.rows not in ("closest", "per_primitive"):
-            raise FieldError(
-                where,
-                "oracle.rows",
-                f"unknown {config.rows!r}; valid: closest, per_primitive",
-            )
         return SignedDistanceField(truth, rows=config.rows)
     if splat_W is None:
         raise FieldError(
             where, "oracle", f"!{type(config).__name__} needs scene.splat"
         )
-    _check_ranges(config, where)
     if isinstance(config, SphereToEllipsoid):
         return SphereToEllipsoidField(
             splat_W,
@@ -131,35 +135,3 @@ def _make_depth_field(
         nearest_only=config.nearest_only,
         num_threads=config.threads,
     )
-
-
-def _check_ranges(
-    config: SphereToEllipsoid | DepthRasterization, where: str
-) -> None:
-    def require(ok: bool, field: str, problem: str):
-        if not ok:
-            value = getattr(config, field)
-            raise FieldError(
-                where, f"oracle.{field}", f"{problem}, got {value}"
-            )
-
-    require(config.threads >= 1, "threads", "must be at least 1")
-    if isinstance(config, SphereToEllipsoid):
-        require(config.n_sigma > 0, "n_sigma", "must be positive")
-        require(
-            0 <= config.min_opacity < 1, "min_opacity", "must lie in [0, 1)"
-        )
-        require(
-            config.bisection_steps >= 0,
-            "bisection_steps",
-            "must not be negative",
-        )
-    else:
-        require(config.resolution >= 2, "resolution", "must be at least 2")
-        require(
-            0 < config.alpha_cutoff <= 1,
-            "alpha_cutoff",
-            "must lie in (0, 1]",
-        )
-        require(config.near > 0, "near", "must be positive")
-        require(config.near < config.far, "far", "must exceed `near`")

@@ -4,10 +4,15 @@ import dataclasses as dc
 import hashlib
 import json
 from pathlib import Path
+from typing import Annotated
+
+from annotated_types import Interval, Len
 
 from remosplat_drake.atomic_file import write_atomically
 from remosplat_drake.errors import FieldError, FileError
-from remosplat_drake.strict_yaml import load_strict, read_text
+from remosplat_drake.ranges import Config, Coordinate, Position
+from remosplat_drake.strict_yaml import load_strict
+from remosplat_drake.yaml_nodes import read_text
 
 MAP_ERROR_MARGIN = 0.002
 """A stopping distance must exceed the map's error by so much [m]."""
@@ -16,80 +21,89 @@ CAPTURE, TRUTH = "capture", "truth"
 """What distances are compared with: measured depth, or known geometry."""
 
 
+Length = Annotated[float, Interval(ge=-1e4, le=1e4)]
+Count = Annotated[int, Interval(ge=0, le=10**12)]
+Share = Annotated[float, Interval(ge=0, le=1)]
+
+
 @dc.dataclass
-class DistanceErrors:
+class DistanceErrors(Config):
     """An oracle's distance errors, see `DistanceQuality` [m]."""
 
     oracle: str = ""
     # `capture` or `truth`.
     reference: str = ""
-    count: int = 0
-    median: float = 0.0
-    percentile_99: float = 0.0
-    over: float = 0.0
-    under: float = 0.0
+    count: Count = 0
+    median: Length = 0.0
+    percentile_99: Length = 0.0
+    over: Length = 0.0
+    under: Length = 0.0
 
 
 @dc.dataclass
-class ImageScores:
+class ImageScores(Config):
     """Rendered images beside captured ones."""
 
     # How many views.
-    views: int = 0
+    views: Count = 0
     # Whether training did without them.
     held_out: bool = True
     # Means over the views; PSNR in dB.
-    psnr: float = 0.0
-    ssim: float = 0.0
+    psnr: Annotated[float, Interval(ge=-1000, le=1000)] = 0.0
+    ssim: Annotated[float, Interval(ge=-1, le=1)] = 0.0
     # Of the absolute depth error of the pixels [m].
-    depth_median: float = 0.0
-    depth_percentile_99: float = 0.0
+    depth_median: Length = 0.0
+    depth_percentile_99: Length = 0.0
 
 
 @dc.dataclass
-class FloaterSummary:
+class FloaterSummary(Config):
     """Splats in space that cameras have looked through."""
 
-    count: int = 0
+    count: Count = 0
     # Largest under-estimate of a distance that one causes [m].
-    worst: float = 0.0
+    worst: Length = 0.0
     # Centres in W of up to a hundred, the worst first [m].
-    p_WK: list[list[float]] = dc.field(default_factory=list)
+    p_WK: list[Position] = dc.field(default_factory=list)
 
 
 @dc.dataclass
-class CoverageSummary:
+class CoverageSummary(Config):
     """What the cameras saw of the workspace, as fractions of its volume."""
 
     # The workspace in W [m].
-    lower: list[float] = dc.field(default_factory=list)
-    upper: list[float] = dc.field(default_factory=list)
-    free: float = 0.0
-    surface: float = 0.0
+    lower: Annotated[list[Coordinate], Len(0, 3)] = dc.field(
+        default_factory=list
+    )
+    upper: Annotated[list[Coordinate], Len(0, 3)] = dc.field(
+        default_factory=list
+    )
+    free: Share = 0.0
+    surface: Share = 0.0
     # Hidden, out of view, or inside things.
-    unseen: float = 0.0
+    unseen: Share = 0.0
 
 
 @dc.dataclass
-class QualityReport:
+class QualityReport(Config):
     """What was measured of a splat."""
 
     # How the splat was made.
     method: str = ""
     # SHA-256 of the splat's file.
     splat_digest: str = ""
-    splats: int = 0
+    splats: Count = 0
     # Views of the capture.
-    views: int = 0
+    views: Count = 0
     # How thick the surfaces are that the capture measured: its noise [m].
-    scatter: float = 0.0
+    scatter: Length = 0.0
     distances: list[DistanceErrors] = dc.field(default_factory=list)
     images: ImageScores = dc.field(default_factory=ImageScores)
     floaters: FloaterSummary = dc.field(default_factory=FloaterSummary)
     coverage: CoverageSummary = dc.field(default_factory=CoverageSummary)
     # Largest over-estimate of a distance by any oracle, by the best
     # reference there is [m].
-    map_error: float = 0.0
+    map_error: Annotated[float, Interval(ge=0, le=1e4)] = 0.0
     # The verdict in words.
     trust: str = ""
 
@@ -147,8 +161,6 @@ def read_report(splat: Path) -> QualityReport:
     for field in dc.fields(QualityReport):
         if field.name not in document:
             raise FieldError(str(path), field.name, "is missing")
-    if report.map_error < 0:
-        raise FieldError(str(path), "map_error", "must not be negative")
     if report.splat_digest != file_digest(splat):
         raise FileError(
             path,

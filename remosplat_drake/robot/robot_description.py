@@ -2,14 +2,18 @@
 
 import dataclasses as dc
 from pathlib import Path
+from typing import Annotated
+
+from annotated_types import Interval
 
 from remosplat_drake import resources
 from remosplat_drake.errors import FileError, unknown_name
+from remosplat_drake.ranges import Config, JointPosition
 from remosplat_drake.strict_yaml import load_strict
 
 
 @dc.dataclass
-class DifferentialBase:
+class DifferentialBase(Config):
     """A base with two wheels, modelled by three planar joints."""
 
     # Joints x, y (prismatic) and yaw (revolute), in this order.
@@ -19,7 +23,7 @@ class DifferentialBase:
 
 
 @dc.dataclass
-class Arm:
+class Arm(Config):
     """A serial arm of revolute or prismatic joints."""
 
     # Prefix of the arm's ports at the station.
@@ -30,7 +34,7 @@ class Arm:
 
 
 @dc.dataclass
-class Hand:
+class Hand(Config):
     """A parallel gripper of two prismatic fingers."""
 
     # Prefix of the hand's ports at the station.
@@ -39,7 +43,7 @@ class Hand:
 
 
 @dc.dataclass
-class RobotDescription:
+class RobotDescription(Config):
     """What a robot is made of, and its limits."""
 
     name: str = ""
@@ -53,13 +57,17 @@ class RobotDescription:
     # Frame E that is driven to the target.
     end_effector_frame: str = ""
     # Symmetric bounds on u = (v, omega, arm rates) [m/s, rad/s].
-    velocity_limits: list[float] = dc.field(default_factory=list)
+    velocity_limits: list[Annotated[float, Interval(gt=0, le=100)]] = dc.field(
+        default_factory=list
+    )
     # Bounds on |du/dt| [m/s^2, rad/s^2].
-    acceleration_limits: list[float] = dc.field(default_factory=list)
+    acceleration_limits: list[Annotated[float, Interval(gt=0, le=1000)]] = (
+        dc.field(default_factory=list)
+    )
     # Arm configuration to start from [rad].
-    home: list[float] = dc.field(default_factory=list)
+    home: list[JointPosition] = dc.field(default_factory=list)
     # Constant positions of further joints, for example the fingers [m].
-    locked: dict[str, float] = dc.field(default_factory=dict)
+    locked: dict[str, JointPosition] = dc.field(default_factory=dict)
     # Links that stand on the floor: their spheres do not see it.
     floor_links: list[str] = dc.field(default_factory=list)
     # Named sphere sets, files relative to this one.

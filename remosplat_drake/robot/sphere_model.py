@@ -1,13 +1,17 @@
 """`SphereModel`: the robot's collision geometry as spheres on links."""
 
 import dataclasses as dc
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
-import yaml
+from annotated_types import Len
 
-from remosplat_drake.errors import FieldError, FileError
+from remosplat_drake.errors import FileError
+from remosplat_drake.ranges import Config, Coordinate
 from remosplat_drake.robot.link_spheres import LinkSpheres
+from remosplat_drake.strict_yaml import load_strict
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -92,45 +96,42 @@ class Spheres:
         )
 
 
-def load_sphere_model(path: Path) -> SphereModel:
-    """Reads a sphere model from YAML.
+SphereRow = Annotated[list[Coordinate], Len(4, 4)]
+"""x, y, z and radius of a sphere in its link's frame [m]."""
 
-    The file is a mapping with the key `spheres`: link name to a list of
-    `[x, y, z, radius]` in the link frame [m].
+LARGEST = 10.0
+"""Radius of a sphere at most [m]."""
+
+
+@dc.dataclass
+class SphereFile(Config):
+    """The spheres of every link, as YAML."""
+
+    # By link name; a link may have none.
+    spheres: dict[str, list[SphereRow] | None] = dc.field(default_factory=dict)
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """See `Config`."""
+        for link, rows in self.spheres.items():
+            for i, (*_, radius) in enumerate(rows or []):
+                if not 0 < radius <= LARGEST:
+                    yield (
+                        f"spheres.{link}[{i}]",
+                        "the radius must be positive and at most"
+                        f" {LARGEST:g}, got {radius}",
+                    )
+
+
+def load_sphere_model(path: Path) -> SphereModel:
+    """Reads a sphere model from YAML; see `SphereFile`.
 
     Raises:
-        FileError: The file cannot be read or is not such a mapping.
+        FileError: The file cannot be read, or holds no spheres.
         FieldError: A sphere is not four finite numbers with radius > 0.
     """
-    try:
-        document = yaml.safe_load(path.read_text())
-    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
-        raise FileError(path, " ".join(str(error).split())) from error
-    if not isinstance(document, dict) or not isinstance(
-        document.get("spheres"), dict
-    ):
-        raise FileError(path, "expected a mapping `spheres: {link: [...]}`")
-    links: list[str] = []
-    rows: list[list[float]] = []
-    for link, entries in document["spheres"].items():
-        for i, entry in enumerate(entries or []):
-            row = _checked_row(entry, f"spheres.{link}[{i}]", path)
-            links.append(str(link))
-            rows.append(row)
-    if not rows:
+    spheres = load_strict(SphereFile, path).spheres
+    links = [link for link, rows in spheres.items() for _ in rows or []]
+    if not links:
         raise FileError(path, "holds no spheres")
-    table = np.array(rows, float)
+    table = np.array([row for rows in spheres.values() for row in rows or []])
     return SphereModel(path.stem, tuple(links), table[:, :3], table[:, 3])
-
-
-def _checked_row(entry: object, field: str, path: Path) -> list[float]:
-    numbers = isinstance(entry, list) and all(
-        isinstance(x, (int, float)) and not isinstance(x, bool) for x in entry
-    )
-    if not (numbers and len(entry) == 4 and np.isfinite(entry).all()):  # pyright: ignore
-        raise FieldError(
-            str(path), field, f"expected [x, y, z, radius], got {entry!r}"
-        )
-    if entry[3] <= 0:  # pyright: ignore
-        raise FieldError(str(path), field, "the radius must be positive")
-    return [float(x) for x in entry]  # pyright: ignore

@@ -2,26 +2,31 @@
 
 import dataclasses as dc
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Interval, Len
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.errors import FieldError
+from remosplat_drake.ranges import Config, Position, RollPitchYawDeg
 from remosplat_drake.strict_yaml import load_strict
 
 
 @dc.dataclass
-class LinkVisual:
+class LinkVisual(Config):
     """One mesh V on a link L."""
 
     # Path inside the rtb-data package.
     mesh: str = ""
     # Position of the mesh's origin in the link [m].
-    translation: list[float] = dc.field(default_factory=lambda: [0.0] * 3)
+    translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
     # Roll, pitch and yaw of the mesh in the link [deg].
-    rpy_deg: list[float] = dc.field(default_factory=lambda: [0.0] * 3)
+    rpy_deg: RollPitchYawDeg = dc.field(default_factory=lambda: [0.0] * 3)
     # Red, green, blue, alpha of what is drawn while there is no mesh.
-    colour: list[float] = dc.field(default_factory=lambda: [0.9, 0.9, 0.9, 1])
+    colour: Annotated[
+        list[Annotated[float, Interval(ge=0, le=1)]], Len(4, 4)
+    ] = dc.field(default_factory=lambda: [0.9, 0.9, 0.9, 1])
 
     @property
     def X_LV(self) -> RigidTransform:
@@ -32,7 +37,7 @@ class LinkVisual:
 
 
 @dc.dataclass
-class VisualTable:
+class VisualTable(Config):
     """The meshes of every link of a robot, by link name."""
 
     links: dict[str, list[LinkVisual]] = dc.field(default_factory=dict)
@@ -48,18 +53,8 @@ def load_visuals(path: Path) -> dict[str, list[LinkVisual]]:
     links = load_strict(VisualTable, path).links
     for link, visuals in links.items():
         for i, visual in enumerate(visuals):
-            for name, length in _LENGTHS.items():
-                if len(getattr(visual, name)) != length:
-                    raise FieldError(
-                        str(path),
-                        f"links.{link}[{i}].{name}",
-                        f"expected {length} numbers",
-                    )
             if not visual.mesh:
                 raise FieldError(
                     str(path), f"links.{link}[{i}].mesh", "is missing"
                 )
     return links
-
-
-_LENGTHS = {"translation": 3, "rpy_deg": 3, "colour": 4}

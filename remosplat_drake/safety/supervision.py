@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.ranges import check_ranges
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.safety.config import SupervisorConfig
 from remosplat_drake.station.status import StationStatus
@@ -63,7 +64,11 @@ class SupervisorLaw:
             smallest_stopping: Closest that the controller goes by design [m].
             bounded_start: Whether the first commands must respect the
                 acceleration limits.
+
+        Raises:
+            FieldError: A threshold is unusable.
         """
+        check_ranges(config)
         limit = robot.acceleration_limit
         return SupervisorLaw(
             config,

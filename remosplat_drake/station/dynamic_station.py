@@ -11,6 +11,7 @@ from pydrake.multibody.plant import (
 )
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
+from remosplat_drake.ranges import check_ranges
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
@@ -18,7 +19,6 @@ from remosplat_drake.station import ports
 from remosplat_drake.station.config import (
     DynamicStation,
     WristCameraConfig,
-    check_dynamic_config,
 )
 from remosplat_drake.station.contact_monitor import ContactMonitor
 from remosplat_drake.station.export import export_ports
@@ -100,7 +100,7 @@ def add_dynamic_body(
     Raises:
         RemoSplatError: A setting is unusable.
     """
-    check_dynamic_config(config)
+    check_ranges(config, field="station")
     plant, scene_graph = AddMultibodyPlant(
         MultibodyPlantConfig(
             time_step=config.time_step,

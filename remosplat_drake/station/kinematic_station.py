@@ -7,6 +7,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import AffineSystem
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
+from remosplat_drake.ranges import check_ranges
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
@@ -14,7 +15,6 @@ from remosplat_drake.station import ports
 from remosplat_drake.station.config import (
     KinematicStation,
     WristCameraConfig,
-    check_kinematic_config,
 )
 from remosplat_drake.station.export import export_ports
 from remosplat_drake.station.hand import HandGeometry, hand_geometry
@@ -36,7 +36,7 @@ def make_kinematic_station(
     Without a camera there is no geometry at all, and no
     `cheat.query_object`: the diagram is ready in two milliseconds.
     """
-    check_kinematic_config(config)
+    check_ranges(config, field="station")
     builder = DiagramBuilder()
     plant = MultibodyPlant(time_step=0.0)
     scene_graph = None

@@ -17,10 +17,10 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
 from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.ranges import check_ranges
 from remosplat_drake.station import ports
 from remosplat_drake.station.config import (
     WristCameraConfig,
-    check_camera_config,
 )
 
 _RENDERER = "vtk"
@@ -47,7 +47,7 @@ def add_wrist_camera(
     Raises:
         RemoSplatError: A setting is unusable.
     """
-    check_camera_config(config)
+    check_ranges(config, field="wrist_camera")
     if not plant.HasFrameNamed(config.frame):
         raise RemoSplatError(
             f"wrist_camera.frame: the robot has no frame {config.frame!r}"

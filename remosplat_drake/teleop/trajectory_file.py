@@ -8,13 +8,16 @@ steps:
 """
 
 import dataclasses as dc
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Interval
 
 from remosplat_drake.errors import FieldError, unknown_name
 from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.ranges import Config, Position, RollPitchYawDeg
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.strict_yaml import load_strict
 from remosplat_drake.teleop.config import SavedPose
@@ -38,23 +41,30 @@ BUTTONS = (*_TARGET_BUTTONS, *_MAP_BUTTONS, SCENE)
 
 
 @dc.dataclass
-class OperatorStep:
+class OperatorStep(Config):
     """One act: a wish for a pose, or a press of a button, or both."""
 
     # Since the start [s].
-    time: float = 0.0
+    time: Annotated[float, Interval(ge=0, le=1e6)] = 0.0
     # Where the target shall go in W [m].
-    translation: list[float] | None = None
+    translation: Position | None = None
     # Roll, pitch, yaw [deg]; absent: as at the step before.
-    rpy_deg: list[float] | None = None
+    rpy_deg: RollPitchYawDeg | None = None
     # One of the buttons' names; empty for none.
     press: str = ""
     # Name of a saved pose to pick; empty for none.
     pick: str = ""
 
+    def check(self) -> Iterator[tuple[str, str]]:
+        """See `Config`."""
+        if self.rpy_deg is not None and self.translation is None:
+            yield "rpy_deg", "needs a translation"
+        if self.press and self.press not in BUTTONS:
+            yield "press", unknown_name("button", self.press, BUTTONS)
+
 
 @dc.dataclass
-class TrajectoryFile:
+class TrajectoryFile(Config):
     """A whole file."""
 
     steps: list[OperatorStep] = dc.field(default_factory=list)
@@ -115,19 +125,6 @@ def _check_step(
             f"{field}.time",
             f"must not be before {before:g}, got {step.time:g}",
         )
-    for name in ("translation", "rpy_deg"):
-        values = getattr(step, name)
-        if values is not None and len(values) != 3:
-            raise FieldError(
-                where,
-                f"{field}.{name}",
-                f"expected 3 entries, got {len(values)}",
-            )
-    if step.rpy_deg is not None and step.translation is None:
-        raise FieldError(where, f"{field}.rpy_deg", "needs a translation")
-    if step.press and step.press not in BUTTONS:
-        problem = unknown_name("button", step.press, BUTTONS)
-        raise FieldError(where, f"{field}.press", problem)
     if step.pick and step.pick not in poses:
         problem = unknown_name("saved pose", step.pick, poses)
         raise FieldError(where, f"{field}.pick", problem)

@@ -66,7 +66,7 @@ class Loop:
     def __init__(self, robot):
         slab = Box(RigidTransform([0.9, 0, 0.5]), np.array([0.5, 0.5, 0.1]))
         self.field = CountingField(PrimitiveScene(boxes=(slab,)))
-        config = gain_set("tuned", "test")
+        config = gain_set("tuned")
         config.verify = False
         law = ReactiveLaw.make(config, robot, PERIOD)
         target = RigidTransform(

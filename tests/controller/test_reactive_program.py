@@ -95,7 +95,7 @@ def random_tick(robot, make_tick, seed: int) -> Tick:
 
 
 def ingredients_of(robot, gains: str):
-    return make_ingredients(gain_set(gains, "test"), robot)
+    return make_ingredients(gain_set(gains), robot)
 
 
 def matrices(program: ReactiveProgram):

@@ -22,7 +22,7 @@ WALL = PrimitiveScene(
 
 @pytest.fixture(scope="module")
 def law(frankie) -> ReactiveLaw:
-    return ReactiveLaw.make(gain_set("tuned", "test"), frankie, DT)
+    return ReactiveLaw.make(gain_set("tuned"), frankie, DT)
 
 
 @pytest.fixture
@@ -159,7 +159,7 @@ def test_a_bad_target_ends_at_a_standstill_before_the_wall(
 
 
 def test_verification_can_be_switched_off(frankie, inputs):
-    config = dc.replace(gain_set("tuned", "test"), verify=False)
+    config = dc.replace(gain_set("tuned"), verify=False)
     law = ReactiveLaw.make(config, frankie, DT)
 
     class Untouchable(SignedDistanceField):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from remosplat_drake import resources
-from remosplat_drake.errors import FieldError, FileError
+from remosplat_drake.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.robot.sphere_model import Spheres, load_sphere_model
 
 SPHERES = resources.models_dir() / "frankie" / "spheres"
@@ -38,7 +38,7 @@ def test_reads_links_centres_and_radii(tmp_path):
         ("[0, 0, 0]", "expected"),
         ("[0, 0, 0, -1]", "positive"),
         ("[0, 0, 0, 0]", "positive"),
-        ("[0, 0, .nan, 1]", "expected"),
+        ("[0, 0, .nan, 1]", "finite"),
         ("[0, 0, true, 1]", "expected"),
         ("[0, 0, '0', 1]", "expected"),
         ("7", "expected"),
@@ -55,7 +55,7 @@ def test_bad_sphere_is_named(tmp_path, entry, problem):
     "text", ["", "[]", "spheres: 3", "spheres: {}", "a: [", "\t"]
 )
 def test_bad_file_is_named(tmp_path, text):
-    with pytest.raises(FileError, match=r"two\.yaml"):
+    with pytest.raises(RemoSplatError, match=r"two\.yaml"):
         load_sphere_model(write(tmp_path, text))
 
 

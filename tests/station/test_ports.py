@@ -112,37 +112,25 @@ def test_a_bad_start_is_refused(frankie, q0):
 
 
 @pytest.mark.parametrize(
-    ("config", "camera", "field"),
+    ("config", "field", "value"),
     [
-        (KinematicStation(hand_speed=0), None, "station.hand_speed"),
-        (DynamicStation(time_step=-1), None, "station.time_step"),
-        (
-            DynamicStation(discrete_contact_approximation="tamsi"),
-            None,
-            "station.discrete_contact_approximation",
-        ),
-        (
-            KinematicStation(),
-            WristCameraConfig(frame="elbow_camera"),
-            "wrist_camera.frame",
-        ),
-        (
-            KinematicStation(),
-            WristCameraConfig(fov_y_deg=180),
-            "wrist_camera.fov_y_deg",
-        ),
-        (
-            KinematicStation(),
-            WristCameraConfig(max_depth=0.01),
-            "wrist_camera.max_depth",
-        ),
-        (
-            KinematicStation(),
-            WristCameraConfig(translation=[1.0]),
-            "wrist_camera.translation",
-        ),
+        (KinematicStation, "hand_speed", 0),
+        (DynamicStation, "time_step", -1),
+        (DynamicStation, "discrete_contact_approximation", "tamsi"),
+        (WristCameraConfig, "frame", "elbow_camera"),
+        (WristCameraConfig, "fov_y_deg", 180),
+        (WristCameraConfig, "max_depth", 0.01),
+        (WristCameraConfig, "translation", [1.0]),
     ],
 )
-def test_bad_settings_are_named(frankie, config, camera, field):
+def test_bad_settings_are_named(frankie, config, field, value):
+    station, camera = KinematicStation(), None
+    changed = config()
+    # Assigned later, where no constructor looks.
+    setattr(changed, field, value)
+    if config is WristCameraConfig:
+        camera = changed
+    else:
+        station = changed
     with pytest.raises(RemoSplatError, match=field):
-        make(frankie, config, camera)
+        make(frankie, station, camera)

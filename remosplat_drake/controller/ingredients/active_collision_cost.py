@@ -1,19 +1,23 @@
 """Prefer motions that gain clearance: the paper's active collision cost."""
 
 import dataclasses as dc
+from typing import Annotated
+
+from annotated_types import Interval
 
 from remosplat_drake.controller.ingredients.collision_damper import (
     CollisionDamperConfig,
 )
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.ranges import Config
 
 
 @dc.dataclass
-class ActiveCollisionCostConfig:
+class ActiveCollisionCostConfig(Config):
     """How eagerly the robot leaves obstacles."""
 
     # Gain of the cost; 0 leaves it out.
-    gain: float = 0.6
+    gain: Annotated[float, Interval(ge=0, le=100)] = 0.6
 
 
 class ActiveCollisionCost:

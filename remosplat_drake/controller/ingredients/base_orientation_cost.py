@@ -2,18 +2,21 @@
 
 import dataclasses as dc
 import math
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Interval
 
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.ranges import Config
 
 
 @dc.dataclass
-class BaseOrientationCostConfig:
+class BaseOrientationCostConfig(Config):
     """How eagerly the base faces the end effector."""
 
     # Gain of the linear cost; 0 leaves it out.
-    gain: float = 0.5
+    gain: Annotated[float, Interval(ge=0, le=100)] = 0.5
 
 
 class BaseOrientationCost:

@@ -1,29 +1,43 @@
 """Slow down before the scene: the paper's hard collision constraint."""
 
 import dataclasses as dc
+from collections.abc import Iterator
+from typing import Annotated
+
+from annotated_types import Interval
 
 from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.ranges import Config
 
 NAME = "collision"
 
 
 @dc.dataclass
-class CollisionDamperConfig:
+class CollisionDamperConfig(Config):
     """How close the robot may come, and how fast."""
 
     # Distance d_i within which the scene matters [m].
-    influence: float = 0.5
+    influence: Annotated[float, Interval(gt=0, le=5)] = 0.5
     # Distance d_s that is kept [m].
-    stopping: float = 0.021
+    stopping: Annotated[float, Interval(ge=0, le=1)] = 0.021
     # Largest approach speed xi at the influence distance [m/s].
-    gain: float = 1.0
+    gain: Annotated[float, Interval(gt=0, le=10)] = 1.0
 
     def stopping_for(self, guidance: Guidance) -> float:
         """The stopping distance of a tick with that guidance [m]."""
         if guidance.stopping is None:
             return self.stopping
         return guidance.stopping
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """See `Config`."""
+        if not self.influence > self.stopping:
+            yield (
+                "influence",
+                f"must exceed the stopping distance {self.stopping},"
+                f" got {self.influence}",
+            )
 
 
 class CollisionDamper:

@@ -2,22 +2,35 @@
 
 import dataclasses as dc
 import math
+from collections.abc import Iterator
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Interval
 
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.ranges import Config
 
 
 @dc.dataclass
-class JointLimitDamperConfig:
+class JointLimitDamperConfig(Config):
     """Where the damping starts and where motion towards the limit ends."""
 
     # Largest approach speed at the edge of the influence [rad/s].
-    gain: float = 1.0
+    gain: Annotated[float, Interval(gt=0, le=100)] = 1.0
     # Distance to the limit within which the damper acts [deg].
-    influence: float = 50.0
+    influence: Annotated[float, Interval(gt=0, le=180)] = 50.0
     # Distance to the limit that is kept [deg].
-    stop: float = 10.0
+    stop: Annotated[float, Interval(ge=0, le=90)] = 10.0
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """See `Config`."""
+        if not self.influence > self.stop:
+            yield (
+                "influence",
+                f"must exceed the stopping distance {self.stop},"
+                f" got {self.influence}",
+            )
 
 
 class JointLimitDamper:

@@ -1,19 +1,22 @@
 """Keep the arm away from singularities."""
 
 import dataclasses as dc
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Interval
 from numba import njit
 
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.ranges import Config
 
 
 @dc.dataclass
-class ManipulabilityCostConfig:
+class ManipulabilityCostConfig(Config):
     """How eagerly the arm keeps its freedom of motion."""
 
     # Gain of the linear cost; 0 leaves it out.
-    gain: float = 0.3
+    gain: Annotated[float, Interval(ge=0, le=100)] = 0.3
 
 
 class ManipulabilityCost:

@@ -1,26 +1,39 @@
 """Slow down before the robot touches itself."""
 
 import dataclasses as dc
+from collections.abc import Iterator
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Interval
 
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.ranges import Config
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision import self_collision_pairs
 
 
 @dc.dataclass
-class SelfCollisionDamperConfig:
+class SelfCollisionDamperConfig(Config):
     """How close two parts of the robot may come, and how fast."""
 
     # Whether the rows are added.
     enabled: bool = True
     # Distance between two spheres within which they matter [m].
-    influence: float = 0.1
+    influence: Annotated[float, Interval(gt=0, le=1)] = 0.1
     # Distance that is kept [m].
-    stopping: float = 0.01
+    stopping: Annotated[float, Interval(ge=0, le=0.5)] = 0.01
     # Largest approach speed at the influence distance [m/s].
-    gain: float = 0.5
+    gain: Annotated[float, Interval(gt=0, le=10)] = 0.5
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """See `Config`."""
+        if not self.influence > self.stopping:
+            yield (
+                "influence",
+                f"must exceed the stopping distance {self.stopping},"
+                f" got {self.influence}",
+            )
 
 
 class SelfCollisionDamper:

@@ -1,8 +1,10 @@
 """Follow the servo's twist, as far as the slack's price allows."""
 
 import dataclasses as dc
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Interval
 
 from remosplat_drake.controller.guidance.deflection import (
     deflected_velocity,
@@ -13,19 +15,20 @@ from remosplat_drake.controller.ingredients.collision_damper import (
 from remosplat_drake.controller.program_data import Tracking
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 from remosplat_drake.controller.servo import servo_twist
+from remosplat_drake.ranges import Config
 
 
 @dc.dataclass
-class ServoTrackingConfig:
+class ServoTrackingConfig(Config):
     """How fast the end effector goes for its target."""
 
     # Proportional gain beta on the pose error [1/s].
-    gain: float = 4.0
+    gain: Annotated[float, Interval(gt=0, le=100)] = 4.0
     # Bound on the translational speed [m/s].
-    max_speed: float = 0.35
+    max_speed: Annotated[float, Interval(gt=0, le=2)] = 0.35
     # Bound on each entry of the slack, or the servo's twist where that is
     # faster [m/s, rad/s].
-    slack_limit: float = 10.0
+    slack_limit: Annotated[float, Interval(gt=0, le=1000)] = 10.0
 
 
 class ServoTracking:

@@ -1,18 +1,21 @@
 """Move little: a quadratic price on the command."""
 
 import dataclasses as dc
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Interval
 
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.ranges import Config
 
 
 @dc.dataclass
-class VelocityCostConfig:
+class VelocityCostConfig(Config):
     """The price of motion."""
 
     # Weight lambda of the squared rates.
-    weight: float = 0.03
+    weight: Annotated[float, Interval(gt=0, le=100)] = 0.03
 
 
 class VelocityCost:

@@ -1,22 +1,25 @@
 """What the actuators can do, as bounds of the program."""
 
 import dataclasses as dc
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Interval
 
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.ranges import Config
 
 
 @dc.dataclass
-class VelocityLimitsConfig:
+class VelocityLimitsConfig(Config):
     """Which of the robot's limits are enforced, and how much of them."""
 
     # Fraction of the robot's velocity limits that may be used.
-    fraction: float = 1.0
+    fraction: Annotated[float, Interval(gt=0, le=1)] = 1.0
     # Whether |u - u_previous| <= a_max dt is enforced.
     acceleration: bool = True
     # Bound on the base's speed backwards; absent: as fast as forwards [m/s].
-    max_reverse: float | None = None
+    max_reverse: Annotated[float, Interval(ge=0, le=5)] | None = None
 
 
 class VelocityLimits:

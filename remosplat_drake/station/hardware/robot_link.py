@@ -8,16 +8,14 @@ import numpy as np
 from pydrake.lcm import DrakeLcm
 
 from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.ranges import check_ranges
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.station.hardware.base_wire import encode_base_command
 from remosplat_drake.station.hardware.command_limits import (
     command_bounds,
     scaled_command,
 )
-from remosplat_drake.station.hardware.config import (
-    HardwareConfig,
-    check_lcm_url,
-)
+from remosplat_drake.station.hardware.config import HardwareConfig
 from remosplat_drake.station.hardware.hand_wire import encode_hand_command
 from remosplat_drake.station.hardware.mailbox import Mailbox
 from remosplat_drake.station.hardware.measurement import (
@@ -54,11 +52,11 @@ class RobotLink:
         """Opens the wire; nothing is sent.
 
         Raises:
-            RemoSplatError: The URL is unusable.
+            FieldError: A value of the configuration is unusable.
         """
         self._config = config
         self._robot = robot
-        check_lcm_url(config.lcm_url)
+        check_ranges(config, field="hardware")
         self.lcm = DrakeLcm(config.lcm_url)
         description, names = robot.description, config.channels
         self.arm = Mailbox(self.lcm, names.arm_status)

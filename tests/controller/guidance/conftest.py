@@ -54,7 +54,7 @@ def toy(three_link) -> ToyWorld:
         RigidTransform([0.5, 0, lowest - 0.015 - 0.1]), np.array([1, 1, 0.1])
     )
     return ToyWorld(
-        ReactiveLaw.make(gain_set("tuned", "test"), three_link, 0.1),
+        ReactiveLaw.make(gain_set("tuned"), three_link, 0.1),
         SignedDistanceField(PrimitiveScene(boxes=(slab,))),
         np.array([0.1, 0.0, 0.0]),
         three_link.end_effector_pose(q_target),

@@ -59,7 +59,7 @@ def stuck(frankie) -> Stuck:
     scene = generate("table", 6)
     assert scene.X_WE_target is not None and scene.X_WB_start is not None
     return Stuck(
-        make_selection_rule(gain_set("tuned", "test"), frankie, ARRIVED),
+        make_selection_rule(gain_set("tuned"), frankie, ARRIVED),
         SignedDistanceField(scene),
         PresentState(
             0.0,
@@ -80,7 +80,7 @@ def shared_process(frankie) -> Iterator[LookAheadProcess]:
 
 
 def make_process(frankie, arrived: Callable = ARRIVED) -> LookAheadProcess:
-    return LookAheadProcess(gain_set("tuned", "test"), frankie, arrived)
+    return LookAheadProcess(gain_set("tuned"), frankie, arrived)
 
 
 def until(process, stuck, good, now=None, field=None) -> Selection:

@@ -47,7 +47,7 @@ def test_it_is_the_loop_that_drives_the_robot(frankie, guidance, verify):
     field = SignedDistanceField(scene)
     assert scene.X_WE_target is not None and scene.X_WB_start is not None
     X_WT = scene.X_WE_target.GetAsMatrix4()
-    config = dc.replace(gain_set("tuned", "test"), verify=verify)
+    config = dc.replace(gain_set("tuned"), verify=verify)
     law = ReactiveLaw.make(config, frankie, 0.05)
     q = np.array([*scene.X_WB_start, *frankie.home])
     u = np.zeros(frankie.n_u)
