@@ -11,7 +11,7 @@ from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context
 
 from remosplat_drake.diagram import Application
-from remosplat_drake.errors import FieldError
+from remosplat_drake.hardware_limits import check_for_hardware
 from remosplat_drake.messages.channels import COMMAND_EXPIRY
 from remosplat_drake.real_time import (
     LoopLog,
@@ -64,29 +64,32 @@ def prepare_for_hardware(scenario: Scenario, lcm_url: str | None) -> None:
 
     Args:
         scenario: Is changed: guidance no longer makes ticks wait, and the
-            program knows how fast the base may go backwards. Accelerations
-            are bounded whatever the gains: real joints have no others.
+            program knows how fast the base may go. Accelerations are bounded
+            whatever the gains: real joints have no others.
         lcm_url: Where the drivers are; None: where the scenario says.
 
     Raises:
-        FieldError: The scenario does without a supervisor.
+        FieldError: The scenario does without a supervisor or without
+            verification, or disarms a gate; see `check_for_hardware`.
         RemoSplatError: The URL is unusable.
     """
-    if not scenario.supervisor.enabled:
-        raise FieldError(
-            scenario.source,
-            "supervisor.enabled",
-            "must be true where a real robot moves",
-        )
+    check_for_hardware(scenario)
     if lcm_url is not None:
         check_lcm_url(lcm_url)
         scenario.hardware.lcm_url = lcm_url
-    controller = scenario.controller
+    hardware, controller = scenario.hardware, scenario.controller
     controller.guidance.asynchronous = True
-    controller.velocity_limits.acceleration = True
-    controller.velocity_limits.max_reverse = (
-        -scenario.hardware.base_forward_lower
+    limits = controller.velocity_limits
+    limits.acceleration = True
+    limits.max_forward = _least(limits.max_forward, hardware.base_forward_upper)
+    limits.max_reverse = _least(
+        limits.max_reverse, -hardware.base_forward_lower
     )
+    limits.max_yaw_rate = _least(limits.max_yaw_rate, hardware.base_yaw_rate)
+
+
+def _least(given: float | None, bound: float) -> float:
+    return bound if given is None else min(given, bound)
 
 
 def run_on_hardware(

@@ -144,13 +144,13 @@ def _check(value: Any, expected: Any, where: str, field: str) -> None:
     problem = kind_problem(value, base) or range_problem(value, markers)
     if problem:
         raise FieldError(where, field, problem)
-    container = typing.get_origin(base)
-    if container is list:
-        for i, item in enumerate(value):
-            _check(item, typing.get_args(base)[0], where, f"{field}[{i}]")
-    elif container is dict:
+    inner = typing.get_args(base)
+    if isinstance(value, Mapping):
         for key, item in value.items():
-            _check(item, typing.get_args(base)[1], where, joined(field, key))
+            _check(item, inner[1], where, joined(field, key))
+    elif inner:
+        for i, item in enumerate(typing.cast(Sequence, value)):
+            _check(item, inner[0], where, f"{field}[{i}]")
 
 
 @functools.cache

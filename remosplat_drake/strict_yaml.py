@@ -148,7 +148,8 @@ def _choose(node: yaml.Node, base: Any, field: str) -> tuple[Any, yaml.Node]:
     if tag not in by_name:
         fail(node, field, unknown_name("tag", tag, by_name))
     untagged = copy.copy(node)
-    untagged.tag = f"{YAML_TAG}{node.id[:3]}"
+    is_mapping = isinstance(node, yaml.MappingNode)
+    untagged.tag = YAML_TAG + ("map" if is_mapping else "other")
     return by_name[tag], untagged
 
 
@@ -235,7 +236,7 @@ def _build_dataclass(
             given.setdefault(name, []).append(node)
     types = field_types(schema)
     start = _start(schema, given, default)
-    values = {f.name: getattr(start, f.name) for f in dc.fields(schema)}
+    values = {name: getattr(start, name) for name in types}
     for name, nodes in given.items():
         path = joined(field, name)
         values[name] = _build(nodes, types[name], values[name], path)
@@ -268,7 +269,7 @@ def _start(
     """What the fields that are not given are taken from."""
     if issubclass(schema, Config) and schema.PRESET in given:
         node = given[schema.PRESET][-1]
-        return schema.preset(scalar(node, str, schema.PRESET))
+        return schema.preset(node.value)
     return schema() if default is None else default
 
 

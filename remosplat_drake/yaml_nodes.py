@@ -60,7 +60,7 @@ class _Loader(yaml.SafeLoader):
     def compose_node(self, parent: Any, index: Any) -> Any:
         self._depth += 1
         if self._depth > DEEPEST:
-            raise yaml.composer.ComposerError(
+            raise yaml.MarkedYAMLError(
                 None,
                 None,
                 f"nested more than {DEEPEST} deep",

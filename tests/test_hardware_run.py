@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -20,16 +21,28 @@ from runs import assert_one_line, command_line, remosplat
 
 from remosplat_drake.diagram import MakeDiagram
 from remosplat_drake.drivers.inbox import Inbox
+from remosplat_drake.errors import FieldError
+from remosplat_drake.hardware_limits import (
+    NARROWER,
+    REQUIRED,
+    check_for_hardware,
+)
 from remosplat_drake.hardware_run import (
     HardwareLoop,
     bring_to_rest,
+    prepare_for_hardware,
     run_on_hardware,
 )
 from remosplat_drake.messages import channels
 from remosplat_drake.messages.base_command import base_command
+from remosplat_drake.oracle.config import (
+    DepthRasterization,
+    GroundTruth,
+    SphereToEllipsoid,
+)
 from remosplat_drake.safety.braking import braking_steps
-from remosplat_drake.scenario import LoadScenario
-from remosplat_drake.simulation import REACHED
+from remosplat_drake.scenario import LoadScenario, Scenario
+from remosplat_drake.simulation import REACHED, STOPPED
 from remosplat_drake.station.hardware.config import HardwareConfig
 from remosplat_drake.station.hardware.robot_link import RobotLink
 from remosplat_drake.world import load_world
@@ -39,16 +52,18 @@ STILL = 1e-3  # [rad/s]
 PATIENT = """{
   time_limit: 60,
   hardware: {
-    connect_timeout: 60, arm_status_expiry: 2, base_status_expiry: 2,
-    frozen_after: 2},
+    connect_timeout: 60, arm_status_expiry: 0.5, base_status_expiry: 0.5,
+    frozen_after: 1},
   supervisor: {
-    max_status_age: 2, max_tick_age: 2, max_overrun: 2, follow_dwell: 5},
+    max_status_age: 0.5, max_tick_age: 0.5, max_overrun: 0.5, follow_dwell: 2},
 }"""
 
 
-def make_application(url: str):
+def make_application(url: str, **hardware: float):
     scenario = LoadScenario("TableReach", PATIENT)
-    scenario.hardware.lcm_url = url
+    for name, value in hardware.items():
+        setattr(scenario.hardware, name, value)
+    prepare_for_hardware(scenario, url)
     return MakeDiagram(scenario, load_world(scenario), hardware=True)
 
 
@@ -146,6 +161,35 @@ def test_the_table_scenario_reaches_its_target_through_the_wire(robot):
     assert_stays_still(client)
 
 
+def test_a_slower_base_gets_there_at_its_own_speed(robot):
+    url, client = robot
+    application = make_application(
+        url, base_forward_upper=0.1, base_yaw_rate=0.3
+    )
+    with commands_heard(url) as heard:
+        done = run_on_hardware(application)
+    assert done.run.outcome == REACHED, done.run
+    forward, yaw_rate = np.array(heard)[:, :2].T
+    # As fast as it may go, so that the bound has been met.
+    assert 0.099 < forward.max() < 0.1001
+    assert np.abs(yaw_rate).max() < 0.3003
+    driven = np.array([status.forward for status in client.base])
+    assert driven.max() < 0.11
+
+
+def test_a_command_beyond_the_bases_limits_stops_the_robot(robot):
+    url, _ = robot
+    application = make_application(url)
+    application.scenario.time_limit = 5.0
+    # As if the program had not been told.
+    application.station.link._upper[0] = 0.05
+    done = run_on_hardware(application)
+    assert done.run.outcome.startswith(
+        f"{STOPPED}: the station stopped: the base's forward speed is"
+        " commanded to be"
+    )
+
+
 def test_an_exception_leaves_the_robot_at_rest(robot):
     url, client = robot
     application = make_application(url)
@@ -209,7 +253,58 @@ def test_a_silent_robot_is_named():
             ["--hardware", "--scenario-text", "{supervisor: {enabled: false}}"],
             "supervisor.enabled",
         ),
+        (
+            ["--hardware", "--scenario-text", "{controller: {verify: false}}"],
+            "controller.verify",
+        ),
     ],
 )
 def test_bad_flags_are_named(arguments, mention):
     assert_one_line(remosplat("run", *arguments), mention)
+
+
+@pytest.mark.parametrize(
+    ("text", "field"),
+    [
+        ("supervisor: {enabled: false}", "supervisor.enabled"),
+        ("controller: {verify: false}", "controller.verify"),
+        ("controller: {gains: paper}", "controller.verify"),
+        (
+            "controller: {gains: paper, verify: true}",
+            "controller.self_collision.enabled",
+        ),
+        ("control_period: 0.1", "control_period"),
+        ("oracle: {min_opacity: 0.9}", "oracle.min_opacity"),
+        ("oracle: {n_sigma: 0.1}", "oracle.n_sigma"),
+        ("supervisor: {robot_modes: [move, reflex]}", "robot_modes"),
+        ("supervisor: {min_success_rate: 0}", "min_success_rate"),
+        ("supervisor: {max_status_age: 1}", "max_status_age"),
+        ("supervisor: {follow_dwell: 5}", "follow_dwell"),
+    ],
+)
+def test_what_disarms_a_gate_is_for_simulations_only(text, field):
+    scenario = LoadScenario("TableReach", f"{{{text}}}")
+    with pytest.raises(FieldError) as caught:
+        prepare_for_hardware(scenario, None)
+    assert field in caught.value.field
+    assert "\n" not in str(caught.value)
+
+
+def test_every_narrower_range_names_a_field_and_admits_its_default():
+    for oracle in (SphereToEllipsoid(), DepthRasterization(), GroundTruth()):
+        check_for_hardware(Scenario(oracle=oracle))
+    for field in (*NARROWER, *REQUIRED):
+        owner = attrgetter(field.rpartition(".")[0] or "seed")(Scenario())
+        assert hasattr(owner, field.rpartition(".")[2]) or "." not in field
+
+
+def test_the_program_learns_the_bases_limits():
+    scenario = LoadScenario(
+        "TableReach",
+        "{hardware: {base_forward_upper: 0.1, base_yaw_rate: 0.3},"
+        " controller: {velocity_limits: {max_yaw_rate: 0.2}}}",
+    )
+    prepare_for_hardware(scenario, None)
+    limits = scenario.controller.velocity_limits
+    assert (limits.max_forward, limits.max_reverse) == (0.1, 0.25)
+    assert limits.max_yaw_rate == 0.2

@@ -112,6 +112,7 @@ ABOVE_THE_STAGES = {
     "commands",
     "control_loop",
     "diagram",
+    "hardware_limits",
     "hardware_run",
     "recorded_run",
     "simulation",

@@ -154,6 +154,26 @@ def test_the_base_may_be_slower_backwards(frankie, make_tick):
     np.testing.assert_allclose(-program.lower[1:], program.upper[1:])
 
 
+def test_the_base_may_be_slower_than_it_could(frankie, make_tick):
+    tick = make_tick(frankie, np.array([0, 0, 0, *frankie.home]))
+    config = ing.VelocityLimitsConfig(
+        max_forward=0.1, max_yaw_rate=0.2, acceleration=False
+    )
+    program = added(ing.VelocityLimits(config), tick)
+    limit = frankie.velocity_limit
+    np.testing.assert_allclose(program.lower, [-limit[0], -0.2, *-limit[2:]])
+    np.testing.assert_allclose(program.upper, [0.1, 0.2, *limit[2:]])
+
+
+def test_a_robot_without_a_base_has_no_bounds_for_one(three_link, make_tick):
+    config = ing.VelocityLimitsConfig(max_forward=0.1, max_yaw_rate=0.1)
+    tick = make_tick(three_link, np.zeros(3))
+    program = added(ing.VelocityLimits(config), tick)
+    assert (program.upper > 0.0999).all()
+    free = added(ing.VelocityLimits(ing.VelocityLimitsConfig()), tick)
+    np.testing.assert_array_equal(program.upper, free.upper)
+
+
 def test_acceleration_bounds_surround_the_previous_command(
     three_link, make_tick
 ):

@@ -18,14 +18,26 @@ class VelocityLimitsConfig(Config):
     fraction: Annotated[float, Interval(gt=0, le=1)] = 1.0
     # Whether |u - u_previous| <= a_max dt is enforced.
     acceleration: bool = True
-    # Bound on the base's speed backwards; absent: as fast as forwards [m/s].
+    # Bounds on the base's speed forwards and backwards, and on its yaw rate;
+    # absent: the robot's own [m/s], [rad/s].
+    max_forward: Annotated[float, Interval(ge=0, le=5)] | None = None
     max_reverse: Annotated[float, Interval(ge=0, le=5)] | None = None
+    max_yaw_rate: Annotated[float, Interval(ge=0, le=20)] | None = None
+
+    def base_bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper bounds on (v, omega) beside the robot's own."""
+        forward, reverse, yaw_rate = (
+            np.inf if bound is None else bound
+            for bound in (self.max_forward, self.max_reverse, self.max_yaw_rate)
+        )
+        return np.array([-reverse, -yaw_rate]), np.array([forward, yaw_rate])
 
 
 class VelocityLimits:
     """|u| <= limit, and optionally |u - u_previous| <= a_max dt.
 
-    Backwards the base may be bounded more tightly: nobody watches there.
+    The base may be bounded more tightly, backwards above all: nobody watches
+    there.
 
     A command is never clipped joint by joint afterwards: that would break
     the collision rows.
@@ -38,8 +50,10 @@ class VelocityLimits:
         """Narrows the bounds of u."""
         upper = self._config.fraction * tick.robot.velocity_limit
         lower = -upper
-        if self._config.max_reverse is not None and tick.robot.n_base:
-            lower[0] = max(lower[0], -self._config.max_reverse)
+        n = tick.robot.n_base
+        base_lower, base_upper = self._config.base_bounds()
+        lower[:n] = np.maximum(lower[:n], base_lower[:n])
+        upper[:n] = np.minimum(upper[:n], base_upper[:n])
         program.narrow(lower, upper)
         if self._config.acceleration and program.use_acceleration:
             step = tick.robot.acceleration_limit * tick.dt

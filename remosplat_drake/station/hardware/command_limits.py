@@ -21,6 +21,28 @@ def scaled_command(
     return u * np.min(bounds[beyond] / u[beyond], initial=1.0)
 
 
+TOLERANCE = 1e-3
+"""What solvers may leave beyond a bound, relative to it."""
+
+
+def excess(
+    u: np.ndarray, lower: np.ndarray, upper: np.ndarray
+) -> tuple[int, float] | None:
+    """The first entry of a command beyond its bounds, and its bound.
+
+    The program knows the bounds: but for rounding, nothing is beyond them.
+
+    Args:
+        u: The command, shape (n_u,).
+        lower: Lower bounds, none positive, shape (n_u,).
+        upper: Upper bounds, none negative, shape (n_u,).
+    """
+    bounds = np.where(u < 0, lower, upper)
+    slack = TOLERANCE * np.maximum(np.abs(bounds), TOLERANCE)
+    beyond = np.flatnonzero(np.abs(u) > np.abs(bounds) + slack)
+    return (int(beyond[0]), float(bounds[beyond[0]])) if len(beyond) else None
+
+
 def command_bounds(
     n_u: int, base_lower: list[float], base_upper: list[float]
 ) -> tuple[np.ndarray, np.ndarray]:

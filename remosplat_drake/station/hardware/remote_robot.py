@@ -1,5 +1,7 @@
 """`RemoteRobot`: the ports of a station, at the near end of a wire."""
 
+import dataclasses as dc
+
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import (
@@ -17,7 +19,7 @@ from remosplat_drake.station.hardware.config import HardwareConfig
 from remosplat_drake.station.hardware.measurement import Measurement
 from remosplat_drake.station.hardware.robot_link import RobotLink
 from remosplat_drake.station.hardware.status_monitor import station_status
-from remosplat_drake.station.status import RUNNING, StationStatus
+from remosplat_drake.station.status import RUNNING, STOPPED, StationStatus
 
 
 class RemoteRobot(LeafSystem):
@@ -46,7 +48,7 @@ class RemoteRobot(LeafSystem):
     Names are those of `ports.station_ports`. `base.pose_measured` is the
     odometry, extrapolated to the context's time. Before the first status of
     a part its outputs are NaN. A command that is not finite is replaced by
-    zeros, and `status` says so.
+    zeros, one beyond the base's limits is scaled to them, and `status` says so.
     """
 
     def __init__(
@@ -155,8 +157,12 @@ class RemoteRobot(LeafSystem):
             self._robot.n_base > 0,
             context.get_time(),
         )
-        broken = status.mode == RUNNING and command.status.mode != RUNNING
-        output.set_value(command.status if broken else status)
+        if status.mode == RUNNING and command.status.mode != RUNNING:
+            status = command.status
+        problem = self._link.command_problem(command.u)
+        if status.mode == RUNNING and problem:
+            status = dc.replace(status, mode=STOPPED, stop_reason=problem)
+        output.set_value(status)
 
 
 def _unknown(output: BasicVector) -> np.ndarray:

@@ -13,6 +13,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.station.hardware.base_wire import encode_base_command
 from remosplat_drake.station.hardware.command_limits import (
     command_bounds,
+    excess,
     scaled_command,
 )
 from remosplat_drake.station.hardware.config import HardwareConfig
@@ -156,12 +157,29 @@ class RobotLink:
             measurement, counts=counts, moving_since=self._moving_since
         )
 
+    def command_problem(self, u: np.ndarray) -> str:
+        """Why a command must not be sent as it is; empty if it may.
+
+        Args:
+            u: Velocities, shape (n_u,).
+        """
+        found = excess(u, self._lower, self._upper)
+        if found is None:
+            return ""
+        i, bound = found
+        name, unit = (("forward speed", "m/s"), ("yaw rate", "rad/s"))[i]
+        return (
+            f"the base's {name} is commanded to be {u[i]:.3f} {unit}, beyond"
+            f" {bound:.3f} {unit}"
+        )
+
     def send(self, u: np.ndarray) -> None:
         """Sends a command to base and arm, stamped now.
 
         Args:
             u: Velocities, shape (n_u,); scaled as a whole to the base's
-                limits, and replaced by zeros where not finite.
+                limits, and replaced by zeros where not finite. Either is a
+                fault, for which the station's status has a reason.
         """
         if not np.isfinite(u).all():
             u = np.zeros_like(u)

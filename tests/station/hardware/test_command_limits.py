@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from remosplat_drake.station.hardware.command_limits import (
     command_bounds,
+    excess,
     scaled_command,
 )
 
@@ -31,6 +32,19 @@ def test_standing_still():
     np.testing.assert_array_equal(
         scaled_command(np.zeros(4), LOWER, UPPER), np.zeros(4)
     )
+
+
+def test_only_what_is_more_than_rounding_is_beyond():
+    assert excess(np.array([0.5, -0.87, 9.0, 9.0]), LOWER, UPPER) is None
+    assert excess(np.array([0.5001, -0.8701, 0, 0]), LOWER, UPPER) is None
+    assert excess(np.array([0.0, -0.9, 0, 0]), LOWER, UPPER) == (1, -0.87)
+    assert excess(np.array([-0.3, 0.9, 0, 0]), LOWER, UPPER) == (0, -0.25)
+
+
+def test_a_bound_of_zero_is_one():
+    lower, upper = command_bounds(1, [0.0], [0.5])
+    assert excess(np.array([-1e-9]), lower, upper) is None
+    assert excess(np.array([-1e-3]), lower, upper) == (0, 0.0)
 
 
 @settings(max_examples=30, deadline=None)

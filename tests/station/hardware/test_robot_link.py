@@ -208,6 +208,17 @@ def test_the_ports_tell_what_the_messages_told(url, frankie, drivers):
     assert bench.eval("status").mode == RUNNING
     bench.command(np.full(9, np.nan))
     assert "not finite" in bench.eval("status").stop_reason
+    # Rounding is no fault, anything else is.
+    bench.command(np.array([0.5 + 1e-6, -0.87 - 1e-6, *np.zeros(7)]))
+    assert bench.eval("status").mode == RUNNING
+    bench.command(np.array([0.52, 0.0, *np.zeros(7)]))
+    assert bench.eval("status").mode == STOPPED
+    assert bench.eval("status").stop_reason == (
+        "the base's forward speed is commanded to be 0.520 m/s, beyond"
+        " 0.500 m/s"
+    )
+    bench.command(np.array([0.0, -0.9, *np.zeros(7)]))
+    assert "yaw rate" in bench.eval("status").stop_reason
 
 
 def test_nothing_is_heard_unless_it_is_told_to(url, frankie, drivers):
