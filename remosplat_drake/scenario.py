@@ -51,6 +51,9 @@ from remosplat_drake.teleop.config import TeleopConfig
 
 YAML_SUFFIXES = (".yaml", ".yml")
 
+LONGEST_RUN = 1e9
+"""Decades: a run that ends by itself in no lifetime of a robot [s]."""
+
 DEFAULT_SCENARIO = "TableReach"
 """What `remosplat run` runs when nothing is named."""
 
@@ -160,7 +163,7 @@ class Scenario(Config):
     # Time between two control ticks [s].
     control_period: Annotated[float, Interval(ge=0.001, le=1)] = 0.01
     # The run is given up after this long [s].
-    time_limit: Annotated[float, Interval(gt=0, le=1e6)] = 15.0
+    time_limit: Annotated[float, Interval(gt=0, le=LONGEST_RUN)] = 15.0
     # Seed of everything random.
     seed: Seed = 0
     # File and name it was read from, filled in by the loader.

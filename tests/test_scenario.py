@@ -53,6 +53,25 @@ def test_an_entry_is_chosen_by_name(folder):
     assert LoadScenario(f"{folder}/two.yaml:Second").time_limit == 4
 
 
+def test_folders_and_files_may_have_colons_in_their_names(folder):
+    deep = folder / "run 12:30"
+    deep.mkdir()
+    file = deep / "a:b.yaml"
+    file.write_text(TWO)
+    scenario = LoadScenario(f"{file}:Second")
+    assert (scenario.time_limit, scenario.name) == (4, "Second")
+    assert scenario.folder == deep
+    assert LoadScenario(str(file)).time_limit == 3
+    with pytest.raises(RemoSplatError, match=r"b\.yaml: unknown scenario 'No'"):
+        LoadScenario(f"{file}:No")
+
+
+def test_a_name_may_have_a_colon_in_it(folder):
+    (folder / "odd.yaml").write_text('"At 12:30": {time_limit: 7}\n')
+    scenario = LoadScenario(f"{folder}/odd.yaml:At 12:30")
+    assert (scenario.time_limit, scenario.name) == (7, "At 12:30")
+
+
 def test_shipped_scenarios_are_found_by_name():
     shipped = shipped_scenarios()
     if not shipped:

@@ -1,12 +1,14 @@
 """What a YAML file may say, and how its mistakes are reported."""
 
 import dataclasses as dc
+import time
 from pathlib import Path
 
 import pytest
 
 from remosplat_drake.errors import FieldError, FileError
-from remosplat_drake.strict_yaml import entries, load_strict
+from remosplat_drake.strict_yaml import dump, entries, load_strict
+from remosplat_drake.yaml_nodes import MOST_BYTES
 
 
 @dc.dataclass
@@ -127,6 +129,19 @@ def test_spellings_of_a_number(load, text):
         ("speed: 1\nspeed: 2", "speed", "appears twice"),
         ("[1, 2]", "the document", "expected a mapping"),
         ("? [a]\n: 1", "the document", "must be plain text"),
+        ("1: 2", "1", "a key must be text, got '1' (put it in quotes)"),
+        ("no: 2", "no", "a key must be text"),
+        ("<<: {speed: 1}", "<<", "a key must be text"),
+        ("parts: {1: {}}", "parts.1", "a key must be text"),
+        ("count: 1:30", "count", "expected a whole number, got '1:30'"),
+        ("count: 1e3", "count", "expected a whole number, got '1e3'"),
+        ("count: 1" + 5000 * "0", "count", "expected a whole number, got '1"),
+        ("speed: 1" + 5000 * "0", "speed", "must be finite, got '1"),
+        ("speed: " + 9000 * "x", "speed", "expected a number, got 'xxx"),
+        ("home: {a: 1}", "home", "expected a list"),
+        ("model: [a]", "model", "expected a path"),
+        ("active: {}", "active", "expected true or false"),
+        ("parts: []", "parts", "expected a mapping"),
     ],
 )
 def test_bad_fields_are_named(load, text, field, problem):
@@ -135,6 +150,7 @@ def test_bad_fields_are_named(load, text, field, problem):
     assert caught.value.field == field
     assert problem in caught.value.problem
     assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 400
 
 
 def test_the_line_is_named(load):
@@ -150,6 +166,14 @@ def test_the_line_is_named(load):
         ("home: [1", "not YAML"),
         ("\tspeed: 1", "not YAML"),
         ("speed: 1\n---\nspeed: 2", "not YAML"),
+        ("home: " + 3000 * "[" + 3000 * "]", "nested more than 40 deep"),
+        (3000 * "{a: " + "1" + 3000 * "}", "nested more than 40 deep"),
+        (3000 * "- ", "nested more than 40 deep"),
+        ('name: "\\UFFFFFFFF"', "not YAML"),
+        ("%YAML 1." + 5000 * "9" + "\n---\na: 1", "not YAML"),
+        ("home: *nowhere", "not YAML"),
+        ("supports: &a [*a]", "an alias stands for what it is part of"),
+        ("name: a\x00b", "not YAML"),
     ],
 )
 def test_bad_documents_are_named(load, text, problem):
@@ -157,6 +181,77 @@ def test_bad_documents_are_named(load, text, problem):
         load(text)
     assert "robot.yaml" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def laughs(levels: int) -> str:
+    """A few lines that stand for 9 ** levels values."""
+    lines = ["parts: {}", "a0: &a0 {length: 1}"]
+    for i in range(levels):
+        lines.append(f"a{i + 1}: &a{i + 1} [{', '.join(9 * [f'*a{i}'])}]")
+    return "\n".join(lines)
+
+
+def test_aliases_do_not_multiply_without_end(load):
+    start = time.monotonic()
+    with pytest.raises(FileError, match="aliases stand for more than"):
+        load(laughs(12))
+    assert time.monotonic() - start < 2.0
+
+
+def test_aliases_are_welcome(load):
+    robot = load(
+        "support: &leg !Leg {length: 3}\nsupports: [*leg, *leg]\n"
+        "home: &h [1, 2]\n"
+    )
+    assert robot.supports == [Leg(3.0), Leg(3.0)]
+    # Objects of their own.
+    assert robot.supports[0] is not robot.supports[1]
+
+
+def test_whole_numbers_beyond_64_bits_are_numbers(load):
+    assert load("count: 100000000000000000000").count == 10**20
+    assert load("count: 0x1F").count == 31
+    assert load("count: -1_000").count == -1000
+
+
+def test_a_huge_file_is_refused(tmp_path):
+    path = tmp_path / "robot.yaml"
+    path.write_text("name: " + (MOST_BYTES + 1) * "x")
+    with pytest.raises(FileError, match="larger than 8 MiB"):
+        load_strict(Robot, path)
+    with pytest.raises(FileError, match="larger than 8 MiB"):
+        load_strict(Robot, Path("/dev/zero"))
+
+
+def test_an_override_may_choose_another_class_or_nothing(load):
+    text = "support: !Leg {length: 3}\nspare: {radius: 0.3}\n"
+    robot = load(text, override="{support: {radius: 0.5}, spare: null}")
+    assert (robot.support, robot.spare) == (Wheel(0.5), None)
+    robot = load(text, override="spare: {}")
+    assert robot.spare == Wheel(0.3)
+    robot = load(text, override="support: !Wheel {}")
+    assert robot.support == Wheel()
+
+
+def test_lists_and_mappings_are_replaced(load):
+    text = "home: [1, 2, 3]\nparts: {a: {length: 3}}\n"
+    robot = load(text, override="{home: [4], parts: {b: {}}}")
+    assert (robot.home, robot.parts) == ([4.0], {"b": Leg()})
+
+
+def test_what_is_written_out_is_read_back(tmp_path):
+    robot = Robot(
+        speed=1e-7,
+        name="no",
+        model=Path("a: b"),
+        home=[0.1 + 0.2],
+        support=Leg(2.5),
+        supports=[Wheel(0.3), Leg(joints=-1)],
+        parts={"1": Leg(), "on: off": Leg(1e300)},
+    )
+    path = tmp_path / "out.yaml"
+    path.write_text(dump("Odd: name", robot))
+    assert load_strict(Robot, path, "Odd: name") == robot
 
 
 def test_a_missing_file_is_named(tmp_path):

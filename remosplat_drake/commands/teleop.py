@@ -24,7 +24,7 @@ from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.hardware_run import prepare_for_hardware
 from remosplat_drake.map_knowledge import examine_map, saved_places
 from remosplat_drake.mapping.session import SCENARIO_FILE
-from remosplat_drake.scenario import LoadScenario, Scenario
+from remosplat_drake.scenario import LONGEST_RUN, LoadScenario, Scenario
 from remosplat_drake.simulation import INTERRUPTED, TIME_LIMIT
 from remosplat_drake.teleop_session import (
     check_mappable,
@@ -178,7 +178,7 @@ def _begin(
             scenario, world, folder, hardware=arguments.hardware
         )
         # Of this run: the session has kept its scenario without them.
-        scenario.time_limit = arguments.duration
+        scenario.time_limit = min(arguments.duration, LONGEST_RUN)
         if arguments.trajectory is not None:
             scenario.teleop.trajectory = str(arguments.trajectory.resolve())
         with ExitStack() as undo:

@@ -4,6 +4,7 @@ import dataclasses as dc
 from collections.abc import Iterator
 from typing import Annotated
 
+import numba
 from annotated_types import Interval
 
 from remosplat_drake.errors import FieldError
@@ -97,9 +98,14 @@ def make_field(
             n_sigma=config.n_sigma,
             min_opacity=config.min_opacity,
             bisection_steps=config.bisection_steps or None,
-            num_threads=config.threads,
+            num_threads=_threads(config),
         )
     return _make_depth_field(config, splat_W, where)
+
+
+def _threads(config: SphereToEllipsoid | DepthRasterization) -> int:
+    """As many threads as are wanted and there are."""
+    return min(config.threads, numba.config.NUMBA_NUM_THREADS)  # pyright: ignore
 
 
 def _make_depth_field(
@@ -133,5 +139,5 @@ def _make_depth_field(
         splat_W,
         sensor,
         nearest_only=config.nearest_only,
-        num_threads=config.threads,
+        num_threads=_threads(config),
     )
