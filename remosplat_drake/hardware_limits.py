@@ -34,9 +34,14 @@ NARROWER = {
     "supervisor.follow_dwell": Interval(ge=0, le=2),
     "hardware.arm_status_expiry": Interval(gt=0, le=0.5),
     "hardware.base_status_expiry": Interval(gt=0, le=0.5),
-    # Smaller splats and fewer of them would be obstacles that nobody sees.
+    # Nobody sees obstacles that are made smaller or left out.
     "oracle.n_sigma": Interval(ge=0.5, le=10),
     "oracle.min_opacity": Interval(ge=0, le=0.5),
+    # Nor do depth views see what is fainter, nearer or farther than these.
+    "oracle.alpha_cutoff": Interval(gt=0, le=0.9),
+    "oracle.near": Interval(gt=0, le=0.05),
+    "oracle.far": Interval(ge=0.5, le=100),
+    "oracle.resolution": Interval(ge=20, le=2048),
 }
 """Ranges on the real robot; oracles without such a field are left alone."""
 

@@ -34,17 +34,13 @@ from remosplat_drake.ranges import (
     Seed,
     check_ranges,
 )
-from remosplat_drake.safety.config import (
-    SupervisorConfig,
-)
+from remosplat_drake.safety.config import SupervisorConfig
 from remosplat_drake.station.config import (
     DynamicStation,
     KinematicStation,
     WristCameraConfig,
 )
-from remosplat_drake.station.hardware.config import (
-    HardwareConfig,
-)
+from remosplat_drake.station.hardware.config import HardwareConfig
 from remosplat_drake.strict_yaml import entries, load_strict
 from remosplat_drake.task.arrival import ArrivalConfig
 from remosplat_drake.teleop.config import TeleopConfig

@@ -184,7 +184,7 @@ def scalar(node: yaml.ScalarNode, kind: type, field: str) -> Any:
     if kind is int and tag == "int":
         return _whole_number(node)
     if kind is bool and tag == "bool":
-        return _SWITCHES[node.value.lower()]
+        return _SWITCHES.get(node.value.lower())
     if kind in (str, Path) and tag == "str":
         return kind(node.value)
     return None

@@ -140,6 +140,8 @@ def test_spellings_of_a_number(load, text):
         ("speed: " + 9000 * "x", "speed", "expected a number, got 'xxx"),
         ("home: {a: 1}", "home", "expected a list"),
         ("model: [a]", "model", "expected a path"),
+        ("active: !!bool x", "active", "expected true or false, got 'x'"),
+        ("count: !!int x", "count", "expected a whole number, got 'x'"),
         ("active: {}", "active", "expected true or false"),
         ("parts: []", "parts", "expected a mapping"),
     ],

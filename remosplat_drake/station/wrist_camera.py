@@ -19,9 +19,7 @@ from pydrake.systems.sensors import CameraInfo, RgbdSensor
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.ranges import check_ranges
 from remosplat_drake.station import ports
-from remosplat_drake.station.config import (
-    WristCameraConfig,
-)
+from remosplat_drake.station.config import WristCameraConfig
 
 _RENDERER = "vtk"
 _NEAR_PLANE = 0.01
