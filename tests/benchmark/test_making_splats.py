@@ -187,7 +187,7 @@ def test_recipes_have_folders_of_their_own():
     assert load_recipe("cuda", "{steps: 3}") == SplatRecipe(steps=3)
     with pytest.raises(FieldError, match="chosen by --train cuda"):
         load_recipe("cuda", "{device: cpu}")
-    with pytest.raises(FieldError, match=r"--recipe: views: .*at least 1"):
+    with pytest.raises(FieldError, match=r"--recipe:1: views: .*\[1, 10000\]"):
         load_recipe("cuda", "{views: 0}")
     with pytest.raises(FieldError, match="did you mean 'steps'"):
         load_recipe("cuda", "{step: 3}")

@@ -123,7 +123,7 @@ def test_a_target_in_the_open_is_reached(write_suite):
     ("old", "new", "message"),
     [
         ("board.ply", "other.ply", r"board: maps.clean.splat: other.ply: no"),
-        ("start: [-0.4, 0.0, 0.0]", "start: [1]", "start: expected 3 numbers"),
+        ("start: [-0.4, 0.0, 0.0]", "start: [1]", "start: expected 3 entries"),
         ("floaters: 20", "floaters: -1", "maps.floaters.floaters"),
         ("rpy_deg: [180, 0, 0]", "rpy_deg: [1]", "targets.over-the-board"),
         ("scene.json", "none.json", "truth.file: none.json: no such file"),

@@ -79,7 +79,7 @@ def test_mistakes_are_named_in_one_line(scenes, capsys, arguments, message):
 
 
 def test_a_crash_is_reported_and_ends_with_one(scenes, capsys):
-    impossible = "{time_limit: 0.2, station: !DynamicStation {time_step: -1}}"
+    impossible = "{time_limit: 0.2, wrist_camera: {frame: nowhere}}"
     assert benchmark(scenes, "--scenario-text", impossible) == 1
     assert "crashed:" in capsys.readouterr().err
 
