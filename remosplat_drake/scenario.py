@@ -18,7 +18,7 @@ from remosplat_drake.controller.config import (
     LONGEST_VERIFIED,
     ReactiveControllerConfig,
 )
-from remosplat_drake.errors import FieldError, FileError, unknown_name
+from remosplat_drake.errors import FileError, unknown_name
 from remosplat_drake.mapping.config import MappingConfig
 from remosplat_drake.oracle.config import (
     DepthRasterization,
