@@ -18,6 +18,8 @@ EVERYONE = {
     "resources",
     "atomic_file",
     "ranges",
+
+    "strict_json",
     "strict_yaml",
     "yaml_nodes",
     "colors",

@@ -9,6 +9,9 @@ from remosplat_drake.errors import RemoSplatError
 _ROTATION_TOLERANCE = 1e-3
 """Files print rotations with few digits; less than this is rounding."""
 
+_LARGEST = 1e9
+"""No camera's pixels or metres are more; their squares are still numbers."""
+
 MIN_VIEWS = 2
 """One image shows one side of everything."""
 
@@ -136,6 +139,8 @@ def check_camera(name: str, K: np.ndarray, X_WC: np.ndarray):
     """
     if not (np.isfinite(K).all() and np.isfinite(X_WC).all()):
         raise RemoSplatError(f"{name}: its camera is not finite")
+    if max(np.abs(K).max(), np.abs(X_WC).max()) > _LARGEST:
+        raise RemoSplatError(f"{name}: its camera has numbers above 1e9")
     if not (K[0, 0] > 0 and K[1, 1] > 0):
         raise RemoSplatError(f"{name}: focal lengths must be positive")
     if np.abs(X_WC[3] - [0, 0, 0, 1]).max() > _ROTATION_TOLERANCE:

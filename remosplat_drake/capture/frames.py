@@ -52,7 +52,9 @@ def scale_intrinsics(
 ) -> np.ndarray:
     """The intrinsic matrix of a resized image; sizes are (height, width)."""
     rows, columns = new_size[0] / size[0], new_size[1] / size[1]
-    return np.diag([columns, rows, 1.0]) @ K
+    # What overflows here, `check_camera` refuses.
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.diag([columns, rows, 1.0]) @ K
 
 
 def sample_nearest(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:

@@ -11,7 +11,7 @@ from types import ModuleType
 
 import numpy as np
 
-from remosplat_drake.errors import FileError, MissingExtraError
+from remosplat_drake.errors import FieldError, FileError, MissingExtraError
 
 MAX_PIXELS = 50_000_000
 """No camera's image is larger; one that says so is damaged or a trap."""
@@ -60,7 +60,8 @@ def read_depth(source: Source, unit: float) -> np.ndarray:
         steps = np.asarray(image)
     # Whole numbers are multiplied in double precision, so that 2429 mm become
     # the float32 next to 2.429.
-    depth = (steps * float(unit)).astype(np.float32)
+    with np.errstate(over="ignore", invalid="ignore"):
+        depth = (steps * float(unit)).astype(np.float32)
     return np.where(np.isfinite(depth), depth, np.float32(0))
 
 
@@ -91,6 +92,18 @@ def check_pixel_count(source: Source, width: int, height: int):
             str(source),
             f"claims {width}x{height} pixels; at most"
             f" {MAX_PIXELS / 1e6:.0f} million are read",
+        )
+
+
+def check_announced_size(where: str, field: str, width: float, height: float):
+    """Refuses the size of an image that only a field of a file tells.
+
+    Raises:
+        FieldError: No camera has it; names `where` and `field`.
+    """
+    if not (width >= 1 and height >= 1 and width * height <= MAX_PIXELS):
+        raise FieldError(
+            where, field, f"must be from 1 to {MAX_PIXELS} pixels together"
         )
 
 

@@ -25,15 +25,17 @@ from remosplat_drake.atomic_file import write_atomically
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.frames import Frame, scale_intrinsics
 from remosplat_drake.capture.images import (
+    check_announced_size,
     image_module,
     read_colors,
     read_depth,
     read_levels,
 )
 from remosplat_drake.capture.poses import OPENGL_FROM_OPENCV
-from remosplat_drake.capture.text_files import as_number, read_json
+from remosplat_drake.capture.text_files import read_json
 from remosplat_drake.capture.undistortion import Distortion
 from remosplat_drake.errors import FieldError, FileError, unknown_name
+from remosplat_drake.strict_json import as_number, shown
 
 DEPTH_UNIT = 1e-3
 """One step of a depth image that we write [m]. Nerfstudio itself takes the
@@ -53,6 +55,7 @@ _CAMERA_MODELS = (
     "SIMPLE_PINHOLE",
     "SIMPLE_RADIAL",
 )
+_DEPTH_UNITS = (1e-9, 1e3)
 _SUFFIXES = ("", ".png", ".jpg", ".jpeg")
 _MAX_STEPS = 65535
 
@@ -115,11 +118,24 @@ class _Fields:
         fields = self.frame if inner else self.document
         return as_number(self.path, field, fields.get(key, default))
 
+    def within(
+        self, key: str, default: float | None, least: float, most: float
+    ) -> float:
+        """A number that must lie within bounds."""
+        value = self.number(key, default)
+        if not least <= value <= most:
+            raise FieldError(
+                str(self.path),
+                key,
+                f"must be from {least:.10g} to {most:.10g}, got {value:g}",
+            )
+        return value
+
     def file(self, key: str) -> Path:
         """The existing file that a field names, perhaps without its suffix."""
         name = self.frame.get(key)
         if not isinstance(name, str) or not name:
-            raise self.error(key, f"expected a file, got {name!r}")
+            raise self.error(key, f"expected a file, got {shown(name)}")
         stem = self.path.parent / name
         for suffix in _SUFFIXES:
             candidate = Path(f"{stem}{suffix}")
@@ -138,7 +154,7 @@ def _read_frame(fields: _Fields) -> Frame:
     if fields.frame.get("mask_path") is not None:
         hidden = read_levels(fields.file("mask_path")) < 128
     lens = {
-        field.name: fields.number(field.name, 0.0)
+        field.name: fields.within(field.name, 0.0, -1e6, 1e6)
         for field in dc.fields(Distortion)
     }
     return Frame(
@@ -154,9 +170,9 @@ def _read_frame(fields: _Fields) -> Frame:
 
 def _read_depth(fields: _Fields) -> np.ndarray:
     if "depth_path" in fields.frame and "depth_file_path" not in fields.frame:
-        unit = fields.number("integer_depth_scale")
+        unit = fields.within("integer_depth_scale", None, *_DEPTH_UNITS)
         return read_depth(fields.file("depth_path"), unit)
-    unit = fields.number("depth_unit_scale_factor", DEPTH_UNIT)
+    unit = fields.within("depth_unit_scale_factor", DEPTH_UNIT, *_DEPTH_UNITS)
     return read_depth(fields.file("depth_file_path"), unit)
 
 
@@ -178,16 +194,15 @@ def _intrinsics(fields: _Fields, size: tuple[int, int]) -> np.ndarray:
     """The matrix K for images of this size (height, width)."""
     width = fields.number("w", size[1])
     height = fields.number("h", size[0])
-    if width <= 0 or height <= 0:
-        raise FieldError(str(fields.path), "w, h", "must be positive")
+    check_announced_size(str(fields.path), "w, h", width, height)
     if fields.has("fl_x") or not fields.has("camera_angle_x"):
         fl_x = fields.number("fl_x")
         fl_y = fields.number("fl_y", fl_x)
     else:
-        fl_x = width / 2 / np.tan(fields.number("camera_angle_x") / 2)
+        fl_x = width / 2 / np.tan(_angle(fields, "camera_angle_x") / 2)
         fl_y = fl_x
         if fields.has("camera_angle_y"):
-            fl_y = height / 2 / np.tan(fields.number("camera_angle_y") / 2)
+            fl_y = height / 2 / np.tan(_angle(fields, "camera_angle_y") / 2)
     cx = fields.number("cx", width / 2)
     cy = fields.number("cy", height / 2)
     K = np.array([[fl_x, 0, cx], [0, fl_y, cy], [0, 0, 1]])
@@ -200,6 +215,14 @@ def _intrinsics(fields: _Fields, size: tuple[int, int]) -> np.ndarray:
     return scale_intrinsics(K, (height, width), size)
 
 
+def _angle(fields: _Fields, key: str) -> float:
+    """An angle of view [rad]."""
+    angle = fields.number(key)
+    if not 0 < angle < np.pi:
+        raise FieldError(str(fields.path), key, "must be between 0 and pi")
+    return angle
+
+
 def _pose(fields: _Fields) -> np.ndarray:
     """X_WC in OpenCV axes, in metres."""
     matrix = _finite_matrix(fields.frame.get("transform_matrix"), (4, 4))
@@ -208,9 +231,7 @@ def _pose(fields: _Fields) -> np.ndarray:
             "transform_matrix", "expected a 4x4 pose of finite numbers"
         )
     X_WC = matrix @ OPENGL_FROM_OPENCV
-    scale = fields.number("applied_scale", 1.0)
-    if scale <= 0:
-        raise FieldError(str(fields.path), "applied_scale", "must be positive")
+    scale = fields.within("applied_scale", 1.0, 1e-6, 1e6)
     X_WC[:3, 3] /= scale
     applied = fields.document.get("applied_transform")
     if applied is not None:

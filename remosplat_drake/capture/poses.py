@@ -8,6 +8,18 @@ OPENGL_FROM_OPENCV = np.diag([1.0, -1.0, -1.0, 1.0])
 X_WC = X_WC_gl @ OPENGL_FROM_OPENCV."""
 
 
+def shortened(quaternions: np.ndarray) -> np.ndarray:
+    """Finite quaternions (n, 4) of a length whose square does not overflow.
+
+    Raises:
+        ValueError: A quaternion is zero.
+    """
+    length = np.abs(quaternions).max(axis=1, keepdims=True)
+    if not length.all():
+        raise ValueError("a quaternion is zero")
+    return quaternions / length
+
+
 def poses_from_quaternions(
     quaternions_xyzw: np.ndarray, translations: np.ndarray
 ) -> np.ndarray:
@@ -23,7 +35,7 @@ def poses_from_quaternions(
     poses[~finite] = np.nan
     if finite.any():
         poses[finite, :3, :3] = Rotation.from_quat(
-            quaternions_xyzw[finite]
+            shortened(quaternions_xyzw[finite])
         ).as_matrix()
     poses[:, :3, 3] = translations
     return poses

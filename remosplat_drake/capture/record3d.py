@@ -21,14 +21,20 @@ import numpy as np
 
 from remosplat_drake.capture.arkit import keep_confident
 from remosplat_drake.capture.frames import Frame, scale_intrinsics
-from remosplat_drake.capture.images import Source, read_colors, read_depth
+from remosplat_drake.capture.images import (
+    Source,
+    check_announced_size,
+    read_colors,
+    read_depth,
+)
 from remosplat_drake.capture.lzfse_data import unpack
 from remosplat_drake.capture.poses import (
     OPENGL_FROM_OPENCV,
     poses_from_quaternions,
 )
-from remosplat_drake.capture.text_files import as_matrix, as_number, read_json
+from remosplat_drake.capture.text_files import as_matrix, read_json
 from remosplat_drake.errors import FieldError, FileError
+from remosplat_drake.strict_json import as_number
 
 SUFFIX = ".r3d"
 MAX_MEMBER_BYTES = 64_000_000
@@ -127,8 +133,7 @@ def _check_members(path: Path, archive: zipfile.ZipFile):
 def _size(where: str, metadata: dict, *keys: str) -> tuple[int, int]:
     """Height and width from two fields of the metadata."""
     height, width = (as_number(where, k, metadata.get(k)) for k in keys)
-    if height < 1 or width < 1:
-        raise FieldError(where, ", ".join(keys), "must be positive")
+    check_announced_size(where, ", ".join(keys), width, height)
     return int(height), int(width)
 
 
@@ -191,7 +196,8 @@ def _unpack_depth(source: Source, where: str, metadata: dict) -> np.ndarray:
         height, width = _size(where, metadata, "dh", "dw")
     else:
         # Older files do not say; depth has the shape of colour.
-        height = round((count * metadata["h"] / metadata["w"]) ** 0.5)
+        color_height, color_width = _size(where, metadata, "h", "w")
+        height = round((count * color_height / color_width) ** 0.5)
         width = count // max(height, 1)
     if len(data) != 4 * height * width or count == 0:
         raise FileError(

@@ -1,12 +1,12 @@
 """Reads the small text files that come with captures."""
 
-import json
 import zipfile
 from pathlib import Path
 
 import numpy as np
 
-from remosplat_drake.errors import FieldError, FileError
+from remosplat_drake.errors import FileError
+from remosplat_drake.strict_json import parse_json_object
 
 MAX_BYTES = 256_000_000
 """No capture's text is longer; a file that is, is something else."""
@@ -32,16 +32,10 @@ def read_json(path: Path | zipfile.Path) -> dict:
     """The object in a JSON file.
 
     Raises:
-        FileError: It is missing or holds no JSON object.
+        FileError: It is missing or holds no JSON object that is read; see
+            `parse_json`.
     """
-    text = read_text(path)
-    try:
-        document = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise FileError(str(path), f"no JSON: {error}") from error
-    if not isinstance(document, dict):
-        raise FileError(str(path), "expected a JSON object")
-    return document
+    return parse_json_object(read_text(path), str(path))
 
 
 def read_rows(path: Path) -> list[list[str]]:
@@ -80,18 +74,3 @@ def as_matrix(path: Path, rows: object, shape: tuple[int, int]) -> np.ndarray:
             f" {'x'.join(map(str, matrix.shape))}",
         )
     return matrix
-
-
-def as_number(path: object, field: str, value: object) -> float:
-    """A finite number from a JSON file.
-
-    Raises:
-        FieldError: It is none; names `path` and `field`.
-    """
-    if (
-        isinstance(value, bool)
-        or not isinstance(value, (int, float))
-        or not np.isfinite(value)
-    ):
-        raise FieldError(str(path), field, f"expected a number, got {value!r}")
-    return float(value)

@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.capture.images import read_colors, read_depth
 from remosplat_drake.capture.intrinsics import find_intrinsics, from_opencv
+from remosplat_drake.capture.poses import shortened
 from remosplat_drake.capture.text_files import as_matrix, read_rows
 from remosplat_drake.capture.undistortion import Distortion
 from remosplat_drake.errors import FileError
@@ -156,6 +157,8 @@ def _read_trajectory(path: Path) -> tuple[np.ndarray, np.ndarray]:
         raise FileError(path, "expected at least two poses")
     if not np.isfinite(table).all():
         raise FileError(path, "poses must be finite")
-    if (np.abs(table[:, 4:]).max(axis=1) == 0).any():
-        raise FileError(path, "a pose has no rotation: its quaternion is zero")
+    try:
+        table[:, 4:] = shortened(table[:, 4:])
+    except ValueError as error:
+        raise FileError(path, f"a pose has no rotation: {error}") from error
     return table[:, 0], table[:, 1:]

@@ -11,6 +11,7 @@ from annotated_types import Interval, Len
 from remosplat_drake.atomic_file import write_atomically
 from remosplat_drake.errors import FieldError, FileError
 from remosplat_drake.ranges import Config, Coordinate, Position
+from remosplat_drake.strict_json import parse_json_object
 from remosplat_drake.strict_yaml import load_strict
 from remosplat_drake.yaml_nodes import read_text
 
@@ -153,10 +154,7 @@ def read_report(splat: Path) -> QualityReport:
         FieldError: A field is missing, unknown or unusable; names it.
     """
     path = report_path(splat)
-    try:
-        document = json.loads(read_text(path))
-    except (ValueError, RecursionError) as error:
-        raise FileError(path, f"not JSON: {error}") from error
+    document = parse_json_object(read_text(path), path)
     report = load_strict(QualityReport, path)
     for field in dc.fields(QualityReport):
         if field.name not in document:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from remosplat_drake.errors import FileError
 from remosplat_drake.recording.append_file import AppendFile
+from remosplat_drake.strict_json import as_number, parse_json_object
 
 SUPERVISOR = "supervisor"
 """The supervisor's mode has changed."""
@@ -70,6 +71,7 @@ def read_events(path: Path) -> list[Event]:
 
     Raises:
         FileError: The file cannot be read, or holds something else.
+        FieldError: An event has no time.
     """
     try:
         text = path.read_text("utf-8")
@@ -78,7 +80,20 @@ def read_events(path: Path) -> list[Event]:
     except UnicodeDecodeError as error:
         raise FileError(path, "is not a list of events") from error
     lines = text.split("\n")[:-1]
-    try:
-        return [Event(**json.loads(line)) for line in lines]
-    except (ValueError, TypeError) as error:
-        raise FileError(path, "is not a list of events") from error
+    return [_event(path, number, line) for number, line in enumerate(lines, 1)]
+
+
+def _event(path: Path, number: int, line: str) -> Event:
+    """The event of a line."""
+    where = f"{path}:{number}"
+    fields = parse_json_object(line, where)
+    version = fields.get("version")
+    if (
+        not fields.keys() <= {field.name for field in dc.fields(Event)}
+        or not isinstance(fields.get("kind"), str)
+        or not isinstance(fields.get("text"), str)
+        or not (version is None or type(version) is int)
+    ):
+        raise FileError(where, "is not an event")
+    time = as_number(where, "time", fields.get("time"))
+    return Event(time, fields["kind"], fields["text"], version)

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from remosplat_drake.controller.tick_report import STATUSES, TickReport
-from remosplat_drake.errors import FileError
+from remosplat_drake.errors import FieldError, FileError
 from remosplat_drake.oracle.distance_field import Clearances
 from remosplat_drake.recording.append_file import AppendFile
 from remosplat_drake.safety.supervision import (
@@ -21,6 +21,12 @@ from remosplat_drake.safety.supervision import (
     STARTING,
     STOPPED,
     STOPPING,
+)
+from remosplat_drake.strict_json import (
+    as_number,
+    as_whole_number,
+    parse_json_object,
+    shown,
 )
 
 FORMAT = "remosplat run log"
@@ -37,6 +43,8 @@ _HELD = 1.0
 
 _HEADER_LIMIT = 4096
 """No header is longer [bytes]."""
+
+_MAX_JOINTS = 1000
 
 
 def row_type(n_q: int, n_u: int) -> np.dtype:
@@ -207,34 +215,70 @@ def read_log(path: Path) -> RunLog:
 
     Raises:
         FileError: The file cannot be read, or is no such log.
+        FieldError: A field of its header is unusable; names it.
     """
     try:
         with open(path, "rb") as file:
             header = _read_header(path, file.readline(_HEADER_LIMIT))
-            dtype = row_type(header["n_q"], header["n_u"])
+            dtype = row_type(
+                as_whole_number(path, "n_q", header.get("n_q"), 1, _MAX_JOINTS),
+                as_whole_number(path, "n_u", header.get("n_u"), 1, _MAX_JOINTS),
+            )
             count = (path.stat().st_size - file.tell()) // dtype.itemsize
-            return RunLog(
-                header["period"],
-                tuple(header["statuses"]),
-                tuple(header["modes"]),
+            log = RunLog(
+                _period(path, header),
+                _names(path, header, "statuses"),
+                _names(path, header, "modes"),
                 np.fromfile(file, dtype, count),
             )
     except OSError as error:
         raise FileError(path, error.strerror or str(error)) from error
-    except (KeyError, TypeError) as error:
-        raise FileError(path, "has a damaged header") from error
+    _check_rows(path, log)
+    return log
 
 
 def _read_header(path: Path, line: bytes) -> dict:
     try:
-        header = json.loads(line)
-    except ValueError as error:
+        header = parse_json_object(line, path)
+    except FileError as error:
         raise FileError(path, "is not the log of a run") from error
-    if not isinstance(header, dict) or header.get("format") != FORMAT:
+    if header.get("format") != FORMAT:
         raise FileError(path, "is not the log of a run")
     if header.get("version") != VERSION:
+        version = shown(header.get("version"))
         raise FileError(
-            path,
-            f"is a log of version {header.get('version')}; valid: {VERSION}",
+            path, f"is a log of version {version}; valid: {VERSION}"
         )
     return header
+
+
+def _period(path: Path, header: dict) -> float:
+    period = as_number(path, "period", header.get("period"))
+    if period <= 0:
+        raise FieldError(str(path), "period", "must be positive")
+    return period
+
+
+def _names(path: Path, header: dict, field: str) -> tuple[str, ...]:
+    names = header.get(field)
+    if not isinstance(names, list) or not all(
+        isinstance(name, str) for name in names
+    ):
+        raise FieldError(
+            str(path), field, f"expected a list of names, got {shown(names)}"
+        )
+    return tuple(names)
+
+
+def _check_rows(path: Path, log: RunLog) -> None:
+    """Refuses rows that no run can have written."""
+    good = {
+        "time": np.isfinite(log.rows["time"]),
+        "q": np.isfinite(log.rows["q"]).all(axis=1),
+        "status": log.rows["status"] < len(log.statuses),
+        "mode": log.rows["mode"] < len(log.modes),
+    }
+    for field, is_good in good.items():
+        if not is_good.all():
+            row = int(is_good.argmin())
+            raise FileError(path, f"row {row}: {field} is damaged")

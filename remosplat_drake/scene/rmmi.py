@@ -14,7 +14,6 @@ from pydrake.math import RigidTransform, RotationMatrix
 from remosplat_drake.atomic_file import write_atomically
 from remosplat_drake.errors import (
     FieldError,
-    FileError,
     RemoSplatError,
     unknown_name,
 )
@@ -23,6 +22,11 @@ from remosplat_drake.scene.primitive_scene import (
     Cylinder,
     PrimitiveScene,
 )
+from remosplat_drake.strict_json import parse_json_object, shown
+from remosplat_drake.strict_yaml import read_text
+
+MAX_LENGTH = 1e6
+"""No scene reaches further, and squares stay far from overflow [m]."""
 
 ROTATION_TOLERANCE = 1e-3
 """Largest entry of R R' - I that passes for rounding of the file's digits."""
@@ -38,12 +42,7 @@ def read_rmmi(path: str | Path) -> PrimitiveScene:
         FieldError: A key is missing or unknown, or a value is unusable.
     """
     path = Path(path)
-    try:
-        document = json.loads(path.read_text())
-    except OSError as error:
-        raise FileError(path, error.strerror or str(error)) from error
-    except ValueError as error:
-        raise FileError(path, f"not JSON: {error}") from error
+    document = parse_json_object(read_text(path), path)
     reader = _Reader(path)
     reader.check_keys(
         document, "", ("cubes", "cylinders"), ("target", "robot_base")
@@ -123,14 +122,12 @@ class _Reader:
         optional: tuple[str, ...] = (),
     ):
         if not isinstance(value, dict):
-            if not field:
-                raise FileError(self._path, "expected a JSON object")
             raise self._reject(field, "expected an object")
         prefix = f"{field}." if field else ""
         for key in value:
             if key not in (*required, *optional):
                 problem = unknown_name("key", key, (*required, *optional))
-                raise self._reject(prefix + str(key), problem)
+                raise self._reject(prefix + key, problem)
         for key in required:
             if key not in value:
                 raise self._reject(prefix + key, "is missing")
@@ -156,9 +153,13 @@ class _Reader:
             array = np.array(None)
         if array.dtype.kind not in "if" or array.shape != shape:
             what = f"numbers of shape {shape}" if shape else "a number"
-            raise self._reject(field, f"expected {what}, got {value!r}")
+            raise self._reject(field, f"expected {what}, got {shown(value)}")
         if not np.isfinite(array).all():
-            raise self._reject(field, f"not finite: {value!r}")
+            raise self._reject(field, f"not finite: {shown(value)}")
+        if not (np.abs(array) <= MAX_LENGTH).all():
+            raise self._reject(
+                field, f"must be at most {MAX_LENGTH:.0e} m: {shown(value)}"
+            )
         return array.astype(float)
 
     def sizes(
@@ -166,7 +167,7 @@ class _Reader:
     ) -> np.ndarray:
         array = self.numbers(value, field, shape)
         if not (array > 0).all():
-            raise self._reject(field, f"must be positive, got {value!r}")
+            raise self._reject(field, f"must be positive, got {shown(value)}")
         return array
 
     def box(self, entry: dict, field: str) -> Box:

@@ -55,9 +55,8 @@ def read_checkpoint(path: Path, surfel: bool | None = None) -> GaussianSplat:
         MissingExtraError: torch is not installed.
     """
     tensors = _load_tensors(path)
-    n = len(tensors["means"])
+    n = _check_shapes(path, tensors)
     rest = tensors.get("shN", np.zeros((n, 0, 3)))
-    _check_shapes(path, {**tensors, "shN": rest})
     splat = checked_splat(
         path,
         p_GK=tensors["means"],
@@ -148,8 +147,17 @@ def _check_archive(path: Path, data: bytes) -> None:
 
 def _array(path: Path, key: str, tensor: Any, file_size: int) -> np.ndarray:
     torch = _torch()
-    if not isinstance(tensor, torch.Tensor) or not tensor.is_floating_point():
-        raise FileError(path, f"{key} is no tensor of floating-point numbers")
+    # Sparse and nested tensors and those of the meta device hold no rows.
+    if (
+        not isinstance(tensor, torch.Tensor)
+        or not tensor.is_floating_point()
+        or tensor.layout != torch.strided
+        or tensor.is_nested
+        or tensor.device.type != "cpu"
+    ):
+        raise FileError(
+            path, f"{key} is no tensor of rows of floating-point numbers"
+        )
     # A tensor may repeat one number by a stride of zero.
     if tensor.numel() * tensor.element_size() > 2 * file_size:
         raise FileError(
@@ -159,10 +167,12 @@ def _array(path: Path, key: str, tensor: Any, file_size: int) -> np.ndarray:
     return tensor.detach().float().numpy()
 
 
-def _check_shapes(path: Path, tensors: dict[str, np.ndarray]) -> None:
-    n = len(tensors["means"])
+def _check_shapes(path: Path, tensors: dict[str, np.ndarray]) -> int:
+    """Checks that the tensors fit each other; returns how many splats."""
+    n = len(tensors["means"]) if tensors["means"].ndim else 1
     check_count(path, n)
-    harmonics = tensors["shN"].shape[1] if tensors["shN"].ndim == 3 else 0
+    rest = tensors.get("shN", np.zeros((n, 0, 3)))
+    harmonics = rest.shape[1] if rest.ndim == 3 else 0
     expected = {
         "means": [(n, 3)],
         "quats": [(n, 4)],
@@ -171,13 +181,14 @@ def _check_shapes(path: Path, tensors: dict[str, np.ndarray]) -> None:
         "sh0": [(n, 1, 3)],
         "shN": [(n, harmonics, 3)],
     }
-    for key, shapes in expected.items():
-        if tensors[key].shape not in shapes:
+    for key, tensor in tensors.items():
+        if tensor.shape not in expected[key]:
             raise FileError(
                 path,
-                f"{key} has shape {tensors[key].shape}; expected"
-                f" {' or '.join(map(str, shapes))}",
+                f"{key} has shape {tensor.shape}; expected"
+                f" {' or '.join(map(str, expected[key]))}",
             )
+    return n
 
 
 def _name_tells_surfels(path: Path) -> bool:

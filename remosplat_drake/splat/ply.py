@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import IO
 
 import numpy as np
-from plyfile import PlyData, PlyElement, PlyListProperty, PlyParseError
+from plyfile import PlyData, PlyElement, PlyParseError
 
 from remosplat_drake.atomic_file import atomic_write
 from remosplat_drake.errors import FileError
@@ -25,6 +25,9 @@ from remosplat_drake.splat.activation import (
 from remosplat_drake.splat.gaussian_splat import SH_C0, GaussianSplat
 
 _BLOCK = 4096
+_LONGEST_HEADER = 2**16
+_ELEMENT = re.compile(rb"^element[ \t]+(\S+)[ \t]+([-+]?\d+)\s*$", re.M)
+_LIST = re.compile(rb"^property[ \t]+list\b[^\n]*?(\S+)\s*$", re.M)
 _POSITION = ("x", "y", "z")
 _NORMAL = ("nx", "ny", "nz")
 _COLOR = ("f_dc_0", "f_dc_1", "f_dc_2")
@@ -127,6 +130,7 @@ def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
             announces, or a property is a list.
     """
     try:
+        _check_header(path)
         with _open_ply(path) as stream:
             document = PlyData.read(stream)
             trailing = bool(stream.read().strip())
@@ -137,19 +141,32 @@ def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
     except (OSError, PlyParseError, ValueError) as error:
         problem = textwrap.shorten(str(error), 120)
         raise FileError(path, f"unreadable as PLY: {problem}") from error
-    for element in document.elements:
-        for ply_property in element.properties:
-            if isinstance(ply_property, PlyListProperty):
-                raise FileError(
-                    path,
-                    f"property {ply_property.name} is a list, not a number",
-                )
     if trailing:
         count = document.elements[-1].count if document.elements else 0
         raise FileError(
             path, f"holds more data than the {count} rows it announces"
         )
     return {element.name: element.data for element in document.elements}
+
+
+def _check_header(path: Path) -> None:
+    """Checks what the header announces, before any memory is asked for.
+
+    What is no header at all is left to plyfile's own words.
+    """
+    with path.open("rb") as stream:
+        header = stream.read(_LONGEST_HEADER).partition(b"end_header")[0]
+    largest = path.stat().st_size
+    for element, count in _ELEMENT.findall(header):
+        # A row of the least type takes a byte.
+        if not 0 <= float(count) <= largest:
+            name = element.decode("ascii", "replace")
+            problem = f"announces {count.decode()} rows of {name}"
+            raise FileError(path, textwrap.shorten(problem, 120))
+    listed = _LIST.search(header)
+    if listed is not None:
+        name = listed[1].decode("ascii", "replace")
+        raise FileError(path, f"property {name} is a list, not a number")
 
 
 def _read_vertices(path: Path) -> np.ndarray:

@@ -21,6 +21,7 @@ from remosplat_drake.splat.unpacking import (
     check_unpacked_size,
     read_whole,
 )
+from remosplat_drake.strict_json import parse_json_object, shown
 
 META = "meta.json"
 ZIP_MAGIC = b"PK\x03\x04"
@@ -50,15 +51,13 @@ class SogBundle:
                 self._zip = zipfile.ZipFile(io.BytesIO(read_whole(path)))
             except ZIP_DAMAGES as error:
                 raise FileError(path, f"no SOG: {error}") from error
-        try:
-            meta = json.loads(self._read(META, _MAX_META))
-        except (ValueError, RecursionError) as error:
-            raise FileError(path, f"{META} is no JSON: {error}") from error
-        self._meta: Any = meta if isinstance(meta, dict) else {}
+        self._meta = parse_json_object(
+            self._read(META, _MAX_META), self._folder / META
+        )
         if self._meta.get("version") != version:
             raise FileError(
                 path,
-                f"SOG version {self._meta.get('version')!r}; only version"
+                f"SOG version {shown(self._meta.get('version'))}; only version"
                 f" {version} can be read",
             )
         self.count = self.integer("count")
@@ -71,7 +70,7 @@ class SogBundle:
     def integer(self, field: str) -> int:
         """A whole number of meta.json, by a dotted name."""
         value = self._field(field)
-        if not isinstance(value, int):
+        if not isinstance(value, int) or isinstance(value, bool):
             raise FileError(self._path, f"{META}: {field} is no whole number")
         return value
 

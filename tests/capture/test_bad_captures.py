@@ -1,5 +1,6 @@
 """Damaged and senseless captures give one line that names what is wrong."""
 
+import json
 import zipfile
 
 import capture_writers as writers
@@ -122,7 +123,7 @@ BAD_TUM = [
     (replace("groundtruth.txt", "1 0 0 0 0 0 0 1"), "at least two poses"),
     (
         replace("groundtruth.txt", "1 0 0 0 0 0 0 0\n2 0 0 0 0 0 0 1"),
-        "its quaternion is zero",
+        "no rotation: a quaternion is zero",
     ),
     (
         replace("groundtruth.txt", "1 nan 0 0 0 0 0 1\n2 0 0 0 0 0 0 1"),
@@ -154,7 +155,7 @@ BAD_STRAY_SCANNER = [
     ),
     (
         replace("odometry.csv", "frame,x,y,z,qx,qy,qz,qw\n0,1,2,3,0,0,0,0"),
-        r"odometry\.csv: .*zero norm",
+        r"odometry\.csv: a quaternion is zero",
     ),
     (
         replace("odometry.csv", "frame,x,y,z,qx,qy,qz,qw\n0,1,2,3,0,0,nan,0"),
@@ -200,12 +201,30 @@ def change(**members):
     return damage
 
 
+def other_metadata(**fields):
+    """A damage: the metadata have other values."""
+
+    def damage(all_members):
+        metadata = json.loads(all_members["metadata"]) | fields
+        all_members["metadata"] = json.dumps(metadata).encode()
+
+    return damage
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize(
     ("damage", "match"),
     [
         (change(metadata=None), "metadata: no such file"),
         (change(metadata=b"{}"), "metadata: h: expected a number"),
-        (change(metadata=b'{"h": 9, "w": 0}'), "metadata: h, w: must be pos"),
+        (change(metadata=b'{"h": 9, "w": 0}'), "metadata: h, w: must be from"),
+        (change(metadata=b'{"h": 1e308, "w": 9}'), "h, w: must be from 1 to"),
+        (change(metadata=b'{"h": 9, "w": 1e30}'), "h, w: must be from 1 to"),
+        (change(metadata=b"[" * 10**5), "metadata: no JSON that is read"),
+        (other_metadata(h=1e308), "h, w: must be from 1 to"),
+        (other_metadata(dh=1e308), "dh, dw: must be from 1 to"),
+        (other_metadata(K=[1e308] * 9), "camera has numbers above 1e9"),
+        (other_metadata(poses=[[1e308] * 7]), "camera has numbers above 1e9"),
         (change(metadata=b'{"h": 9, "w": 9}'), "metadata: poses: expected"),
         (
             change(metadata=b'{"h": 9, "w": 9, "poses": [[1, 2]]}'),

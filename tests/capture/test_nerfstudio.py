@@ -2,6 +2,7 @@
 
 import dataclasses as dc
 import json
+import re
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from remosplat_drake.capture.capture import Capture, back_project
 from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.capture.nerfstudio import write_capture
-from remosplat_drake.errors import FieldError, FileError
+from remosplat_drake.errors import FieldError, FileError, RemoSplatError
 
 Image = pytest.importorskip("PIL.Image")
 
@@ -112,6 +113,50 @@ def test_camera_of_larger_images_is_scaled(capture, tmp_path):
     np.testing.assert_allclose(K[:, :2], capture.K[:, :2] / 2)
 
 
+@pytest.mark.parametrize(
+    ("field", "value", "problem"),
+    [
+        ("w", 10**30, "must be from 1 to"),
+        ("h", 1e308, "must be from 1 to"),
+        ("w", 0.5, "must be from 1 to"),
+        ("fl_x", 10**30, None),
+        ("fl_x", int("1" * 4000), "fl_x: expected a number, got inf"),
+        ("cx", 1e308, None),
+        ("k1", 1e308, "k1: must be from -1000000 to 1000000"),
+        ("k4", -1e308, "k4: must be from"),
+        ("applied_scale", 1e-320, None),
+        ("applied_scale", 10**30, None),
+        ("depth_unit_scale_factor", 1e308, "must be from"),
+        ("depth_unit_scale_factor", -1e-3, "must be from"),
+        ("frames", [[[]]], r"frames\[0\]: expected an object"),
+    ],
+)
+@pytest.mark.filterwarnings("error")
+def test_numbers_beyond_all_measure(capture, tmp_path, field, value, problem):
+    """One line; or they are read, where they do no harm."""
+    write_capture(tmp_path, capture)
+    edit(tmp_path, lambda d: d.update({field: value}))
+    try:
+        read_capture(tmp_path)
+        message = None
+    except RemoSplatError as error:
+        message = str(error)
+        assert "\n" not in message
+    if problem is not None:
+        assert message is not None
+        assert re.search(problem, message)
+
+
+@pytest.mark.filterwarnings("error")
+def test_angles_of_view_that_no_camera_has(capture, tmp_path):
+    write_capture(tmp_path, capture)
+    edit(tmp_path, lambda d: [d.pop(key) for key in ("fl_x", "fl_y")])
+    for angle in (0, np.pi, -1, 1e308):
+        edit(tmp_path, lambda d, a=angle: d.update(camera_angle_x=a))
+        with pytest.raises(FieldError, match="camera_angle_x: must be between"):
+            read_capture(tmp_path)
+
+
 def test_undoes_the_scale_of_the_world(capture, tmp_path):
     write_capture(tmp_path, capture)
     turn = [[0, 1, 0, 5], [1, 0, 0, 0], [0, 0, -1, 0]]
@@ -181,7 +226,7 @@ def test_back_projection_by_hand():
             lambda d: d.update(applied_transform=(2 * np.eye(4)).tolist()),
             "applied_transform: .*metric",
         ),
-        (lambda d: d.update(w=0), "w, h: must be positive"),
+        (lambda d: d.update(w=0), "w, h: must be from 1"),
         (
             lambda d: d["frames"][0].update(
                 depth_path=d["frames"][0].pop("depth_file_path")

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from remosplat_drake.errors import FileError
+from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.recording.changes import Surroundings, changes
 from remosplat_drake.recording.events import (
     MAP,
@@ -119,10 +119,23 @@ def test_events_are_written_at_once_and_read(tmp_path):
     assert writer.trouble == ""
 
 
-@pytest.mark.parametrize("content", [None, b"\xff\n", b"[1]\n", b'{"a": 1}\n'])
+@pytest.mark.parametrize(
+    "content",
+    [
+        None,
+        b"\xff\n",
+        b"[1]\n",
+        b'{"a": 1}\n',
+        b"[" * 10**5 + b"\n",
+        b'{"time": "late", "kind": "map", "text": "map 1"}\n',
+        b'{"time": NaN, "kind": "map", "text": "map 1"}\n',
+        b'{"time": 1, "kind": "map", "text": ["map", "1"]}\n',
+        b'{"time": 1, "kind": "map", "text": "", "version": 1.5}\n',
+    ],
+)
 def test_what_holds_no_events_is_an_error_of_the_user(tmp_path, content):
     path = tmp_path / "events.jsonl"
     if content is not None:
         path.write_bytes(content)
-    with pytest.raises(FileError, match=r"events\.jsonl"):
+    with pytest.raises(RemoSplatError, match=r"events\.jsonl"):
         read_events(path)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from remosplat_drake.controller.tick_report import RELAXED, TickReport
-from remosplat_drake.errors import FileError
+from remosplat_drake.errors import FileError, RemoSplatError
 from remosplat_drake.oracle.distance_field import Clearances
 from remosplat_drake.recording.run_log import (
     NO_MAP,
@@ -145,7 +145,6 @@ def test_a_row_that_was_cut_off_is_left_out(path):
         (b"\x93NUMPY", "not the log"),
         (b"[]\n", "not the log"),
         (b'{"format": "remosplat run log", "version": 9}\n', "version 9"),
-        (b'{"format": "remosplat run log", "version": 1}\n', "damaged"),
     ],
 )
 def test_what_is_no_log_is_an_error_of_the_user(tmp_path, content, problem):
@@ -155,6 +154,49 @@ def test_what_is_no_log_is_an_error_of_the_user(tmp_path, content, problem):
     with pytest.raises(FileError, match=problem) as caught:
         read_log(path)
     assert caught.value.path == path
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("n_q", -1),
+        ("n_q", 10**9),
+        ("n_q", 10**30),
+        ("n_u", 1.5),
+        ("n_u", "7"),
+        ("period", "0.02"),
+        ("period", 0),
+        ("statuses", "ok"),
+        ("statuses", [1, 2]),
+        ("modes", None),
+        ("modes", [["running"]]),
+    ],
+)
+def test_a_damaged_header_names_its_field(path, field, value):
+    header, _, rows = path.read_bytes().partition(b"\n")
+    changed = json.loads(header) | {field: value}
+    path.write_bytes(json.dumps(changed).encode() + b"\n" + rows)
+    with pytest.raises(RemoSplatError, match=rf"{path.name}: .*{field}"):
+        read_log(path)
+
+
+def test_a_deep_header_is_no_header(path):
+    path.write_bytes(b"[" * 4000 + b"\n")
+    with pytest.raises(FileError, match="not the log"):
+        read_log(path)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("status", 999), ("mode", 999), ("time", np.nan), ("q", np.inf)],
+)
+def test_rows_that_no_run_writes(path, field, value):
+    rows = read_log(path).rows.copy()
+    rows[field][3] = value
+    header = path.read_bytes().partition(b"\n")[0]
+    path.write_bytes(header + b"\n" + rows.tobytes())
+    with pytest.raises(FileError, match=f"row 3: {field}"):
+        read_log(path)
 
 
 def test_the_header_says_what_the_numbers_mean(path):

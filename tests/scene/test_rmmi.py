@@ -93,6 +93,9 @@ def _set(keys, value):
         (_set(["target"], (-np.eye(4)).tolist()), "target: .*rotation"),
         (_set(["target", 3], [0, 0, 1, 1]), "target: .*last row"),
         (_set(["target"], np.eye(3).tolist()), "target: expected numbers"),
+        (_set(["target", 0, 0], 1e308), "target: must be at most 1e\\+06"),
+        (_set(["target", 0, 3], 10**400), "target: not finite"),
+        (_set(["cubes", 0, "position"], [[[]]] * 999), r"cubes\[0\]\.position"),
         (_set(["robot_base", 2, 3], 0.5), "robot_base: .*upright"),
         (lambda d: d.pop("cubes"), "cubes: is missing"),
         (lambda d: d["cylinders"][0].pop("heigth"), "heigth: is missing"),
@@ -105,9 +108,12 @@ def test_names_the_bad_field_in_one_line(tmp_path, edit, field):
     with pytest.raises(FieldError, match=f"bad.json: .*{field}") as caught:
         read_rmmi(path)
     assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 500
 
 
-@pytest.mark.parametrize("text", ["", "{", "[1]", "\xff"])
+@pytest.mark.parametrize(
+    "text", ["", "{", "[1]", "\xff", "[" * 10**5, '{"cubes": ' + "[" * 10**5]
+)
 def test_rejects_what_is_not_a_json_object(tmp_path, text):
     path = tmp_path / "bad.json"
     path.write_bytes(text.encode("latin-1"))

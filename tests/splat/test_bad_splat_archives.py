@@ -3,6 +3,7 @@
 import io
 import json
 import sys
+import warnings
 import zipfile
 
 import pytest
@@ -83,7 +84,7 @@ def test_sog_parts(tmp_path, whole_files):
     huge = io.BytesIO()
     Image.new("RGBA", (4000, 4000)).save(huge, "WEBP", lossless=True)
     for name, content, problem in [
-        ("meta.json", "[1]", "SOG version None"),
+        ("meta.json", "[1]", "expected a JSON object"),
         ("meta.json", "{", "no JSON"),
         ("meta.json", "[" * 10**6, "no JSON"),
         ("meta.json", " " * 2**25, "has 33554432 bytes"),
@@ -113,6 +114,13 @@ def save(path, **changes):
     torch.save({"splats": kept}, path)
 
 
+def nested_tensor():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # They are a prototype.
+        return torch.nested.nested_tensor([torch.zeros(1, 3)] * 4)
+
+
+@pytest.mark.filterwarnings("ignore:Sparse CSR tensor support")
 @pytest.mark.parametrize(
     ("changes", "problem"),
     [
@@ -126,6 +134,12 @@ def save(path, **changes):
         ({"means": torch.full((4, 3), torch.nan)}, "p_GK of splat 0"),
         ({"quats": torch.zeros(4, 4)}, "quaternion is zero"),
         ({"means": torch.zeros(1).expand(10**9, 3)}, "larger than the file"),
+        ({"means": torch.tensor(1.0)}, r"means has shape \(\); expected"),
+        ({"shN": torch.tensor(1.0)}, r"shN has shape \(\); expected"),
+        ({"means": torch.zeros(4, 3).to_sparse()}, "means is no tensor"),
+        ({"quats": torch.ones(4, 4).to_sparse_csr()}, "quats is no tensor"),
+        ({"scales": torch.zeros(4, 3, device="meta")}, "scales is no tensor"),
+        ({"sh0": nested_tensor()}, "sh0 is no tensor"),
     ],
 )
 def test_checkpoint_tensors(tmp_path, changes, problem):

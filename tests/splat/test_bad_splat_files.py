@@ -185,6 +185,45 @@ def test_compressed_ply_counts(tmp_path, whole_files):
         rejected(path, problem)
 
 
+@pytest.mark.parametrize("suffix", [".ply", ".compressed.ply"])
+@pytest.mark.parametrize(
+    ("count", "problem"),
+    [
+        (b"-10", "-10 rows"),
+        (b"-1", "-1 rows"),
+        (b"9" * 30, "9 rows"),
+        (b"4000000000", "4000000000 rows"),
+        (b"1e3", "expected integer count"),
+        (b"many", "expected integer count"),
+    ],
+)
+def test_ply_counts(tmp_path, whole_files, suffix, count, problem):
+    path = tmp_path / f"s{suffix}"
+    data = whole_files[suffix]
+    assert b"element vertex 20" in data
+    path.write_bytes(
+        data.replace(b"element vertex 20", b"element vertex " + count)
+    )
+    rejected(path, problem)
+
+
+def test_ply_lists_take_no_memory(tmp_path):
+    """A list may say that it is long; it is refused before it is read."""
+    path = tmp_path / "s.ply"
+    header = (
+        b"ply\nformat binary_little_endian 1.0\nelement vertex 1\n"
+        b"property list uint double x\nend_header\n"
+    )
+    path.write_bytes(header + struct.pack("<I", 2**32 - 1))
+    tracemalloc.start()
+    try:
+        rejected(path, "property x is a list")
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak < 10**7
+
+
 @pytest.mark.parametrize(
     ("suffix", "module", "extra"),
     [
