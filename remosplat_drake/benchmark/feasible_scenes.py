@@ -18,7 +18,9 @@ from remosplat_drake.benchmark.scene_generators import (
     GENERATOR_VERSION,
     generate,
 )
+from remosplat_drake.errors import FileError
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.strict_json import parse_json
 
 ROBOT, FLOOR_HEIGHT = "frankie", 0.03
 """Who must reach the goals; and below that height [m] its floor links see
@@ -60,8 +62,8 @@ def _digest(robot: RobotModel, criteria: FeasibilityFilter) -> str:
 def _read(path: Path) -> list[bool]:
     """Decisions by seed; a damaged file counts as none."""
     try:
-        decisions = json.loads(path.read_text())
-    except (OSError, ValueError):
+        decisions = parse_json(path.read_text(), path)
+    except (OSError, ValueError, FileError):
         return []
     good = isinstance(decisions, list) and all(
         isinstance(decision, bool) for decision in decisions

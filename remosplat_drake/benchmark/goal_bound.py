@@ -31,6 +31,7 @@ from remosplat_drake.benchmark.tables import Table
 from remosplat_drake.errors import FileError
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.strict_json import parse_json
 
 SPHERE_SETS = ("paper", "covering")
 CLEARANCES = (0.021, 0.010)
@@ -227,7 +228,7 @@ def read_verdicts(path: Path) -> list[GoalVerdict]:
     """
     try:
         lines = path.read_text().splitlines()
-        return [GoalVerdict(**json.loads(line)) for line in lines]
+        return [GoalVerdict(**parse_json(line, path)) for line in lines]
     except FileNotFoundError:
         return []
     except (OSError, ValueError, TypeError) as error:

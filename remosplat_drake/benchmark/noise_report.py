@@ -12,6 +12,7 @@ from remosplat_drake.atomic_file import atomic_write
 from remosplat_drake.benchmark.noise_experiment import Accuracy, Trial
 from remosplat_drake.errors import FileError
 from remosplat_drake.reconstruction.quality import DistanceQuality
+from remosplat_drake.strict_json import parse_json
 
 ACCURACY_HEADINGS = (
     "scene",
@@ -70,7 +71,7 @@ class Results:
         self._kept: dict[str, dict] = {}
         if path.exists():
             try:
-                self._kept = dict(json.loads(path.read_text()))
+                self._kept = dict(parse_json(path.read_text(), path))
             except (OSError, ValueError, TypeError) as error:
                 raise FileError(path, "holds no such results") from error
 

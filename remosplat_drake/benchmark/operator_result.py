@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from remosplat_drake.errors import FileError
+from remosplat_drake.strict_json import parse_json
 
 MAPPED, SCENE, UNSEEN = "mapped", "scene", "unseen"
 """What was touched: see above; `unseen` came and no frame shows it yet."""
@@ -106,7 +107,7 @@ def read_results(path: Path) -> dict[str, OperatorResult]:
     results = {}
     try:
         for line in path.read_text().split("\n")[:-1]:
-            fields = json.loads(line)
+            fields = parse_json(line, path)
             touches = tuple(
                 Touch(**touch | {"place": tuple(touch["place"])})
                 for touch in fields["touches"]

@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 
 from remosplat_drake.errors import FileError
+from remosplat_drake.strict_json import parse_json
 
 SUCCESS = "success"
 COLLISION = "collision"
@@ -153,7 +154,7 @@ def from_line(line: str, where: str) -> TrialResult:
         FileError: It is something else.
     """
     try:
-        fields = json.loads(line)
+        fields = parse_json(line, where)
         for rule in RULES:
             if fields[rule] is not None:
                 fields[rule] = Judgement(**fields[rule])

@@ -8,6 +8,7 @@ from pathlib import Path
 from remosplat_drake.atomic_file import write_atomically
 from remosplat_drake.errors import FileError
 from remosplat_drake.reconstruction.quality import DistanceQuality
+from remosplat_drake.strict_json import parse_json
 
 
 @dc.dataclass(frozen=True)
@@ -75,7 +76,7 @@ def read_records(path: Path) -> list[SplatRecord]:
     """
     try:
         lines = path.read_text().splitlines()
-        return [_from_fields(json.loads(line)) for line in lines]
+        return [_from_fields(parse_json(line, path)) for line in lines]
     except FileNotFoundError:
         return []
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:

@@ -19,6 +19,7 @@ from remosplat_drake.commands import bench_live_map, bench_operators
 from remosplat_drake.commands.bench_hardware import run_faults, run_loops
 from remosplat_drake.commands.flags import positive
 from remosplat_drake.errors import FileError
+from remosplat_drake.strict_json import parse_json
 
 GROUPS = ("tick", "oracle", "depth", "guidance")
 """Groups of functions that are timed."""
@@ -102,7 +103,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _read(path: Path) -> dict[str, float]:
     try:
-        rows = json.loads(path.read_text())
+        rows = parse_json(path.read_text(), path)
         return {row["name"]: float(row["p50"]) for row in rows}
     except OSError as error:
         raise FileError(path, error.strerror or str(error)) from error
