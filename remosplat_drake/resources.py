@@ -32,6 +32,12 @@ def cache_dir() -> Path:
     return Path(base) / "remosplat_drake"
 
 
+def state_dir() -> Path:
+    """Where what happened is kept for the user (XDG); not created here."""
+    base = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local/state"
+    return Path(base) / "remosplat_drake"
+
+
 def resolve(uri: str | Path, relative_to: Path | None = None) -> Path:
     """Turns `package://remosplat_drake/...` or a path into an existing path.
 

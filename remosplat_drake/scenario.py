@@ -34,6 +34,7 @@ from remosplat_drake.ranges import (
     Seed,
     check_ranges,
 )
+from remosplat_drake.reading import reads_file
 from remosplat_drake.safety.config import SupervisorConfig
 from remosplat_drake.station.config import (
     DynamicStation,
@@ -187,6 +188,7 @@ class Scenario(Config):
             )
 
 
+@reads_file
 def LoadScenario(
     spec: str | None = None,
     override: str = "",

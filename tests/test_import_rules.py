@@ -18,7 +18,7 @@ EVERYONE = {
     "resources",
     "atomic_file",
     "ranges",
-
+    "reading",
     "strict_json",
     "strict_yaml",
     "yaml_nodes",

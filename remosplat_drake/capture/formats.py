@@ -19,6 +19,7 @@ from remosplat_drake.capture import (
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.frames import Frame, assemble
 from remosplat_drake.errors import FieldError, FileError, unknown_name
+from remosplat_drake.reading import reads_file
 
 
 @dc.dataclass(frozen=True)
@@ -51,6 +52,7 @@ FORMATS = {
 and NeRFCapture's format too."""
 
 
+@reads_file
 def read_capture(
     path: str | Path,
     format: str | None = None,

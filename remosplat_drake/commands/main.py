@@ -8,8 +8,10 @@ from collections.abc import Sequence
 
 from remosplat_drake import __version__
 from remosplat_drake.commands.interrupts import interrupts_deferred
+from remosplat_drake.commands.unexpected import one_line, report
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.kernel_cache import drop_stale_kernels
+from remosplat_drake.reading import UnreadableError
 
 COMMANDS = {
     "run": "drive the robot of a scenario to its targets",
@@ -43,7 +45,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command and returns its exit code.
 
     0: done. 1: the robot did not get there. 2: the user can mend it; one
-    line on stderr says how. 130: interrupted.
+    line on stderr says how; or a reader has failed at a file in a way that
+    nobody has thought of, and the line names the log of its traceback. 130:
+    interrupted. Any other exception is a defect and leaves its traceback.
     """
     argv = list(sys.argv[1:] if argv is None else argv)
     try:
@@ -54,10 +58,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         logging.getLogger("drake").setLevel(logging.WARNING)
         return arguments.run(arguments)
     except RemoSplatError as error:
-        print(f"remosplat: {error}", file=sys.stderr)
+        print(f"remosplat: {one_line(error)}", file=sys.stderr)
+        return USER_ERROR
+    except UnreadableError as error:
+        report(error)
         return USER_ERROR
     except MemoryError as error:
-        what = f": {error}" if str(error) else ""
+        what = f": {one_line(error)}" if str(error) else ""
         print(f"remosplat: not enough memory{what}", file=sys.stderr)
         return USER_ERROR
     except KeyboardInterrupt:

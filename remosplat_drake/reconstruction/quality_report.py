@@ -11,6 +11,7 @@ from annotated_types import Interval, Len
 from remosplat_drake.atomic_file import write_atomically
 from remosplat_drake.errors import FieldError, FileError
 from remosplat_drake.ranges import Config, Coordinate, Position
+from remosplat_drake.reading import reads_file
 from remosplat_drake.strict_json import parse_json_object
 from remosplat_drake.strict_yaml import load_strict
 from remosplat_drake.yaml_nodes import read_text
@@ -146,6 +147,7 @@ def write_report(
     write_atomically((folder or path.parent) / path.name, text)
 
 
+@reads_file
 def read_report(splat: Path) -> QualityReport:
     """Reads the report of a splat file.
 

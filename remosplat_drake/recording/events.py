@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 
 from remosplat_drake.errors import FileError
+from remosplat_drake.reading import reads_file
 from remosplat_drake.recording.append_file import AppendFile
 from remosplat_drake.strict_json import as_number, parse_json_object
 
@@ -66,6 +67,7 @@ class EventWriter:
         self._file.close()
 
 
+@reads_file
 def read_events(path: Path) -> list[Event]:
     """Reads events; a line that was cut off at the end is left out.
 

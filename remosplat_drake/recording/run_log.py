@@ -15,6 +15,7 @@ import numpy as np
 from remosplat_drake.controller.tick_report import STATUSES, TickReport
 from remosplat_drake.errors import FieldError, FileError
 from remosplat_drake.oracle.distance_field import Clearances
+from remosplat_drake.reading import reads_file
 from remosplat_drake.recording.append_file import AppendFile
 from remosplat_drake.safety.supervision import (
     RUNNING,
@@ -210,6 +211,7 @@ class RunLog:
         )
 
 
+@reads_file
 def read_log(path: Path) -> RunLog:
     """Reads a log; a row that was cut off at its end is left out.
 

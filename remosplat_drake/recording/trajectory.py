@@ -11,6 +11,7 @@ import numpy as np
 from remosplat_drake.atomic_file import atomic_write
 from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.errors import FileError
+from remosplat_drake.reading import reads_file
 
 _DAMAGED = (
     ValueError,
@@ -90,6 +91,7 @@ def save_trajectory(trajectory: Trajectory, path: Path) -> None:
         np.savez_compressed(file, **arrays, **timings)  # pyright: ignore
 
 
+@reads_file
 def load_trajectory(path: Path) -> Trajectory:
     """Reads what `save_trajectory` wrote.
 

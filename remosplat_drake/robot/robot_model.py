@@ -14,6 +14,7 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from remosplat_drake import resources
 from remosplat_drake.errors import FieldError, unknown_name
+from remosplat_drake.reading import reads_file
 from remosplat_drake.robot import kinematics as kin
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_description import (
@@ -350,6 +351,7 @@ class RobotModel:
         return float(np.abs(limits).max())
 
 
+@reads_file
 def load_robot_model(
     name: str | Path,
     spheres: str = "covering",

@@ -17,6 +17,7 @@ from remosplat_drake.errors import (
     RemoSplatError,
     unknown_name,
 )
+from remosplat_drake.reading import reads_file
 from remosplat_drake.scene.primitive_scene import (
     Box,
     Cylinder,
@@ -32,6 +33,7 @@ ROTATION_TOLERANCE = 1e-3
 """Largest entry of R R' - I that passes for rounding of the file's digits."""
 
 
+@reads_file
 def read_rmmi(path: str | Path) -> PrimitiveScene:
     """Reads a scene; its name is the file's stem.
 

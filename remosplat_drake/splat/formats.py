@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from remosplat_drake.errors import FileError
+from remosplat_drake.reading import reads_file
 from remosplat_drake.splat.antimatter import read_antimatter, write_antimatter
 from remosplat_drake.splat.checkpoint import (
     is_checkpoint_archive,
@@ -104,6 +105,7 @@ FORMATS = (COMPRESSED_PLY, PLY, CHECKPOINT, ANTIMATTER, SPZ, SOG)
 """All formats, those with the longer suffix first."""
 
 
+@reads_file
 def read_splat(path: str | Path, surfel: bool | None = None) -> GaussianSplat:
     """Reads a splat of any format, known by its content, then by its name.
 

@@ -18,6 +18,7 @@ from annotated_types import Interval
 from remosplat_drake.errors import FieldError, unknown_name
 from remosplat_drake.mapping.map_requests import MapRequests
 from remosplat_drake.ranges import Config, Position, RollPitchYawDeg
+from remosplat_drake.reading import reads_file
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.strict_yaml import load_strict
 from remosplat_drake.teleop.config import SavedPose
@@ -79,6 +80,7 @@ class Asked:
     map_requests: MapRequests
 
 
+@reads_file
 def load_trajectory(
     path: Path,
     poses: Collection[str],

@@ -1,0 +1,66 @@
+"""What the command line makes of a defect that a file has brought to light."""
+
+import hashlib
+import os
+import platform
+import sys
+import traceback
+from pathlib import Path
+
+from remosplat_drake import __version__, resources
+from remosplat_drake.atomic_file import write_atomically
+from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.reading import UnreadableError
+
+SHOW_TRACEBACK = "REMOSPLAT_TRACEBACK"
+"""Variable of the environment; unless empty, tracebacks are printed, too."""
+
+_LONGEST_LINE = 2000
+
+
+def report(error: UnreadableError) -> None:
+    """Prints one line, which names a log with the traceback.
+
+    Where no log can be written, the traceback itself is printed.
+    """
+    text = "".join(traceback.format_exception(error))
+    try:
+        log = f"the traceback is in {_write_log(text)}"
+    except RemoSplatError as problem:
+        log = f"no log of the traceback could be written ({problem})"
+        print(text, end="", file=sys.stderr)
+    else:
+        if os.environ.get(SHOW_TRACEBACK):
+            print(text, end="", file=sys.stderr)
+    line = one_line(error)
+    print(f"remosplat: {line}; {log}; please report it", file=sys.stderr)
+
+
+def one_line(error: Exception) -> str:
+    """The text of an error as one line that no file can make a mess of.
+
+    Names in files may hold line ends and what terminals obey.
+    """
+    line = "".join(
+        c if c.isprintable() else c.encode("unicode_escape").decode()
+        for c in str(error)
+    )
+    if len(line) > _LONGEST_LINE:
+        line = line[:_LONGEST_LINE] + "..."
+    return line
+
+
+def _write_log(text: str) -> Path:
+    """Writes a log; that of the same traceback takes the same name.
+
+    It holds versions and the lines of the program, and neither the values of
+    variables nor the command's arguments or the environment.
+    """
+    digest = hashlib.sha256(text.encode(errors="replace")).hexdigest()
+    path = resources.state_dir() / "tracebacks" / f"{digest[:12]}.log"
+    header = (
+        f"remosplat-drake {__version__}, Python {platform.python_version()},"
+        f" {platform.platform()}\n\n"
+    )
+    write_atomically(path, (header + text).encode(errors="replace"))
+    return path
