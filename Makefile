@@ -6,7 +6,7 @@ RUNTIME := $(VENV)/.runtime
 DEV := $(VENV)/.dev
 SOURCES := remosplat_drake apps tests
 
-.PHONY: run test test-all check lint format types bench clean help
+.PHONY: run test test-all fuzz check lint format types bench clean help
 
 help: ## List the targets.
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -19,6 +19,9 @@ test: $(DEV) ## Run the default test suite.
 
 test-all: $(DEV) ## Run the slow tests, too.
 	$(BIN)/pytest $(ARGS)
+
+fuzz: $(DEV) ## Mutate files for hours: ARGS="--hours 2 --seed 7".
+	$(BIN)/python -m tests.fuzz $(ARGS)
 
 check: lint types test ## What CI runs: lint, format, types, tests.
 

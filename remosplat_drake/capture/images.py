@@ -27,11 +27,7 @@ def read_colors(source: Source) -> np.ndarray:
         FileError: It is missing or damaged, or has no 8-bit colours.
         MissingExtraError: Pillow is not installed.
     """
-    image = _read_image(source)
-    if image.mode not in ("RGB", "RGBA", "L", "P"):
-        raise FileError(
-            str(source), f"expected 8-bit colours, got mode {image.mode}"
-        )
+    image = _read_image(source, "8-bit colours", ("RGB", "RGBA", "L", "P"))
     return np.asarray(image.convert("RGB"))
 
 
@@ -51,13 +47,8 @@ def read_depth(source: Source, unit: float) -> np.ndarray:
     elif source.name.endswith(".exr"):
         steps = _read_exr(source)
     else:
-        image = _read_image(source)
-        if image.mode not in ("I;16", "I;16B", "I", "F"):
-            raise FileError(
-                str(source),
-                f"expected 16-bit or float depth, got mode {image.mode}",
-            )
-        steps = np.asarray(image)
+        modes = ("I;16", "I;16B", "I", "F")
+        steps = np.asarray(_read_image(source, "16-bit or float depth", modes))
     # Whole numbers are multiplied in double precision, so that 2429 mm become
     # the float32 next to 2.429.
     with np.errstate(over="ignore", invalid="ignore"):
@@ -120,14 +111,20 @@ def image_module() -> ModuleType:
     return Image
 
 
-def _read_image(source: Source):
-    """A decoded Pillow image."""
+def _read_image(
+    source: Source, expected: str = "", modes: tuple[str, ...] = ()
+):
+    """A decoded Pillow image, of one of the modes if some are given."""
     image = image_module()
     try:
         with source.open("rb") as file, image.open(file) as opened:
             check_pixel_count(source, *opened.size)
+            if modes and opened.mode not in modes:
+                raise FileError(
+                    str(source), f"expected {expected}, got mode {opened.mode}"
+                )
             opened.load()
-            return opened.copy()
+            return opened
     except FileNotFoundError as error:
         raise FileError(str(source), "no such file") from error
     except (

@@ -27,7 +27,7 @@ from remosplat_drake.capture.images import (
     read_colors,
     read_depth,
 )
-from remosplat_drake.capture.lzfse_data import unpack
+from remosplat_drake.capture.lzfse_data import MAX_BYTES, unpack
 from remosplat_drake.capture.poses import (
     OPENGL_FROM_OPENCV,
     poses_from_quaternions,
@@ -190,10 +190,15 @@ def _read_depth(
 
 
 def _unpack_depth(source: Source, where: str, metadata: dict) -> np.ndarray:
-    data = unpack(source)
-    count = len(data) // 4
+    size = None
     if "dw" in metadata and "dh" in metadata:
-        height, width = _size(where, metadata, "dh", "dw")
+        size = _size(where, metadata, "dh", "dw")
+    # One byte more, so that the error can say that there is more.
+    most = MAX_BYTES if size is None else 4 * size[0] * size[1] + 1
+    data = unpack(source, most)
+    count = len(data) // 4
+    if size is not None:
+        height, width = size
     else:
         # Older files do not say; depth has the shape of colour.
         color_height, color_width = _size(where, metadata, "h", "w")

@@ -1,10 +1,14 @@
 """`Trajectory`: what the robot did, tick by tick, and its file."""
 
 import dataclasses as dc
+import math
+import struct
+import zlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from zipfile import BadZipFile
-from zlib import error as ZlibError
+from tokenize import TokenError
+from typing import IO
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
@@ -13,14 +17,23 @@ from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.errors import FileError
 from remosplat_drake.reading import reads_file
 
-_DAMAGED = (
+_DAMAGES = (
     ValueError,
     EOFError,
     BadZipFile,
-    ZlibError,
-    NotImplementedError,
+    KeyError,
     MemoryError,
+    NotImplementedError,  # An unknown kind of packing.
+    RuntimeError,  # A password.
+    SyntaxError,
+    TokenError,  # NumPy's, for a damaged header of an array.
+    TypeError,
+    struct.error,
+    zlib.error,
 )
+_ALWAYS_ALLOWED = 2**24
+_MAX_RATIO = 1000
+"""Deflate packs no tighter."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -99,12 +112,14 @@ def load_trajectory(path: Path) -> Trajectory:
         FileError: The file cannot be read or holds something else.
     """
     try:
-        with np.load(path) as archive:
-            arrays = dict(archive)
+        with open(path, "rb") as file:
+            _check_sizes(path, file)
+            with np.load(file) as archive:
+                arrays = dict(archive)
     except OSError as error:
         raise FileError(path, error.strerror or str(error)) from error
     # A damaged archive fails in many ways, and asks for absurd amounts.
-    except _DAMAGED as error:
+    except _DAMAGES as error:
         raise FileError(path, "is not a recorded trajectory") from error
     timings = {
         key.removeprefix("timing_"): arrays.pop(key)
@@ -118,6 +133,32 @@ def load_trajectory(path: Path) -> Trajectory:
     if not _is_consistent(trajectory):
         raise FileError(path, "is not a recorded trajectory")
     return trajectory
+
+
+def _check_sizes(path: Path, file: IO[bytes]) -> None:
+    """Refuses arrays that claim to be larger than what is stored of them.
+
+    The header of an array says how much memory it wants; a zip says how much
+    there is.
+    """
+    with ZipFile(file) as archive:
+        for member in archive.infolist():
+            most = max(_ALWAYS_ALLOWED, _MAX_RATIO * member.compress_size)
+            if member.file_size > most:
+                raise FileError(
+                    path, f"{member.filename} is damaged, or fills the memory"
+                )
+            with archive.open(member) as stream:
+                version = np.lib.format.read_magic(stream)
+                read = (
+                    np.lib.format.read_array_header_1_0
+                    if version == (1, 0)
+                    else np.lib.format.read_array_header_2_0
+                )
+                shape, _, dtype = read(stream)
+            if math.prod(shape) * dtype.itemsize > member.file_size:
+                raise FileError(path, f"{member.filename} is cut off")
+    file.seek(0)
 
 
 def _is_consistent(trajectory: Trajectory) -> bool:

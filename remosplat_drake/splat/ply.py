@@ -131,7 +131,8 @@ def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
     """
     try:
         _check_header(path)
-        with _open_ply(path) as stream:
+        # What overflows in a text file is found not to be finite later.
+        with _open_ply(path) as stream, np.errstate(over="ignore"):
             document = PlyData.read(stream)
             trailing = bool(stream.read().strip())
     except MemoryError as error:

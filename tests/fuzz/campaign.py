@@ -15,7 +15,10 @@ from tempfile import TemporaryDirectory
 HANG = 120.0
 """A case that has not answered after so long hangs [s]."""
 
-FAILURES = ("traceback", "long line", "memory", "crash", "hang")
+_START = 300.0
+"""A worker imports much, and makes good files of every format [s]."""
+
+FAILURES = ("traceback", "memory", "crash", "hang")
 """Kinds of answers that no file may cause."""
 
 _TESTS = Path(__file__).resolve().parents[1]
@@ -67,7 +70,7 @@ class Worker:
         assert process.stdin is not None
         process.stdin.write(f"{name} {seed}\n".encode())
         process.stdin.flush()
-        line = self._line(process)
+        line = self._line(process, HANG)
         if line:
             return Outcome(name, seed, **json.loads(line))
         hangs = process.poll() is None
@@ -107,15 +110,15 @@ class Worker:
                 env=environment,
             )
         self._process = process
-        if not self._line(process):
+        if not self._line(process, _START):
             error = (self._place / "stderr").read_text(errors="replace")
             raise RuntimeError(f"the worker does not start: {error[-3000:]}")
         return process
 
-    def _line(self, process: subprocess.Popen) -> bytes:
+    def _line(self, process: subprocess.Popen, patience: float) -> bytes:
         """A line of its answers; empty if it has died or hangs."""
         assert process.stdout is not None
-        ready, _, _ = select.select([process.stdout], [], [], HANG)
+        ready, _, _ = select.select([process.stdout], [], [], patience)
         line = process.stdout.readline() if ready else b""
         if ready and not line:
             process.wait()

@@ -155,7 +155,8 @@ def _make_run_log(folder: Path) -> None:
     log = RunLogWriter(folder / "run.log", n_q=3, n_u=2, period=0.1)
     for k in range(5):
         report = TickReport.before_first(3, 2)
-        log.append(dc.replace(report, time=0.1 * k), np.zeros(2))
+        report = dc.replace(report, time=0.1 * k, q=np.zeros(3))
+        log.append(report, np.zeros(2))
     log.close()
 
 
@@ -241,7 +242,7 @@ OTHERS = {
     ),
     "methods": Format(
         _copied(Path(resources.__file__).parent / "benchmark" / "methods.yaml"),
-        lambda folder: load_methods(folder / "methods.yaml"),
+        lambda folder: load_methods([str(folder / "methods.yaml")]),
     ),
     "pose-target": Format(_make_pose_target, _packet(decode_pose_target)),
     "base-status": Format(_make_base_status, _packet(decode_base_status)),

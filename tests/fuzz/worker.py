@@ -20,10 +20,13 @@ from remosplat_drake.errors import MissingExtraError, RemoSplatError
 
 from .formats import FORMATS, Format
 from .mutations import Files, mutated
+from .unpacked import unpacked_size
 
 MEMORY_BASE = 64 * 2**20
 MEMORY_MULTIPLE = 50
-"""A reader may take so many bytes, and so many for each of its files'."""
+UNPACKED_MULTIPLE = 16
+"""A reader may take so many bytes, so many for each byte of its files, and so
+many for each that these unpack to; see `unpacked_size`."""
 
 CPU_LIMIT = 20
 """Processor time of a case [s]; good files take hundredths."""
@@ -42,12 +45,15 @@ def case_of(corpus: dict[str, Files], name: str, seed: int) -> Files:
 
 
 def corpus_of(formats: dict[str, Format], folder: Path) -> dict[str, Files]:
-    """Good files of each format."""
+    """Good files of each format whose optional packages are installed."""
     corpus = {}
     for name, format_ in formats.items():
         place = folder / name
         place.mkdir(parents=True)
-        format_.make(place)
+        try:
+            format_.make(place)
+        except (ImportError, MissingExtraError):
+            continue
         corpus[name] = {
             str(path.relative_to(place)): path.read_bytes()
             for path in sorted(place.rglob("*"))
@@ -66,17 +72,20 @@ def write_case(folder: Path, files: Files) -> None:
         path.write_bytes(content)
 
 
-def judged(format_: Format, folder: Path, size: int) -> dict[str, str]:
-    """Reads a case's files; says how that went."""
-    gc.collect()
+def judged(format_: Format, folder: Path, files: Files) -> dict[str, str]:
+    """Reads a case's files, which lie in a folder; says how that went."""
+    gc.collect()  # Quick: all that the modules hold is frozen.
+    size = sum(map(len, files.values()))
+    unpacked = sum(unpacked_size(data) for data in files.values())
     allowed = MEMORY_BASE + MEMORY_MULTIPLE * size
+    allowed += UNPACKED_MULTIPLE * unpacked
     before = _reset_peak()
     _limit(allowed)
     answer = _answer(format_, folder)
     grown = _peak() - before
     if grown > allowed and answer["kind"] in ("read", "refused"):
         text = (
-            f"{grown / 2**20:.0f} MiB for {size} bytes; "
+            f"{grown / 2**20:.0f} MiB for {size} bytes that hold {unpacked}; "
             f"{allowed / 2**20:.0f} MiB are allowed ({answer['text']})"
         )
         return {"kind": "memory", "text": text, "trace": ""}
@@ -92,8 +101,7 @@ def _answer(format_: Format, folder: Path) -> dict[str, str]:
     except MissingExtraError as error:
         return {"kind": "missing", "text": str(error), "trace": ""}
     except RemoSplatError as error:
-        kind = "refused" if len(str(error)) < 2000 else "long line"
-        return {"kind": kind, "text": str(error)[:300], "trace": ""}
+        return {"kind": "refused", "text": str(error)[:300], "trace": ""}
     except Exception as error:
         # The reader's own error is behind the last resort's.
         cause = error.__cause__ or error
@@ -143,13 +151,16 @@ def serve(formats: dict[str, Format], folder: Path) -> None:
     # What libraries print is no answer.
     os.dup2(2, 1)
     corpus = corpus_of(formats, folder / "corpus")
+    gc.collect()
+    gc.freeze()
     print(json.dumps({"kind": "ready"}), file=answers, flush=True)
     for line in sys.stdin:
         name, seed = line.split()
-        files = case_of(corpus, name, int(seed))
-        write_case(folder / "case", files)
-        size = sum(map(len, files.values()))
-        answer = judged(formats[name], folder / "case", size)
+        answer = {"kind": "missing", "text": "", "trace": ""}
+        if name in corpus:
+            files = case_of(corpus, name, int(seed))
+            write_case(folder / "case", files)
+            answer = judged(formats[name], folder / "case", files)
         print(json.dumps(answer), file=answers, flush=True)
 
 

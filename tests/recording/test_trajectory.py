@@ -1,6 +1,9 @@
 """Trajectories: stacked from reports, saved whole or not at all."""
 
+import contextlib
 import dataclasses as dc
+import tracemalloc
+import zipfile
 
 import numpy as np
 import pytest
@@ -132,6 +135,74 @@ def test_what_is_no_trajectory_is_an_error_of_the_user(tmp_path, content):
     path = tmp_path / "trajectory.npz"
     if content is not None:
         path.write_bytes(content)
+    with pytest.raises(FileError, match=r"trajectory\.npz"):
+        load_trajectory(path)
+
+
+def npz(path, **members):
+    """An archive like NumPy's, of any bytes, with sums that fit them."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in members.items():
+            archive.writestr(f"{name}.npy", content)
+
+
+def npy(header: str, content: bytes = b"") -> bytes:
+    line = header.encode() + b"\n"
+    size = len(line).to_bytes(2, "little")
+    return b"\x93NUMPY\x01\x00" + size + line + content
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        npy("{"),
+        npy("{'descr': '<f8', 'fortran_order': False"),
+        npy("{'descr': '<f8', 'fortran_order': False, 'shape': (-1,)}"),
+        npy("{'descr': '<f8', 'fortran_order': False, 'shape': (10**9,)}"),
+        npy("{'descr': '<f8', 'fortran_order': False, 'shape': (10000000,)}"),
+        npy("{'descr': '|O', 'fortran_order': False, 'shape': (1,)}", b"." * 8),
+        b"\x93NUMPY\x09\x00",
+        bytes(10**8),
+    ],
+)
+def test_damaged_arrays_take_no_memory(trajectory, tmp_path, content):
+    path = tmp_path / "trajectory.npz"
+    npz(path, time=content)
+    tracemalloc.start()
+    try:
+        with pytest.raises(FileError, match=r"trajectory\.npz"):
+            load_trajectory(path)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak < 10**7
+
+
+def test_damaged_packing_is_an_error_of_the_user(trajectory, tmp_path):
+    path = tmp_path / "trajectory.npz"
+    save_trajectory(trajectory, path)
+    data = path.read_bytes()
+    for start in range(30, len(data) - 40, 37):
+        path.write_bytes(data[:start] + b"\xff" * 8 + data[start + 8 :])
+        with contextlib.suppress(FileError):  # What is no harm may be read.
+            load_trajectory(path)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"q": np.zeros((2, 3))},
+        {"u": np.zeros(3)},
+        {"time": np.array(1.0)},
+        {"time": np.array(["1", "2", "3"])},
+        {"status": np.zeros(3)},
+        {"scale": np.zeros((3, 3, 3))},
+    ],
+)
+def test_arrays_that_do_not_fit_each_other(trajectory, tmp_path, change):
+    path = tmp_path / "trajectory.npz"
+    save_trajectory(dc.replace(trajectory, **change), path)
     with pytest.raises(FileError, match=r"trajectory\.npz"):
         load_trajectory(path)
 

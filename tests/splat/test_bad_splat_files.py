@@ -207,6 +207,21 @@ def test_ply_counts(tmp_path, whole_files, suffix, count, problem):
     rejected(path, problem)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("number", ["1e300", "1e999", "-nan", "9" * 5000])
+def test_text_ply_numbers_that_no_float_holds(tmp_path, number):
+    path = tmp_path / "s.ply"
+    names = "x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1"
+    names = [*names.split(), *(f"rot_{i}" for i in range(4))]
+    properties = "".join(f"property float {name}\n" for name in names)
+    numbers = " ".join([number, *["1"] * (len(names) - 1)])
+    path.write_text(
+        "ply\nformat ascii 1.0\nelement vertex 1\n"
+        f"{properties}end_header\n{numbers}\n"
+    )
+    rejected(path, "row 0: x is not finite")
+
+
 def test_ply_lists_take_no_memory(tmp_path):
     """A list may say that it is long; it is refused before it is read."""
     path = tmp_path / "s.ply"
