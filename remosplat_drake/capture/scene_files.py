@@ -85,7 +85,12 @@ def _model_solids(path: Path) -> Iterator[Solid]:
         else:
             parser.AddModels(path)
         plant.Finalize()
-    except (RuntimeError, OSError, ElementTree.ParseError) as error:
+    except (
+        RuntimeError,
+        ValueError,
+        OSError,
+        ElementTree.ParseError,
+    ) as error:
         raise FileError(path, " ".join(str(error).split())) from error
     context = builder.Build().CreateDefaultContext()
     query = scene_graph.get_query_output_port().Eval(

@@ -35,7 +35,7 @@ def add_robot_model(
         instances = parser.AddModels(str(path))
         _weld_roots_to_world(plant, instances)
         return instances
-    except RuntimeError as error:
+    except (RuntimeError, ValueError) as error:
         raise FileError(path, " ".join(str(error).split())) from error
 
 

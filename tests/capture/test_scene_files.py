@@ -153,12 +153,18 @@ def test_no_room_for_cameras_is_said(trimesh, tmp_path):
         survey(field, np.zeros(3), 5, radius=0.5)
 
 
+BAD_NUMBER = """<robot name="a"><link name="b"><visual>
+<origin xyz="1_000 0 0"/><geometry><sphere radius="1"/></geometry>
+</visual></link></robot>"""
+
+
 @pytest.mark.parametrize(
     ("name", "content", "problem"),
     [
         ("scene.txt", "", "expected a file of .urdf"),
         ("bad.urdf", "<robot", "bad.urdf: unclosed"),
         ("empty.urdf", "<robot name='a'><link name='b'/></robot>", "no visual"),
+        ("number.urdf", BAD_NUMBER, "Expected 3 values"),
         ("bad.obj", "v 1 2", "vertices"),
         ("bad.gltf", "{}", "bad.gltf"),
         ("bad.stl", "nothing", "bad.stl"),

@@ -1,6 +1,7 @@
 """Poses and Jacobians against the plant, and against finite differences."""
 
 import dataclasses as dc
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -276,3 +277,12 @@ def test_spheres_on_an_unknown_link_name_the_links():
     spheres = SphereModel("x", ("wing",), np.zeros((1, 3)), np.ones(1))
     with pytest.raises(RemoSplatError, match=r"'wing'.*upper_arm"):
         RobotModel(load_robot_description(THREE_LINK), spheres)
+
+
+def test_a_bad_model_is_named(tmp_path):
+    for path in THREE_LINK.parent.glob("three_link*"):
+        shutil.copy(path, tmp_path)
+    model = tmp_path / "three_link.urdf"
+    model.write_text(model.read_text().replace("0.25 0 0", "1_000 0 0"))
+    with pytest.raises(FileError, match=r"three_link\.urdf: Expected 3 values"):
+        load_robot_model(tmp_path / THREE_LINK.name)
