@@ -13,9 +13,6 @@ from remosplat_drake.ranges import Config, Coordinate
 from remosplat_drake.robot.link_spheres import LinkSpheres
 from remosplat_drake.strict_yaml import load_strict
 
-MAX_LENGTH = 1000.0
-"""No link is longer [m]."""
-
 
 @dc.dataclass(frozen=True, eq=False)
 class SphereModel:
