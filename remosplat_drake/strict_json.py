@@ -46,6 +46,19 @@ def parse_json(text: str | bytes, where: str | Path) -> Any:
     return document
 
 
+def read_json_object(path: Path) -> dict[str, Any]:
+    """The object in a JSON file, which is UTF-8.
+
+    Raises:
+        FileError: The file cannot be read, or holds none; see `parse_json`.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise FileError(path, error.strerror or str(error)) from error
+    return parse_json_object(data, path)
+
+
 def parse_json_object(text: str | bytes, where: str | Path) -> dict[str, Any]:
     """The object that a JSON text stands for.
 

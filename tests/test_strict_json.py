@@ -11,6 +11,7 @@ from remosplat_drake.strict_json import (
     as_whole_number,
     parse_json,
     parse_json_object,
+    read_json_object,
 )
 
 
@@ -61,6 +62,14 @@ def test_only_objects_where_one_is_expected():
     assert parse_json_object("{}", "a.json") == {}
     with pytest.raises(FileError, match="expected a JSON object"):
         parse_json_object("[]", "a.json")
+
+
+def test_files_are_read_or_named(tmp_path):
+    path = tmp_path / "a.json"
+    with pytest.raises(FileError, match=r"a\.json: No such file"):
+        read_json_object(path)
+    path.write_text('{"a": "é"}', encoding="utf-8")
+    assert read_json_object(path) == {"a": "é"}
 
 
 @pytest.mark.parametrize(

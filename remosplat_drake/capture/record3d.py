@@ -144,7 +144,8 @@ def _poses(where: str, metadata: dict) -> np.ndarray:
         X_WC_gl = poses_from_quaternions(rows[:, :4], rows[:, 4:])
     except ValueError as error:
         raise FieldError(where, "poses", str(error)) from error
-    return X_WC_gl @ OPENGL_FROM_OPENCV
+    # Column by column, so that what is not finite makes no other numbers so.
+    return X_WC_gl * OPENGL_FROM_OPENCV.diagonal()
 
 
 def _intrinsics(where: str, metadata: dict, count: int) -> np.ndarray:

@@ -12,9 +12,8 @@ from remosplat_drake.atomic_file import write_atomically
 from remosplat_drake.errors import FieldError, FileError
 from remosplat_drake.ranges import Config, Coordinate, Position
 from remosplat_drake.reading import reads_file
-from remosplat_drake.strict_json import parse_json_object
+from remosplat_drake.strict_json import read_json_object
 from remosplat_drake.strict_yaml import load_strict
-from remosplat_drake.yaml_nodes import read_text
 
 MAP_ERROR_MARGIN = 0.002
 """A stopping distance must exceed the map's error by so much [m]."""
@@ -156,7 +155,7 @@ def read_report(splat: Path) -> QualityReport:
         FieldError: A field is missing, unknown or unusable; names it.
     """
     path = report_path(splat)
-    document = parse_json_object(read_text(path), path)
+    document = read_json_object(path)
     report = load_strict(QualityReport, path)
     for field in dc.fields(QualityReport):
         if field.name not in document:

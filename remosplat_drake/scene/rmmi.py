@@ -23,8 +23,7 @@ from remosplat_drake.scene.primitive_scene import (
     Cylinder,
     PrimitiveScene,
 )
-from remosplat_drake.strict_json import parse_json_object, shown
-from remosplat_drake.strict_yaml import read_text
+from remosplat_drake.strict_json import read_json_object, shown
 
 MAX_LENGTH = 1e6
 """No scene reaches further, and squares stay far from overflow [m]."""
@@ -44,7 +43,7 @@ def read_rmmi(path: str | Path) -> PrimitiveScene:
         FieldError: A key is missing or unknown, or a value is unusable.
     """
     path = Path(path)
-    document = parse_json_object(read_text(path), path)
+    document = read_json_object(path)
     reader = _Reader(path)
     reader.check_keys(
         document, "", ("cubes", "cylinders"), ("target", "robot_base")

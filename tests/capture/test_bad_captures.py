@@ -224,6 +224,7 @@ def other_metadata(**fields):
         (other_metadata(h=1e308), "h, w: must be from 1 to"),
         (other_metadata(dh=1e308), "dh, dw: must be from 1 to"),
         (other_metadata(K=[1e308] * 9), "camera has numbers above 1e9"),
+        (other_metadata(poses=[[0] * 3 + [1, np.inf, 0, 0]]), "not finite"),
         (other_metadata(poses=[[1e308] * 7]), "camera has numbers above 1e9"),
         (change(metadata=b'{"h": 9, "w": 9}'), "metadata: poses: expected"),
         (
