@@ -5,6 +5,7 @@ import dataclasses as dc
 import json
 import os
 import select
+import shutil
 import subprocess
 import sys
 import time
@@ -88,6 +89,11 @@ class Worker:
             self._process = None
 
     @property
+    def case(self) -> Path:
+        """Where the files of the latest case are."""
+        return self._place / "case"
+
+    @property
     def _place(self) -> Path:
         return self._folder / f"worker{self._begun}"
 
@@ -152,7 +158,7 @@ def run(
                 outcomes.append(outcome)
                 tell(outcome)
                 if outcome.failed and keep is not None:
-                    _keep(outcome, keep)
+                    _keep(outcome, worker.case, keep)
                 if time.monotonic() > end:
                     break
         finally:
@@ -160,16 +166,10 @@ def run(
     return outcomes
 
 
-def _keep(outcome: Outcome, folder: Path) -> None:
-    """Writes a failing case's files, made anew of its seed."""
-    from .formats import FORMATS
-    from .worker import case_of, corpus_of, write_case
-
-    with TemporaryDirectory() as place:
-        only = {outcome.format: FORMATS[outcome.format]}
-        corpus = corpus_of(only, Path(place))
+def _keep(outcome: Outcome, files: Path, folder: Path) -> None:
+    """Copies a failing case's files, beside what came of them."""
     case = folder / f"{outcome.format}-{outcome.seed}"
-    write_case(case / "files", case_of(corpus, outcome.format, outcome.seed))
+    shutil.copytree(files, case / "files", dirs_exist_ok=True)
     text = f"{outcome.kind}: {outcome.text}\n\n{outcome.trace}"
     (case / "outcome.txt").write_text(text, errors="replace")
 

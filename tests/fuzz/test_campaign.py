@@ -65,19 +65,16 @@ def misbehaving(tmp_path_factory):
     worker.close()
 
 
-def test_failing_files_are_kept(tmp_path, monkeypatch):
-    """As the worker saw them, made anew of their seed."""
-
-    class Failing(campaign.Worker):
-        def answer(self, name, seed):
-            return campaign.Outcome(name, seed, "crash", "dead", "a trace")
-
-    monkeypatch.setattr(campaign, "Worker", Failing)
-    campaign.run([("rmmi", 3)], keep=tmp_path)
-    (case,) = tmp_path.iterdir()
-    assert case.name == "rmmi-3"
-    assert (case / "outcome.txt").read_text() == "crash: dead\n\na trace"
-    assert [path.name for path in (case / "files").iterdir()] == ["s.json"]
+def test_failing_files_are_kept(tmp_path):
+    cases = [("good", 0), ("raise", 0), ("crash", 0), ("refuse", 0)]
+    campaign.run(cases, keep=tmp_path, module="fuzz.misbehaving")
+    kept = sorted(tmp_path.iterdir())
+    assert [case.name for case in kept] == ["crash-0", "raise-0"]
+    for case in kept:
+        assert (case / "files" / "file").read_bytes() == b"content"
+    outcome = (tmp_path / "raise-0" / "outcome.txt").read_text()
+    assert outcome.startswith("traceback: ValueError at misbehaving.py")
+    assert "Traceback" in outcome
 
 
 def test_a_seed_makes_the_same_files_again():

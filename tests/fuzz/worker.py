@@ -41,7 +41,9 @@ def case_of(corpus: dict[str, Files], name: str, seed: int) -> Files:
     if seed == 0:
         return good
     rng = random.Random(f"{name} {seed}")
-    return mutated(good, good, rng)
+    # A foreign file is spliced in now and then.
+    donor = rng.choice((name, name, name, *sorted(corpus)))
+    return mutated(good, corpus[donor], rng)
 
 
 def corpus_of(formats: dict[str, Format], folder: Path) -> dict[str, Files]:
