@@ -44,7 +44,8 @@ def unpack(source: Source, max_bytes: int = MAX_BYTES) -> bytes:
                 str(source), f"unpacks to more than {max_bytes} bytes"
             )
         return lzfse.decompress(packed)
-    except (ValueError, struct.error, lzfse.error) as error:
+    # On damaged data the decoder asks for ever more memory.
+    except (ValueError, struct.error, lzfse.error, MemoryError) as error:
         raise FileError(
             str(source), f"damaged LZFSE data {error}".strip()
         ) from error

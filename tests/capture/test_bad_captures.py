@@ -20,6 +20,10 @@ pytest.importorskip("OpenEXR")
 PACKED_BOMB = 25 * lzfse.compress(bytes(10_000_000))[:-4] + b"bvx$"
 """150 kB that unpack to 250 MB."""
 
+GREEDY = lzfse.compress(bytes(range(200)) + bytes(1528))
+GREEDY = GREEDY[:12] + bytes(1) + GREEDY[13:]
+"""A block whose damage makes the decoder ask for more and more memory."""
+
 TALL = np.zeros((20, 10), np.uint16)
 
 
@@ -236,6 +240,7 @@ def other_metadata(**fields):
         (change(rgbd__1_depth=None), r"rgbd/1\.depth: no such file"),
         (change(rgbd__1_depth=b"bvx2"), r"rgbd/1\.depth: damaged LZFSE"),
         (change(rgbd__1_depth=b"bvx2" + bytes(99)), "damaged LZFSE"),
+        (change(rgbd__1_depth=GREEDY), r"rgbd/1\.depth: damaged LZFSE"),
         (change(rgbd__1_depth=b"none"), r"rgbd/1\.depth: damaged LZFSE"),
         (
             change(rgbd__1_depth=lzfse.compress(bytes(8))),

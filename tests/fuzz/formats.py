@@ -16,11 +16,21 @@ from splat.toy_splats import random_splat
 from remosplat_drake import resources
 from remosplat_drake.benchmark.methods import load_methods
 from remosplat_drake.capture.formats import read_capture
+from remosplat_drake.capture.frames import Frame
 from remosplat_drake.capture.synthetic import render_capture, survey_poses
 from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.mapping.known_space import unknown_space_field
+from remosplat_drake.mapping.map_file import open_map, write_map
+from remosplat_drake.mapping.scene_map import SceneMap
+from remosplat_drake.mapping.session import Session, Version
 from remosplat_drake.messages import packets
 from remosplat_drake.messages.base_status import base_status
 from remosplat_drake.messages.pose_target import pose_target
+from remosplat_drake.oracle.composite import CompositeDistanceField
+from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
+from remosplat_drake.oracle.depth_sensor import DepthSensor
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.reconstruction.coverage import Coverage
 from remosplat_drake.reconstruction.quality_report import (
     DistanceErrors,
     QualityReport,
@@ -35,6 +45,7 @@ from remosplat_drake.recording.trajectory import (
     save_trajectory,
 )
 from remosplat_drake.robot.robot_model import load_robot_model
+from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.robot.visuals import load_visuals
 from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
@@ -198,6 +209,58 @@ def _packet(decode: Callable[[bytes], object]) -> Callable[[Path], object]:
     return read
 
 
+def _some_map() -> SceneMap:
+    splat = random_splat(2)
+    # What cameras have seen, in part, of a few cells.
+    state = np.ones((3, 4, 5), np.uint8)
+    state[:, 2:] = 0
+    coverage = Coverage(np.zeros(3), 0.25, state)
+    return SceneMap(
+        version=1,
+        parent=0,
+        frames=("frame 1",),
+        time=1.0,
+        field=CompositeDistanceField(
+            [
+                SphereToEllipsoidField(splat),
+                DepthRasterizationField(splat, DepthSensor(far=2)),
+                unknown_space_field(coverage),
+            ]
+        ),
+        splat_W=splat,
+        coverage=coverage,
+    )
+
+
+def _read_map(folder: Path) -> object:
+    """A map is there to be asked; its spheres are near and far."""
+    spheres = Spheres.at([[0, 0, 0.1], [90, -90, 9]], 0.05)
+    return open_map(folder / "a.rsmap").field.clearances(spheres)
+
+
+def _make_session(folder: Path) -> None:
+    session = Session.create(folder / "session", "{}")
+    capture = render_capture(_SCENE, survey_poses(_SCENE, n=2), 24, 18)
+    for view in range(len(capture)):
+        frame = Frame(
+            name="a view",
+            K=capture.K[view],
+            X_WC=capture.X_WC[view],
+            rgb=capture.rgb[view],
+            depth=capture.depth[view],
+            time=float(view),
+        )
+        session.activate(session.frames.add(frame, np.zeros(3)))
+    file = session.map_path(1).relative_to(session.folder)
+    version = Version(1, 0, str(file), tuple(session.active), 1.0)
+    session.record(version, set())
+
+
+def _read_session(folder: Path) -> object:
+    session = Session.open(folder / "session")
+    return session.frames.load(session.active)
+
+
 def _load_all_scenarios(folder: Path) -> list:
     path = folder / "s.yaml"
     return [
@@ -240,6 +303,10 @@ OTHERS = {
         _copied(resources.scenarios_dir() / "frankie.yaml", "s.yaml"),
         _load_all_scenarios,
     ),
+    "map": Format(
+        lambda folder: write_map(folder / "a.rsmap", _some_map()), _read_map
+    ),
+    "session": Format(_make_session, _read_session),
     "methods": Format(
         _copied(Path(resources.__file__).parent / "benchmark" / "methods.yaml"),
         lambda folder: load_methods([str(folder / "methods.yaml")]),

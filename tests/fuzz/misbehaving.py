@@ -65,4 +65,5 @@ if __name__ == "__main__":
     worker.serve(
         {name.replace(" ", "-"): f for name, f in formats.items()},
         Path(sys.argv[1]),
+        rehearse=False,
     )

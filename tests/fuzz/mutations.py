@@ -14,6 +14,8 @@ import zipfile
 import zlib
 from collections.abc import Callable
 
+from mapping import map_mutations
+
 Files = dict[str, bytes]
 """What a folder holds, by relative path."""
 
@@ -120,6 +122,8 @@ def _structure_of(name: str, data: bytes) -> Callable | None:
         (".json", "metadata", ".log", ".jsonl")
     ):
         return _change_json
+    if name.endswith(".rsmap"):
+        return _change_map
     if data.startswith(b"PK\x03\x04"):
         return _change_torch if name.endswith(".pt") else _change_zip
     if data.startswith(b"\x1f\x8b"):
@@ -238,6 +242,13 @@ def _holds(outer, inner) -> bool:
     return outer is inner or any(
         c is not None and c[k] is inner for c, k in places
     )
+
+
+def _change_map(
+    name: str, data: bytes, other: bytes, rng: random.Random
+) -> bytes:
+    """As the maps' own tests do: the sums fit what the file says."""
+    return rng.choice(map_mutations.MUTATIONS)(data, rng)
 
 
 def _change_zip(

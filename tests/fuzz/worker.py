@@ -147,12 +147,24 @@ def _status(field: str) -> int:
     raise OSError(f"the kernel tells no {field}")
 
 
-def serve(formats: dict[str, Format], folder: Path) -> None:
-    """Answers until the campaign has no more cases."""
+def serve(
+    formats: dict[str, Format], folder: Path, rehearse: bool = True
+) -> None:
+    """Answers until the campaign has no more cases.
+
+    Args:
+        formats: By name.
+        folder: For the files.
+        rehearse: Whether good files are read once before the first case, so
+            that modules and kernels are loaded.
+    """
     answers = os.fdopen(os.dup(1), "w")
     # What libraries print is no answer.
     os.dup2(2, 1)
     corpus = corpus_of(formats, folder / "corpus")
+    for name, files in corpus.items() if rehearse else ():
+        write_case(folder / "case", files)
+        _answer(formats[name], folder / "case")
     gc.collect()
     gc.freeze()
     print(json.dumps({"kind": "ready"}), file=answers, flush=True)
