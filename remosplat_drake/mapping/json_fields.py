@@ -1,9 +1,9 @@
 """`JsonFields`: JSON from a file of anybody's, asked for by name and type."""
 
-import json
 import math
 
-from remosplat_drake.errors import FieldError, FileError
+from remosplat_drake.errors import FieldError
+from remosplat_drake.strict_json import parse_json
 
 _SHOWN = 40
 """More characters of a wrong value help nobody."""
@@ -23,7 +23,7 @@ class JsonFields:
         """Takes a value that is expected to be an object.
 
         Args:
-            value: As `json.loads` gives it.
+            value: As `parse_json` gives it.
             where: The file to blame.
             field: The value's own name in it; empty for the whole file.
         """
@@ -162,18 +162,11 @@ def parse_fields(text: str | bytes, where: str) -> JsonFields:
         FileError: It is no JSON.
         FieldError: It is something else than an object.
     """
-    try:
-        value = json.loads(text)
-    # A number of thousands of digits is a ValueError as well.
-    except (ValueError, RecursionError) as error:
-        raise FileError(where, f"no JSON: {error}") from error
-    return JsonFields(value, where)
+    return JsonFields(parse_json(text, where), where)
 
 
 def _short(value: object) -> str:
     """A value for people, on one line."""
-    if isinstance(value, int) and abs(value) > _LARGEST:
-        return "a larger number"
     if isinstance(value, (dict, list)):
         return "an object" if isinstance(value, dict) else "a list"
     text = ascii(value)

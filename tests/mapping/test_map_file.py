@@ -247,7 +247,7 @@ LIES = [
     (("document", "frames"), [7], "frames[0]: expected text"),
     (("document", "field", "kind"), "pickle", "unknown field 'pickle'"),
     (("document", "field", "settings", "n_sigma"), 1e9, "at most 1000"),
-    (("document", "field", "settings", "bisection_steps"), 10**20, "larger"),
+    (("document", "field", "settings", "bisection_steps"), 10**20, "got 1e+20"),
     (("document", "coverage", "voxel"), 0, "must be at least 0.0001"),
     (("document", "coverage", "lower"), [0, 0], "expected 3 numbers"),
     (("arrays", "splat.p_GK", "dtype"), "|O", "expected one of <f4"),
