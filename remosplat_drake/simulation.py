@@ -173,7 +173,9 @@ class RunMonitor:
         else:
             self.is_finished = self._until(targets.error(context))
         if self.is_finished:
-            return EventStatus.ReachedTermination(None, "the run is over")
+            return EventStatus.ReachedTermination(
+                self._application.diagram, "the run is over"
+            )
         return EventStatus.DidNothing()
 
     def _watch(self, time: float, supervision: SupervisorState) -> None:
