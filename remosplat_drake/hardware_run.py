@@ -269,6 +269,7 @@ class HardwareLoop:
         self._next += 1
         self._simulator.AdvanceTo(self._next * self._period - _BEFORE_TICK)
         gc.collect(1)
+        self.link.take_out()
 
     def _leave_out_late_ticks(self, now: float) -> None:
         due = next_tick(now, self._period, self._next - 1)

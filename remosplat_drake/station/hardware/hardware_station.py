@@ -1,6 +1,7 @@
 """`HardwareStation`: the real robot behind the ports of every station."""
 
 from drake import lcmt_image_array
+from pydrake.lcm import DrakeLcm
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from pydrake.systems.lcm import LcmInterfaceSystem, LcmSubscriberSystem
 from pydrake.systems.sensors import LcmImageArrayToImages
@@ -44,14 +45,13 @@ class HardwareStation(Diagram):
         super().__init__()
         self.link = RobotLink(config, robot)
         builder = DiagramBuilder()
-        builder.AddNamedSystem("lcm", LcmInterfaceSystem(lcm=self.link.lcm))
         self._robot = builder.AddNamedSystem(
             "remote_robot",
             RemoteRobot(robot=robot, link=self.link, config=config),
         )
         images = None
         if wrist_camera is not None:
-            images = self._add_camera(builder, config.channels.wrist_camera)
+            images = _add_camera(builder, config)
         export_ports(builder, robot.description, [self._robot], images)
         builder.BuildInto(self)
         self.set_name("station")
@@ -64,20 +64,28 @@ class HardwareStation(Diagram):
         """
         self._robot.receive(self._robot.GetMyMutableContextFromRoot(root))
 
-    def _add_camera(self, builder: DiagramBuilder, channel: str):
-        """The latest images, as the simulated camera renders them."""
-        subscriber = builder.AddNamedSystem(
-            "wrist_camera_subscriber",
-            LcmSubscriberSystem.Make(
-                channel,
-                lcmt_image_array,
-                self.link.lcm,
-                use_cpp_serializer=True,
-            ),
-        )
-        images = builder.AddNamedSystem("wrist_camera", LcmImageArrayToImages())
-        builder.Connect(subscriber.get_output_port(), images.get_input_port())
-        return {
-            ports.WRIST_CAMERA_RGB: images.GetOutputPort("color_image"),
-            ports.WRIST_CAMERA_DEPTH: images.GetOutputPort("depth_image"),
-        }
+
+def _add_camera(builder: DiagramBuilder, config: HardwareConfig):
+    """The latest images, as the simulated camera renders them.
+
+    They have a wire of their own, which Drake reads while the diagram
+    advances: newer Drakes do that without Python's lock, so nothing written
+    in Python, as the link's mailboxes are, may hang on it.
+    """
+    lcm = DrakeLcm(config.lcm_url)
+    builder.AddNamedSystem("lcm", LcmInterfaceSystem(lcm=lcm))
+    subscriber = builder.AddNamedSystem(
+        "wrist_camera_subscriber",
+        LcmSubscriberSystem.Make(
+            config.channels.wrist_camera,
+            lcmt_image_array,
+            lcm,
+            use_cpp_serializer=True,
+        ),
+    )
+    images = builder.AddNamedSystem("wrist_camera", LcmImageArrayToImages())
+    builder.Connect(subscriber.get_output_port(), images.get_input_port())
+    return {
+        ports.WRIST_CAMERA_RGB: images.GetOutputPort("color_image"),
+        ports.WRIST_CAMERA_DEPTH: images.GetOutputPort("depth_image"),
+    }

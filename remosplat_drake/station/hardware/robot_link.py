@@ -77,6 +77,10 @@ class RobotLink:
             [config.base_forward_upper, yaw_rate][: robot.n_base],
         )
 
+    def take_out(self) -> None:
+        """Takes out the packets that wait, so that newer ones are kept."""
+        self.lcm.HandleSubscriptions(0)
+
     def flush(self, timeout: float) -> bool:
         """Gets the newest packets.
 
@@ -91,7 +95,7 @@ class RobotLink:
         Returns:
             Whether the arm was heard within the timeout.
         """
-        self.lcm.HandleSubscriptions(0)
+        self.take_out()
         if 0 <= time.time() - self.arm.stamp < ARM_PERIOD:
             return True
         count, deadline = self.arm.count, time.monotonic() + timeout
@@ -108,7 +112,7 @@ class RobotLink:
         Raises:
             RemoSplatError: One of them kept silent; names its channel.
         """
-        self.lcm.HandleSubscriptions(0)
+        self.take_out()
         silent = {
             box.channel: (box, box.count)
             for box in (self.arm, self.base)

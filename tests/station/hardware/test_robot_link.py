@@ -226,6 +226,8 @@ def test_nothing_is_heard_unless_it_is_told_to(url, frankie, drivers):
     bench.simulator.Initialize()
     drivers.tell_arm(5.0)
     take_in(bench.station.link)
+    # Others wait meanwhile: Drake must leave them to Python.
+    drivers.tell_arm(6.0)
     bench.simulator.AdvanceTo(0.1)
     assert np.isnan(bench.eval("panda.position_measured")).all()
     bench.station.receive(bench.context)
