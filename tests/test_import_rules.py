@@ -24,6 +24,7 @@ EVERYONE = {
     "yaml_nodes",
     "colors",
     "one_thread",
+    "system_libraries",
 }
 """Small modules at the bottom that anybody may use."""
 

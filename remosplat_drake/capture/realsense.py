@@ -4,11 +4,8 @@ import numpy as np
 
 from remosplat_drake.capture.sources import RgbdImage
 from remosplat_drake.capture.undistortion import Distortion
-from remosplat_drake.errors import (
-    MissingExtraError,
-    RemoSplatError,
-    unknown_name,
-)
+from remosplat_drake.errors import RemoSplatError, unknown_name
+from remosplat_drake.system_libraries import import_optional
 
 _TIMEOUT = 2000
 """How long to wait for an image [ms]."""
@@ -159,9 +156,6 @@ def realsense_module():
 
     Raises:
         MissingExtraError: It is not installed.
+        MissingLibraryError: This system lacks a library that it needs.
     """
-    try:
-        import pyrealsense2
-    except ImportError as error:
-        raise MissingExtraError("a RealSense camera", "realsense") from error
-    return pyrealsense2
+    return import_optional("pyrealsense2", "a RealSense camera", "realsense")

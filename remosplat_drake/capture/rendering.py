@@ -22,6 +22,7 @@ from pydrake.systems.sensors import CameraInfo
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.solid_texture import brightness
 from remosplat_drake.capture.solids import Solid
+from remosplat_drake.system_libraries import libraries_named
 
 FIELD_OF_VIEW = 1.0
 """Vertical, of rendered captures unless asked otherwise [rad]."""
@@ -81,7 +82,8 @@ class SceneRenderer:
         self._depth_camera = DepthRenderCamera(core, DepthRange(NEAR, FAR))
         # The query object lives as long as the scene graph and its context.
         self._scene_graph = SceneGraph()
-        engine = MakeRenderEngineVtk(light or steady_light())
+        with libraries_named("rendering images"):
+            engine = MakeRenderEngineVtk(light or steady_light())
         self._scene_graph.AddRenderer(_ENGINE, engine)
         self._register(solids)
         self._context = self._scene_graph.CreateDefaultContext()

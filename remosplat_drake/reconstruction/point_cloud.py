@@ -18,7 +18,6 @@ from scipy.spatial import KDTree
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.errors import (
     FieldError,
-    MissingExtraError,
     RemoSplatError,
     unknown_name,
 )
@@ -26,6 +25,7 @@ from remosplat_drake.reconstruction.surfels import (
     Surfels,
     surfels_from_capture,
 )
+from remosplat_drake.system_libraries import import_optional
 
 _NORMAL_NEIGHBORS = 30
 _NORMAL_RADIUS = 3
@@ -190,10 +190,4 @@ def _spacing(points: np.ndarray) -> np.ndarray:
 
 
 def _open3d() -> ModuleType:
-    try:
-        import open3d
-    except ImportError as error:
-        raise MissingExtraError(
-            "starting from voxels", "reconstruction"
-        ) from error
-    return open3d
+    return import_optional("open3d", "starting from voxels", "reconstruction")

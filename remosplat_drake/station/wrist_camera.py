@@ -20,6 +20,7 @@ from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.ranges import check_ranges
 from remosplat_drake.station import ports
 from remosplat_drake.station.config import WristCameraConfig
+from remosplat_drake.system_libraries import libraries_named
 
 _RENDERER = "vtk"
 _NEAR_PLANE = 0.01
@@ -55,9 +56,9 @@ def add_wrist_camera(
         RollPitchYaw(np.deg2rad(config.rpy_deg)), config.translation
     )
     if not scene_graph.HasRenderer(_RENDERER):
-        scene_graph.AddRenderer(
-            _RENDERER, MakeRenderEngineVtk(RenderEngineVtkParams())
-        )
+        with libraries_named("a simulated wrist camera"):
+            engine = MakeRenderEngineVtk(RenderEngineVtkParams())
+        scene_graph.AddRenderer(_RENDERER, engine)
     core = RenderCameraCore(
         _RENDERER,
         CameraInfo(config.width, config.height, np.deg2rad(config.fov_y_deg)),
