@@ -9,9 +9,11 @@ import pytest
 from pydrake.math import RigidTransform
 
 from remosplat_drake.capture.synthetic import render_capture, survey_poses
+from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.kernel_cache import drop_stale_kernels
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
+from remosplat_drake.system_libraries import import_optional
 
 # CI tries the same examples each time; elsewhere each run tries new ones.
 hypothesis.settings.register_profile("ci", derandomize=True)
@@ -33,6 +35,15 @@ def shared_data() -> Path:
     if not _SHARED_DATA.is_dir():
         pytest.skip("needs the data folder ../shared/data beside the checkout")
     return _SHARED_DATA
+
+
+@pytest.fixture(scope="session")
+def open3d() -> None:
+    """Skips where Open3D is not installed, or lacks something it needs."""
+    try:
+        import_optional("open3d", "this test", "reconstruction")
+    except RemoSplatError as error:
+        pytest.skip(str(error))
 
 
 @pytest.fixture(scope="session")

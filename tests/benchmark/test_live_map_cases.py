@@ -36,8 +36,8 @@ def session(scenario: Scenario, folder: Path) -> LiveSession:
     return LiveSession(scenario, load_world(scenario, blank=True), folder)
 
 
+@pytest.mark.usefixtures("open3d")
 def test_by_the_clock_every_kind_of_map_is_made(tmp_path):
-    pytest.importorskip("open3d")
     scenario, folder = live_scenario(), tmp_path / "session"
     stages = []
     with session(scenario, folder) as live:
@@ -63,8 +63,8 @@ def check_tables(periods: LivePeriods, unknown) -> None:
     assert tables.unknown_table(unknown, "a page").row_count == 2
 
 
+@pytest.mark.usefixtures("open3d")
 def test_memory_is_watched_while_maps_come_and_go(tmp_path):
-    pytest.importorskip("open3d")
     scenario = live_scenario()
     scenario.mapping.latency = 1.0
     times = []

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from optional import needs_torch
 
 from remosplat_drake.commands.main import main
 from remosplat_drake.splat.formats import read_splat, write_splat
@@ -43,6 +44,7 @@ def test_says_what_a_lossy_format_lost(discs, capfd):
     assert read_splat(output).is_surfel
 
 
+@needs_torch
 def test_an_exact_format_has_nothing_to_say(discs, capfd):
     assert convert(discs, discs.parent / "discs.pt") == 0
     said = capfd.readouterr().out
@@ -65,6 +67,7 @@ def test_flattens_and_crops(tmp_path):
     np.testing.assert_allclose(normal, [0, 1, 0], atol=2e-3)
 
 
+@needs_torch
 def test_a_checkpoint_s_model_may_be_told(tmp_path, capfd):
     write_splat(tmp_path / "a.pt", toy(3))
     assert convert(tmp_path / "a.pt", tmp_path / "a.ply") == 2

@@ -5,7 +5,7 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch")
+torch = pytest.importorskip("torch", reason="needs torch, of the extra `gpu`")
 
 from remosplat_drake.reconstruction.discs import Discs  # noqa: E402
 from remosplat_drake.reconstruction.losses import (  # noqa: E402

@@ -24,8 +24,8 @@ def offsets(scene: PrimitiveScene, p_WK: np.ndarray) -> np.ndarray:
     return np.abs(truth.per_sphere(len(p_WK)))
 
 
+@pytest.mark.usefixtures("open3d")
 def test_voxels_lie_on_the_surface(scene, scene_capture):
-    pytest.importorskip("open3d", reason="needs the reconstruction extra")
     surfels = surfels_from_voxels(scene_capture, count=3000, voxel=0.02)
     assert len(surfels) == 3000
     # Exact on faces; at edges a voxel's points are averaged around them.
@@ -35,12 +35,12 @@ def test_voxels_lie_on_the_surface(scene, scene_capture):
     assert surfels.spacing.min() > 0
 
 
+@pytest.mark.usefixtures("open3d")
 def test_the_two_sides_of_a_wall_face_their_own_cameras():
     """Three cameras before the wall and one behind it: their mean is before.
 
     Oriented towards the mean camera, the wall's back would face its front.
     """
-    pytest.importorskip("open3d", reason="needs the reconstruction extra")
     wall = Box(RigidTransform(), np.array([0.05, 0.5, 0.5]))
     poses = [
         look_at(np.array([x, y, 0.0]), np.zeros(3))

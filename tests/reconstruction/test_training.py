@@ -5,7 +5,7 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch")
+torch = pytest.importorskip("torch", reason="needs torch, of the extra `gpu`")
 
 from remosplat_drake.capture.capture import (  # noqa: E402
     Capture,

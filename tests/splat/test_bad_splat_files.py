@@ -10,13 +10,17 @@ import pytest
 import zstandard
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from optional import needs_torch
 from toy_splats import rejected
 
 from remosplat_drake.errors import FileError, MissingExtraError, RemoSplatError
 from remosplat_drake.splat.formats import FORMATS, read_splat
 from remosplat_drake.splat.unpacking import MAX_SPLATS, check_unpacked_size
 
-SUFFIXES = sorted(format_.suffix for format_ in FORMATS)
+SUFFIXES = [
+    pytest.param(suffix, marks=needs_torch if suffix == ".pt" else ())
+    for suffix in sorted(format_.suffix for format_ in FORMATS)
+]
 PNG = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + bytes(20)
 SPZ_HEADER = struct.Struct("<4sIIBBBB")
 
@@ -244,7 +248,7 @@ def test_ply_lists_take_no_memory(tmp_path):
     [
         ("4.spz", "zstandard", "formats"),
         (".sog", "PIL", "formats"),
-        (".pt", "torch", "gpu"),
+        pytest.param(".pt", "torch", "gpu", marks=needs_torch),
     ],
 )
 def test_missing_extras_are_named(

@@ -12,12 +12,10 @@ import zipfile
 
 import numpy as np
 import pytest
-import torch
 import zstandard
 from PIL import Image
 
 from remosplat_drake.splat.antimatter import write_antimatter
-from remosplat_drake.splat.checkpoint import read_checkpoint
 from remosplat_drake.splat.compressed_ply import write_compressed_ply
 from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import SH_C0, GaussianSplat
@@ -245,26 +243,3 @@ def test_sog(tmp_path, kind):
     expect(splat, rotation=1e-4)
     np.testing.assert_allclose(splat.colors, SPLAT.colors, atol=1e-6)
     np.testing.assert_array_equal(splat.sh_rest[0], np.diag([0.5, 0.5, -0.25]))
-
-
-@pytest.mark.parametrize("old", [True, False])
-def test_checkpoint(tmp_path, old):
-    tensors = {
-        "means": torch.tensor([[1.0, -2.0, 3.0]]),
-        "quats": torch.tensor([[2.0, 0.0, -2.0, 0.0]]),
-        "scales": torch.tensor([[0.0, -1.0, -5.0]]),
-        "opacities": torch.tensor([math.log(1.5)], requires_grad=True),
-        "sh0": torch.tensor([[[-0.5 / SH_C0, -0.3 / SH_C0, 0.5 / SH_C0]]]),
-        "shN": torch.arange(9.0).reshape(1, 3, 3),
-    }
-    path = tmp_path / "ckpt_7_rank0.pt"
-    content = {"step": 7, "splats": tensors}
-    torch.save(content, path, _use_new_zipfile_serialization=not old)
-    splat = read_splat(path)
-    expect(splat)
-    np.testing.assert_allclose(splat.colors, SPLAT.colors, atol=1e-6)
-    np.testing.assert_array_equal(splat.sh_rest[0, 1], [3, 4, 5])
-    # The dictionary of tensors alone, and half precision, do as well.
-    halves = {key: tensor.detach().half() for key, tensor in tensors.items()}
-    torch.save(halves, path)
-    assert read_checkpoint(path, surfel=True).scales.shape == (1, 2)

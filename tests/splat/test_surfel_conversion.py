@@ -3,13 +3,8 @@
 import dataclasses as dc
 
 import numpy as np
-import pytest
-import torch
 from toy_splats import random_splat
 
-from remosplat_drake.errors import FileError
-from remosplat_drake.splat.checkpoint import read_checkpoint, write_checkpoint
-from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.surfel_conversion import (
     THICKNESS,
     flattened,
@@ -55,33 +50,3 @@ def test_thickness_is_recognised():
     # All alike, but thick.
     scales[:, 2] = 0.01
     assert not is_flat(dc.replace(thick, scales=scales))
-
-
-def test_a_checkpoint_s_name_tells_its_model(tmp_path):
-    """The third scale of gsplat's 2DGS is left as it was initialised."""
-    ellipsoids = random_splat(3)
-    discs = tmp_path / "ckpt_999.pt"
-    write_checkpoint(discs, ellipsoids)
-    np.testing.assert_allclose(
-        read_splat(discs).scales, ellipsoids.scales[:, :2], rtol=1e-6
-    )
-    assert not read_splat(discs, surfel=False).is_surfel
-    other = discs.rename(tmp_path / "ckpt_6999_rank0.pt")
-    np.testing.assert_allclose(
-        read_splat(other).scales, ellipsoids.scales, rtol=1e-6
-    )
-    unnamed = other.rename(tmp_path / "table.pt")
-    with pytest.raises(FileError, match="convert --model 2dgs"):
-        read_splat(unnamed)
-    assert read_checkpoint(unnamed, surfel=True).is_surfel
-
-
-def test_a_checkpoint_s_scales_may_tell_its_model(tmp_path):
-    discs = random_splat(2)
-    path = tmp_path / "table.pt"
-    write_checkpoint(path, discs)
-    np.testing.assert_allclose(read_splat(path).scales, discs.scales, rtol=1e-6)
-    content = torch.load(path, weights_only=True)
-    content["splats"]["scales"] = content["splats"]["scales"][:, :2]
-    torch.save(content, path)
-    assert read_splat(path).is_surfel

@@ -1,5 +1,7 @@
 """Small seeded splats, and errors of bad files, for the tests of files."""
 
+import io
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -34,3 +36,15 @@ def rejected(path: Path, problem: str | None = None) -> str:
     assert "\n" not in message
     assert len(caught.value.problem) < 200
     return message
+
+
+def resaved(data: bytes, change) -> bytes:
+    """A zip with one of its files changed: `change(name, content)`."""
+    content = io.BytesIO()
+    with (
+        zipfile.ZipFile(io.BytesIO(data)) as before,
+        zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as after,
+    ):
+        for name in before.namelist():
+            after.writestr(name, change(name, before.read(name)))
+    return content.getvalue()
