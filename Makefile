@@ -1,12 +1,15 @@
-# Everything works from a bare checkout: each target first makes .venv.
+# Everything works from a bare checkout: each target first makes .venv. Another
+# Python has an environment of its own, as in
+# `make test PYTHON=python3.13 VENV=.venv-3.13`.
 PYTHON ?= python3
-VENV := .venv
+VENV ?= .venv
 BIN := $(VENV)/bin
 RUNTIME := $(VENV)/.runtime
 DEV := $(VENV)/.dev
 SOURCES := remosplat_drake apps tests
 
-.PHONY: run test test-all fuzz check lint format types bench clean help
+.PHONY: run test test-all smoke browser fuzz check lint format types bench \
+  clean help
 
 help: ## List the targets.
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -19,6 +22,12 @@ test: $(DEV) ## Run the default test suite.
 
 test-all: $(DEV) ## Run the slow tests, too.
 	$(BIN)/pytest $(ARGS)
+
+smoke: $(DEV) ## Run the few tests that CI runs on every Python.
+	$(BIN)/pytest -m smoke $(ARGS)
+
+browser: $(DEV) ## Run the page's tests, which need chromium.
+	$(BIN)/pytest -m browser $(ARGS)
 
 fuzz: $(DEV) ## Mutate files for hours: ARGS="--hours 2 --seed 7".
 	$(BIN)/python -m tests.fuzz $(ARGS)
@@ -40,7 +49,7 @@ bench: $(DEV) ## Time the control tick and print one table.
 	$(BIN)/remosplat bench $(ARGS)
 
 clean: ## Remove the environment and what was built.
-	rm -rf $(VENV) build dist *.egg-info
+	rm -rf .venv .venv-* build dist *.egg-info
 
 $(VENV)/pyvenv.cfg:
 	$(PYTHON) -m venv $(VENV)

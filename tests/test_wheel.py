@@ -103,6 +103,7 @@ def test_it_finds_its_scenarios_wherever_it_is_unpacked(wheel, tmp_path):
     assert Path(job["models"]).is_relative_to(tmp_path)
 
 
+@pytest.mark.smoke
 def test_the_main_job_imports_no_gpu_package(tmp_path):
     job = run_job(sys.executable, tmp_path, "run", "--headless")
     assert job["code"] == 0

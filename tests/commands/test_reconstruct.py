@@ -126,6 +126,7 @@ def test_a_splat_safe_from_272_mm_on_does_not_run_at_21(written, capsys):
     assert main(["run", str(path), *flags, "--accept", "map-error"]) == 1
 
 
+@pytest.mark.smoke
 def test_floor_and_untrained_discs(folder, tmp_path, capsys):
     output = tmp_path / "splat.ply"
     flags = ["--device", "none", "--count", "500", "--floor"]

@@ -74,6 +74,7 @@ def recorded(session, number: int) -> tuple[RunLog, list[Event]]:
     return read_log(run / LOG), read_events(run / EVENTS)
 
 
+@pytest.mark.smoke
 def test_a_script_scans_drives_and_goes_back_a_map(session, script, frankie):
     arguments = "StudioLive", "--scenario-text", COARSE
     said = operate(session, script(*STEPS), 10.0, *arguments)

@@ -2,12 +2,14 @@
 
 import json
 
+import pytest
 from runs import remosplat
 
 from remosplat_drake.benchmark.hardware_processes import end, free_url, robot
 from remosplat_drake.benchmark.motion_judge import TrueRun, true_clearance
 
 
+@pytest.mark.smoke
 def test_the_table_is_reached_through_the_wire(wire, table, tmp_path):
     url, motion = free_url(), tmp_path / "motion.npz"
     with robot(url, "--record", str(motion)) as process:

@@ -25,6 +25,7 @@ def offsets(scene: PrimitiveScene, p_WK: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.usefixtures("open3d")
+@pytest.mark.smoke
 def test_voxels_lie_on_the_surface(scene, scene_capture):
     surfels = surfels_from_voxels(scene_capture, count=3000, voxel=0.02)
     assert len(surfels) == 3000

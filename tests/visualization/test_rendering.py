@@ -38,6 +38,7 @@ def red_wall() -> GaussianSplat:
 
 
 @pytest.mark.slow
+@pytest.mark.browser
 @pytest.mark.skipif(
     screenshot.find_chromium() is None, reason="needs chromium on the PATH"
 )

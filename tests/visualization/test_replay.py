@@ -93,6 +93,7 @@ def test_a_lost_map_leaves_the_motion(page, recorded):
 
 
 @pytest.mark.slow
+@pytest.mark.browser
 @pytest.mark.skipif(
     find_chromium() is None, reason="needs chromium on the PATH"
 )

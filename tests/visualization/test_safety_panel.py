@@ -115,6 +115,7 @@ def test_a_release_without_a_stop_does_nothing(page, application, click):
 
 
 @pytest.mark.slow
+@pytest.mark.browser
 @pytest.mark.skipif(
     find_chromium() is None, reason="needs chromium on the PATH"
 )

@@ -43,6 +43,7 @@ class Log:
 
 
 @pytest.mark.slow
+@pytest.mark.browser
 @pytest.mark.skipif(
     find_chromium() is None, reason="needs chromium on the PATH"
 )

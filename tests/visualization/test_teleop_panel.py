@@ -208,6 +208,7 @@ navigator.getGamepads = () => [window.pad];
 
 
 @pytest.mark.slow
+@pytest.mark.browser
 @pytest.mark.skipif(
     find_chromium() is None, reason="needs chromium on the PATH"
 )

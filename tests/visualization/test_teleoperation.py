@@ -129,6 +129,7 @@ def discs_at_the_object(session: Path, version: int) -> int:
 
 
 @pytest.mark.slow
+@pytest.mark.browser
 @pytest.mark.skipif(
     find_chromium() is None, reason="needs chromium on the PATH"
 )
