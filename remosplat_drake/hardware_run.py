@@ -183,14 +183,11 @@ class HardwareLoop:
     def rehearse(self) -> None:
         """Ticks for a moment without sending anything, and forgets it all.
 
-        What is compiled, loaded or drawn on first use then does not delay a
-        tick on which the robot relies.
+        What is loaded or drawn on first use then does not delay a tick on
+        which the robot relies. Kernels have been compiled before, by
+        `warm_up.compile_kernels`.
         """
         self._initialize()
-        # The check of braking ramps runs near obstacles only.
-        robot = self._application.world.robot
-        none = np.zeros(1, np.int64)
-        robot.place_spheres(np.zeros((1, robot.n_q)), none, none)
         for _ in range(math.ceil(REHEARSAL / self._period)):
             self._compute()
             self._end_tick()

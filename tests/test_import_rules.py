@@ -122,6 +122,7 @@ ABOVE_THE_STAGES = {
     "stages",
     "teleop_session",
     "teleop_stages",
+    "warm_up",
 }
 """These see the wired application, and no stage may see them."""
 

@@ -157,6 +157,7 @@ def _record(
     if holds_session(folder):
         shutil.rmtree(folder)
     warm_up.announce(console)
+    warm_up.compile_kernels(scenario, world)
     teleoperation = open_teleoperation(scenario, world, folder, hardware=False)
     log = None
     try:

@@ -118,6 +118,7 @@ def run(arguments: argparse.Namespace) -> int:
     world = load_world(scenario)
     knowledge = examine_map(scenario, world, target_places(scenario, world))
     admission = admit(knowledge, arguments, scenario.source)
+    warm_up.compile_kernels(scenario, world)
     page = None
     if arguments.save_html or not arguments.headless:
         page = MeshcatPage(port=arguments.port)

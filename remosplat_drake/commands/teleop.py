@@ -120,6 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
     warm_up.announce(console)
     world = load_world(scenario, blank=scenario.mapping.enabled)
     admission = _admitted(arguments, scenario, world)
+    warm_up.compile_kernels(scenario, world)
     page = None if arguments.headless else MeshcatPage(port=arguments.port)
     teleoperation, application = _begin(
         arguments, scenario, world, page, folder, admission, console
