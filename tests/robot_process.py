@@ -70,9 +70,13 @@ def robot_process(
 class Client:
     """Keeps all statuses, in order, and sends commands."""
 
-    def __init__(self, url: str):
-        """Starts to listen."""
-        self._lcm = DrakeLcm(url)
+    def __init__(self, wire: str | DrakeLcm):
+        """Starts to listen.
+
+        Args:
+            wire: A URL, or the other end itself, which then waits for nobody.
+        """
+        self._lcm = DrakeLcm(wire) if isinstance(wire, str) else wire
         self._inbox = Inbox(self._lcm, list(TYPES))
         self.arm: list[lcmt_panda_status] = []
         self.base: list[base_status] = []
@@ -96,7 +100,7 @@ class Client:
             else:
                 self.hand.append(message)
 
-    def wait_for(self, done: Callable[[], bool], limit: float = 10.0) -> None:
+    def wait_for(self, done: Callable[[], bool], limit: float = 60.0) -> None:
         """Listens until something is so."""
         end = time.monotonic() + limit
         while not done():

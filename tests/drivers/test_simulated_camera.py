@@ -85,7 +85,7 @@ class Viewer:
 
     def wait(self) -> tuple[np.ndarray, np.ndarray]:
         """The next colour and depth image."""
-        end = time.monotonic() + 5.0
+        end = time.monotonic() + 60
         while not self.ready():
             assert time.monotonic() < end
         self._diagram.ExecuteInitializationEvents(self._context)

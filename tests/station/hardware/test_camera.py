@@ -66,7 +66,7 @@ def test_images_arrive_as_the_simulated_camera_has_them(frankie):
     rgb.mutable_data[:] = np.arange(48).reshape(3, 4, 4)
     depth.mutable_data[..., 0] = 0.1 * np.arange(12).reshape(3, 4)
     publish(url, rgb, depth)
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + 60
     context = simulator.get_context()
     color = station.GetOutputPort("wrist_camera.rgb")
     while color.Eval(context).width() == 0:

@@ -25,6 +25,9 @@ from remosplat_drake.station.hardware.measurement import Measurement
 from remosplat_drake.station.hardware.robot_link import RobotLink
 from remosplat_drake.station.status import RUNNING, STOPPED
 
+MARK = "MARK"
+"""The channel of a message that nobody but the test waits for."""
+
 
 class Drivers:
     """The robot's end of the wire."""
@@ -37,6 +40,7 @@ class Drivers:
                 channels.PANDA_COMMAND,
                 channels.BASE_COMMAND,
                 channels.PANDA_HAND_COMMAND,
+                MARK,
             ],
         )
 
@@ -48,12 +52,13 @@ class Drivers:
         data = base_message(utime=round(time * 1e6), **fields)
         self.lcm.Publish(channels.BASE_STATUS, data)
 
-    def hear(self) -> dict[str, bytes]:
-        """The next commands, by channel; waits a little."""
+    def hear(self, link: RobotLink) -> dict[str, bytes]:
+        """What the link has sent, by channel: all that comes before a mark."""
+        link.lcm.Publish(MARK, b"")
         heard = {}
-        end = time.monotonic() + 0.3
-        while time.monotonic() < end:
-            heard.update(self._inbox.fetch(0.05))
+        while MARK not in heard:
+            heard.update(self._inbox.fetch(1.0))
+        del heard[MARK]
         return heard
 
 
@@ -80,10 +85,14 @@ def q0(link: RobotLink) -> float:
     return float(arm.q[0])
 
 
-def take_in(link: RobotLink) -> None:
-    """Lets the link receive what is under way."""
-    while link.lcm.HandleSubscriptions(100):
-        pass
+def take_in(link: RobotLink, drivers: Drivers) -> None:
+    """Lets the link receive what is under way: all that comes before a mark."""
+    came = []
+    mark = link.lcm.Subscribe(MARK, came.append)
+    drivers.lcm.Publish(MARK, b"")
+    while not came:
+        link.lcm.HandleSubscriptions(1000)
+    del mark
 
 
 def test_of_the_packets_that_wait_the_oldest_is_handed_out(link, drivers):
@@ -94,17 +103,17 @@ def test_of_the_packets_that_wait_the_oldest_is_handed_out(link, drivers):
     assert not link.flush(0.05)
     assert q0(link) == pytest.approx(0.1)
     drivers.tell_arm(5.0, joint_position=[0.9] + [0.0] * 6)
-    take_in(link)
+    take_in(link, drivers)
     assert q0(link) == pytest.approx(0.9)
 
 
 def test_only_new_packets_are_taken(link, drivers):
     drivers.tell_arm(5.0)
-    take_in(link)
+    take_in(link, drivers)
     first = link.updated(Measurement())
     assert link.updated(first).arm is first.arm
     drivers.tell_arm(6.0)
-    take_in(link)
+    take_in(link, drivers)
     assert link.arm.stamp == pytest.approx(6.0)
     assert link.updated(first).arm.stamp == pytest.approx(6.0)
 
@@ -120,7 +129,7 @@ def test_a_command_goes_to_arm_and_base_with_one_stamp(link, drivers):
     u = np.array([-0.5, 0.1, 0.2, 0, 0, 0, 0, 0, 0])
     before = time.time()
     link.send(u)
-    heard = drivers.hear()
+    heard = drivers.hear(link)
     arm = lcmt_panda_command.decode(heard[channels.PANDA_COMMAND])
     base = base_command.decode(heard[channels.BASE_COMMAND])
     assert before - 1e-3 <= arm.utime * 1e-6 <= time.time() + 1e-3
@@ -133,7 +142,7 @@ def test_a_command_goes_to_arm_and_base_with_one_stamp(link, drivers):
 
 def test_a_command_that_is_not_finite_is_sent_as_zeros(link, drivers):
     link.send(np.array([0.1, np.nan, *[0.2] * 7]))
-    heard = drivers.hear()
+    heard = drivers.hear(link)
     arm = lcmt_panda_command.decode(heard[channels.PANDA_COMMAND])
     base = base_command.decode(heard[channels.BASE_COMMAND])
     assert not np.any(arm.joint_velocity)
@@ -143,7 +152,7 @@ def test_a_command_that_is_not_finite_is_sent_as_zeros(link, drivers):
 def test_the_hand_is_not_told_more_often_than_it_listens(link, drivers):
     link.send_hand(0.08, 20.0)
     link.send_hand(0.02, 20.0)
-    heard = drivers.hear()[channels.PANDA_HAND_COMMAND]
+    heard = drivers.hear(link)[channels.PANDA_HAND_COMMAND]
     assert lcmt_schunk_wsg_command.decode(heard).target_position_mm == 80
 
 
@@ -187,7 +196,7 @@ def test_the_ports_tell_what_the_messages_told(url, frankie, drivers):
     hand = lcmt_schunk_wsg_status()
     hand.actual_position_mm = 60.0
     drivers.lcm.Publish(channels.PANDA_HAND_STATUS, hand.encode())
-    take_in(link)
+    take_in(link, drivers)
     # As if the packets had come when they were stamped.
     for box in (link.arm, link.base, link.hand):
         box.received = t
@@ -225,7 +234,7 @@ def test_nothing_is_heard_unless_it_is_told_to(url, frankie, drivers):
     bench = Bench(url, frankie)
     bench.simulator.Initialize()
     drivers.tell_arm(5.0)
-    take_in(bench.station.link)
+    take_in(bench.station.link, drivers)
     # Others wait meanwhile: Drake must leave them to Python.
     drivers.tell_arm(6.0)
     bench.simulator.AdvanceTo(0.1)
@@ -240,9 +249,9 @@ def test_nothing_is_sent_unless_it_is_told_to(url, frankie, drivers):
     bench = Bench(url, frankie)
     bench.command(np.full(9, 0.1))
     bench.simulator.AdvanceTo(0.1)
-    assert drivers.hear() == {}
+    assert drivers.hear(bench.station.link) == {}
     bench.station.ForcedPublish(bench.context)
-    heard = drivers.hear()
+    heard = drivers.hear(bench.station.link)
     assert heard.keys() == {
         channels.PANDA_COMMAND,
         channels.BASE_COMMAND,
