@@ -21,11 +21,16 @@ def run_scenario(spec: str | Path, text: str = "") -> RunResult:
     return run(load_application(spec, text))
 
 
+SAY_STARTED = "SAY_STARTED"
+"""Environment of a process that prints this when Python itself has started."""
+
 # A shell's background job ignores Ctrl-C, and so would its children.
-_LAUNCHER = """
-import signal, sys
+_LAUNCHER = f"""
+import os, signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
 from remosplat_drake.commands.main import main
+if "{SAY_STARTED}" in os.environ:
+    print("{SAY_STARTED}", flush=True)
 sys.exit(main())
 """
 

@@ -7,10 +7,10 @@ what a late tick does is the supervisor's business and tested there.
 import signal
 import subprocess
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import lcm
 import numpy as np
 import pytest
 from drake import lcmt_panda_command
@@ -19,7 +19,6 @@ from robot_process import Client, free_url, robot_process
 from runs import assert_one_line, command_line, remosplat
 
 from remosplat_drake.diagram import MakeDiagram
-from remosplat_drake.drivers.inbox import Inbox
 from remosplat_drake.errors import FieldError
 from remosplat_drake.hardware_limits import (
     NARROWER,
@@ -47,6 +46,7 @@ from remosplat_drake.station.hardware.robot_link import RobotLink
 from remosplat_drake.world import load_world
 
 STILL = 1e-3  # [rad/s]
+END = "END"  # The channel of a message that comes after all commands.
 
 PATIENT = """{
   time_limit: 60,
@@ -95,29 +95,35 @@ def assert_stays_still(client: Client) -> None:
 @contextmanager
 def commands_heard(url: str) -> Iterator[list[np.ndarray]]:
     """Everything that is commanded in the meantime, each of shape (9,)."""
-    inbox = Inbox(
-        DrakeLcm(url), [channels.PANDA_COMMAND, channels.BASE_COMMAND]
-    )
+    wire = lcm.LCM(url)
     heard: list[np.ndarray] = []
-    done = threading.Event()
+    ended, arm = threading.Event(), np.zeros(7)
+
+    def hear_arm(_, data: bytes) -> None:
+        arm[:] = lcmt_panda_command.decode(data).joint_velocity
+
+    def hear_base(_, data: bytes) -> None:
+        base = base_command.decode(data)
+        heard.append(np.array([base.forward, base.yaw_rate, *arm]))
+
+    # Unlike Drake's, these subscriptions drop nothing.
+    for channel, handler in (
+        (channels.PANDA_COMMAND, hear_arm),
+        (channels.BASE_COMMAND, hear_base),
+        (END, lambda *_: ended.set()),
+    ):
+        wire.subscribe(channel, handler).set_queue_capacity(0)
 
     def listen():
-        arm = np.zeros(7)
-        while not done.is_set():
-            for channel, data in inbox.fetch(0.001):
-                if channel == channels.PANDA_COMMAND:
-                    arm = lcmt_panda_command.decode(data).joint_velocity
-                else:
-                    base = base_command.decode(data)
-                    heard.append(np.array([base.forward, base.yaw_rate, *arm]))
+        while not ended.is_set():
+            wire.handle_timeout(100)
 
     thread = threading.Thread(target=listen)
     thread.start()
     try:
         yield heard
     finally:
-        time.sleep(0.05)
-        done.set()
+        DrakeLcm(url).Publish(END, b"")
         thread.join()
 
 

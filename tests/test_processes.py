@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from runs import assert_one_line, command_line, remosplat
+from runs import SAY_STARTED, assert_one_line, command_line, remosplat
 
 from remosplat_drake.scenario import DEFAULT_SCENARIO, LoadScenario
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -20,12 +21,13 @@ from remosplat_drake.splat.ply import write_ply
 # Ctrl-C
 
 
-def start(*arguments: str | Path) -> subprocess.Popen[str]:
+def start(*arguments: str | Path, **environment: str) -> subprocess.Popen[str]:
     return subprocess.Popen(
         command_line(*arguments),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        env=os.environ | environment,
     )
 
 
@@ -47,20 +49,19 @@ def wait_for_drawing(process: subprocess.Popen[str], drawing: Path):
 
 
 def test_an_interrupted_run_sums_up_what_it_did(tmp_path):
-    drawing = tmp_path / "diagram.dot"
     process = start(
         "run",
         "--headless",
         "--realtime-rate",
         "0.05",
-        "--graphviz",
-        drawing,
         "--output",
         tmp_path / "out",
+        FORCE_COLOR="1",  # Without a terminal there is no line of progress.
     )
-    wait_for_drawing(process, drawing)
-    time.sleep(1.0)
-    error = " ".join(interrupt(process).split())
+    assert process.stderr is not None
+    while "to target" not in process.stderr.readline(40):
+        assert process.poll() is None
+    error = " ".join(re.sub(r"\x1b\[[\d;?]*\w", "", interrupt(process)).split())
     assert "not reached: interrupted at target 1 of 1" in error
     assert "clearance (truth) min" in error
     metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
@@ -115,7 +116,11 @@ def test_looking_ahead_in_another_process_leaves_nothing_behind(tmp_path, end):
 
 @pytest.mark.parametrize("seconds", [0.2, 0.6])
 def test_an_interrupt_while_starting_is_one_line(seconds):
-    process = start("run", "--headless", "--realtime-rate", "0.05")
+    process = start(
+        "run", "--headless", "--realtime-rate", "0.05", **{SAY_STARTED: "1"}
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline().strip() == SAY_STARTED
     time.sleep(seconds)
     error = interrupt(process)
     assert error.splitlines()[-1] == "remosplat: interrupted"
