@@ -9,11 +9,14 @@ import pytest
 from pydrake.math import RigidTransform
 
 from remosplat_drake.capture.synthetic import render_capture, survey_poses
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.errors import MissingExtraError
 from remosplat_drake.kernel_cache import drop_stale_kernels
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
-from remosplat_drake.system_libraries import import_optional
+from remosplat_drake.system_libraries import (
+    MissingLibraryError,
+    import_optional,
+)
 
 # CI tries the same examples each time; elsewhere each run tries new ones.
 hypothesis.settings.register_profile("ci", derandomize=True)
@@ -42,7 +45,7 @@ def open3d() -> None:
     """Skips where Open3D is not installed, or lacks something it needs."""
     try:
         import_optional("open3d", "this test", "reconstruction")
-    except RemoSplatError as error:
+    except MissingExtraError as error:
         pytest.skip(str(error))
 
 
@@ -74,3 +77,21 @@ def pytest_configure(config):
     # Only the controller of parallel workers, before any of them starts.
     if not hasattr(config, "workerinput"):
         drop_stale_kernels()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup(item):
+    return (yield from skipping_what_the_system_lacks())
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item):
+    return (yield from skipping_what_the_system_lacks())
+
+
+def skipping_what_the_system_lacks():
+    """A test that needs an absent library of the system, as rendering does."""
+    try:
+        return (yield)
+    except MissingLibraryError as error:
+        pytest.skip(str(error))

@@ -1,6 +1,7 @@
 """Images from librealsense's own software device: no camera is needed."""
 
 import sys
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -99,8 +100,11 @@ def intrinsics(rs, model="inverse_brown_conrady", coefficients=(0.0,) * 5):
 
 
 @pytest.fixture(scope="module")
-def rs():
-    return pytest.importorskip("pyrealsense2")
+def rs() -> ModuleType:
+    try:
+        return realsense_module()
+    except MissingExtraError as error:
+        pytest.skip(str(error))
 
 
 @pytest.fixture(scope="module")
