@@ -13,6 +13,8 @@ from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.kernel_cache import drop_stale_kernels
 from remosplat_drake.reading import UnreadableError
 
+from remosplat_drake.system_libraries import libraries_named
+
 COMMANDS = {
     "run": "drive the robot of a scenario to its targets",
     "replay": "play a recorded session again",
@@ -84,7 +86,7 @@ def _make_parser(chosen: str | None) -> argparse.ArgumentParser:
     for name, summary in COMMANDS.items():
         command = commands.add_parser(name, help=summary, description=summary)
         if name == chosen:
-            with interrupts_deferred():
+            with interrupts_deferred(), libraries_named("Drake"):
                 module = importlib.import_module(
                     f"remosplat_drake.commands.{name.replace('-', '_')}"
                 )
