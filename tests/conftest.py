@@ -6,6 +6,7 @@ from pathlib import Path
 import hypothesis
 import numpy as np
 import pytest
+from pydrake.geometry import MakeRenderEngineVtk, RenderEngineVtkParams
 from pydrake.math import RigidTransform
 
 from remosplat_drake.capture.synthetic import render_capture, survey_poses
@@ -16,6 +17,7 @@ from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.system_libraries import (
     MissingLibraryError,
     import_optional,
+    libraries_named,
 )
 
 # CI tries the same examples each time; elsewhere each run tries new ones.
@@ -47,6 +49,13 @@ def open3d() -> None:
         import_optional("open3d", "this test", "reconstruction")
     except MissingExtraError as error:
         pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def rendering() -> None:
+    """Skips where nothing can be rendered, here or in another process."""
+    with libraries_named("rendering"):
+        MakeRenderEngineVtk(RenderEngineVtkParams())
 
 
 @pytest.fixture(scope="session")

@@ -51,7 +51,7 @@ def command_lines(block: str) -> list[list[str]]:
 
 
 @pytest.fixture(scope="module")
-def a_capture(tmp_path_factory) -> Path:
+def a_capture(rendering, tmp_path_factory) -> Path:
     """What the README's reader has taken of a table."""
     folder = tmp_path_factory.mktemp("a") / "capture"
     scene = str(models_dir() / "scenes/table/scene.json")

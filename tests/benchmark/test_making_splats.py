@@ -65,7 +65,7 @@ def own_cache(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def splat_trials(own_cache) -> list[Trial]:
+def splat_trials(rendering, own_cache) -> list[Trial]:
     """Two scenes, with and without a splat, a few ticks each."""
     methods = load_methods(["sdf-active", "ellipsoid-active"], TICKS)
     folder = str(TINY.folder)

@@ -138,7 +138,7 @@ def folder(tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def process(table, folder) -> Iterator[MappingProcess]:
+def process(rendering, table, folder) -> Iterator[MappingProcess]:
     process = MappingProcess(make_job(table, folder))
     yield process
     process.close()
@@ -241,6 +241,7 @@ def test_a_scan_that_is_broken_off_gives_a_map(station):
     assert len(after.frames) == len(before.frames) + 2
 
 
+@pytest.mark.usefixtures("rendering")
 def test_with_a_fixed_latency_a_map_counts_from_its_tick_on(table, tmp_path):
     config = dc.replace(CONFIG, latency=LATENCY)
     job = make_job(table, tmp_path / "session", config)

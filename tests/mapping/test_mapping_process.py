@@ -77,7 +77,9 @@ def ask(process, *requests) -> list:
 
 
 @pytest.fixture(scope="module")
-def mapped(table, tmp_path_factory) -> Iterator[tuple[MappingProcess, Path]]:
+def mapped(
+    rendering, table, tmp_path_factory
+) -> Iterator[tuple[MappingProcess, Path]]:
     """A process that has made a map of four frames, and its session."""
     folder = tmp_path_factory.mktemp("mapped") / "session"
     process = MappingProcess(make_job(table, folder))
@@ -169,6 +171,7 @@ def test_undo_and_a_further_frame(mapped, table):
     ask(process, Undo())
 
 
+@pytest.mark.usefixtures("rendering")
 def test_a_map_of_another_process_is_checked_and_written_anew(table, tmp_path):
     """A control process gets the seal of what its mapping process wrote."""
     job = make_job(table, tmp_path / "session")
