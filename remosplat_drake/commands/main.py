@@ -12,7 +12,6 @@ from remosplat_drake.commands.unexpected import one_line, report
 from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.kernel_cache import drop_stale_kernels
 from remosplat_drake.reading import UnreadableError
-
 from remosplat_drake.system_libraries import libraries_named
 
 COMMANDS = {
