@@ -221,7 +221,7 @@ def test_the_supervisor_may_stop_the_robot_at_any_tick(frankie, acceleration):
         field = SignedDistanceField(random_scene(rng))
         q = safe_start(frankie, field, rng)
         assert q is not None
-        config = gain_set("tuned", "test")
+        config = gain_set("tuned")
         config.velocity_limits.acceleration = acceleration
         config.collision.gain = 8.0
         law = ReactiveLaw.make(config, frankie, 0.1)

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from numba import njit
 
 
 def braking_command(
@@ -31,13 +32,19 @@ def braking_steps(
     return float(np.max(np.abs(u) / (acceleration_limit * dt), initial=0.0))
 
 
-def braking_fractions(
-    u: np.ndarray, acceleration_limit: np.ndarray, dt: float
-) -> np.ndarray:
-    """Factors on u along its own ramp, from the tick after it, shape (k,).
+@njit(cache=True)
+def stopping_times(u, acceleration_limit, dt):
+    """Ends of a tick with u and of the ticks of its ramp, shape (k,) [s].
 
-    The ramp shrinks u evenly: 1 - 1/n, 1 - 2/n, ..., the last one positive.
+    Time is counted as if u were held: the ramp shrinks u evenly, by the
+    factors 1 - 1/n, 1 - 2/n, ..., and so does the way of each tick.
     """
-    steps = braking_steps(u, acceleration_limit, dt)
-    count = max(math.ceil(steps) - 1, 0)
-    return 1.0 - np.arange(1, count + 1) / max(steps, 1.0)
+    steps = 1.0
+    for j in range(len(u)):
+        steps = max(steps, abs(u[j]) / (acceleration_limit[j] * dt))
+    times = np.empty(math.ceil(steps))
+    time = 0.0
+    for k in range(len(times)):
+        time += dt * (1.0 - k / steps)
+        times[k] = time
+    return times

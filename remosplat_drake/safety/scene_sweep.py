@@ -44,7 +44,7 @@ def keeps_off_the_scene(
     room = clearance - level
     near = np.arange(len(room))
     if field.is_lipschitz:
-        near = np.flatnonzero(~(path.sphere_travel < room))
+        near = np.flatnonzero(~(path.sphere_travel() < room))
     if not len(near):
         return True
     sweep = _Sweep(
@@ -54,7 +54,7 @@ def keeps_off_the_scene(
         level[near],
         p_WS[near],
         room[near],
-        path.sphere_bend[near],
+        path.sphere_bend(near),
         tolerance,
     )
     return sweep.is_clear() if field.is_lipschitz else sweep.is_clear_at_ends()

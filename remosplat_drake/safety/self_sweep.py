@@ -58,8 +58,9 @@ class SelfClearance:
             p_WS: Centres of all spheres, shape (n, 3) [m].
         """
         radius, pairs = self.robot.sphere_arrays[2], self.pairs
-        between = pair_distances(p_WS, radius, pairs.first, pairs.second)
-        return between + pairs.allowance
+        return pair_distances(
+            p_WS, radius, pairs.first, pairs.second, pairs.allowance
+        )
 
     def is_kept(
         self, path: StoppingPath, distance: np.ndarray, tolerance: float
@@ -77,11 +78,11 @@ class SelfClearance:
         """
         robot, pairs = self.robot, self.pairs
         return pairs_keep_apart(
-            (robot.tree_arrays, *robot.sphere_arrays),
+            (robot.tree_arrays, *robot.sphere_arrays, robot.bend),
             (path.q, path.u, robot.n_base, path.times),
-            (pairs.first, pairs.second, pairs.link_pair, self.rate),
-            distance - pairs.allowance,
-            np.minimum(distance, self.stopping) - pairs.allowance,
-            path.sphere_bend,
+            (pairs.first, pairs.second, pairs.link_pair, pairs.allowance),
+            self.rate,
+            distance,
+            self.stopping,
             tolerance,
         )

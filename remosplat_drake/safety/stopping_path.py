@@ -1,12 +1,11 @@
 """`StoppingPath`: the way that a command takes, down to a standstill."""
 
 import dataclasses as dc
-from functools import cached_property
 
 import numpy as np
 
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.safety.braking import braking_fractions
+from remosplat_drake.safety.braking import stopping_times
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -48,21 +47,23 @@ class StoppingPath:
             acceleration_limit: Bounds on |du/dt| of the ramp, shape (n_u,).
             dt: Control period [s].
         """
-        ramp = braking_fractions(u, acceleration_limit, dt)
-        times = dt * np.cumsum(np.concatenate([[1.0], ramp]))
+        times = stopping_times(u, acceleration_limit, dt)
         return StoppingPath(robot, q, u, times)
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """Configurations at times on the path, shape (k, n_q)."""
         return self.robot.advance_for(self.q, self.u, times)
 
-    @cached_property
+    @property
+    def end(self) -> np.ndarray:
+        """Configuration at its end, shape (n_q,)."""
+        return self.robot.advance(self.q, self.u, self.times[-1])
+
     def sphere_travel(self) -> np.ndarray:
         """Bounds on the lengths of the spheres' ways, shape (n,) [m]."""
         return self.robot.reach @ np.abs(self.u) * self.times[-1]
 
-    @cached_property
-    def sphere_bend(self) -> np.ndarray:
-        """Bounds on how fast their velocities change, shape (n,) [m/s^2]."""
+    def sphere_bend(self, sphere: np.ndarray) -> np.ndarray:
+        """Bounds on how fast spheres' velocities change, (n,) [m/s^2]."""
         speed = np.abs(self.u)
-        return self.robot.bend @ speed @ speed
+        return self.robot.bend[sphere] @ speed @ speed

@@ -138,7 +138,10 @@ def _keeps_joint_limits(path: StoppingPath) -> bool:
 
     Joints move one way on a path, so the end is enough.
     """
-    robot, end = path.robot, path.at(path.times[-1:])[0]
+    robot, end = path.robot, path.end
+    outside = (end < robot.position_lower) | (end > robot.position_upper)
+    if not outside.any():
+        return bool(np.isfinite(end).all())
     lower = np.minimum(robot.position_lower, path.q)
     upper = np.maximum(robot.position_upper, path.q)
     return bool(((end >= lower) & (end <= upper)).all())

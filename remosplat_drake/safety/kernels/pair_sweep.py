@@ -19,34 +19,36 @@ _HALVINGS = 10
 
 
 @njit(cache=True)
-def pair_distances(p_WS, radius, first, second):
-    """Distances between the surfaces of pairs, shape (p,) [m]."""
+def pair_distances(p_WS, radius, first, second, allowance):
+    """Distances between surfaces of pairs, plus allowances, shape (p,) [m]."""
     distance = np.empty(len(first))
     for k in range(len(first)):
         i, j = first[k], second[k]
-        distance[k] = apart(p_WS[i], p_WS[j]) - radius[i] - radius[j]
+        between = apart(p_WS[i], p_WS[j]) - radius[i] - radius[j]
+        distance[k] = between + allowance[k]
     return distance
 
 
 @njit(cache=True)
-def pairs_keep_apart(robot, path, pairs, distance, level, bend, tolerance):
-    """Whether all pairs keep their level on a path.
+def pairs_keep_apart(robot, path, pairs, rate, distance, stopping, tolerance):
+    """Whether all pairs keep min(stopping, present distance) on a path.
 
     Args:
-        robot: The arguments of `body_poses` before q, then the body, centre
-            p_BS and radius of each sphere.
+        robot: The arguments of `body_poses` before q; then of each sphere the
+            body, centre p_BS, radius and bounds on how it bends, as in
+            `RobotModel.bend`.
         path: q, u, number of base commands and times, as `StoppingPath`.
-        pairs: First and second sphere of each and its pair of links, (p,)
-            each, and bounds on how fast the distances of each pair of links
-            change with each command, (l, n_u).
+        pairs: First and second sphere of each, its pair of links, and what
+            its distance is counted too large by, shape (p,) each.
+        rate: Bounds on how fast the distances of each pair of links change
+            with each command, shape (l, n_u).
         distance: Where the path starts, shape (p,) [m].
-        level: What they must keep, shape (p,) [m].
-        bend: Bounds on how fast the spheres' velocities change, (n,) [m/s^2].
+        stopping: What they keep [m].
         tolerance: Between times of the path they may be so far below [m].
     """
     speed, times = np.abs(path[1]), path[3]
-    radius = robot[3]
-    first, second, link_pair, rate = pairs
+    radius, bend = robot[3], robot[4]
+    first, second, link_pair, allowance = pairs
     travel = np.zeros(len(rate))
     for k in range(len(rate)):
         for c in range(len(speed)):
@@ -56,11 +58,13 @@ def pairs_keep_apart(robot, path, pairs, distance, level, bend, tolerance):
     p_WS = np.empty((len(knots), len(radius), 3))
     is_placed = np.zeros(len(knots), np.bool_)
     for k in range(len(first)):
-        room = distance[k] - level[k]
+        room = max(distance[k] - stopping, 0.0)
         if travel[link_pair[k]] < room:
             continue
         i, j = first[k], second[k]
-        pair = i, j, level[k] + radius[i] + radius[j], bend[i] + bend[j]
+        level = min(distance[k], stopping) - allowance[k]
+        centres = level + radius[i] + radius[j]
+        pair = i, j, centres, _bend(bend[i], speed) + _bend(bend[j], speed)
         if not _pair_keeps_apart(
             robot, path, pair, knots, p_WS, is_placed, room, tolerance
         ):
@@ -141,11 +145,21 @@ def _keeps_apart_within(robot, path, pair, times, places, rooms, tolerance):
 @njit(cache=True)
 def _place(robot, path, time, p_WS):
     """All spheres at a time on the path."""
-    tree, body, p_BS, _ = robot
+    tree, body, p_BS = robot[0], robot[1], robot[2]
     q, u, n_base, _ = path
     q = advance(q, u, n_base, time)
     X_WB, _ = body_poses(*tree, q)  # pyright: ignore
     p_WS[:], _ = sphere_points(X_WB, body, p_BS)
+
+
+@njit(cache=True)
+def _bend(bound, speed) -> float:
+    """Bound on how fast a sphere's velocity changes [m/s^2]."""
+    total = 0.0
+    for a in range(len(speed)):
+        for b in range(len(speed)):
+            total += bound[a, b] * speed[a] * speed[b]
+    return total
 
 
 @njit(cache=True)
