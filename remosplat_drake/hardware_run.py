@@ -106,6 +106,9 @@ def run_on_hardware(
     ticks on the robot's statuses. However it ends, by Ctrl-C or by an
     exception, too, the robot is brought to rest along the braking ramp.
 
+    `warm_up.compile_kernels` comes before: a tick in which a kernel is
+    compiled is so late that the supervisor stops the robot.
+
     Args:
         application: The diagram; its station must be a `HardwareStation`.
         on_progress: Called every `PROGRESS_PERIOD` with the time since the

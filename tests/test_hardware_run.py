@@ -18,6 +18,7 @@ from pydrake.lcm import DrakeLcm
 from robot_process import Client, free_url, robot_process
 from runs import assert_one_line, command_line, remosplat
 
+from remosplat_drake import warm_up
 from remosplat_drake.diagram import MakeDiagram
 from remosplat_drake.errors import FieldError
 from remosplat_drake.hardware_limits import (
@@ -64,7 +65,9 @@ def make_application(url: str, follow_dwell: float = 2.0, **hardware: float):
     for name, value in hardware.items():
         setattr(scenario.hardware, name, value)
     prepare_for_hardware(scenario, url)
-    return MakeDiagram(scenario, load_world(scenario), hardware=True)
+    world = load_world(scenario)
+    warm_up.compile_kernels(scenario, world)
+    return MakeDiagram(scenario, world, hardware=True)
 
 
 @pytest.fixture

@@ -19,6 +19,7 @@ import time
 import numpy as np
 from pydrake.systems.framework import Context
 
+from remosplat_drake import warm_up
 from remosplat_drake.diagram import Application, MakeDiagram
 from remosplat_drake.hardware_run import (
     prepare_for_hardware,
@@ -165,6 +166,7 @@ def main() -> None:
     scenario = LoadScenario(override=arguments.scenario_text)
     prepare_for_hardware(scenario, arguments.url)
     world = load_world(scenario)
+    warm_up.compile_kernels(scenario, world)
     spheres = world.robot.spheres_at(world.q0)
     field = FaultyField(
         world.field,
