@@ -299,9 +299,30 @@ class RobotModel:
             self._body_S[sphere],
             self._p_LS[sphere],
         )
+        return self.placed(sphere, p_WS, R_WL)
+
+    def placed(
+        self, sphere: np.ndarray, p_WS: np.ndarray, R_WL: np.ndarray
+    ) -> Spheres:
+        """Some spheres, by number, where they are known to be.
+
+        Args:
+            sphere: Which ones, shape (m,).
+            p_WS: Their centres, shape (m, 3) [m].
+            R_WL: Orientations of their links, shape (m, 3, 3).
+        """
         return Spheres(
             p_WS, R_WL, self._radius[sphere], self._ignore_below[sphere]
         )
+
+    @cached_property
+    def arrays(self) -> tuple:
+        """What kernels of verification know of the robot.
+
+        `tree_arrays`; then of each sphere the body, the centre in it, the
+        radius, and `bend`.
+        """
+        return self.tree_arrays, *self.sphere_arrays, self.bend
 
     @cached_property
     def reach(self) -> np.ndarray:

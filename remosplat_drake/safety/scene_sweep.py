@@ -10,7 +10,11 @@ from remosplat_drake.safety.kernels.between_looks import (
     known_rooms,
     longest_ways,
 )
+from remosplat_drake.safety.kernels.scene_looks import look_along
 from remosplat_drake.safety.stopping_path import StoppingPath
+
+Looks = tuple[np.ndarray, ...]
+"""What `look_along` returns."""
 
 _PIECES = 4
 """Pieces into which the time between two looks is cut."""
@@ -47,17 +51,16 @@ def keeps_off_the_scene(
         near = np.flatnonzero(~(path.sphere_travel() < room))
     if not len(near):
         return True
-    sweep = _Sweep(
-        path,
-        field,
-        near,
-        level[near],
-        p_WS[near],
-        room[near],
-        path.sphere_bend(near),
-        tolerance,
+    start, room = p_WS[near], room[near]
+    looks = look_along(
+        path.robot.arrays, path.arrays, near, start, room, tolerance
     )
-    return sweep.is_clear() if field.is_lipschitz else sweep.is_clear_at_ends()
+    sweep = _Sweep(
+        path, field, near, level[near], start, room, looks[2], tolerance
+    )
+    if not field.is_lipschitz:
+        return sweep.is_clear_at_ends(looks)
+    return sweep.is_clear(looks)
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -84,33 +87,39 @@ class _Sweep:
     bend: np.ndarray
     tolerance: float
 
-    def is_clear_at_ends(self) -> bool:
+    def is_clear_at_ends(self, looks: Looks) -> bool:
         """Whether the clearances keep their level at the path's times."""
-        spheres, gap = self._at_ends()
+        point, R_WL = looks[:2]
+        k, n = R_WL.shape[:2]
+        gap = np.tile(np.arange(n), k)
+        spheres = self._spheres(
+            gap, point[1:].reshape(-1, 3), R_WL.reshape(-1, 3, 3)
+        )
         room = self._room(spheres, self.level[gap], np.zeros(1))
         return bool((room >= 0.0).all())
 
-    def is_clear(self) -> bool:
+    def is_clear(self, looks: Looks) -> bool:
         """Whether they keep it on the whole path, less the tolerance."""
-        times = self.path.times
-        k, n = len(times), len(self.room)
-        spheres, gap = self._at_ends()
-        point = np.concatenate(
-            [self.start[None], spheres.p_WS.reshape(k, n, 3)]
-        )
-        span = np.repeat(np.diff(times, prepend=0.0), n).reshape(k, n)
-        way = longest_ways(point, span, self.bend)
-        room = self._look(spheres, gap, point[1:], way)
+        point, R_WL, _, way, room, wanted = looks
+        place, gap = np.nonzero(~(room > wanted))
+        if len(place):
+            spheres = self._spheres(
+                gap, point[place + 1, gap], R_WL[place, gap]
+            )
+            room[place, gap] = self._room(
+                spheres, self.level[gap], wanted[place, gap]
+            )
         if not (room >= 0.0).all():
             return False
         room = np.concatenate([self.room[None], room])
-        place, i = np.nonzero(self._is_open(room, way))
-        if not len(place):
+        is_open = self._is_open(room, way)
+        if not is_open.any():
             return True
+        place, gap = np.nonzero(is_open)
         ends = np.stack([place, place + 1])
-        begins = np.concatenate([[0.0], times])
+        times = np.concatenate([[0.0], self.path.times])
         return self._is_clear_between(
-            i, begins[ends], room[ends, i], point[ends, i]
+            gap, times[ends], room[ends, gap], point[ends, gap]
         )
 
     def _is_clear_between(
@@ -156,12 +165,11 @@ class _Sweep:
         """Between which looks the room may fall too low, shape (k, n)."""
         return ~(room[:-1] + room[1:] - way >= -2.0 * self.tolerance)
 
-    def _at_ends(self) -> tuple[Spheres, np.ndarray]:
-        """All spheres at the path's times, and which of the n each is."""
-        k, n = len(self.path.times), len(self.room)
-        gap = np.tile(np.arange(n), k)
-        state = np.repeat(np.arange(k), n)
-        return self._place(self.path.times, state, gap), gap
+    def _spheres(
+        self, gap: np.ndarray, p_WS: np.ndarray, R_WL: np.ndarray
+    ) -> Spheres:
+        """Some of the n spheres, where they are."""
+        return self.path.robot.placed(self.sphere[gap], p_WS, R_WL)
 
     def _place(
         self, times: np.ndarray, state: np.ndarray, gap: np.ndarray

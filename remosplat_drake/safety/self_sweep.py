@@ -76,10 +76,10 @@ class SelfClearance:
                 shape (p,) [m].
             tolerance: See above [m].
         """
-        robot, pairs = self.robot, self.pairs
+        pairs = self.pairs
         return pairs_keep_apart(
-            (robot.tree_arrays, *robot.sphere_arrays, robot.bend),
-            (path.q, path.u, robot.n_base, path.times),
+            self.robot.arrays,
+            path.arrays,
             (pairs.first, pairs.second, pairs.link_pair, pairs.allowance),
             self.rate,
             distance,

@@ -55,6 +55,11 @@ class StoppingPath:
         return self.robot.advance_for(self.q, self.u, times)
 
     @property
+    def arrays(self) -> tuple:
+        """What kernels know of it: q, u, number of base commands, times."""
+        return self.q, self.u, self.robot.n_base, self.times
+
+    @property
     def end(self) -> np.ndarray:
         """Configuration at its end, shape (n_q,)."""
         return self.robot.advance(self.q, self.u, self.times[-1])
@@ -62,8 +67,3 @@ class StoppingPath:
     def sphere_travel(self) -> np.ndarray:
         """Bounds on the lengths of the spheres' ways, shape (n,) [m]."""
         return self.robot.reach @ np.abs(self.u) * self.times[-1]
-
-    def sphere_bend(self, sphere: np.ndarray) -> np.ndarray:
-        """Bounds on how fast spheres' velocities change, (n,) [m/s^2]."""
-        speed = np.abs(self.u)
-        return self.robot.bend[sphere] @ speed @ speed

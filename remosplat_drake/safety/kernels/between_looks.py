@@ -28,6 +28,21 @@ def apart(p, q) -> float:
 
 
 @njit(cache=True)
+def bend_of(bound, speed) -> float:
+    """How fast the velocity of a sphere may change [m/s^2].
+
+    Args:
+        bound: Its part of `RobotModel.bend`, shape (n_u, n_u).
+        speed: Of the command, |u|, shape (n_u,).
+    """
+    total = 0.0
+    for a in range(len(speed)):
+        for b in range(len(speed)):
+            total += bound[a, b] * speed[a] * speed[b]
+    return total
+
+
+@njit(cache=True)
 def longest_way(p, q, bend, time) -> float:
     """Bound on the way from one point to another [m].
 

@@ -12,7 +12,11 @@ from remosplat_drake.robot.kinematics import (
     body_poses,
     sphere_points,
 )
-from remosplat_drake.safety.kernels.between_looks import apart, longest_way
+from remosplat_drake.safety.kernels.between_looks import (
+    apart,
+    bend_of,
+    longest_way,
+)
 
 _HALVINGS = 10
 """A tick is halved so often; what is still unknown then is refused."""
@@ -34,10 +38,8 @@ def pairs_keep_apart(robot, path, pairs, rate, distance, stopping, tolerance):
     """Whether all pairs keep min(stopping, present distance) on a path.
 
     Args:
-        robot: The arguments of `body_poses` before q; then of each sphere the
-            body, centre p_BS, radius and bounds on how it bends, as in
-            `RobotModel.bend`.
-        path: q, u, number of base commands and times, as `StoppingPath`.
+        robot: See `RobotModel.arrays`.
+        path: See `StoppingPath.arrays`.
         pairs: First and second sphere of each, its pair of links, and what
             its distance is counted too large by, shape (p,) each.
         rate: Bounds on how fast the distances of each pair of links change
@@ -64,7 +66,8 @@ def pairs_keep_apart(robot, path, pairs, rate, distance, stopping, tolerance):
         i, j = first[k], second[k]
         level = min(distance[k], stopping) - allowance[k]
         centres = level + radius[i] + radius[j]
-        pair = i, j, centres, _bend(bend[i], speed) + _bend(bend[j], speed)
+        both = bend_of(bend[i], speed) + bend_of(bend[j], speed)
+        pair = i, j, centres, both
         if not _pair_keeps_apart(
             robot, path, pair, knots, p_WS, is_placed, room, tolerance
         ):
@@ -150,16 +153,6 @@ def _place(robot, path, time, p_WS):
     q = advance(q, u, n_base, time)
     X_WB, _ = body_poses(*tree, q)  # pyright: ignore
     p_WS[:], _ = sphere_points(X_WB, body, p_BS)
-
-
-@njit(cache=True)
-def _bend(bound, speed) -> float:
-    """Bound on how fast a sphere's velocity changes [m/s^2]."""
-    total = 0.0
-    for a in range(len(speed)):
-        for b in range(len(speed)):
-            total += bound[a, b] * speed[a] * speed[b]
-    return total
 
 
 @njit(cache=True)
