@@ -1,5 +1,7 @@
 """A robot's model file, parsed into a plant."""
 
+import re
+
 from pydrake.multibody.parsing import (
     LoadModelDirectives,
     Parser,
@@ -20,6 +22,9 @@ def add_robot_model(
 
     Returns:
         Indices of the model instances that were added.
+
+    Raises:
+        FileError: It is no model, or Drake refuses what it says.
     """
     parser = Parser(plant)
     parser.package_map().Add(
@@ -35,8 +40,16 @@ def add_robot_model(
         instances = parser.AddModels(str(path))
         _weld_roots_to_world(plant, instances)
         return instances
-    except (RuntimeError, ValueError) as error:
-        raise FileError(path, " ".join(str(error).split())) from error
+    # Where C++ would abort, since a limit is negative for example, Python is
+    # asked to exit.
+    except (RuntimeError, ValueError, SystemExit) as error:
+        raise FileError(path, _in_one_line(error)) from error
+
+
+def _in_one_line(error: BaseException) -> str:
+    """What Drake says, without the place in its own sources."""
+    text = " ".join(str(error).split())
+    return re.sub(r"^Failure at \S+ in ", "Drake refuses it in ", text)
 
 
 def _weld_roots_to_world(

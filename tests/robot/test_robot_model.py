@@ -279,10 +279,18 @@ def test_spheres_on_an_unknown_link_name_the_links():
         RobotModel(load_robot_description(THREE_LINK), spheres)
 
 
-def test_a_bad_model_is_named(tmp_path):
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("0.25 0 0", "1_000 0 0", r"three_link\.urdf: Expected 3 values"),
+        ('velocity="2"', 'velocity="-2"', r"urdf: Drake refuses it in set_vel"),
+    ],
+)
+def test_a_bad_model_is_named(tmp_path, old, new, problem):
     for path in THREE_LINK.parent.glob("three_link*"):
         shutil.copy(path, tmp_path)
     model = tmp_path / "three_link.urdf"
-    model.write_text(model.read_text().replace("0.25 0 0", "1_000 0 0"))
-    with pytest.raises(FileError, match=r"three_link\.urdf: Expected 3 values"):
+    assert old in model.read_text()
+    model.write_text(model.read_text().replace(old, new))
+    with pytest.raises(FileError, match=problem):
         load_robot_model(tmp_path / THREE_LINK.name)

@@ -36,7 +36,7 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 ARRIVED = partial(has_arrived, config=ArrivalConfig())
-LONG = 20.0
+LONG = 120.0
 
 
 @dc.dataclass(frozen=True)
