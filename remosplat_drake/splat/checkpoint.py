@@ -57,13 +57,15 @@ def read_checkpoint(path: Path, surfel: bool | None = None) -> GaussianSplat:
     tensors = _load_tensors(path)
     n = _check_shapes(path, tensors)
     rest = tensors.get("shN", np.zeros((n, 0, 3)))
+    with np.errstate(invalid="ignore"):  # What is not finite is named below.
+        colors = 0.5 + SH_C0 * tensors["sh0"][:, 0]
     splat = checked_splat(
         path,
         p_GK=tensors["means"],
         quaternions=tensors["quats"],
         scales=exponential(tensors["scales"]),
         opacities=sigmoid(tensors["opacities"].reshape(n)),
-        colors=0.5 + SH_C0 * tensors["sh0"][:, 0],
+        colors=colors,
         sh_rest=rest,
     )
     if splat.is_surfel:

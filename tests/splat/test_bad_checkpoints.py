@@ -28,6 +28,13 @@ def nested_tensor():
         return torch.nested.nested_tensor([torch.zeros(1, 3)] * 4)
 
 
+def signalling_nan():
+    """Arithmetic warns of it, unlike of the usual NaN."""
+    bits = torch.full((4, 1, 3), 0x7FA00000, dtype=torch.int32)
+    return bits.view(torch.float32)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.filterwarnings("ignore:Sparse CSR tensor support")
 @pytest.mark.parametrize(
     ("changes", "problem"),
@@ -40,6 +47,7 @@ def nested_tensor():
         ({"opacities": [0.0] * 4}, "opacities is no tensor"),
         ({"means": torch.zeros(0, 3)}, "holds no splats"),
         ({"means": torch.full((4, 3), torch.nan)}, "p_GK of splat 0"),
+        ({"sh0": signalling_nan()}, "colors of splat 0"),
         ({"quats": torch.zeros(4, 4)}, "quaternion is zero"),
         ({"means": torch.zeros(1).expand(10**9, 3)}, "larger than the file"),
         ({"means": torch.tensor(1.0)}, r"means has shape \(\); expected"),
