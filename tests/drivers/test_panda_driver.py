@@ -1,5 +1,6 @@
 """The driver on panda-python: all of it but the arm itself."""
 
+from time import monotonic
 from types import SimpleNamespace as Fields
 
 import numpy as np
@@ -98,16 +99,20 @@ def test_what_is_no_command_ends_the_driver_after_a_ramp():
     arm, client = IntegratingArm(), Client(url)
     driver = PandaDriver(DrakeLcm(url), arm)
 
-    def drive(velocity: np.ndarray) -> None:
-        client.send_arm(velocity)
-        client.listen()
-        driver.step(wall_utime())
+    # For the driver time stands still, so that no command grows old while
+    # one is on its way.
+    now = wall_utime()
 
-    for _ in range(50):
-        drive(RATES)
+    def drive_until_it_is_heard(velocity: np.ndarray) -> None:
+        end = monotonic() + 60.0
+        while np.abs(arm.dq).max() < 0.29 or len(velocity) < 7:
+            assert monotonic() < end, "the driver hears nothing"
+            client.send_arm(velocity)
+            driver.step(now)
+
+    drive_until_it_is_heard(RATES)
     with pytest.raises(CommandError):
-        for _ in range(10):
-            drive(RATES[:6])
+        drive_until_it_is_heard(RATES[:6])
     speeds = [np.abs(arm.dq).max()]
     while not driver.brake():
         speeds.append(np.abs(arm.dq).max())
