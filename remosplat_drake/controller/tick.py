@@ -2,7 +2,6 @@
 
 import dataclasses as dc
 from collections.abc import Sequence
-from functools import cached_property
 from time import perf_counter
 
 import numpy as np
@@ -49,6 +48,8 @@ class ReactiveLaw:
         dt: Control period [s].
         ingredients: Costs and constraints of the program.
         solver: The convex solver.
+        self_clearance: What verification keeps the robot from itself; None:
+            nothing.
     """
 
     robot: RobotModel
@@ -56,6 +57,7 @@ class ReactiveLaw:
     dt: float
     ingredients: Sequence[Ingredient]
     solver: Solver
+    self_clearance: SelfClearance | None
 
     @staticmethod
     def make(
@@ -79,15 +81,16 @@ class ReactiveLaw:
             dt,
             make_ingredients(config, robot),
             make_solver(config.solver, "scenario"),
+            _self_clearance(config, robot),
         )
 
-    @cached_property
-    def self_clearance(self) -> SelfClearance | None:
-        """What verification keeps the robot from itself; None: nothing."""
-        config = self.config.self_collision
-        if not config.enabled:
-            return None
-        return SelfClearance.make(self.robot, config.stopping)
+
+def _self_clearance(
+    config: ReactiveControllerConfig, robot: RobotModel
+) -> SelfClearance | None:
+    if not (config.verify and config.self_collision.enabled):
+        return None
+    return SelfClearance.make(robot, config.self_collision.stopping)
 
 
 def run_tick(

@@ -25,11 +25,13 @@ def braking_command(
     return np.zeros_like(u) if steps <= 1.0 else u * (1.0 - 1.0 / steps)
 
 
-def braking_steps(
-    u: np.ndarray, acceleration_limit: np.ndarray, dt: float
-) -> float:
+@njit(cache=True)
+def braking_steps(u, acceleration_limit, dt) -> float:
     """How many ticks the ramp from u takes, not rounded."""
-    return float(np.max(np.abs(u) / (acceleration_limit * dt), initial=0.0))
+    steps = 0.0
+    for j in range(len(u)):
+        steps = max(steps, abs(u[j]) / (acceleration_limit[j] * dt))
+    return steps
 
 
 @njit(cache=True)
@@ -39,9 +41,7 @@ def stopping_times(u, acceleration_limit, dt):
     Time is counted as if u were held: the ramp shrinks u evenly, by the
     factors 1 - 1/n, 1 - 2/n, ..., and so does the way of each tick.
     """
-    steps = 1.0
-    for j in range(len(u)):
-        steps = max(steps, abs(u[j]) / (acceleration_limit[j] * dt))
+    steps = max(braking_steps(u, acceleration_limit, dt), 1.0)
     times = np.empty(math.ceil(steps))
     time = 0.0
     for k in range(len(times)):
