@@ -101,14 +101,7 @@ class _Sweep:
     def is_clear(self, looks: Looks) -> bool:
         """Whether they keep it on the whole path, less the tolerance."""
         point, R_WL, _, way, room, wanted = looks
-        place, gap = np.nonzero(~(room > wanted))
-        if len(place):
-            spheres = self._spheres(
-                gap, point[place + 1, gap], R_WL[place, gap]
-            )
-            room[place, gap] = self._room(
-                spheres, self.level[gap], wanted[place, gap]
-            )
+        self._ask(np.arange(len(self.room)), point[1:], R_WL, room, wanted)
         if not (room >= 0.0).all():
             return False
         room = np.concatenate([self.room[None], room])
@@ -148,7 +141,11 @@ class _Sweep:
             point = np.concatenate([point[:1], p_WS, point[1:]])
             spans = np.tile(span, (_PIECES, 1))
             way = longest_ways(point, spans, self.bend[gap])
-            found = self._look(spheres, gaps, p_WS, way)
+            found, wanted = known_rooms(
+                p_WS, self.start[gap], self.room[gap], way, self.tolerance
+            )
+            R_WL = spheres.R_WL.reshape(*between.shape, 3, 3)
+            self._ask(gap, p_WS, R_WL, found, wanted)
             if not (found >= -self.tolerance).all():
                 return False
             time = np.concatenate([time[:1], between, time[1:]])
@@ -178,29 +175,29 @@ class _Sweep:
             self.path.at(times), state, self.sphere[gap]
         )
 
-    def _look(
+    def _ask(
         self,
-        spheres: Spheres,
         gap: np.ndarray,
         point: np.ndarray,
-        way: np.ndarray,
-    ) -> np.ndarray:
-        """Rooms, or lower bounds where these tell enough, as `known_rooms`.
+        R_WL: np.ndarray,
+        room: np.ndarray,
+        wanted: np.ndarray,
+    ) -> None:
+        """Asks the map where a known room tells too little, and puts it in.
 
-        The field is asked about spheres that need it only.
+        Args:
+            gap: Which of the n is looked at, shape (e,).
+            point: Where it is at each look, shape (k, e, 3) [m].
+            R_WL: Orientation of its link there, shape (k, e, 3, 3).
+            room: What is known, as `known_rooms` has it, shape (k, e) [m].
+            wanted: Likewise.
         """
-        which = gap.reshape(point.shape[:2])[0]
-        room, wanted = known_rooms(
-            point, self.start[which], self.room[which], way, self.tolerance
-        )
-        ask = np.flatnonzero(~(room > wanted))
-        if len(ask):
-            room.ravel()[ask] = self._room(
-                spheres.select(ask),
-                self.level[gap[ask]],
-                wanted.ravel()[ask],
+        place, i = np.nonzero(~(room > wanted))
+        if len(place):
+            spheres = self._spheres(gap[i], point[place, i], R_WL[place, i])
+            room[place, i] = self._room(
+                spheres, self.level[gap[i]], wanted[place, i]
             )
-        return room
 
     def _room(
         self, spheres: Spheres, level: np.ndarray, wanted: np.ndarray
