@@ -64,8 +64,6 @@ class RobotModel:
         acceleration_limit: Bounds on |du/dt|, shape (n_u,).
         position_lower: Joint limits of q; infinite for the base, (n_q,).
         position_upper: See `position_lower`.
-        tree_arrays: The arguments of `kinematics.body_poses` before q.
-        sphere_arrays: Body of `tree`, centre in it and radius of each sphere.
     """
 
     def __init__(
@@ -98,7 +96,7 @@ class RobotModel:
             plant, self.joint_names, description.locked
         )
         self._read_limits(plant)
-        self.tree_arrays = (
+        self._tree_arrays = (
             self.tree.parent,
             self.tree.kind,
             self.tree.axis_F,
@@ -110,7 +108,6 @@ class RobotModel:
         self._body_S = np.array([self.tree.index(x) for x in spheres.links])
         self._p_LS = np.ascontiguousarray(spheres.p_LS)
         self._radius = np.ascontiguousarray(spheres.radius)
-        self.sphere_arrays = self._body_S, self._p_LS, self._radius
         floor = spheres.on_links(set(description.floor_links))
         self._ignore_below = np.where(floor, floor_height, -np.inf)
         self._set_end_effector(plant)
@@ -198,7 +195,7 @@ class RobotModel:
 
     def body_poses(self, q: np.ndarray) -> np.ndarray:
         """Poses X_WL of all bodies of `tree`, shape (b, 4, 4)."""
-        return kin.body_poses(*self.tree_arrays, q)[0]
+        return kin.body_poses(*self._tree_arrays, q)[0]
 
     def end_effector_pose(self, q: np.ndarray) -> np.ndarray:
         """The end-effector pose X_WE, a 4x4 matrix."""
@@ -214,7 +211,7 @@ class RobotModel:
 
     def state(self, q: np.ndarray) -> RobotState:
         """Everything the controller needs at configuration q."""
-        X_WL, X_WF = kin.body_poses(*self.tree_arrays, q)
+        X_WL, X_WF = kin.body_poses(*self._tree_arrays, q)
         X_WE = X_WL[self._body_E] @ self._X_LE
         a_W, o_W = self._screws(X_WL, X_WF)
         spheres = self._spheres(X_WL)
@@ -293,7 +290,7 @@ class RobotModel:
             sphere: Which sphere is wanted, shape (m,).
         """
         p_WS, R_WL = kin.sphere_points_at(
-            self.tree_arrays,
+            self._tree_arrays,
             states,
             state,
             self._body_S[sphere],
@@ -319,10 +316,11 @@ class RobotModel:
     def arrays(self) -> tuple:
         """What kernels of verification know of the robot.
 
-        `tree_arrays`; then of each sphere the body, the centre in it, the
-        radius, and `bend`.
+        The arguments of `kinematics.body_poses` before q; then of each sphere
+        the body, the centre in it, the radius, and `bend`.
         """
-        return self.tree_arrays, *self.sphere_arrays, self.bend
+        spheres = self._body_S, self._p_LS, self._radius
+        return self._tree_arrays, *spheres, self.bend
 
     @cached_property
     def reach(self) -> np.ndarray:

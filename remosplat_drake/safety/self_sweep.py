@@ -57,7 +57,7 @@ class SelfClearance:
         Args:
             p_WS: Centres of all spheres, shape (n, 3) [m].
         """
-        radius, pairs = self.robot.sphere_arrays[2], self.pairs
+        radius, pairs = self.robot.arrays[3], self.pairs
         return pair_distances(
             p_WS, radius, pairs.first, pairs.second, pairs.allowance
         )
