@@ -9,16 +9,19 @@ import pytest
 from pydrake.geometry import MakeRenderEngineVtk, RenderEngineVtkParams
 from pydrake.math import RigidTransform
 
-from remosplat_drake.capture.synthetic import render_capture, survey_poses
-from remosplat_drake.errors import MissingExtraError
-from remosplat_drake.kernel_cache import drop_stale_kernels
-from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
-from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
-from remosplat_drake.system_libraries import (
+from remosplat_drake.base.errors import MissingExtraError
+from remosplat_drake.base.kernel_cache import drop_stale_kernels
+from remosplat_drake.base.system_libraries import (
     MissingLibraryError,
     import_optional,
     libraries_named,
 )
+from remosplat_drake.capture.rendering.synthetic import (
+    render_capture,
+    survey_poses,
+)
+from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 # CI tries the same examples each time; elsewhere each run tries new ones.
 hypothesis.settings.register_profile("ci", derandomize=True)

@@ -7,17 +7,9 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
-from remosplat_drake.mapping.map_file import write_map
-from remosplat_drake.mapping.map_status import MapStatus
-from remosplat_drake.mapping.scene_map import SceneMap
-from remosplat_drake.mapping.session import Session, Version
-from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
-from remosplat_drake.recording.run_folders import new_run
-from remosplat_drake.recording.session_log import TrajectoryLog
-from remosplat_drake.recording.trajectory import Trajectory
-from remosplat_drake.scenario import LoadScenario, Scenario
-from remosplat_drake.scenario_text import scenario_text
-from remosplat_drake.stages import (
+from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.scenario_text import scenario_text
+from remosplat_drake.app.stages import (
     AddController,
     AddOracle,
     AddRecorder,
@@ -25,11 +17,16 @@ from remosplat_drake.stages import (
     AddTargets,
     MakeStation,
 )
-from remosplat_drake.station.connections import (
-    AddConfiguration,
-    ConnectCommand,
-)
-from remosplat_drake.world import World, load_world
+from remosplat_drake.app.world import World, load_world
+from remosplat_drake.mapping.store.map_file import write_map
+from remosplat_drake.mapping.store.session import Session, Version
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.recording.run_folders import new_run
+from remosplat_drake.recording.session_log import TrajectoryLog
+from remosplat_drake.recording.trajectory import Trajectory
+from remosplat_drake.signals.map_status import MapStatus
+from remosplat_drake.signals.scene_map import SceneMap
+from remosplat_drake.station.connections import AddConfiguration, ConnectCommand
 
 SWAP = 0.5
 """When the second map takes the place of the first [s]."""

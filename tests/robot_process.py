@@ -18,12 +18,12 @@ from drake import (
 from pydrake.lcm import DrakeLcm
 from runs import command_line
 
-from remosplat_drake.drivers import faults
-from remosplat_drake.drivers.clock import wall_utime
-from remosplat_drake.drivers.inbox import Inbox
-from remosplat_drake.messages import channels
-from remosplat_drake.messages.base_command import base_command
-from remosplat_drake.messages.base_status import base_status
+from remosplat_drake.base.clock import wall_utime
+from remosplat_drake.hardware.stand_in import faults
+from remosplat_drake.hardware.wire import channels
+from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.messages.base_command import base_command
+from remosplat_drake.hardware.wire.messages.base_status import base_status
 
 TYPES = {
     channels.PANDA_STATUS: lcmt_panda_status,

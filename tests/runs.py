@@ -4,10 +4,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-from remosplat_drake.diagram import Application, MakeDiagram
-from remosplat_drake.scenario import LoadScenario
-from remosplat_drake.simulation import RunResult, run
-from remosplat_drake.world import load_world
+from remosplat_drake.app.diagram import Application, MakeDiagram
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.simulation import RunResult, run
+from remosplat_drake.app.world import load_world
 
 
 def load_application(spec: str | Path, text: str = "") -> Application:

@@ -13,28 +13,24 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
+from remosplat_drake.app.diagram import MakeDiagram
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.simulation import run
+from remosplat_drake.app.world import load_world
 from remosplat_drake.benchmark.scene_generators import generate
-from remosplat_drake.controller.config import gain_set
+from remosplat_drake.controller.braking import braking_command
+from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.tick import ReactiveLaw, run_tick
-from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.diagram import MakeDiagram
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
-from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.safety.braking import braking_command
-from remosplat_drake.scenario import LoadScenario
-from remosplat_drake.scene.primitive_scene import (
-    Box,
-    Cylinder,
-    PrimitiveScene,
-)
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi
-from remosplat_drake.simulation import run
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.world import load_world
 
 ROUNDING = 1e-9
 DT = 0.05

@@ -10,18 +10,14 @@ import pytest
 from pydrake.math import RigidTransform
 from runs import load_application, run_scenario
 
-from remosplat_drake.diagram import Application
-from remosplat_drake.errors import FieldError
+from remosplat_drake.app.diagram import Application
+from remosplat_drake.app.simulation import REACHED, run
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.scene.primitive_scene import (
-    Box,
-    Cylinder,
-    PrimitiveScene,
-)
-from remosplat_drake.simulation import REACHED, run
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
+from remosplat_drake.splat.codecs.ply import read_ply, write_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.ply import read_ply, write_ply
 
 FLOOR_HEIGHT = 0.03
 STOPPING = 0.021

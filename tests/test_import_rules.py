@@ -1,6 +1,8 @@
 """The tree is the theory: who may import whom, read off the sources."""
 
 import ast
+import graphlib
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -13,118 +15,7 @@ import remosplat_drake
 PACKAGE = Path(remosplat_drake.__file__).parent
 NAME = "remosplat_drake"
 
-EVERYONE = {
-    "errors",
-    "resources",
-    "atomic_file",
-    "ranges",
-    "reading",
-    "strict_json",
-    "strict_yaml",
-    "yaml_nodes",
-    "colors",
-    "one_thread",
-    "system_libraries",
-}
-"""Small modules at the bottom that anybody may use."""
-
-ALLOWED = {
-    "scene": set(),
-    "splat": set(),
-    "robot": set(),
-    "oracle": {"scene", "splat", "robot"},
-    # A supervisor reads what the controller and the station report.
-    "safety": {
-        "controller.tick_report",
-        "oracle",
-        "robot",
-        "station.status",
-    },
-    "controller": {"oracle", "robot", "safety"},
-    "messages": set(),
-    "station": {"messages", "robot", "scene"},
-    # A camera gives posed frames.
-    "drivers": {"capture", "messages", "robot", "scene", "station"},
-    "task": {"controller.servo", "oracle", "robot"},
-    # Stands in the place of a target sequence; a scan wants frames.
-    "teleop": {
-        "capture.camera_mount",
-        "controller.servo",
-        "controller.tick_report",
-        "mapping.map_requests",
-        "messages",
-        "robot",
-        "safety.supervision",
-        "scene.primitive_scene",
-        "station.hardware.config",
-        "task.target_sequence",
-    },
-    # The log holds the supervisor's mode; figures are made of it later.
-    "recording": {
-        "controller.tick_report",
-        "oracle",
-        "robot",
-        "safety.supervision",
-        "teleop.deviation",
-    },
-    # A live camera needs the names of the station's ports: inert data.
-    "capture": {
-        "oracle",
-        "robot",
-        "scene",
-        "station.config",
-        "station.ports",
-    },
-    "reconstruction": {"capture", "oracle", "robot", "scene", "splat"},
-    "mapping": {
-        "capture",
-        "oracle",
-        "reconstruction",
-        "robot",
-        "scene",
-        "splat",
-    },
-    "visualization": {
-        "controller.guidance",
-        "controller.ingredients.collision_damper",
-        "controller.servo",
-        "controller.tick_report",
-        "mapping.map_requests",
-        "mapping.map_status",
-        "mapping.scene_map",
-        "oracle",
-        "recording.run_log",
-        "robot",
-        "safety.operator",
-        "safety.supervision",
-        "scene",
-        "splat",
-        "station.status",
-        "reconstruction.coverage",
-        "teleop.config",
-        "teleop.deviation",
-        "teleop.operator_command",
-        "teleop.target_state",
-        "teleop.gamepad",
-    },
-}
-"""The stages of the data flow; what a stage may import besides itself."""
-
-ABOVE_THE_STAGES = {
-    "benchmark",
-    "commands",
-    "control_loop",
-    "diagram",
-    "hardware_limits",
-    "hardware_run",
-    "recorded_run",
-    "simulation",
-    "stages",
-    "teleop_session",
-    "teleop_stages",
-    "warm_up",
-}
-"""These see the wired application, and no stage may see them."""
+ARCHITECTURE = PACKAGE.parent / "docs" / "architecture.md"
 
 HEAVY = {"torch", "gsplat", "open3d", "pyrealsense2"}
 """Optional packages that are imported inside functions."""
@@ -153,11 +44,6 @@ def imports(tree: ast.AST) -> Iterator[str]:
             yield from (f"{node.module}.{a.name}" for a in node.names)
 
 
-def sources(stage: str) -> list[Path]:
-    folder = PACKAGE / stage
-    return sorted(folder.rglob("*.py")) or [PACKAGE / f"{stage}.py"]
-
-
 def own_imports(path: Path) -> set[str]:
     """What a file imports from this package, without the package's name."""
     return {
@@ -167,58 +53,89 @@ def own_imports(path: Path) -> set[str]:
     }
 
 
-def is_within(name: str, allowed: set[str]) -> bool:
-    return any(name == a or name.startswith(f"{a}.") for a in allowed)
+def rooms() -> dict[str, set[str] | None]:
+    """The rooms of the architecture page, from the ground up, and their use.
+
+    None stands for "everything above".
+    """
+    rows = re.findall(
+        r"^\| `(\w+)` \| .* \| (.*)\|$", ARCHITECTURE.read_text(), re.M
+    )
+    return {
+        room: None
+        if uses.strip() == "everything above"
+        else set(re.findall(r"`(\w+)`", uses))
+        for room, uses in rows
+    }
 
 
-def is_within_any(path: Path, modules: set[str]) -> bool:
-    return any(is_within(name, modules) for name in own_imports(path))
+def rooms_used_by(room: str) -> dict[str, Path]:
+    """The rooms that a room imports, each with a file that does."""
+    used = {
+        name.split(".")[0]: path.relative_to(PACKAGE)
+        for path in (PACKAGE / room).rglob("*.py")
+        for name in own_imports(path)
+        if name != "__version__"
+    }
+    used.pop(room, None)
+    return used
 
 
-def test_every_package_has_a_rule():
-    packages = {p.parent.name for p in PACKAGE.glob("*/__init__.py")}
-    assert packages <= ALLOWED.keys() | ABOVE_THE_STAGES
+def is_within(name: str, module: str) -> bool:
+    return name == module or name.startswith(f"{module}.")
 
 
-@pytest.mark.parametrize("stage", ALLOWED)
-def test_a_stage_imports_only_what_is_below_it(stage):
-    allowed = ALLOWED[stage] | EVERYONE | {stage}
-    for path in sources(stage):
-        wrong = {n for n in own_imports(path) if not is_within(n, allowed)}
-        assert not wrong, f"{path.relative_to(PACKAGE)} imports {wrong}"
+def test_every_folder_is_a_room_and_nothing_lies_beside_them():
+    folders = {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
+    assert folders == rooms().keys()
+    assert [path.name for path in PACKAGE.glob("*.py")] == ["__init__.py"]
 
 
-def test_what_everyone_uses_uses_nobody_else():
-    for module in EVERYONE:
-        for path in sources(module):
-            wrong = {n for n in own_imports(path) if not is_within(n, EVERYONE)}
-            assert not wrong, f"{module} imports {wrong}"
+@pytest.mark.parametrize("room", rooms())
+def test_a_room_imports_what_the_architecture_page_says(room):
+    names = list(rooms())
+    above = set(names[: names.index(room)])
+    used, declared = rooms_used_by(room), rooms()[room]
+    if declared is None:
+        assert used.keys() <= above, used
+    else:
+        assert used.keys() == declared, used
+        assert declared <= above
 
 
-def test_only_what_is_above_the_diagram_imports_it():
+def test_no_file_imports_itself_by_a_detour():
+    """No circles, neither between rooms nor within one."""
+    graph = {}
     for path in PACKAGE.rglob("*.py"):
-        stage = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
-        if stage not in ABOVE_THE_STAGES:
-            assert not is_within_any(path, ABOVE_THE_STAGES), path
+        module = ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
+        graph[module] = own_imports(path)
+    graph = {
+        module: {
+            name if name in graph else name.rpartition(".")[0] for name in names
+        }
+        for module, names in graph.items()
+    }
+    sorter = graphlib.TopologicalSorter(graph)
+    sorter.prepare()
 
 
-def test_only_the_diagram_wires_controller_and_station():
-    """A scenario knows their configurations; nobody else knows both."""
+def test_only_the_application_wires_controller_and_station():
     for path in PACKAGE.rglob("*.py"):
-        if path.name in ("control_loop.py", "diagram.py", "stages.py"):
+        if "app" in path.relative_to(PACKAGE).parts:
             continue
-        systems = {n for n in own_imports(path) if ".config" not in n}
-        both = [
-            any(is_within(n, {stage}) for n in systems)
-            for stage in ("controller.reactive_controller", "station")
-        ]
-        assert not all(both), path
+        systems = {
+            module
+            for module in ("controller.reactive_controller", "station")
+            for name in own_imports(path)
+            if is_within(name, module) and "_config" not in name
+        }
+        assert len(systems) < 2, path
 
 
 def test_optional_packages_are_imported_only_where_they_are_used():
-    """Inside functions; reconstruction needs torch as a whole."""
+    """Inside functions; training a splat needs torch as a whole."""
     for path in PACKAGE.rglob("*.py"):
-        if path.parent.name == "reconstruction":
+        if "training" in path.parts:
             continue
         top = ast.Module(body=[], type_ignores=[])
         top.body = [
@@ -234,7 +151,7 @@ def test_pydrake_is_imported_from_its_modules():
     """`pydrake.all` takes a second to import."""
     for path in PACKAGE.rglob("*.py"):
         for name in imports(ast.parse(path.read_text())):
-            assert not is_within(name, {"pydrake.all"}), path
+            assert not is_within(name, "pydrake.all"), path
 
 
 @pytest.mark.parametrize("command", ["main", "run"])

@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 from runs import run_scenario
 
+from remosplat_drake.app.simulation import REACHED, TIME_LIMIT, RunResult
 from remosplat_drake.benchmark.robot_states import distance_errors, free_states
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
-from remosplat_drake.reconstruction.quality import summarize
+from remosplat_drake.reconstruction.report.quality import summarize
 from remosplat_drake.scene.rmmi import read_rmmi
-from remosplat_drake.simulation import REACHED, TIME_LIMIT, RunResult
-from remosplat_drake.splat.ply import read_ply
+from remosplat_drake.splat.codecs.ply import read_ply
 
 TRUTHS = {
     "table_0001": "table_new/table_new_0001.json",

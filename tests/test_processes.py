@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from runs import SAY_STARTED, assert_one_line, command_line, remosplat
 
-from remosplat_drake.scenario import DEFAULT_SCENARIO, LoadScenario
+from remosplat_drake.app.scenario import DEFAULT_SCENARIO, LoadScenario
+from remosplat_drake.splat.codecs.ply import write_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.ply import write_ply
 
 # Ctrl-C
 

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.world import load_world
+from remosplat_drake.base.resources import models_dir
 from remosplat_drake.commands.main import COMMANDS, main
-from remosplat_drake.resources import models_dir
-from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.splat.codecs.ply import write_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.ply import write_ply
-from remosplat_drake.world import load_world
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text()

@@ -3,16 +3,16 @@
 import pytest
 from runs import load_application, run_scenario
 
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.recording.trajectory import Trajectory
-from remosplat_drake.scenario import (
+from remosplat_drake.app.scenario import (
     DEFAULT_SCENARIO,
     LoadScenario,
     find_scenario,
     shipped_scenarios,
 )
-from remosplat_drake.simulation import REACHED, TIME_LIMIT, run
-from remosplat_drake.world import World
+from remosplat_drake.app.simulation import REACHED, TIME_LIMIT, run
+from remosplat_drake.app.world import World
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.recording.trajectory import Trajectory
 
 
 def true_clearances(world: World, trajectory: Trajectory) -> list[float]:

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 from pydrake.math import RigidTransform
 
-from remosplat_drake import resources
-from remosplat_drake.atomic_file import atomic_write
+from remosplat_drake.base import resources
+from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.capture.formats import read_capture
-from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.point_distance import PointDistanceField
 from remosplat_drake.reconstruction.measured_space import measured_points
+from remosplat_drake.signals.distance_field import DistanceField
 
 SURFACES_VERSION = 1
 """Raised whenever a capture would give other surfaces."""

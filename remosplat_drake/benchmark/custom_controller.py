@@ -23,12 +23,12 @@ from time import perf_counter
 
 import numpy as np
 
-from remosplat_drake.controller.servo import PoseError, pose_error
-from remosplat_drake.controller.tick_report import OPTIMAL
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.recording.trajectory import Trajectory
+from remosplat_drake.robot.pose_error import PoseError, pose_error
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.tick_report import OPTIMAL
 
 Control = Callable[[np.ndarray, np.ndarray], np.ndarray]
 MakeControl = Callable[[RobotModel, DistanceField, np.ndarray, float], Control]

@@ -19,19 +19,19 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from remosplat_drake.atomic_file import atomic_write
+from remosplat_drake.base.atomic_file import atomic_write
+from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.benchmark.depth_differences import (
     CLASSES,
     TOLERANCE,
     Differences,
     by_view,
 )
-from remosplat_drake.errors import FileError, RemoSplatError
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_rasterization_gsplat import GsplatDepthField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
-from remosplat_drake.oracle.distance_field import Clearances, DistanceField
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 

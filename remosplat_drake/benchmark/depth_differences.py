@@ -12,8 +12,8 @@ import numpy as np
 
 from remosplat_drake.oracle.depth_rasterization_reference import composite
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV, DepthSensor
-from remosplat_drake.oracle.distance_field import Clearances
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 RULES = {

@@ -30,18 +30,19 @@ from pydrake.multibody.math import SpatialVelocity
 from pydrake.planning import DofMask, JointLimits
 from pydrake.systems.framework import BusValue
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark.custom_controller import Control
 from remosplat_drake.benchmark.drake_baseline_model import (
     SIDEWAYS,
     CollisionModel,
     make_collision_model,
 )
-from remosplat_drake.controller.config import gain_set
-from remosplat_drake.controller.servo import pose_error, servo_twist
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.controller.controller_config import gain_set
+from remosplat_drake.controller.servo import servo_twist
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.distance_field import DistanceField
 
 GAINS = gain_set("paper")
 """Servo, distances and margins are those of the paper's rows."""

@@ -29,11 +29,7 @@ from pydrake.planning import RobotDiagramBuilder, SceneGraphCollisionChecker
 
 from remosplat_drake.robot.kinematics import PRISMATIC, REVOLUTE
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.scene.primitive_scene import (
-    Box,
-    Cylinder,
-    PrimitiveScene,
-)
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 SIDEWAYS = 1
 """Index in q of what a differential base cannot change in its own frame."""

@@ -19,8 +19,8 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.sharedctypes import Synchronized
 
+from remosplat_drake.base.one_thread import one_thread_environment
 from remosplat_drake.benchmark.jobs import Job, JobList, JobSource, Results
-from remosplat_drake.one_thread import one_thread_environment
 
 MAX_ATTEMPTS = 2
 """A job whose worker dies so often is given up."""

@@ -12,6 +12,8 @@ import math
 import tempfile
 from pathlib import Path
 
+from remosplat_drake.app.simulation import REACHED
+from remosplat_drake.app.world import World
 from remosplat_drake.benchmark.fault_cases import (
     GOES_ON,
     MOVES,
@@ -29,8 +31,6 @@ from remosplat_drake.benchmark.motion_judge import (
     judge_stop,
     true_clearance,
 )
-from remosplat_drake.simulation import REACHED
-from remosplat_drake.world import World
 
 _ATTEMPTS = 5
 """A run that was disturbed before its fault is repeated."""

@@ -3,9 +3,9 @@
 import dataclasses as dc
 from enum import Enum
 
-from remosplat_drake.controller.tick_report import BRAKING, RELAXED
-from remosplat_drake.drivers import faults
+from remosplat_drake.hardware.stand_in import faults
 from remosplat_drake.safety.supervisor_system import STOP_BUTTON
+from remosplat_drake.signals.tick_report import BRAKING, RELAXED
 
 
 class Part(Enum):

@@ -19,19 +19,19 @@ import time
 import numpy as np
 from pydrake.systems.framework import Context
 
-from remosplat_drake import warm_up
-from remosplat_drake.diagram import Application, MakeDiagram
-from remosplat_drake.hardware_run import (
+from remosplat_drake.app import warm_up
+from remosplat_drake.app.diagram import Application, MakeDiagram
+from remosplat_drake.app.hardware_run import (
     prepare_for_hardware,
     run_on_hardware,
 )
-from remosplat_drake.oracle.distance_field import Clearances, DistanceField
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.world import load_world
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.safety.supervision import SupervisorState
 from remosplat_drake.safety.supervisor_system import STOP_BUTTON
-from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.visualization.page import MeshcatPage
-from remosplat_drake.world import load_world
 
 FAULTS = {
     "stop-button": "somebody presses the stop button",

@@ -18,8 +18,8 @@ from remosplat_drake.benchmark.fault_cases import (
     Part,
 )
 from remosplat_drake.benchmark.wire_tap import WireTap
-from remosplat_drake.drivers import faults
-from remosplat_drake.safety.supervision import LATCHED, STOPPED
+from remosplat_drake.hardware.stand_in import faults
+from remosplat_drake.signals.supervisor_state import LATCHED, STOPPED
 
 STOP_LIMIT = 4.0
 """A stop that takes longer is none [s]."""

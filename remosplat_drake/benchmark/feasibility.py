@@ -13,13 +13,13 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import least_squares
 
-from remosplat_drake.controller.servo import pose_error
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.signals.distance_field import DistanceField
 
 FILTER_VERSION = 1
 """Raised whenever a scene might be judged differently."""

@@ -8,7 +8,9 @@ import hashlib
 import json
 from pathlib import Path
 
-from remosplat_drake.atomic_file import write_atomically
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.strict_json import parse_json
 from remosplat_drake.benchmark.feasibility import (
     FILTER_VERSION,
     FeasibilityFilter,
@@ -18,9 +20,7 @@ from remosplat_drake.benchmark.scene_generators import (
     GENERATOR_VERSION,
     generate,
 )
-from remosplat_drake.errors import FileError
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
-from remosplat_drake.strict_json import parse_json
 
 ROBOT, FLOOR_HEIGHT = "frankie", 0.03
 """Who must reach the goals; and below that height [m] its floor links see

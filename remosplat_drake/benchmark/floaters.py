@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 FAINTEST = 1 / 255

@@ -4,10 +4,7 @@ import math
 
 import numpy as np
 
-from remosplat_drake.benchmark.statistics import (
-    mean_interval,
-    wilson_interval,
-)
+from remosplat_drake.benchmark.statistics import mean_interval, wilson_interval
 
 
 def format_rate(successes: int, count: int) -> str:

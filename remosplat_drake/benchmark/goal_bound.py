@@ -15,7 +15,9 @@ from contextlib import closing
 from functools import cache
 from pathlib import Path
 
-from remosplat_drake.atomic_file import write_atomically
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.strict_json import parse_json
 from remosplat_drake.benchmark.engines import in_this_process, in_workers
 from remosplat_drake.benchmark.feasibility import (
     FILTER_VERSION,
@@ -28,10 +30,8 @@ from remosplat_drake.benchmark.formatting import format_rate
 from remosplat_drake.benchmark.jobs import Job, JobList
 from remosplat_drake.benchmark.reaching_task import BenchmarkCase
 from remosplat_drake.benchmark.tables import Table
-from remosplat_drake.errors import FileError
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.strict_json import parse_json
 
 SPHERE_SETS = ("paper", "covering")
 CLEARANCES = (0.021, 0.010)

@@ -10,6 +10,7 @@ from itertools import islice
 
 import numpy as np
 
+from remosplat_drake.app.scenario import LoadScenario, Scenario
 from remosplat_drake.benchmark.primitive_surfels import surfel_splat
 from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.benchmark.timing import Case
@@ -26,12 +27,11 @@ from remosplat_drake.controller.guidance.selection_rule import (
     SelectionRule,
     make_selection_rule,
 )
-from remosplat_drake.controller.servo import pose_error
 from remosplat_drake.controller.tick import ReactiveLaw, run_tick
-from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
-from remosplat_drake.scenario import LoadScenario, Scenario
+from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.task.arrival import has_arrived
 
 STUCK = ("table", 6)

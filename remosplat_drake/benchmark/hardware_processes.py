@@ -12,8 +12,8 @@ from pathlib import Path
 
 from pydrake.lcm import DrakeLcm
 
+from remosplat_drake.base.one_thread import ONE_THREAD
 from remosplat_drake.benchmark.network_relay import READY
-from remosplat_drake.one_thread import ONE_THREAD
 
 GROUP = "239.255.76.67"
 """LCM's usual multicast address."""

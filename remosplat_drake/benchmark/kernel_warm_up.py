@@ -10,8 +10,11 @@ from contextlib import suppress
 
 from remosplat_drake.benchmark.trial import Trial, run_trial
 from remosplat_drake.benchmark.trial_queue import SplatMaking
-from remosplat_drake.capture.synthetic import render_capture, survey_poses
-from remosplat_drake.reconstruction.surfels import surfels_from_capture
+from remosplat_drake.capture.rendering.synthetic import (
+    render_capture,
+    survey_poses,
+)
+from remosplat_drake.reconstruction.surfels.surfels import surfels_from_capture
 
 TICKS = 2
 """How long a method runs to have everything compiled."""

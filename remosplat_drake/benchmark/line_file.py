@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from remosplat_drake.errors import FileError
+from remosplat_drake.base.errors import FileError
 
 
 class LineFile:

@@ -9,15 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.real_time import Spread, garbage_kept, going_first
 from remosplat_drake.benchmark.live_session import LiveSession
 from remosplat_drake.controller.tick import ReactiveLaw, run_tick
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.mapping.config import FREE, OBSTACLE
-from remosplat_drake.mapping.map_requests import MapRequests
-from remosplat_drake.mapping.session import SESSION_FILE
+from remosplat_drake.mapping.mapping_config import FREE, OBSTACLE
+from remosplat_drake.mapping.store.session import SESSION_FILE
 from remosplat_drake.oracle.composite import CompositeDistanceField
-from remosplat_drake.real_time import Spread, garbage_kept, going_first
-from remosplat_drake.scenario import Scenario
+from remosplat_drake.signals.map_requests import MapRequests
 
 QUIET, QUICK, FULL = "nothing", "a quick map", "a full map"
 """What may be in the making."""

@@ -5,6 +5,7 @@ import gc
 from collections.abc import Callable
 from itertools import cycle
 
+from remosplat_drake.base.real_time import garbage_kept
 from remosplat_drake.benchmark.live_map_cases import first_map
 from remosplat_drake.benchmark.live_session import LiveSession
 from remosplat_drake.benchmark.memory_use import (
@@ -13,8 +14,7 @@ from remosplat_drake.benchmark.memory_use import (
     memory_of,
     trend,
 )
-from remosplat_drake.mapping.map_requests import MapRequests
-from remosplat_drake.real_time import garbage_kept
+from remosplat_drake.signals.map_requests import MapRequests
 
 _LOOKS = 1.0
 """Memory is looked at so often [s]."""

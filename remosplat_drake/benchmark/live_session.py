@@ -8,21 +8,21 @@ from types import TracebackType
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context
 
+from remosplat_drake.app.diagram import MakeDiagram
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.simulation import supervision_of
+from remosplat_drake.app.teleop_session import open_teleoperation
+from remosplat_drake.app.world import World
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark.told_operator import ToldOperator
-from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.diagram import MakeDiagram
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.mapping.map_requests import MapRequests
-from remosplat_drake.mapping.map_status import MapStatus
 from remosplat_drake.mapping.mapping_process import MappingProcess
-from remosplat_drake.safety.supervision import STOPPED
-from remosplat_drake.scenario import Scenario
-from remosplat_drake.simulation import supervision_of
-from remosplat_drake.station.config import kinematic_simulator_config
-from remosplat_drake.teleop.operator_command import OperatorCommand
-from remosplat_drake.teleop_session import open_teleoperation
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.map_status import MapStatus
+from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.signals.supervisor_state import STOPPED
+from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.station.station_config import kinematic_simulator_config
 from remosplat_drake.visualization.page import MeshcatPage
-from remosplat_drake.world import World
 
 _STAY = 4.0
 """The target goes to another of the saved poses so often [s]."""

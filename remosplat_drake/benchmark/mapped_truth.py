@@ -6,15 +6,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from remosplat_drake.mapping.session import Session
+from remosplat_drake.mapping.store.session import Session
 from remosplat_drake.oracle.point_distance import PointDistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.scene.primitive_scene import (
-    Box,
-    Cylinder,
-    PrimitiveScene,
-)
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 _ON = 0.005
 """A measured point so near to a solid is on it [m]."""

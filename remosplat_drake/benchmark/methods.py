@@ -5,27 +5,23 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
-from remosplat_drake.benchmark.custom_controller import (
-    load_controller,
-    source_digest,
-)
-from remosplat_drake.errors import (
-    FieldError,
-    RemoSplatError,
-    unknown_name,
-)
-from remosplat_drake.map_knowledge import find_map_error, map_error_gates
-from remosplat_drake.oracle.config import GroundTruth
-from remosplat_drake.robot.robot_model import load_robot_model
-from remosplat_drake.safety.gates import open_gates
-from remosplat_drake.scenario import (
+from remosplat_drake.app.map_knowledge import find_map_error, map_error_gates
+from remosplat_drake.app.scenario import (
     YAML_SUFFIXES,
     Scenario,
     check_scenario,
     split_spec,
 )
-from remosplat_drake.station.config import KinematicStation
-from remosplat_drake.strict_yaml import entries, load_strict
+from remosplat_drake.base.errors import FieldError, RemoSplatError, unknown_name
+from remosplat_drake.base.strict_yaml import entries, load_strict
+from remosplat_drake.benchmark.custom_controller import (
+    load_controller,
+    source_digest,
+)
+from remosplat_drake.oracle.oracle_config import GroundTruth
+from remosplat_drake.robot.robot_model import load_robot_model
+from remosplat_drake.safety.gates import open_gates
+from remosplat_drake.station.station_config import KinematicStation
 
 METHODS_FILE = Path(__file__).with_suffix(".yaml")
 """The shipped methods."""

@@ -6,9 +6,9 @@ control ticks and at the end, and the commands u (T, n_u) between them.
 
 import numpy as np
 
-from remosplat_drake.controller.servo import PoseError, pose_error
-from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.robot.pose_error import PoseError, pose_error
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 RESAMPLING_PERIOD = 0.05

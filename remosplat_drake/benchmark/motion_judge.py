@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.distance_field import DistanceField
 
 STILL = 2e-3
 """A robot that is slower stands [m/s, rad/s]."""

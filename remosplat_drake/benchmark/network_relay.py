@@ -15,8 +15,8 @@ import time
 import numpy as np
 from pydrake.lcm import DrakeLcm
 
-from remosplat_drake.drivers.inbox import Inbox
-from remosplat_drake.messages import channels
+from remosplat_drake.hardware.wire import channels
+from remosplat_drake.hardware.wire.inbox import Inbox
 
 COMMANDS = [
     channels.PANDA_COMMAND,

@@ -9,28 +9,31 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from remosplat_drake.app.diagram import MakeDiagram
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.simulation import REACHED, run
+from remosplat_drake.app.world import World
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.resources import models_dir, resolve
 from remosplat_drake.benchmark.floaters import with_floaters
 from remosplat_drake.benchmark.robot_states import distance_errors, free_states
-from remosplat_drake.diagram import MakeDiagram
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.oracle.config import (
+from remosplat_drake.oracle.oracle_config import (
     DepthRasterization,
     OracleConfig,
     SphereToEllipsoid,
     make_field,
 )
-from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.reconstruction.quality import DistanceQuality, summarize
-from remosplat_drake.resources import models_dir, resolve
+from remosplat_drake.reconstruction.report.quality import (
+    DistanceQuality,
+    summarize,
+)
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.scenario import Scenario
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_rmmi
-from remosplat_drake.simulation import REACHED, run
+from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.world import World
 
 METHODS: dict[str, OracleConfig] = {
     "depth rasterisation": DepthRasterization(),

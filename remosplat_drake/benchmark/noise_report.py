@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from remosplat_drake.atomic_file import atomic_write
+from remosplat_drake.base.atomic_file import atomic_write
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.strict_json import parse_json
 from remosplat_drake.benchmark.noise_experiment import Accuracy, Trial
-from remosplat_drake.errors import FileError
-from remosplat_drake.reconstruction.quality import DistanceQuality
-from remosplat_drake.strict_json import parse_json
+from remosplat_drake.reconstruction.report.quality import DistanceQuality
 
 ACCURACY_HEADINGS = (
     "scene",

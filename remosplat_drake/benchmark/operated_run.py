@@ -7,16 +7,16 @@ from pathlib import Path
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context
 
+from remosplat_drake.app.diagram import Application, MakeDiagram
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.simulation import supervision_of
+from remosplat_drake.app.teleop_session import open_teleoperation
+from remosplat_drake.app.world import World
 from remosplat_drake.benchmark.random_operator import Look, RandomOperator
 from remosplat_drake.benchmark.told_operator import ToldOperator
-from remosplat_drake.diagram import Application, MakeDiagram
-from remosplat_drake.safety.supervision import STOPPED
-from remosplat_drake.scenario import Scenario
-from remosplat_drake.simulation import supervision_of
-from remosplat_drake.station.config import kinematic_simulator_config
-from remosplat_drake.teleop.target_state import SCAN
-from remosplat_drake.teleop_session import open_teleoperation
-from remosplat_drake.world import World
+from remosplat_drake.signals.supervisor_state import STOPPED
+from remosplat_drake.signals.target_state import SCAN
+from remosplat_drake.station.station_config import kinematic_simulator_config
 
 _STEP = 0.1
 """Time between two looks of the operator [s]."""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from remosplat_drake.app.recorded_run import RecordedRun, load_recorded_run
 from remosplat_drake.benchmark.mapped_truth import MappedTruth
 from remosplat_drake.benchmark.operator_result import (
     KINDS,
@@ -18,9 +19,8 @@ from remosplat_drake.benchmark.operator_result import (
     OperatorResult,
     Touch,
 )
-from remosplat_drake.mapping.config import OBSTACLE
+from remosplat_drake.mapping.mapping_config import OBSTACLE
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.recorded_run import RecordedRun, load_recorded_run
 from remosplat_drake.robot.robot_model import RobotModel
 
 _NEAR = 0.05

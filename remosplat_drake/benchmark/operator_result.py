@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from remosplat_drake.errors import FileError
-from remosplat_drake.strict_json import parse_json
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.strict_json import parse_json
 
 MAPPED, SCENE, UNSEEN = "mapped", "scene", "unseen"
 """What was touched: see above; `unseen` came and no frame shows it yet."""

@@ -9,11 +9,11 @@ import shutil
 from pathlib import Path
 from time import perf_counter
 
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.world import load_world
 from remosplat_drake.benchmark.operated_run import operate
 from remosplat_drake.benchmark.operator_judge import judge
 from remosplat_drake.benchmark.operator_result import OperatorResult
-from remosplat_drake.scenario import LoadScenario
-from remosplat_drake.world import load_world
 
 SCENARIOS = ("StudioFree", "StudioLive")
 """They take turns."""

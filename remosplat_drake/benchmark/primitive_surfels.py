@@ -3,7 +3,10 @@
 import numpy as np
 
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.reconstruction.surfels import Surfels, splat_of_surfels
+from remosplat_drake.reconstruction.surfels.surfels import (
+    Surfels,
+    splat_of_surfels,
+)
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from remosplat_drake.mapping.map_requests import MapRequests
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.teleop.config import SavedPose
-from remosplat_drake.teleop.operator_command import OperatorCommand
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.teleop.teleop_config import SavedPose
 
 _ACTS = {
     "wish": 0.42,

@@ -2,10 +2,10 @@
 
 import socket
 
+from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
+from remosplat_drake.base.one_thread import ONE_THREAD
 from remosplat_drake.benchmark.engines import MAX_ATTEMPTS
 from remosplat_drake.benchmark.jobs import Job, JobSource, Results
-from remosplat_drake.errors import MissingExtraError, RemoSplatError
-from remosplat_drake.one_thread import ONE_THREAD
 
 CONNECT_TIMEOUT = 5.0
 """How long a cluster may take to answer [s]."""

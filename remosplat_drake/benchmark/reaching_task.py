@@ -7,9 +7,9 @@ from typing import Protocol
 
 from pydrake.math import RigidTransform
 
-from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 TRAINED, SURFEL, NO_SPLAT = "trained", "surfel", "none"

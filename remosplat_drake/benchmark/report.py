@@ -10,16 +10,9 @@ from remosplat_drake.benchmark.formatting import (
     format_rare,
     format_rate,
 )
-from remosplat_drake.benchmark.paired_tables import (
-    paired_table,
-    station_tables,
-)
+from remosplat_drake.benchmark.paired_tables import paired_table, station_tables
 from remosplat_drake.benchmark.paper_results import PAPER_TRIALS, PaperRow
-from remosplat_drake.benchmark.result import (
-    RULE_TITLES,
-    RULES,
-    TrialResult,
-)
+from remosplat_drake.benchmark.result import RULE_TITLES, RULES, TrialResult
 from remosplat_drake.benchmark.scan_table import scan_table
 from remosplat_drake.benchmark.summary import Comparison, Row, gather
 from remosplat_drake.benchmark.tables import Table

@@ -4,8 +4,8 @@ import dataclasses as dc
 import json
 from pathlib import Path
 
-from remosplat_drake.errors import FileError
-from remosplat_drake.strict_json import parse_json
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.strict_json import parse_json
 
 SUCCESS = "success"
 COLLISION = "collision"

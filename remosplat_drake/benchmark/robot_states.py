@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import DistanceField
 
 BASE_LOWER, BASE_UPPER = (-0.5, -1.2, -np.pi / 2), (0.8, 1.2, np.pi / 2)
 """Where a mobile base stands: x, y, yaw before the scene [m, rad]."""

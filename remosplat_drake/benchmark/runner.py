@@ -13,11 +13,7 @@ from remosplat_drake.benchmark.engines import in_this_process, in_workers
 from remosplat_drake.benchmark.jobs import JobSource, Results
 from remosplat_drake.benchmark.line_file import LineFile
 from remosplat_drake.benchmark.ray_engine import on_ray
-from remosplat_drake.benchmark.result import (
-    TrialResult,
-    read_results,
-    to_line,
-)
+from remosplat_drake.benchmark.result import TrialResult, read_results, to_line
 from remosplat_drake.benchmark.splat_record import SplatRecord
 from remosplat_drake.benchmark.trial import Trial, run_trial
 from remosplat_drake.benchmark.trial_queue import (

@@ -6,11 +6,11 @@ from typing import Annotated
 
 from annotated_types import Interval
 
-from remosplat_drake import resources
-from remosplat_drake.errors import FieldError, FileError, unknown_name
-from remosplat_drake.ranges import Config, Position, Seed
-from remosplat_drake.scenario import PoseConfig
-from remosplat_drake.strict_yaml import entries, load_strict
+from remosplat_drake.app.scenario import PoseConfig
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import FieldError, FileError, unknown_name
+from remosplat_drake.base.ranges import Config, Position, Seed
+from remosplat_drake.base.strict_yaml import entries, load_strict
 
 SCANS_DIR = Path(__file__).parent / "scans"
 """The shipped suites."""

@@ -3,7 +3,9 @@
 import dataclasses as dc
 from pathlib import Path
 
-from remosplat_drake import resources
+from remosplat_drake.app.scenario import make_transform
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.benchmark.capture_truth import (
     capture_field,
     content_digest,
@@ -23,8 +25,6 @@ from remosplat_drake.benchmark.scan_config import (
     load_scan,
     scan_names,
 )
-from remosplat_drake.errors import FieldError, FileError
-from remosplat_drake.scenario import make_transform
 from remosplat_drake.scene.rmmi import read_rmmi
 from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat

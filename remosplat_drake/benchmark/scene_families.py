@@ -10,11 +10,7 @@ start pose too. All lengths are in metres, all angles in radians.
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
-from remosplat_drake.scene.primitive_scene import (
-    Box,
-    Cylinder,
-    PrimitiveScene,
-)
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 LOWER_SHELF_MAX_Z = 0.552
 MIDDLE_SHELF_MIN_Z = 0.953

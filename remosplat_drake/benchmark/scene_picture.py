@@ -13,18 +13,15 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
-from remosplat_drake.capture.camera_poses import look_at
-from remosplat_drake.capture.rendering import SceneRenderer
-from remosplat_drake.capture.scene_files import solids_of
-from remosplat_drake.capture.solids import Solid, drake_shape, painted
+from remosplat_drake.capture.rendering.camera_poses import look_at
+from remosplat_drake.capture.rendering.renderer import SceneRenderer
+from remosplat_drake.capture.rendering.scene_files import solids_of
+from remosplat_drake.capture.rendering.solids import Solid, drake_shape, painted
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.station.robot_visuals import add_robot_visuals
-from remosplat_drake.station.scene_geometry import (
-    BOX_COLOUR,
-    CYLINDER_COLOUR,
-)
+from remosplat_drake.station.scene_geometry import BOX_COLOUR, CYLINDER_COLOUR
 
 CAMERA_W, FOCUS_W = np.array([-1.5, -2.7, 2.6]), np.array([0.7, -0.12, 0.43])
 """Where every scene is looked at from: behind the robot's right [m]."""

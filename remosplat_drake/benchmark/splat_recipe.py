@@ -12,12 +12,12 @@ from typing import Annotated
 
 from annotated_types import Interval
 
-from remosplat_drake import resources
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.ranges import Config, OneOf, Seed
+from remosplat_drake.base.strict_yaml import load_text
 from remosplat_drake.benchmark.reaching_task import TRAINED
-from remosplat_drake.errors import FieldError
-from remosplat_drake.ranges import Config, OneOf, Seed
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.strict_yaml import load_text
 
 RECIPE_VERSION = 3
 """Raised whenever the same settings would give other splats."""

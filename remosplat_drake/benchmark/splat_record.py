@@ -5,10 +5,10 @@ import json
 from collections.abc import Iterable
 from pathlib import Path
 
-from remosplat_drake.atomic_file import write_atomically
-from remosplat_drake.errors import FileError
-from remosplat_drake.reconstruction.quality import DistanceQuality
-from remosplat_drake.strict_json import parse_json
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.strict_json import parse_json
+from remosplat_drake.reconstruction.report.quality import DistanceQuality
 
 
 @dc.dataclass(frozen=True)

@@ -10,7 +10,7 @@ from remosplat_drake.benchmark.reaching_task import TRAINED
 from remosplat_drake.benchmark.splat_recipe import SplatRecipe
 from remosplat_drake.benchmark.splat_record import SplatRecord
 from remosplat_drake.benchmark.tables import Table
-from remosplat_drake.reconstruction.quality import DistanceQuality
+from remosplat_drake.reconstruction.report.quality import DistanceQuality
 
 
 def splat_table(records: Sequence[SplatRecord]) -> Table | None:

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
-from remosplat_drake import resources
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import FileError, RemoSplatError, unknown_name
 from remosplat_drake.benchmark.feasibility import FeasibilityFilter
 from remosplat_drake.benchmark.feasible_scenes import feasible_seeds
 from remosplat_drake.benchmark.primitive_surfels import (
@@ -28,11 +29,10 @@ from remosplat_drake.benchmark.scene_generators import (
     generate,
 )
 from remosplat_drake.benchmark.splat_record import read_record
-from remosplat_drake.errors import FileError, RemoSplatError, unknown_name
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.splat.codecs.ply import read_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.ply import read_ply
 
 PUBLISHED_FOLDERS = {"table": "table_new", "bookshelf": "bookshelf_cage"}
 """Where the published scenes of a family are."""

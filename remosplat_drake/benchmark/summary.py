@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from remosplat_drake.base.strict_yaml import entries
 from remosplat_drake.benchmark.methods import METHODS_FILE
 from remosplat_drake.benchmark.paper_results import (
     PAPER_SCANS,
@@ -19,7 +20,6 @@ from remosplat_drake.benchmark.result import (
     RULES,
     TrialResult,
 )
-from remosplat_drake.strict_yaml import entries
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -3,15 +3,15 @@
 from collections.abc import Callable, Iterator
 from itertools import cycle, pairwise
 
+from remosplat_drake.app.diagram import MakeDiagram
+from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.simulation import run
+from remosplat_drake.app.world import World, load_world
 from remosplat_drake.benchmark.timing import Case
 from remosplat_drake.controller.decision import solve
 from remosplat_drake.controller.reactive_program import Tick, build_program
-from remosplat_drake.controller.servo import pose_error
 from remosplat_drake.controller.tick import ReactiveLaw, run_tick
-from remosplat_drake.diagram import MakeDiagram
-from remosplat_drake.scenario import LoadScenario, Scenario
-from remosplat_drake.simulation import run
-from remosplat_drake.world import World, load_world
+from remosplat_drake.robot.pose_error import pose_error
 
 _EVERY = 4
 """Every so many ticks of the run are timed."""

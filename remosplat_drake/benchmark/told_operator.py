@@ -3,8 +3,8 @@
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, LeafSystem
 
-from remosplat_drake.mapping.map_requests import MapRequests
-from remosplat_drake.teleop.operator_command import OperatorCommand
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.operator_command import OperatorCommand
 
 
 class ToldOperator(LeafSystem):

@@ -11,6 +11,7 @@ from time import perf_counter
 import numpy as np
 
 from remosplat_drake import __version__
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark.reaching_task import BenchmarkCase
 from remosplat_drake.benchmark.splat_recipe import SplatRecipe
 from remosplat_drake.benchmark.splat_record import (
@@ -19,27 +20,29 @@ from remosplat_drake.benchmark.splat_record import (
     write_record,
 )
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.synthetic import render_capture, survey_poses
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.oracle.config import (
+from remosplat_drake.capture.rendering.synthetic import (
+    render_capture,
+    survey_poses,
+)
+from remosplat_drake.oracle.oracle_config import (
     DepthRasterization,
     OracleConfig,
     SphereToEllipsoid,
     make_field,
 )
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.reconstruction.quality import (
+from remosplat_drake.reconstruction.report.quality import (
     DistanceQuality,
     distance_quality,
 )
-from remosplat_drake.reconstruction.refinement import refine
-from remosplat_drake.reconstruction.surfels import (
+from remosplat_drake.reconstruction.surfels.refinement import refine
+from remosplat_drake.reconstruction.surfels.surfels import (
     Surfels,
     surfels_from_capture,
 )
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.splat.codecs.ply import write_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.ply import write_ply
 
 Fit = Callable[[Capture, Surfels, SplatRecipe], GaussianSplat]
 """Makes a splat of a capture and the discs that were laid on it."""
@@ -168,7 +171,7 @@ def _train(
     capture: Capture, surfels: Surfels, recipe: SplatRecipe
 ) -> GaussianSplat:
     # Imported here: the extra `gpu` need not be installed.
-    from remosplat_drake.reconstruction import training
+    from remosplat_drake.reconstruction.training import training
 
     config = training.TrainingConfig(steps=recipe.steps, seed=recipe.seed)
     start = refine(capture, surfels)

@@ -8,11 +8,12 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake import __version__
+from remosplat_drake.app.diagram import MakeDiagram
+from remosplat_drake.app.scenario import PoseConfig, Scenario
+from remosplat_drake.app.simulation import run
+from remosplat_drake.app.world import World
 from remosplat_drake.benchmark import metrics as met
-from remosplat_drake.benchmark.custom_controller import (
-    drive,
-    load_controller,
-)
+from remosplat_drake.benchmark.custom_controller import drive, load_controller
 from remosplat_drake.benchmark.methods import Method
 from remosplat_drake.benchmark.reaching_task import (
     NO_SPLAT,
@@ -30,19 +31,15 @@ from remosplat_drake.benchmark.result import (
     TrialResult,
     WallTimes,
 )
-from remosplat_drake.controller.servo import PoseError
-from remosplat_drake.controller.tick_report import BRAKING, RELAXED
-from remosplat_drake.diagram import MakeDiagram
-from remosplat_drake.oracle.config import make_field
-from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.recording.metrics import path_length, status_counts
 from remosplat_drake.recording.trajectory import Trajectory
+from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
-from remosplat_drake.scenario import PoseConfig, Scenario
-from remosplat_drake.simulation import run
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.tick_report import BRAKING, RELAXED
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
-from remosplat_drake.world import World
 
 TRIAL_VERSION = 1
 """Raised whenever a trial would end differently; part of its key."""

@@ -7,10 +7,10 @@ import numpy as np
 from drake import lcmt_drake_signal, lcmt_panda_command
 from pydrake.lcm import DrakeLcm
 
-from remosplat_drake.drivers import faults
-from remosplat_drake.drivers.inbox import Inbox
-from remosplat_drake.messages import channels
-from remosplat_drake.messages.base_command import base_command
+from remosplat_drake.hardware.stand_in import faults
+from remosplat_drake.hardware.wire import channels
+from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.messages.base_command import base_command
 
 
 class WireTap:

@@ -1,1 +1,1 @@
-"""Posed RGB-D images: the type, its file formats, checks and sources."""
+"""Posed RGB-D images: the type, how it is read, checked and rendered."""

@@ -4,7 +4,7 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError
 
 _ROTATION_TOLERANCE = 1e-3
 """Files print rotations with few digits; less than this is rounding."""

@@ -8,7 +8,11 @@ import dataclasses as dc
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from remosplat_drake.capture import (
+from remosplat_drake.base.errors import FieldError, FileError, unknown_name
+from remosplat_drake.base.reading import reads_file
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.frames import Frame, assemble
+from remosplat_drake.capture.readers import (
     nerfstudio,
     record3d,
     seven_scenes,
@@ -16,10 +20,6 @@ from remosplat_drake.capture import (
     trajectory_log,
     tum,
 )
-from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.frames import Frame, assemble
-from remosplat_drake.errors import FieldError, FileError, unknown_name
-from remosplat_drake.reading import reads_file
 
 
 @dc.dataclass(frozen=True)

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
+from remosplat_drake.base.errors import FileError
 from remosplat_drake.capture.capture import Capture, check_camera
 from remosplat_drake.capture.images import shrink_colors
 from remosplat_drake.capture.undistortion import Distortion, undistort
-from remosplat_drake.errors import FileError
 
 _ASPECT_TOLERANCE = 0.02
 """Images of the same view may differ so much in width over height."""

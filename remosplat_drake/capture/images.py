@@ -11,7 +11,7 @@ from types import ModuleType
 
 import numpy as np
 
-from remosplat_drake.errors import FieldError, FileError, MissingExtraError
+from remosplat_drake.base.errors import FieldError, FileError, MissingExtraError
 
 MAX_PIXELS = 50_000_000
 """No camera's image is larger; one that says so is damaged or a trap."""

@@ -6,13 +6,13 @@ import time
 
 from rich.console import Console
 
-from remosplat_drake.drivers.clock import Pacer, wall_utime
-from remosplat_drake.drivers.ros1_link import Ros1Link
-from remosplat_drake.drivers.ros2_link import Ros2Link
-from remosplat_drake.drivers.ros_base import PERIOD, RosBase, RosLink
-from remosplat_drake.drivers.wire import add_wire_argument, open_wire
-from remosplat_drake.errors import FieldError
-from remosplat_drake.stop_signals import stop_signals
+from remosplat_drake.base.clock import Pacer, wall_utime
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.stop_signals import stop_signals
+from remosplat_drake.commands.wire import add_wire_argument, open_wire
+from remosplat_drake.hardware.drivers.ros1_link import Ros1Link
+from remosplat_drake.hardware.drivers.ros2_link import Ros2Link
+from remosplat_drake.hardware.drivers.ros_base import PERIOD, RosBase, RosLink
 
 ROS1, ROS2 = "ros1", "ros2"
 

@@ -9,7 +9,9 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from remosplat_drake.atomic_file import atomic_write
+from remosplat_drake.base.atomic_file import atomic_write
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.strict_json import parse_json
 from remosplat_drake.benchmark.depth_cases import depth_cases
 from remosplat_drake.benchmark.guidance_cases import guidance_cases
 from remosplat_drake.benchmark.oracle_cases import oracle_cases
@@ -18,8 +20,6 @@ from remosplat_drake.benchmark.timing import Timing, measure
 from remosplat_drake.commands import bench_live_map, bench_operators
 from remosplat_drake.commands.bench_hardware import run_faults, run_loops
 from remosplat_drake.commands.flags import positive
-from remosplat_drake.errors import FileError
-from remosplat_drake.strict_json import parse_json
 
 GROUPS = ("tick", "oracle", "depth", "guidance")
 """Groups of functions that are timed."""

@@ -11,25 +11,22 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from remosplat_drake.atomic_file import atomic_write
+from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.teleop_session import check_mappable
+from remosplat_drake.app.world import load_world
+from remosplat_drake.base.atomic_file import atomic_write
+from remosplat_drake.base.real_time import Spread
 from remosplat_drake.benchmark.live_map_cases import (
     QUIET,
     LivePeriods,
     measure_periods,
     measure_unknown,
 )
-from remosplat_drake.benchmark.live_map_memory import (
-    LiveMemory,
-    measure_memory,
-)
+from remosplat_drake.benchmark.live_map_memory import LiveMemory, measure_memory
 from remosplat_drake.benchmark.live_session import LiveSession
 from remosplat_drake.benchmark.loop_cases import load
 from remosplat_drake.benchmark.memory_use import MemoryTrend
-from remosplat_drake.real_time import Spread
-from remosplat_drake.scenario import LoadScenario, Scenario
-from remosplat_drake.teleop_session import check_mappable
 from remosplat_drake.visualization.page import MeshcatPage
-from remosplat_drake.world import load_world
 
 SCENARIO = "StudioLive"
 

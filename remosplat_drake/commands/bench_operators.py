@@ -8,6 +8,9 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.teleop_session import check_mappable
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.benchmark import operators
 from remosplat_drake.benchmark.engines import in_this_process, in_workers
 from remosplat_drake.benchmark.jobs import Job, JobList
@@ -18,9 +21,6 @@ from remosplat_drake.benchmark.operator_result import (
     to_line,
 )
 from remosplat_drake.commands.flags import check_seed
-from remosplat_drake.errors import FieldError
-from remosplat_drake.scenario import LoadScenario
-from remosplat_drake.teleop_session import check_mappable
 
 RESULTS = "operators.jsonl"
 

@@ -10,8 +10,8 @@ from time import monotonic
 
 from rich.console import Console
 
-from remosplat_drake import warm_up
-from remosplat_drake.atomic_file import check_writable, write_atomically
+from remosplat_drake.app import warm_up
+from remosplat_drake.base.atomic_file import check_writable, write_atomically
 from remosplat_drake.benchmark.goal_bound import (
     goal_bounds,
     goal_table,

@@ -6,22 +6,22 @@ import time
 
 from rich.console import Console
 
-from remosplat_drake.drivers.clock import wall_utime
-from remosplat_drake.drivers.inbox import Inbox
-from remosplat_drake.drivers.simulated_camera import (
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.world import load_world
+from remosplat_drake.base.clock import wall_utime
+from remosplat_drake.base.stop_signals import stop_signals
+from remosplat_drake.camera.simulated_camera import (
     HeardConfiguration,
     SimulatedCamera,
 )
-from remosplat_drake.drivers.wire import (
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
+from remosplat_drake.commands.wire import (
     add_wire_argument,
     open_wire,
     positive_rate,
 )
-from remosplat_drake.messages.channels import BASE_STATUS, PANDA_STATUS
-from remosplat_drake.scenario import LoadScenario
-from remosplat_drake.station.config import WristCameraConfig
-from remosplat_drake.stop_signals import stop_signals
-from remosplat_drake.world import load_world
+from remosplat_drake.hardware.wire.channels import BASE_STATUS, PANDA_STATUS
+from remosplat_drake.hardware.wire.inbox import Inbox
 
 _YIELD = 10
 

@@ -7,20 +7,20 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from remosplat_drake.atomic_file import check_writable
-from remosplat_drake.capture.formats import detect_format
-from remosplat_drake.capture.inspection import (
+from remosplat_drake.base.atomic_file import check_writable
+from remosplat_drake.base.resources import resolve
+from remosplat_drake.capture.checks.inspection import (
     CaptureInspection,
     inspect_capture,
     list_frames,
 )
-from remosplat_drake.capture.overlap import TOLERANCE
+from remosplat_drake.capture.checks.overlap import TOLERANCE
+from remosplat_drake.capture.formats import detect_format
 from remosplat_drake.commands.flags import (
     add_capture_arguments,
     captured,
     check_positive,
 )
-from remosplat_drake.resources import resolve
 
 WRONG = 1
 """Exit code for a capture with something wrong."""

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from remosplat_drake.errors import FieldError
-from remosplat_drake.resources import resolve
-from remosplat_drake.splat.conversion_error import conversion_error
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.resources import resolve
+from remosplat_drake.splat.codecs.conversion_error import conversion_error
 from remosplat_drake.splat.formats import (
     FORMATS,
     format_of_file,

@@ -7,14 +7,14 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from remosplat_drake.controller.servo import PoseError
-from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.diagram import Application
-from remosplat_drake.hardware_run import run_on_hardware
-from remosplat_drake.real_time import LoopQuality
-from remosplat_drake.safety.supervision import STOPPED, SupervisorState
-from remosplat_drake.simulation import RunResult
-from remosplat_drake.simulation import run as simulate
+from remosplat_drake.app.diagram import Application
+from remosplat_drake.app.hardware_run import run_on_hardware
+from remosplat_drake.app.simulation import RunResult
+from remosplat_drake.app.simulation import run as simulate
+from remosplat_drake.base.real_time import LoopQuality
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.signals.supervisor_state import STOPPED, SupervisorState
+from remosplat_drake.signals.tick_report import TickReport
 
 _FRAME = 0.1
 """Time between two updates of the progress line [s]."""

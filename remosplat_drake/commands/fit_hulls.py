@@ -6,11 +6,14 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from remosplat_drake import resources
-from remosplat_drake.atomic_file import write_atomically
-from remosplat_drake.errors import FieldError, RemoSplatError, unknown_name
-from remosplat_drake.robot.convex_pieces import ConvexPiece, convex_pieces
-from remosplat_drake.robot.model_surfaces import mesh_triangles
+from remosplat_drake.base import resources
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.errors import FieldError, RemoSplatError, unknown_name
+from remosplat_drake.robot.fitting.convex_pieces import (
+    ConvexPiece,
+    convex_pieces,
+)
+from remosplat_drake.robot.fitting.model_surfaces import mesh_triangles
 from remosplat_drake.robot.robot_description import load_robot_description
 from remosplat_drake.robot.sphere_model import load_sphere_model
 from remosplat_drake.robot.visuals import load_visuals

@@ -7,16 +7,20 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from remosplat_drake import resources
-from remosplat_drake.atomic_file import write_atomically
-from remosplat_drake.errors import FieldError, RemoSplatError
-from remosplat_drake.robot.link_spheres import Bulge, LinkSpheres, measure_bulge
-from remosplat_drake.robot.model_surfaces import (
+from remosplat_drake.base import resources
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.robot.fitting.link_spheres import (
+    Bulge,
+    LinkSpheres,
+    measure_bulge,
+)
+from remosplat_drake.robot.fitting.model_surfaces import (
     SurfaceOptions,
     model_surfaces,
 )
+from remosplat_drake.robot.fitting.sphere_fitting import fit_spheres
 from remosplat_drake.robot.robot_description import load_robot_description
-from remosplat_drake.robot.sphere_fitting import fit_spheres
 
 
 def add_arguments(parser: argparse.ArgumentParser):

@@ -5,10 +5,10 @@ import math
 
 import numpy as np
 
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.resources import resolve
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.formats import FORMATS, read_capture
-from remosplat_drake.errors import FieldError
-from remosplat_drake.resources import resolve
 
 TRUTH = "truth.json"
 """The true geometry of a rendered capture, as an RMMI file beside its

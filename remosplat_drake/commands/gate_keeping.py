@@ -8,8 +8,8 @@ from collections.abc import Iterable
 
 from rich.console import Console
 
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.map_knowledge import MapKnowledge
+from remosplat_drake.app.map_knowledge import MapKnowledge
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.safety.gates import (
     GATES,
     Gate,

@@ -7,22 +7,22 @@ from pathlib import Path
 
 from rich.console import Console
 
-from remosplat_drake.atomic_file import check_writable
-from remosplat_drake.drivers.clock import Pacer, go_first
-from remosplat_drake.drivers.faults import FAULTS, parse_fault
-from remosplat_drake.drivers.hardware_sim import HardwareSim
-from remosplat_drake.drivers.panda_limits import TICK
-from remosplat_drake.drivers.robot_plant import RobotPlant
-from remosplat_drake.drivers.true_motion import TrueMotion
-from remosplat_drake.drivers.wire import (
+from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.world import World, load_world
+from remosplat_drake.base.atomic_file import check_writable
+from remosplat_drake.base.clock import Pacer, go_first
+from remosplat_drake.base.stop_signals import stop_signals
+from remosplat_drake.commands.wire import (
     add_wire_argument,
     open_wire,
     positive_rate,
 )
-from remosplat_drake.scenario import LoadScenario, Scenario
-from remosplat_drake.station.config import DynamicStation
-from remosplat_drake.stop_signals import stop_signals
-from remosplat_drake.world import World, load_world
+from remosplat_drake.hardware.drivers.panda_limits import TICK
+from remosplat_drake.hardware.stand_in.faults import FAULTS, parse_fault
+from remosplat_drake.hardware.stand_in.hardware_sim import HardwareSim
+from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
+from remosplat_drake.hardware.stand_in.true_motion import TrueMotion
+from remosplat_drake.station.station_config import DynamicStation
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

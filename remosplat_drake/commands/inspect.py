@@ -7,17 +7,18 @@ import numpy as np
 from pydrake.systems.framework import DiagramBuilder
 from rich.console import Console
 
+from remosplat_drake.app.map_knowledge import examine_map, target_places
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.world import World, load_world
+from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.commands.gate_keeping import describe
 from remosplat_drake.commands.hold import add_page_arguments, hold
-from remosplat_drake.errors import FieldError, unknown_name
-from remosplat_drake.map_knowledge import examine_map, target_places
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
 from remosplat_drake.oracle.view_images import SphereViews, look_around
 from remosplat_drake.recording.trajectory import load_trajectory
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.visualization.depth_views import (
     draw_depth_views,
@@ -28,7 +29,6 @@ from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import AddRobotView
 from remosplat_drake.visualization.sensor_view import SensorView
 from remosplat_drake.visualization.splat_view import SplatView
-from remosplat_drake.world import World, load_world
 
 _BEHIND = (-1.0, -1.2, 0.7)
 """Where the page's camera stands, from the sphere, in W [m]."""

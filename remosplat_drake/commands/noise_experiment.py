@@ -8,13 +8,13 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from remosplat_drake import warm_up
-from remosplat_drake.atomic_file import atomic_write
+from remosplat_drake.app import warm_up
+from remosplat_drake.app.scenario import SceneConfig
+from remosplat_drake.base.atomic_file import atomic_write
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.benchmark import noise_experiment as experiment
 from remosplat_drake.benchmark import noise_report as report
-from remosplat_drake.errors import FieldError
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
-from remosplat_drake.scenario import SceneConfig
 from remosplat_drake.visualization.depth_views import save_picture
 
 QUICK_STATES, QUICK_STARTS = 20, 1

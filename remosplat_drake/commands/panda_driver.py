@@ -6,16 +6,16 @@ import gc
 from pydrake.lcm import DrakeLcm
 from rich.console import Console
 
-from remosplat_drake.drivers.clock import Pacer, go_first, wall_utime
-from remosplat_drake.drivers.hand_driver import HandDriver
-from remosplat_drake.drivers.hand_messages import PERIOD
-from remosplat_drake.drivers.panda_driver import PandaDriver
-from remosplat_drake.drivers.panda_limits import TICK
-from remosplat_drake.drivers.panda_python_arm import PandaPythonArm
-from remosplat_drake.drivers.panda_python_hand import PandaPythonHand
-from remosplat_drake.drivers.wire import add_wire_argument, open_wire
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.stop_signals import stop_signals
+from remosplat_drake.base.clock import Pacer, go_first, wall_utime
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.stop_signals import stop_signals
+from remosplat_drake.commands.wire import add_wire_argument, open_wire
+from remosplat_drake.hardware.drivers.hand_driver import HandDriver
+from remosplat_drake.hardware.drivers.hand_messages import PERIOD
+from remosplat_drake.hardware.drivers.panda_driver import PandaDriver
+from remosplat_drake.hardware.drivers.panda_limits import TICK
+from remosplat_drake.hardware.drivers.panda_python_arm import PandaPythonArm
+from remosplat_drake.hardware.drivers.panda_python_hand import PandaPythonHand
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

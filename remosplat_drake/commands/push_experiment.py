@@ -14,28 +14,29 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from remosplat_drake import resources, warm_up
-from remosplat_drake.atomic_file import atomic_write, write_atomically
+from remosplat_drake.app import warm_up
+from remosplat_drake.app.diagram import MakeDiagram
+from remosplat_drake.app.recorded_run import RecordedRun, load_recorded_run
+from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.scenario_text import scenario_text
+from remosplat_drake.app.simulation import INTERRUPTED
+from remosplat_drake.app.teleop_session import (
+    check_mappable,
+    holds_session,
+    open_teleoperation,
+)
+from remosplat_drake.app.world import World, load_world, true_scenes
+from remosplat_drake.base import resources
+from remosplat_drake.base.atomic_file import atomic_write, write_atomically
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.commands.driving import drive
-from remosplat_drake.diagram import MakeDiagram
-from remosplat_drake.errors import FieldError
-from remosplat_drake.mapping.session import SCENARIO_FILE
-from remosplat_drake.recorded_run import RecordedRun, load_recorded_run
+from remosplat_drake.mapping.store.session import SCENARIO_FILE
 from remosplat_drake.recording.operator_figure import (
     draw_operator_figure,
     save_figure,
 )
 from remosplat_drake.recording.operator_trace import OperatorTrace
-from remosplat_drake.scenario import LoadScenario, Scenario
-from remosplat_drake.scenario_text import scenario_text
-from remosplat_drake.simulation import INTERRUPTED
 from remosplat_drake.teleop.trajectory_file import load_trajectory
-from remosplat_drake.teleop_session import (
-    check_mappable,
-    holds_session,
-    open_teleoperation,
-)
-from remosplat_drake.world import World, load_world, true_scenes
 
 DEFAULT_SCENARIO = "StudioLive"
 """What no camera has seen is an obstacle: the paper takes it for free."""

@@ -8,9 +8,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from remosplat_drake.atomic_file import check_writable
+from remosplat_drake.base.atomic_file import check_writable
+from remosplat_drake.base.resources import resolve
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.text_files import read_matrix
+from remosplat_drake.capture.readers.text_files import read_matrix
 from remosplat_drake.commands.flags import (
     add_capture_arguments,
     captured,
@@ -18,16 +19,15 @@ from remosplat_drake.commands.flags import (
     check_positive,
     check_seed,
 )
-from remosplat_drake.reconstruction.assessment import assess
-from remosplat_drake.reconstruction.quality_report import (
+from remosplat_drake.reconstruction.report.assessment import assess
+from remosplat_drake.reconstruction.report.quality_report import (
     QualityReport,
     page_path,
     pose_path,
     report_path,
 )
-from remosplat_drake.reconstruction.report_page import write_assessment
+from remosplat_drake.reconstruction.report.report_page import write_assessment
 from remosplat_drake.reconstruction.workspace import Workspace
-from remosplat_drake.resources import resolve
 from remosplat_drake.scene.rmmi import read_rmmi
 from remosplat_drake.splat.formats import read_splat
 

@@ -7,7 +7,9 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from remosplat_drake.atomic_file import check_writable, write_atomically
+from remosplat_drake.base.atomic_file import check_writable, write_atomically
+from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.base.resources import resolve
 from remosplat_drake.capture.capture import Capture, check_reconstructible
 from remosplat_drake.commands.flags import (
     TRUTH,
@@ -22,28 +24,21 @@ from remosplat_drake.commands.suggested_scenario import (
     scenario_path,
     write_scenario,
 )
-from remosplat_drake.errors import FieldError, RemoSplatError
-from remosplat_drake.reconstruction.assessment import assess
-from remosplat_drake.reconstruction.devices import (
-    AUTO,
-    DEVICES,
-    choose_device,
-)
+from remosplat_drake.reconstruction.devices import AUTO, DEVICES, choose_device
 from remosplat_drake.reconstruction.floor import Floor, find_floor
-from remosplat_drake.reconstruction.pipeline import (
-    Reconstruction,
-    reconstruct,
-)
-from remosplat_drake.reconstruction.point_cloud import InitialisationConfig
-from remosplat_drake.reconstruction.quality_report import (
+from remosplat_drake.reconstruction.pipeline import Reconstruction, reconstruct
+from remosplat_drake.reconstruction.report.assessment import assess
+from remosplat_drake.reconstruction.report.quality_report import (
     QualityReport,
     page_path,
     pose_path,
     report_path,
 )
-from remosplat_drake.reconstruction.report_page import write_assessment
+from remosplat_drake.reconstruction.report.report_page import write_assessment
+from remosplat_drake.reconstruction.surfels.point_cloud import (
+    InitialisationConfig,
+)
 from remosplat_drake.reconstruction.workspace import Workspace
-from remosplat_drake.resources import resolve
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_rmmi
 from remosplat_drake.splat.formats import format_of_name, write_splat

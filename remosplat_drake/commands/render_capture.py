@@ -9,32 +9,40 @@ from pydrake.math import RigidTransform, RotationMatrix
 from rich.console import Console
 from rich.progress import Progress
 
-from remosplat_drake.atomic_file import check_writable
+from remosplat_drake.base.atomic_file import check_writable
+from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.base.resources import resolve
 from remosplat_drake.benchmark.scene_generators import generate
-from remosplat_drake.capture.camera_poses import CLEARANCE, RADIUS, survey
+from remosplat_drake.capture.checks.seen_space import look_round
 from remosplat_drake.capture.images import MAX_PIXELS
-from remosplat_drake.capture.nerfstudio import TRANSFORMS, write_capture
-from remosplat_drake.capture.rendering import render_views
-from remosplat_drake.capture.scene_files import read_solids
-from remosplat_drake.capture.seen_space import look_round
-from remosplat_drake.capture.sensor_noise import (
+from remosplat_drake.capture.readers.nerfstudio import TRANSFORMS, write_capture
+from remosplat_drake.capture.rendering.camera_poses import (
+    CLEARANCE,
+    RADIUS,
+    survey,
+)
+from remosplat_drake.capture.rendering.renderer import render_views
+from remosplat_drake.capture.rendering.scene_files import read_solids
+from remosplat_drake.capture.rendering.sensor_noise import (
     PRESETS,
     sensor_noise,
     with_noise,
 )
-from remosplat_drake.capture.solids import Solid, extent, primitive_solids
+from remosplat_drake.capture.rendering.solids import (
+    Solid,
+    extent,
+    primitive_solids,
+)
 from remosplat_drake.commands.flags import (
     TRUTH,
     check_finite,
     check_positive,
     check_seed,
 )
-from remosplat_drake.errors import FieldError, RemoSplatError
-from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.resources import resolve
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_rmmi, write_rmmi
+from remosplat_drake.signals.distance_field import DistanceField
 
 
 @dc.dataclass(frozen=True)

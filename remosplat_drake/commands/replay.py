@@ -9,9 +9,9 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from remosplat_drake.atomic_file import check_writable
+from remosplat_drake.app.recorded_run import RecordedRun, load_recorded_run
+from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.commands.hold import add_page_arguments, hold
-from remosplat_drake.recorded_run import RecordedRun, load_recorded_run
 from remosplat_drake.recording.events import REQUEST
 from remosplat_drake.recording.operator_figure import (
     check_figure_path,

@@ -11,8 +11,16 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from remosplat_drake import warm_up
-from remosplat_drake.atomic_file import atomic_write, check_writable
+from remosplat_drake.app import warm_up
+from remosplat_drake.app.diagram import Application, MakeDiagram
+from remosplat_drake.app.hardware_run import prepare_for_hardware
+from remosplat_drake.app.map_knowledge import examine_map, target_places
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.simulation import INTERRUPTED, REACHED, RunResult
+from remosplat_drake.app.world import load_world
+from remosplat_drake.base.atomic_file import atomic_write, check_writable
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.real_time import LoopQuality, Spread
 from remosplat_drake.commands.driving import drive
 from remosplat_drake.commands.gate_keeping import (
     add_accept_argument,
@@ -20,18 +28,8 @@ from remosplat_drake.commands.gate_keeping import (
     check_accepted,
 )
 from remosplat_drake.commands.hold import add_page_arguments, hold, is_held
-from remosplat_drake.diagram import Application, MakeDiagram
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.hardware_run import (
-    prepare_for_hardware,
-)
-from remosplat_drake.map_knowledge import examine_map, target_places
-from remosplat_drake.real_time import LoopQuality, Spread
 from remosplat_drake.recording.trajectory import save_trajectory
-from remosplat_drake.scenario import LoadScenario
-from remosplat_drake.simulation import INTERRUPTED, REACHED, RunResult
 from remosplat_drake.visualization.page import MeshcatPage
-from remosplat_drake.world import load_world
 
 METRICS, TRAJECTORY = "metrics.json", "trajectory.npz"
 """What a run leaves in its output folder."""

@@ -5,7 +5,7 @@ import argparse
 from rich.console import Console
 from rich.table import Table
 
-from remosplat_drake.scenario import (
+from remosplat_drake.app.scenario import (
     DEFAULT_SCENARIO,
     LoadScenario,
     shipped_scenarios,

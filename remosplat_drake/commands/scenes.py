@@ -7,11 +7,11 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from remosplat_drake.atomic_file import atomic_write, check_writable
+from remosplat_drake.base.atomic_file import atomic_write, check_writable
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.benchmark.contact_sheet import Section, contact_sheet
 from remosplat_drake.benchmark.scene_picture import SceneView, robot_solids
 from remosplat_drake.benchmark.suites import SceneCase, load_suite
-from remosplat_drake.errors import FieldError
 from remosplat_drake.robot.robot_model import load_robot_model
 
 

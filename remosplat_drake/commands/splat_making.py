@@ -4,14 +4,11 @@ import argparse
 import os
 from pathlib import Path
 
+from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.benchmark.engines import VISIBLE_GPUS
-from remosplat_drake.benchmark.splat_recipe import (
-    default_folders,
-    load_recipe,
-)
+from remosplat_drake.benchmark.splat_recipe import default_folders, load_recipe
 from remosplat_drake.benchmark.trained_splats import FITS
 from remosplat_drake.benchmark.trial_queue import SplatMaking
-from remosplat_drake.errors import FieldError, RemoSplatError
 from remosplat_drake.oracle.depth_backend import missing_for_cuda
 
 JOBS_PER_GPU = 8

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import yaml
 
-from remosplat_drake.atomic_file import write_atomically
+from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.controller.ingredients import CollisionDamperConfig
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.reconstruction.measured_space import times_looked_through
-from remosplat_drake.reconstruction.quality_report import (
+from remosplat_drake.reconstruction.report.quality_report import (
     MAP_ERROR_MARGIN,
     rounded_up,
 )

@@ -9,8 +9,22 @@ from pathlib import Path
 
 from rich.console import Console
 
-from remosplat_drake import warm_up
-from remosplat_drake.atomic_file import write_atomically
+from remosplat_drake.app import warm_up
+from remosplat_drake.app.diagram import Application, MakeDiagram
+from remosplat_drake.app.hardware_run import prepare_for_hardware
+from remosplat_drake.app.map_knowledge import examine_map, saved_places
+from remosplat_drake.app.scenario import LONGEST_RUN, LoadScenario, Scenario
+from remosplat_drake.app.simulation import INTERRUPTED, TIME_LIMIT
+from remosplat_drake.app.teleop_session import (
+    check_mappable,
+    holds_session,
+    open_teleoperation,
+    removed_on_failure,
+)
+from remosplat_drake.app.teleop_stages import Teleoperation
+from remosplat_drake.app.world import World, load_world
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.commands.driving import drive
 from remosplat_drake.commands.flags import positive
 from remosplat_drake.commands.gate_keeping import (
@@ -19,22 +33,8 @@ from remosplat_drake.commands.gate_keeping import (
     admit,
     check_accepted,
 )
-from remosplat_drake.diagram import Application, MakeDiagram
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.hardware_run import prepare_for_hardware
-from remosplat_drake.map_knowledge import examine_map, saved_places
-from remosplat_drake.mapping.session import SCENARIO_FILE
-from remosplat_drake.scenario import LONGEST_RUN, LoadScenario, Scenario
-from remosplat_drake.simulation import INTERRUPTED, TIME_LIMIT
-from remosplat_drake.teleop_session import (
-    check_mappable,
-    holds_session,
-    open_teleoperation,
-    removed_on_failure,
-)
-from remosplat_drake.teleop_stages import Teleoperation
+from remosplat_drake.mapping.store.session import SCENARIO_FILE
 from remosplat_drake.visualization.page import MeshcatPage
-from remosplat_drake.world import World, load_world
 
 DEFAULT_SCENARIO = "StudioLive"
 """What is teleoperated when nothing is named."""

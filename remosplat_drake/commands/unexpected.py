@@ -7,10 +7,11 @@ import sys
 import traceback
 from pathlib import Path
 
-from remosplat_drake import __version__, resources
-from remosplat_drake.atomic_file import write_atomically
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.reading import UnreadableError
+from remosplat_drake import __version__
+from remosplat_drake.base import resources
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.reading import UnreadableError
 
 SHOW_TRACEBACK = "REMOSPLAT_TRACEBACK"
 """Variable of the environment; unless empty, tracebacks are printed, too."""

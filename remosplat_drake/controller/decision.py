@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from remosplat_drake.controller import tick_report
+from remosplat_drake.controller.braking import braking_command
 from remosplat_drake.controller.reactive_program import (
     Ingredient,
     ReactiveProgram,
@@ -14,7 +14,7 @@ from remosplat_drake.controller.reactive_program import (
     build_program,
 )
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.safety.braking import braking_command
+from remosplat_drake.signals import tick_report
 
 
 class Solver(Protocol):

@@ -16,9 +16,9 @@ from pydrake.solvers import MathematicalProgram
 from remosplat_drake.controller.drake_program import DrakeProgram, fill
 from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
 from remosplat_drake.controller.program_data import ProgramData, Rows
-from remosplat_drake.controller.servo import PoseError
-from remosplat_drake.oracle.distance_field import Clearances
+from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
+from remosplat_drake.signals.distance_field import Clearances
 
 
 @dc.dataclass(frozen=True, eq=False)

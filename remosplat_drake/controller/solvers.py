@@ -10,6 +10,7 @@ from pydrake.solvers import (
     SolverInterface,
 )
 
+from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.controller.active_set import (
     INFEASIBLE,
     OPTIMAL,
@@ -17,7 +18,6 @@ from remosplat_drake.controller.active_set import (
 )
 from remosplat_drake.controller.decision import Solver
 from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.errors import FieldError, unknown_name
 
 DRAKE_SOLVERS = {
     "clarabel": ClarabelSolver,

@@ -6,17 +6,14 @@ from time import perf_counter
 
 import numpy as np
 
-from remosplat_drake.controller.config import (
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.ranges import check_ranges
+from remosplat_drake.controller.controller_config import (
     LONGEST_VERIFIED,
     ReactiveControllerConfig,
     make_ingredients,
 )
-from remosplat_drake.controller.decision import (
-    Decision,
-    Solver,
-    brake,
-    decide,
-)
+from remosplat_drake.controller.decision import Decision, Solver, brake, decide
 from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
 from remosplat_drake.controller.ingredients import collision_damper
 from remosplat_drake.controller.reactive_program import (
@@ -24,15 +21,16 @@ from remosplat_drake.controller.reactive_program import (
     Tick,
     build_program,
 )
-from remosplat_drake.controller.servo import pose_error
 from remosplat_drake.controller.solvers import make_solver
-from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.errors import FieldError
-from remosplat_drake.oracle.distance_field import Clearances, DistanceField
-from remosplat_drake.ranges import check_ranges
+from remosplat_drake.controller.verification.self_sweep import SelfClearance
+from remosplat_drake.controller.verification.verify import (
+    Surroundings,
+    verified_command,
+)
+from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
-from remosplat_drake.safety.self_sweep import SelfClearance
-from remosplat_drake.safety.verify import Surroundings, verified_command
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.signals.tick_report import TickReport
 
 _TIGHT = 1e-4
 """Rows this close to equality count as tight [m/s]."""

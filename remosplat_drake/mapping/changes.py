@@ -18,7 +18,7 @@ from scipy.ndimage import (
 )
 
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.overlap import to_camera
+from remosplat_drake.capture.checks.overlap import to_camera
 from remosplat_drake.reconstruction.measured_space import times_looked_through
 
 _WIDE = 0.012

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.overlap import measure_overlap, wrong_frames
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.capture.checks.overlap import measure_overlap, wrong_frames
 
 SAME_POSITION = 0.01
 SAME_ROTATION = np.deg2rad(2.0)

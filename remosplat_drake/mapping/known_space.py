@@ -7,16 +7,12 @@ import numpy as np
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.mapping.changes import seen_at
-from remosplat_drake.mapping.config import MappingConfig
+from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
-from remosplat_drake.reconstruction.coverage import (
-    FREE,
-    UNSEEN,
-    Coverage,
-    make_coverage,
-)
+from remosplat_drake.reconstruction.coverage import make_coverage
 from remosplat_drake.reconstruction.measured_space import times_looked_through
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.coverage import FREE, UNSEEN, Coverage
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _DEEPEST = 0.3

@@ -13,15 +13,8 @@ from pydrake.systems.framework import (
     State,
 )
 
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.mapping.map_file import open_map
-from remosplat_drake.mapping.map_requests import MapRequests
-from remosplat_drake.mapping.map_status import (
-    MapStatus,
-    first_status,
-    noted,
-    swapped,
-)
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.mapping.map_status import first_status, noted, swapped
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.mapping.messages import (
     AddFrame,
@@ -33,7 +26,10 @@ from remosplat_drake.mapping.messages import (
     ShowScene,
     Undo,
 )
-from remosplat_drake.mapping.scene_map import SceneMap
+from remosplat_drake.mapping.store.map_file import open_map
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.map_status import MapStatus
+from remosplat_drake.signals.scene_map import SceneMap
 
 _AHEAD = 1.0
 """A camera's clock is ahead of ours by less [s]."""

@@ -4,8 +4,8 @@ import dataclasses as dc
 from collections.abc import Callable
 from time import perf_counter
 
+from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.errors import RemoSplatError, unknown_name
 from remosplat_drake.mapping.base_splat import updated
 from remosplat_drake.mapping.carving import find_rest
 from remosplat_drake.mapping.changes import (
@@ -14,25 +14,22 @@ from remosplat_drake.mapping.changes import (
     points_at,
     without,
 )
-from remosplat_drake.mapping.config import OBSTACLE, MappingConfig
 from remosplat_drake.mapping.depth_specks import without_specks
-from remosplat_drake.mapping.known_space import (
-    known_space,
-    unknown_space_field,
-)
-from remosplat_drake.mapping.scene_map import SceneMap
+from remosplat_drake.mapping.known_space import known_space, unknown_space_field
+from remosplat_drake.mapping.mapping_config import OBSTACLE, MappingConfig
 from remosplat_drake.oracle.composite import CompositeDistanceField
-from remosplat_drake.oracle.distance_field import DistanceField
-from remosplat_drake.reconstruction.coverage import UNSEEN, Coverage
 from remosplat_drake.reconstruction.devices import CPU
 from remosplat_drake.reconstruction.pipeline import Report, reconstruct
-from remosplat_drake.reconstruction.point_cloud import (
+from remosplat_drake.reconstruction.surfels.point_cloud import (
     InitialisationConfig,
     initialise,
 )
-from remosplat_drake.reconstruction.refinement import RefinementConfig
-from remosplat_drake.reconstruction.seen_through import drop_floaters
+from remosplat_drake.reconstruction.surfels.refinement import RefinementConfig
+from remosplat_drake.reconstruction.surfels.seen_through import drop_floaters
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.coverage import UNSEEN, Coverage
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_tiles import make_tiles
 

@@ -8,17 +8,17 @@ from time import perf_counter
 
 import numpy as np
 
+from remosplat_drake.camera.wrist_camera import WristCamera
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.mapping.camera import WristCamera
-from remosplat_drake.mapping.config import MappingConfig
 from remosplat_drake.mapping.map_builder import build_map
-from remosplat_drake.mapping.map_file import write_map
-from remosplat_drake.mapping.scene_map import SceneMap
-from remosplat_drake.mapping.session import Session, Version
-from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.mapping.mapping_config import MappingConfig
+from remosplat_drake.mapping.store.map_file import write_map
+from remosplat_drake.mapping.store.session import Session, Version
 from remosplat_drake.reconstruction.pipeline import Report
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 

@@ -12,6 +12,7 @@ from multiprocessing.process import BaseProcess
 from threading import Thread
 from time import monotonic, sleep
 
+from remosplat_drake.base.one_thread import one_thread_environment
 from remosplat_drake.mapping.mapping_job import MappingJob
 from remosplat_drake.mapping.messages import (
     Event,
@@ -21,7 +22,6 @@ from remosplat_drake.mapping.messages import (
     Trouble,
 )
 from remosplat_drake.mapping.worker import serve
-from remosplat_drake.one_thread import one_thread_environment
 
 DIED = "the mapping process has died; the next request starts it again"
 BUSY = "the mapping process is busy: a request was dropped"

@@ -14,23 +14,18 @@ from time import monotonic, sleep
 
 import numpy as np
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.capture.capture import (
     MIN_DEPTH_FRACTION,
     MIN_VIEWS,
     Capture,
 )
-from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.mapping.build_thread import BuildThread
 from remosplat_drake.mapping.frame_choice import (
     contradicting_frames,
     frames_to_keep,
 )
-from remosplat_drake.mapping.map_file import open_map, write_map
-from remosplat_drake.mapping.mapping_job import (
-    MappingJob,
-    WrittenMap,
-    next_map,
-)
+from remosplat_drake.mapping.mapping_job import MappingJob, WrittenMap, next_map
 from remosplat_drake.mapping.messages import (
     AddFrame,
     Build,
@@ -47,8 +42,9 @@ from remosplat_drake.mapping.messages import (
     Trouble,
     Undo,
 )
-from remosplat_drake.mapping.session import Session
-from remosplat_drake.splat.ply import write_ply
+from remosplat_drake.mapping.store.map_file import open_map, write_map
+from remosplat_drake.mapping.store.session import Session
+from remosplat_drake.splat.codecs.ply import write_ply
 
 _NICE = 19
 """Everybody goes first."""

@@ -5,9 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from remosplat_drake.errors import RemoSplatError, unknown_name
-from remosplat_drake.oracle.distance_field import Clearances, DistanceField
+from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 ROWS = ("all", "closest")
 

@@ -2,7 +2,7 @@
 
 from importlib.util import find_spec
 
-from remosplat_drake.errors import FieldError, unknown_name
+from remosplat_drake.base.errors import FieldError, unknown_name
 
 BACKENDS = ("auto", "cpu", "cuda")
 

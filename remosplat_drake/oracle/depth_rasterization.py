@@ -8,10 +8,9 @@ from functools import cache, cached_property
 
 import numpy as np
 
-from remosplat_drake.errors import FieldError
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.oracle.depth_rows import nearest_rows
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, DepthSensor
-from remosplat_drake.oracle.distance_field import Clearances, DistanceField
 from remosplat_drake.oracle.kernels.depth_rasterization_kernel import (
     nearest_pixels,
 )
@@ -21,6 +20,7 @@ from remosplat_drake.oracle.kernels.footprints import (
     make_rules,
 )
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 LOOK_AHEAD_RESOLUTION = 24

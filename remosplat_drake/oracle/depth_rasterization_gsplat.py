@@ -33,11 +33,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from remosplat_drake.errors import FieldError, RemoSplatError
+from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.oracle.depth_backend import missing_for_cuda
 from remosplat_drake.oracle.depth_rows import nearest_rows
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, DepthSensor
-from remosplat_drake.oracle.distance_field import Clearances, DistanceField
 from remosplat_drake.oracle.kernels import gsplat_views as views
 from remosplat_drake.oracle.kernels.gsplat_pairs import (
     VIEWS,
@@ -46,6 +45,7 @@ from remosplat_drake.oracle.kernels.gsplat_pairs import (
     visible_pairs,
 )
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 if TYPE_CHECKING:

@@ -8,15 +8,15 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.errors import RemoSplatError, unknown_name
+from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.oracle.depth_sensor import (
     FILTER_SCALE,
     N_VIEWS,
     R_DV,
     DepthSensor,
 )
-from remosplat_drake.oracle.distance_field import Clearances
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 ORDERS = ("ray", "center")

@@ -3,8 +3,8 @@
 import numpy as np
 
 from remosplat_drake.oracle.depth_sensor import R_DV, DepthSensor
-from remosplat_drake.oracle.distance_field import Clearances
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import Clearances
 
 
 def nearest_rows(

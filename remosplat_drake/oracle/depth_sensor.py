@@ -9,7 +9,7 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.errors import FieldError, unknown_name
+from remosplat_drake.base.errors import FieldError, unknown_name
 
 N_VIEWS = 6
 

@@ -9,8 +9,8 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from remosplat_drake.oracle.distance_field import Clearances, DistanceField
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 
 class DistanceOracle(LeafSystem):

@@ -10,7 +10,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from remosplat_drake.oracle.config import DepthRasterization, SphereToEllipsoid
+from remosplat_drake.oracle.oracle_config import (
+    DepthRasterization,
+    SphereToEllipsoid,
+)
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene

@@ -8,9 +8,9 @@ import hashlib
 import numpy as np
 from scipy.spatial import KDTree
 
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.oracle.distance_field import Clearances, DistanceField
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 
 class PointDistanceField(DistanceField):

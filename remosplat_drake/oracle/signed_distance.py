@@ -9,10 +9,10 @@ made, so that equal queries get equal answers.
 import numpy as np
 from numba import njit
 
-from remosplat_drake.errors import RemoSplatError, unknown_name
-from remosplat_drake.oracle.distance_field import Clearances, DistanceField
+from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 ROWS = ("closest", "per_primitive")
 

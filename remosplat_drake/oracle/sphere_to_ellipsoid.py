@@ -5,7 +5,6 @@ from collections.abc import Mapping
 import numba
 import numpy as np
 
-from remosplat_drake.oracle.distance_field import Clearances, DistanceField
 from remosplat_drake.oracle.kernels.ellipsoid_distance import CONVERGE
 from remosplat_drake.oracle.kernels.nearest_splat import (
     SplatTree,
@@ -13,6 +12,7 @@ from remosplat_drake.oracle.kernels.nearest_splat import (
     query_parallel,
 )
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.bvh import build_hierarchy
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.oracle.distance_field import Clearances, DistanceField
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle.kernels.nearest_voxel import VoxelColumns, query
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 _LONGEST = 30_000
 """More voxels in a row have no numbers in `VoxelColumns`."""

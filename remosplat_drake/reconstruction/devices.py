@@ -2,7 +2,7 @@
 
 import importlib.util
 
-from remosplat_drake.errors import (
+from remosplat_drake.base.errors import (
     FieldError,
     MissingExtraError,
     RemoSplatError,

@@ -9,9 +9,9 @@ import dataclasses as dc
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.reconstruction.surfels import (
+from remosplat_drake.reconstruction.surfels.surfels import (
     Surfels,
     surfels_from_capture,
 )

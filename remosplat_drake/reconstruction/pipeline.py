@@ -22,12 +22,18 @@ from remosplat_drake.reconstruction.measured_space import (
     measured_points,
     scatter,
 )
-from remosplat_drake.reconstruction.point_cloud import (
+from remosplat_drake.reconstruction.surfels.point_cloud import (
     InitialisationConfig,
     initialise,
 )
-from remosplat_drake.reconstruction.refinement import RefinementConfig, refine
-from remosplat_drake.reconstruction.surfels import Surfels, splat_of_surfels
+from remosplat_drake.reconstruction.surfels.refinement import (
+    RefinementConfig,
+    refine,
+)
+from remosplat_drake.reconstruction.surfels.surfels import (
+    Surfels,
+    splat_of_surfels,
+)
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _MARGIN_PER_SCATTER = 4.0
@@ -122,7 +128,7 @@ def _train(
 ) -> tuple[GaussianSplat, int]:
     """The trained splat and the number of steps it took."""
     # Imported here: torch takes seconds, and need not be installed.
-    from remosplat_drake.reconstruction.training import (
+    from remosplat_drake.reconstruction.training.training import (
         TrainingConfig,
         train_without_holes,
     )

@@ -4,8 +4,8 @@ import dataclasses as dc
 
 import numpy as np
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.errors import RemoSplatError
 
 
 @dc.dataclass(frozen=True)

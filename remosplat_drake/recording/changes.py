@@ -13,7 +13,7 @@ from remosplat_drake.recording.events import (
     Event,
 )
 from remosplat_drake.recording.run_log import NO_MAP
-from remosplat_drake.safety.supervision import SupervisorState
+from remosplat_drake.signals.supervisor_state import SupervisorState
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -4,10 +4,10 @@ import dataclasses as dc
 import json
 from pathlib import Path
 
-from remosplat_drake.errors import FileError
-from remosplat_drake.reading import reads_file
-from remosplat_drake.recording.append_file import AppendFile
-from remosplat_drake.strict_json import as_number, parse_json_object
+from remosplat_drake.base.append_file import AppendFile
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.reading import reads_file
+from remosplat_drake.base.strict_json import as_number, parse_json_object
 
 SUPERVISOR = "supervisor"
 """The supervisor's mode has changed."""

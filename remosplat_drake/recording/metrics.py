@@ -4,9 +4,9 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.distance_field import DistanceField
 
 
 @dc.dataclass(frozen=True)

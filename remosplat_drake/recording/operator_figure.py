@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from remosplat_drake.atomic_file import atomic_write
-from remosplat_drake.errors import FieldError, unknown_name
+from remosplat_drake.base.atomic_file import atomic_write
+from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.recording.events import MAP, SUPERVISOR, Event
 from remosplat_drake.recording.operator_trace import OperatorTrace
 

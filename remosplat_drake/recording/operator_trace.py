@@ -5,13 +5,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from remosplat_drake.oracle.distance_field import DistanceField
-from remosplat_drake.recording.run_log import RunLog
-from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.teleop.deviation import (
+from remosplat_drake.controller.deviation import (
     deviation,
     end_effector_velocities,
 )
+from remosplat_drake.recording.run_log import RunLog
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.distance_field import DistanceField
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from remosplat_drake.errors import FieldError, FileError
+from remosplat_drake.base.errors import FieldError, FileError
 
 RUNS = "runs"
 

@@ -12,23 +12,23 @@ from pathlib import Path
 
 import numpy as np
 
-from remosplat_drake.controller.tick_report import STATUSES, TickReport
-from remosplat_drake.errors import FieldError, FileError
-from remosplat_drake.oracle.distance_field import Clearances
-from remosplat_drake.reading import reads_file
-from remosplat_drake.recording.append_file import AppendFile
-from remosplat_drake.safety.supervision import (
-    RUNNING,
-    STARTING,
-    STOPPED,
-    STOPPING,
-)
-from remosplat_drake.strict_json import (
+from remosplat_drake.base.append_file import AppendFile
+from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.base.reading import reads_file
+from remosplat_drake.base.strict_json import (
     as_number,
     as_whole_number,
     parse_json_object,
     shown,
 )
+from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.supervisor_state import (
+    RUNNING,
+    STARTING,
+    STOPPED,
+    STOPPING,
+)
+from remosplat_drake.signals.tick_report import STATUSES, TickReport
 
 FORMAT = "remosplat run log"
 VERSION = 1

@@ -12,10 +12,10 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.recording.changes import Surroundings, changes
 from remosplat_drake.recording.events import EventWriter
 from remosplat_drake.recording.run_log import NO_MAP, RunLogWriter
+from remosplat_drake.signals.tick_report import TickReport
 
 LOG, EVENTS = "trajectory.log", "events.jsonl"
 """What a run leaves in its folder."""

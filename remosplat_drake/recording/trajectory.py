@@ -12,10 +12,10 @@ from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
-from remosplat_drake.atomic_file import atomic_write
-from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.errors import FileError
-from remosplat_drake.reading import reads_file
+from remosplat_drake.base.atomic_file import atomic_write
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.reading import reads_file
+from remosplat_drake.signals.tick_report import TickReport
 
 _DAMAGES = (
     ValueError,

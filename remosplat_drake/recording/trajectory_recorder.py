@@ -11,8 +11,8 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.recording.trajectory import Trajectory, make_trajectory
+from remosplat_drake.signals.tick_report import TickReport
 
 
 class TrajectoryRecorder(LeafSystem):

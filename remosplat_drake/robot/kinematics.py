@@ -22,7 +22,7 @@ from pydrake.multibody.tree import (
     WeldJoint,
 )
 
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError
 
 FIXED, REVOLUTE, PRISMATIC = 0, 1, 2
 

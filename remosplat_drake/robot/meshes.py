@@ -17,9 +17,9 @@ from pydrake.geometry import GeometryInstance, Mesh
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
-from remosplat_drake import resources
-from remosplat_drake.atomic_file import write_atomically
-from remosplat_drake.colors import linear_rgb
+from remosplat_drake.base import resources
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.colors import linear_rgb
 from remosplat_drake.robot.visuals import load_visuals
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from pydrake.multibody.parsing import (
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
-from remosplat_drake import resources
-from remosplat_drake.errors import FileError
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import FileError
 from remosplat_drake.robot.robot_description import RobotDescription
 
 

@@ -6,10 +6,10 @@ from typing import Annotated
 
 from annotated_types import Interval
 
-from remosplat_drake import resources
-from remosplat_drake.errors import FileError, unknown_name
-from remosplat_drake.ranges import Config, JointPosition
-from remosplat_drake.strict_yaml import load_strict
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import FileError, unknown_name
+from remosplat_drake.base.ranges import Config, JointPosition
+from remosplat_drake.base.strict_yaml import load_strict
 
 
 @dc.dataclass

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 
-from remosplat_drake import resources
-from remosplat_drake.errors import FieldError, unknown_name
-from remosplat_drake.reading import reads_file
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import FieldError, unknown_name
+from remosplat_drake.base.reading import reads_file
 from remosplat_drake.robot import kinematics as kin
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_description import (

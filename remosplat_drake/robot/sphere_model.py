@@ -8,10 +8,10 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Len
 
-from remosplat_drake.errors import FileError
-from remosplat_drake.ranges import Config, Coordinate
-from remosplat_drake.robot.link_spheres import LinkSpheres
-from remosplat_drake.strict_yaml import load_strict
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.ranges import Config, Coordinate
+from remosplat_drake.base.strict_yaml import load_strict
+from remosplat_drake.robot.fitting.link_spheres import LinkSpheres
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -19,7 +19,7 @@ class SphereModel:
     """n spheres S, each fixed to a link L (paper section III-B).
 
     Whether they enclose the robot, and what that means, is said and proved
-    in `remosplat_drake.robot.enclosure`.
+    in `remosplat_drake.robot.fitting.enclosure`.
 
     Attributes:
         name: What the set is called, for tables and logs.

@@ -8,9 +8,9 @@ import numpy as np
 from annotated_types import Interval, Len
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from remosplat_drake.errors import FieldError
-from remosplat_drake.ranges import Config, Position, RollPitchYawDeg
-from remosplat_drake.strict_yaml import load_strict
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.ranges import Config, Position, RollPitchYawDeg
+from remosplat_drake.base.strict_yaml import load_strict
 
 
 @dc.dataclass

@@ -1,1 +1,1 @@
-"""Verification, braking and supervision of commands."""
+"""The supervisor: what stops the robot, and the gates before it starts."""

@@ -9,7 +9,7 @@ robot everything is refused that has not been accepted.
 import dataclasses as dc
 from collections.abc import Collection, Sequence
 
-from remosplat_drake.errors import RemoSplatError, unknown_name
+from remosplat_drake.base.errors import RemoSplatError, unknown_name
 
 EMPTY_MAP = "empty-map"
 IGNORED_SPLATS = "ignored-splats"

@@ -20,17 +20,16 @@ import math
 
 import numpy as np
 
-from remosplat_drake.safety.braking import braking_command
-from remosplat_drake.safety.supervision import (
+from remosplat_drake.controller.braking import braking_command
+from remosplat_drake.safety.supervision import Observation, SupervisorLaw
+from remosplat_drake.safety.symptoms import Symptom, has_paused, symptoms
+from remosplat_drake.signals.supervisor_state import (
     RUNNING,
     STARTING,
     STOPPED,
     STOPPING,
-    Observation,
-    SupervisorLaw,
     SupervisorState,
 )
-from remosplat_drake.safety.symptoms import Symptom, has_paused, symptoms
 
 _ROUNDING = 1e-9
 """Of sums of periods [s], and of ramps relative to their bounds."""

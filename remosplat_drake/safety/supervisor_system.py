@@ -13,15 +13,12 @@ from pydrake.systems.framework import (
     ValueProducer,
 )
 
-from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.safety.operator import OperatorRequests
-from remosplat_drake.safety.supervision import (
-    Observation,
-    SupervisorLaw,
-    SupervisorState,
-)
+from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.safety.supervisor import supervise
-from remosplat_drake.station.status import StationStatus
+from remosplat_drake.signals.operator_requests import OperatorRequests
+from remosplat_drake.signals.station_status import StationStatus
+from remosplat_drake.signals.supervisor_state import SupervisorState
+from remosplat_drake.signals.tick_report import TickReport
 
 STOP_BUTTON = "stop button"
 """Reason of a stop that a person asked for."""

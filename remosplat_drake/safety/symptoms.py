@@ -6,13 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from remosplat_drake.controller import tick_report
-from remosplat_drake.safety.supervision import (
-    Observation,
-    SupervisorLaw,
-    SupervisorState,
-)
-from remosplat_drake.station import status as station_status
+from remosplat_drake.safety.supervision import Observation, SupervisorLaw
+from remosplat_drake.signals import station_status, tick_report
+from remosplat_drake.signals.supervisor_state import SupervisorState
 
 
 @dc.dataclass(frozen=True)

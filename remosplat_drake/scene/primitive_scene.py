@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from pydrake.math import RigidTransform
 
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -11,19 +11,11 @@ from pathlib import Path
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
-from remosplat_drake.atomic_file import write_atomically
-from remosplat_drake.errors import (
-    FieldError,
-    RemoSplatError,
-    unknown_name,
-)
-from remosplat_drake.reading import reads_file
-from remosplat_drake.scene.primitive_scene import (
-    Box,
-    Cylinder,
-    PrimitiveScene,
-)
-from remosplat_drake.strict_json import read_json_object, shown
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.errors import FieldError, RemoSplatError, unknown_name
+from remosplat_drake.base.reading import reads_file
+from remosplat_drake.base.strict_json import read_json_object, shown
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 MAX_LENGTH = 1e6
 """No scene reaches further, and squares stay far from overflow [m]."""

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from remosplat_drake.errors import FileError, RemoSplatError
+from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _TINY = np.finfo(np.float32).tiny

@@ -5,27 +5,30 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
-from remosplat_drake.errors import FileError
-from remosplat_drake.reading import reads_file
-from remosplat_drake.splat.antimatter import read_antimatter, write_antimatter
-from remosplat_drake.splat.checkpoint import (
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.reading import reads_file
+from remosplat_drake.splat.codecs.antimatter import (
+    read_antimatter,
+    write_antimatter,
+)
+from remosplat_drake.splat.codecs.checkpoint import (
     is_checkpoint_archive,
     read_checkpoint,
     write_checkpoint,
 )
-from remosplat_drake.splat.compressed_ply import (
+from remosplat_drake.splat.codecs.compressed_ply import (
     morton_order,
     read_compressed_ply,
     write_compressed_ply,
 )
+from remosplat_drake.splat.codecs.ply import read_ply, write_ply
+from remosplat_drake.splat.codecs.sog import read_sog, write_sog
+from remosplat_drake.splat.codecs.sog_bundle import META, ZIP_MAGIC
+from remosplat_drake.splat.codecs.spz import read_spz, write_spz
+from remosplat_drake.splat.codecs.spz_container import GZIP_MAGIC, SPZ_MAGIC
+from remosplat_drake.splat.codecs.unpacking import ZIP_DAMAGES
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.ply import read_ply, write_ply
-from remosplat_drake.splat.sog import read_sog, write_sog
-from remosplat_drake.splat.sog_bundle import META, ZIP_MAGIC
-from remosplat_drake.splat.spz import read_spz, write_spz
-from remosplat_drake.splat.spz_container import GZIP_MAGIC, SPZ_MAGIC
 from remosplat_drake.splat.surfel_conversion import is_flat, without_thickness
-from remosplat_drake.splat.unpacking import ZIP_DAMAGES
 
 _LONGEST_PLY_HEADER = 2**16
 

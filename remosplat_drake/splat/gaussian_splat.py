@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from pydrake.math import RigidTransform
 
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError
 
 SH_C0 = 0.28209479177387814
 """The constant spherical harmonic: colour = 0.5 + SH_C0 * f_dc."""

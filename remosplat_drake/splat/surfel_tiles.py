@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from remosplat_drake.colors import linear_rgb
+from remosplat_drake.base.colors import linear_rgb
 from remosplat_drake.splat.bvh import build_hierarchy
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 

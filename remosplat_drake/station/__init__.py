@@ -1,1 +1,1 @@
-"""Stations: the robot behind one set of ports, simulated or real."""
+"""Simulated stations: the robot behind one set of ports."""

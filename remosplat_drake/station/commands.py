@@ -14,8 +14,12 @@ from pydrake.systems.framework import (
 )
 
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.station import ports
-from remosplat_drake.station.status import RUNNING, STOPPED, StationStatus
+from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.signals.station_status import (
+    RUNNING,
+    STOPPED,
+    StationStatus,
+)
 
 
 @dc.dataclass(frozen=True, eq=False)

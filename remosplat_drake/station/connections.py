@@ -10,7 +10,7 @@ from pydrake.systems.primitives import (
 )
 
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.station import ports
+from remosplat_drake.signals import station_ports as ports
 
 _GRIP_FORCE = 20.0  # [N]
 

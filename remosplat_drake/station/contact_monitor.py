@@ -8,7 +8,7 @@ from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import Context, LeafSystem
 
-from remosplat_drake.station import ports
+from remosplat_drake.signals import station_ports as ports
 
 
 @dc.dataclass(frozen=True)

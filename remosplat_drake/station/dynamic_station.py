@@ -11,28 +11,21 @@ from pydrake.multibody.plant import (
 )
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from remosplat_drake.ranges import check_ranges
+from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.station import ports
-from remosplat_drake.station.config import (
-    DynamicStation,
-    WristCameraConfig,
-)
+from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.station.contact_monitor import ContactMonitor
 from remosplat_drake.station.export import export_ports
 from remosplat_drake.station.hand import HandGeometry, hand_geometry
-from remosplat_drake.station.motors import (
-    Motors,
-    make_motors,
-    set_motor_gains,
-)
+from remosplat_drake.station.motors import Motors, make_motors, set_motor_gains
 from remosplat_drake.station.robot_visuals import add_robot_visuals
 from remosplat_drake.station.scene_geometry import add_scene_geometry
 from remosplat_drake.station.state_reader import StateReader
+from remosplat_drake.station.station_camera import StationCamera
+from remosplat_drake.station.station_config import DynamicStation
 from remosplat_drake.station.velocity_driver import VelocityDriver
-from remosplat_drake.station.wrist_camera import add_wrist_camera
 
 
 def make_dynamic_station(
@@ -40,9 +33,9 @@ def make_dynamic_station(
     robot: RobotModel,
     scene: PrimitiveScene | None,
     q0: np.ndarray,
-    wrist_camera: WristCameraConfig | None,
+    wrist_camera: StationCamera | None,
 ) -> Diagram:
-    """Builds the station; see `MakeHardwareStation`.
+    """Builds the station; see `MakeSimulatedStation`.
 
     Gravity does not act on the robot: the Panda compensates its own weight,
     and the base stands on the floor by its planar joints alone.
@@ -63,7 +56,7 @@ def make_dynamic_station(
     builder.Connect(plant.get_state_output_port(), reader.get_input_port())
     camera = None
     if wrist_camera is not None:
-        camera = add_wrist_camera(builder, plant, scene_graph, wrist_camera)
+        camera = wrist_camera.AddToStation(builder, plant, scene_graph)
     _export_ground_truth(builder, plant, scene_graph)
     export_ports(builder, robot.description, [driver, reader], camera)
     station = builder.Build()

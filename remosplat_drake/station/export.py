@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
 from remosplat_drake.robot.robot_description import RobotDescription
-from remosplat_drake.station import ports
+from remosplat_drake.signals import station_ports as ports
 
 
 def export_ports(

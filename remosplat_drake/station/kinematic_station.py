@@ -7,21 +7,18 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import AffineSystem
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
-from remosplat_drake.ranges import check_ranges
+from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.station import ports
-from remosplat_drake.station.config import (
-    KinematicStation,
-    WristCameraConfig,
-)
+from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.station.export import export_ports
 from remosplat_drake.station.hand import HandGeometry, hand_geometry
 from remosplat_drake.station.kinematic_robot import KinematicRobot
 from remosplat_drake.station.robot_visuals import add_robot_visuals
 from remosplat_drake.station.scene_geometry import add_scene_geometry
-from remosplat_drake.station.wrist_camera import add_wrist_camera
+from remosplat_drake.station.station_camera import StationCamera
+from remosplat_drake.station.station_config import KinematicStation
 
 
 def make_kinematic_station(
@@ -29,9 +26,9 @@ def make_kinematic_station(
     robot: RobotModel,
     scene: PrimitiveScene | None,
     q0: np.ndarray,
-    wrist_camera: WristCameraConfig | None,
+    wrist_camera: StationCamera | None,
 ) -> Diagram:
-    """Builds the station; see `MakeHardwareStation`.
+    """Builds the station; see `MakeSimulatedStation`.
 
     Without a camera there is no geometry at all, and no
     `cheat.query_object`: the diagram is ready in two milliseconds.
@@ -58,7 +55,7 @@ def make_kinematic_station(
     camera = None
     if scene_graph is not None and wrist_camera is not None:
         _connect_posture(builder, plant, scene_graph, system, robot, hand)
-        camera = add_wrist_camera(builder, plant, scene_graph, wrist_camera)
+        camera = wrist_camera.AddToStation(builder, plant, scene_graph)
         builder.ExportOutput(
             scene_graph.get_query_output_port(), ports.CHEAT_QUERY_OBJECT
         )

@@ -14,11 +14,11 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JointActuatorIndex, PdControllerGains
 
-from remosplat_drake.errors import FileError
+from remosplat_drake.base.errors import FileError
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.station.config import DynamicStation
 from remosplat_drake.station.hand import HandGeometry
+from remosplat_drake.station.station_config import DynamicStation
 
 DRIVE_SHARE = 0.8
 """Share of the base's effort that drives forward; the rest holds it sideways,

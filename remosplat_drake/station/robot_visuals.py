@@ -7,7 +7,7 @@ from pydrake.geometry import GeometryInstance, Mesh, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
-from remosplat_drake import resources
+from remosplat_drake.base import resources
 from remosplat_drake.robot.meshes import link_meshes
 from remosplat_drake.robot.robot_model import RobotModel
 

@@ -7,11 +7,7 @@ from pydrake.geometry import Shape
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
-from remosplat_drake.scene.primitive_scene import (
-    Box,
-    Cylinder,
-    PrimitiveScene,
-)
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 BOX_COLOUR = np.array([0.76, 0.60, 0.42, 1.0])  # Light wood.
 CYLINDER_COLOUR = np.array([0.85, 0.42, 0.30, 1.0])  # Terracotta.

@@ -1,30 +1,43 @@
-"""`MakeHardwareStation`: the robot behind the ports of `ports.py`."""
+"""`MakeSimulatedStation`: a simulated robot behind every station's ports."""
+
+from typing import Protocol
 
 import numpy as np
 from pydrake.systems.framework import Diagram
 
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.station.config import (
+from remosplat_drake.station.dynamic_station import make_dynamic_station
+from remosplat_drake.station.kinematic_station import make_kinematic_station
+from remosplat_drake.station.station_camera import StationCamera
+from remosplat_drake.station.station_config import (
     DynamicStation,
     KinematicStation,
-    WristCameraConfig,
 )
-from remosplat_drake.station.dynamic_station import make_dynamic_station
-from remosplat_drake.station.hardware.config import HardwareConfig
-from remosplat_drake.station.hardware.hardware_station import HardwareStation
-from remosplat_drake.station.kinematic_station import make_kinematic_station
 
 
-def MakeHardwareStation(
+class StationMaker(Protocol):
+    """The settings of a station that is not ours."""
+
+    def make(
+        self,
+        robot: RobotModel,
+        scene: PrimitiveScene | None,
+        q0: np.ndarray,
+        camera: StationCamera | None,
+    ) -> Diagram:
+        """Builds the station; see `MakeSimulatedStation`."""
+        ...
+
+
+def MakeSimulatedStation(
     *,
-    config: KinematicStation | DynamicStation,
+    config: KinematicStation | DynamicStation | StationMaker,
     robot: RobotModel,
     scene: PrimitiveScene | None,
     q0: np.ndarray,
-    wrist_camera: WristCameraConfig | None = None,
-    hardware: HardwareConfig | None = None,
+    wrist_camera: StationCamera | None = None,
 ) -> Diagram:
     """Builds a station: the robot behind one set of ports.
 
@@ -34,26 +47,22 @@ def MakeHardwareStation(
         scene: What the camera sees and the robot may bump into; or nothing.
         q0: Configuration to start from (x, y, yaw, arm), shape (n_q,).
         wrist_camera: None leaves the camera and its ports out.
-        hardware: Where the real robot's drivers are; None simulates. On the
-            real robot `config`, `scene` and `q0` have no say.
 
     Returns:
-        A diagram with the ports of `ports.station_ports`. Simulated ones
-        have ground truth, too, under names that begin with `cheat.`.
+        A diagram with the ports of `signals.station_ports`, and with ground
+        truth under names that begin with `cheat.`.
 
     Raises:
         RemoSplatError: A setting is unusable.
     """
-    if hardware is not None:
-        return HardwareStation(
-            config=hardware, robot=robot, wrist_camera=wrist_camera
-        )
     q0 = np.asarray(q0, float)
     if q0.shape != (robot.n_q,) or not np.isfinite(q0).all():
         raise RemoSplatError(
             f"q0: expected {robot.n_q} finite numbers (base pose, then arm),"
             f" got {q0.tolist()}"
         )
+    if isinstance(config, KinematicStation):
+        return make_kinematic_station(config, robot, scene, q0, wrist_camera)
     if isinstance(config, DynamicStation):
         return make_dynamic_station(config, robot, scene, q0, wrist_camera)
-    return make_kinematic_station(config, robot, scene, q0, wrist_camera)
+    return config.make(robot, scene, q0, wrist_camera)

@@ -5,7 +5,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.station import ports
+from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.station.hand import HandGeometry
 
 

@@ -13,14 +13,11 @@ from pydrake.systems.framework import (
 )
 
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.station import ports
+from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.station.commands import CommandInputs, StationCommand
 from remosplat_drake.station.hand import HandGeometry, width_rate
-from remosplat_drake.station.motors import (
-    Motors,
-    actuator_by_joint,
-)
-from remosplat_drake.station.status import StationStatus
+from remosplat_drake.station.motors import Motors, actuator_by_joint
 
 
 class VelocityDriver(LeafSystem):

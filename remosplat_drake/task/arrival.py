@@ -6,8 +6,8 @@ from typing import Annotated
 
 from annotated_types import Interval
 
-from remosplat_drake.controller.servo import PoseError
-from remosplat_drake.ranges import Config, OneOf
+from remosplat_drake.base.ranges import Config, OneOf
+from remosplat_drake.robot.pose_error import PoseError
 
 RULES = ("text", "authors")
 

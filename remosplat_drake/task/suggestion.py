@@ -6,10 +6,10 @@ from collections.abc import Callable
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import DistanceField
 
 NEAR, _FAR = 0.05, 0.12
 """The hand ends so close to the scene: near enough to be worth it [m]."""

@@ -13,7 +13,7 @@ from pydrake.systems.framework import (
     State,
 )
 
-from remosplat_drake.controller.servo import PoseError, pose_error
+from remosplat_drake.robot.pose_error import PoseError, pose_error
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 

@@ -9,9 +9,9 @@ from pydrake.systems.framework import (
     ValueProducer,
 )
 
-from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.teleop.merging import MergedCommand, merge_commands
-from remosplat_drake.teleop.operator_command import OperatorCommand
 
 _COMMAND, _REQUESTS = "command", "map_requests"
 

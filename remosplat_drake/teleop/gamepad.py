@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from remosplat_drake.teleop.config import GamepadConfig
+from remosplat_drake.teleop.teleop_config import GamepadConfig
 
 _DOWN, _UP = 6, 7  # Triggers.
 _LEFT, _RIGHT = 14, 15  # Of the directional pad.

@@ -7,9 +7,9 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.lcm import DrakeLcm
 from pydrake.systems.framework import Context, LeafSystem, State
 
-from remosplat_drake.teleop.config import PoseStreamConfig
-from remosplat_drake.teleop.operator_command import OperatorCommand
+from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.teleop.pose_stream import StreamState, advance_stream
+from remosplat_drake.teleop.teleop_config import PoseStreamConfig
 
 
 class LcmOperator(LeafSystem):

@@ -3,7 +3,7 @@
 import dataclasses as dc
 from collections.abc import Sequence
 
-from remosplat_drake.teleop.operator_command import OperatorCommand
+from remosplat_drake.signals.operator_command import OperatorCommand
 
 _COUNTS = ("moves", "holds", "homes", "poses", "scans")
 

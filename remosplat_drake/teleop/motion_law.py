@@ -4,9 +4,9 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.capture.camera_mount import CameraMount
+from remosplat_drake.camera.mount import CameraMount
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.teleop.config import TeleopConfig
+from remosplat_drake.teleop.teleop_config import TeleopConfig
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -11,15 +11,15 @@ from pydrake.systems.framework import (
     State,
 )
 
-from remosplat_drake.controller.servo import PoseError, pose_error
-from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.robot.pose_error import PoseError, pose_error
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.safety.supervision import SupervisorState
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.signals.supervisor_state import SupervisorState
+from remosplat_drake.signals.target_state import TargetState
 from remosplat_drake.task.target_sequence import TargetProgress
 from remosplat_drake.teleop.motion_law import MotionLaw
-from remosplat_drake.teleop.operator_command import OperatorCommand
 from remosplat_drake.teleop.target_motion import advance_target, stand
-from remosplat_drake.teleop.target_state import TargetState
 
 
 class OperatorTarget(LeafSystem):

@@ -7,15 +7,15 @@ import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform
 
-from remosplat_drake.messages.packets import (
+from remosplat_drake.hardware.wire.messages.pose_target import pose_target
+from remosplat_drake.hardware.wire.packets import (
     BrokenMessage,
     decode,
     finite_vector,
     is_expired,
     to_utime,
 )
-from remosplat_drake.messages.pose_target import pose_target
-from remosplat_drake.teleop.operator_command import OperatorCommand
+from remosplat_drake.signals.operator_command import OperatorCommand
 
 SOURCE = "pose stream"
 

@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.math import RotationMatrix
 
-from remosplat_drake.teleop.config import ScanConfig
+from remosplat_drake.teleop.teleop_config import ScanConfig
 
 
 def scan_poses(

@@ -10,7 +10,7 @@ import numpy as np
 from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RotationMatrix
 
-from remosplat_drake.controller.servo import rotation_vector
+from remosplat_drake.robot.pose_error import rotation_vector
 
 _COMMITMENT = 0.2
 """A turn is reversed only where that saves more than this angle [rad]."""

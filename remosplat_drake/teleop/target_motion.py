@@ -4,12 +4,9 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.controller.servo import pose_error
-from remosplat_drake.teleop.config import TeleopConfig
-from remosplat_drake.teleop.motion_law import MotionLaw
-from remosplat_drake.teleop.operator_command import OperatorCommand
-from remosplat_drake.teleop.scan import scan_poses
-from remosplat_drake.teleop.target_state import (
+from remosplat_drake.robot.pose_error import pose_error
+from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.signals.target_state import (
     FOLLOW,
     GO,
     HOLD,
@@ -17,7 +14,10 @@ from remosplat_drake.teleop.target_state import (
     VELOCITY,
     TargetState,
 )
+from remosplat_drake.teleop.motion_law import MotionLaw
+from remosplat_drake.teleop.scan import scan_poses
 from remosplat_drake.teleop.target_step import move
+from remosplat_drake.teleop.teleop_config import TeleopConfig
 
 _SCAN_DISTANCE, _SCAN_ANGLE = 0.03, 0.05
 """The end effector is at a pose of a scan so near to it [m], [rad]."""

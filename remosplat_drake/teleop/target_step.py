@@ -4,6 +4,7 @@ import dataclasses as dc
 
 import numpy as np
 
+from remosplat_drake.signals.target_state import HOLD, VELOCITY, TargetState
 from remosplat_drake.teleop.motion_law import MotionLaw
 from remosplat_drake.teleop.smoothing import (
     braking_speed,
@@ -13,7 +14,6 @@ from remosplat_drake.teleop.smoothing import (
     rotation_to_go,
     velocity_towards,
 )
-from remosplat_drake.teleop.target_state import HOLD, VELOCITY, TargetState
 
 
 def move(law: MotionLaw, state: TargetState, X_WE: np.ndarray) -> TargetState:

@@ -15,14 +15,14 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Interval
 
-from remosplat_drake.errors import FieldError, unknown_name
-from remosplat_drake.mapping.map_requests import MapRequests
-from remosplat_drake.ranges import Config, Position, RollPitchYawDeg
-from remosplat_drake.reading import reads_file
+from remosplat_drake.base.errors import FieldError, unknown_name
+from remosplat_drake.base.ranges import Config, Position, RollPitchYawDeg
+from remosplat_drake.base.reading import reads_file
+from remosplat_drake.base.strict_yaml import load_strict
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.strict_yaml import load_strict
-from remosplat_drake.teleop.config import SavedPose
-from remosplat_drake.teleop.operator_command import OperatorCommand
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.teleop.teleop_config import SavedPose
 
 SOURCE = "trajectory"
 

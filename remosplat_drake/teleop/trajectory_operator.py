@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from remosplat_drake.mapping.map_requests import MapRequests
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.teleop.operator_command import OperatorCommand
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.teleop.trajectory_file import (
     Asked,
     OperatorStep,

@@ -4,8 +4,8 @@ import numpy as np
 from pydrake.geometry import Meshcat, Rgba, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 
-from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.page import LIVE, ROOT
 from remosplat_drake.visualization.shapes import tube_mesh
 

@@ -9,7 +9,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 
-from remosplat_drake.atomic_file import atomic_write
+from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.oracle.depth_sensor import N_VIEWS
 from remosplat_drake.oracle.view_images import SphereViews
 

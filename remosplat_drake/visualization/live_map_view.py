@@ -12,15 +12,12 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from remosplat_drake.mapping.map_status import MapStatus
-from remosplat_drake.mapping.scene_map import SceneMap
+from remosplat_drake.signals.map_status import MapStatus
+from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 from remosplat_drake.visualization.toggle import Toggle
-from remosplat_drake.visualization.unseen_space import (
-    frontier_mesh,
-    smoothed,
-)
+from remosplat_drake.visualization.unseen_space import frontier_mesh, smoothed
 
 TILES = f"{ROOT}/map/surfels"
 UNSEEN_SPACE = f"{ROOT}/map/unseen"

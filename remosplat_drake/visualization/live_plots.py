@@ -13,12 +13,12 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.teleop.deviation import (
+from remosplat_drake.controller.deviation import (
     deviation,
     end_effector_velocities,
 )
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_style import plot
 from remosplat_drake.visualization.svg_plot import Mark, SvgPlot

@@ -7,8 +7,8 @@ import numpy as np
 from pydrake.geometry import Cylinder, Meshcat, MeshcatParams, Rgba
 from pydrake.math import RigidTransform
 
-from remosplat_drake.atomic_file import atomic_write
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.base.atomic_file import atomic_write
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.visualization import page_style
 from remosplat_drake.visualization.toggle import Toggle
 

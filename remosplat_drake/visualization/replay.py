@@ -7,15 +7,11 @@ import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from remosplat_drake.oracle.distance_field import Clearances, DistanceField
 from remosplat_drake.recording.run_log import RunLog
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.surfel_tiles import (
-    MAX_SURFELS,
-    largest,
-    make_tiles,
-)
+from remosplat_drake.splat.surfel_tiles import MAX_SURFELS, largest, make_tiles
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.robot_view import (
     PUBLISH_PERIOD,

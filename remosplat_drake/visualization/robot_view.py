@@ -19,7 +19,7 @@ from pydrake.systems.framework import DiagramBuilder, InputPort
 from pydrake.systems.primitives import AffineSystem
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
-from remosplat_drake import resources
+from remosplat_drake.base import resources
 from remosplat_drake.robot.meshes import link_meshes, register_link_meshes
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel

@@ -6,8 +6,8 @@ from pydrake.geometry import Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
-from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.clearance_lines import ClearanceLines
 from remosplat_drake.visualization.growing_path import GrowingPath
 from remosplat_drake.visualization.page import ROOT, MeshcatPage

@@ -9,10 +9,10 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.safety.operator import OperatorRequests
-from remosplat_drake.safety.supervision import SupervisorState
-from remosplat_drake.station.status import StationStatus
+from remosplat_drake.signals.operator_requests import OperatorRequests
+from remosplat_drake.signals.station_status import StationStatus
+from remosplat_drake.signals.supervisor_state import SupervisorState
+from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 

@@ -4,8 +4,8 @@ import numpy as np
 from pydrake.geometry import Rgba, Sphere
 from pydrake.math import RigidTransform
 
-from remosplat_drake.oracle.distance_field import Clearances
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.toggle import Toggle
 

@@ -6,11 +6,7 @@ from pydrake.math import RigidTransform
 from pydrake.perception import BaseField, Fields, PointCloud
 
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.surfel_tiles import (
-    MAX_SURFELS,
-    largest,
-    surfel_mesh,
-)
+from remosplat_drake.splat.surfel_tiles import MAX_SURFELS, largest, surfel_mesh
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.toggle import Toggle
 

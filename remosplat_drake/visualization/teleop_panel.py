@@ -10,12 +10,12 @@ from pydrake.systems.framework import (
     LeafSystem,
 )
 
-from remosplat_drake.mapping.map_requests import MapRequests
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.teleop.config import TeleopConfig
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.signals.target_state import FOLLOW, TargetState
 from remosplat_drake.teleop.gamepad import gamepad_velocity
-from remosplat_drake.teleop.operator_command import OperatorCommand
-from remosplat_drake.teleop.target_state import FOLLOW, TargetState
+from remosplat_drake.teleop.teleop_config import TeleopConfig
 from remosplat_drake.visualization.dead_man import DeadMan
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_style import button, heading

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 
-from remosplat_drake.reconstruction.coverage import FREE, UNSEEN, Coverage
+from remosplat_drake.signals.coverage import FREE, UNSEEN, Coverage
 
 # Corners of a voxel's face at its lower end along an axis, counterclockwise
 # seen from below, where the normal points.

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from remosplat_drake.base.errors import FileError
 from remosplat_drake.benchmark.depth_backends import (
     main,
     read_states,
     write_states,
 )
 from remosplat_drake.benchmark.depth_differences import by_view
-from remosplat_drake.errors import FileError
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_rows import nearest_rows
 from remosplat_drake.oracle.depth_sensor import DepthSensor

@@ -4,15 +4,13 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark.drake_baseline import make_control
-from remosplat_drake.benchmark.drake_baseline_model import (
-    make_collision_model,
-)
+from remosplat_drake.benchmark.drake_baseline_model import make_collision_model
 from remosplat_drake.benchmark.methods import load_methods
 from remosplat_drake.benchmark.result import LOCAL_MINIMUM, SUCCESS
 from remosplat_drake.benchmark.suites import SceneCase
 from remosplat_drake.benchmark.trial import Trial, run_trial
-from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.oracle.point_distance import PointDistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Cylinder, PrimitiveScene

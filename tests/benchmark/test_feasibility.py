@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark import feasible_scenes
 from remosplat_drake.benchmark.feasibility import (
     FeasibilityFilter,
@@ -15,9 +16,8 @@ from remosplat_drake.benchmark.feasibility import (
     passes,
 )
 from remosplat_drake.benchmark.scene_generators import generate
-from remosplat_drake.controller.servo import pose_error
-from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 
 CRITERIA = FeasibilityFilter(restarts=20)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
+from remosplat_drake.base.errors import FileError
 from remosplat_drake.benchmark import goal_bound
 from remosplat_drake.benchmark.goal_bound import (
     GoalVerdict,
@@ -17,7 +18,6 @@ from remosplat_drake.benchmark.goal_bound import (
 )
 from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.benchmark.suites import SceneCase
-from remosplat_drake.errors import FileError
 from remosplat_drake.robot.robot_model import load_robot_model
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.world import load_world
 from remosplat_drake.benchmark.live_map_cases import (
     FULL,
     QUICK,
@@ -15,9 +17,7 @@ from remosplat_drake.benchmark.live_map_cases import (
 from remosplat_drake.benchmark.live_map_memory import measure_memory
 from remosplat_drake.benchmark.live_session import LiveSession
 from remosplat_drake.commands import bench_live_map as tables
-from remosplat_drake.mapping.config import FREE, OBSTACLE
-from remosplat_drake.scenario import LoadScenario, Scenario
-from remosplat_drake.world import load_world
+from remosplat_drake.mapping.mapping_config import FREE, OBSTACLE
 
 QUICKLY = """
 control_period: 0.05

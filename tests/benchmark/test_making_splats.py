@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 
+from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.benchmark.engines import gpu_for
 from remosplat_drake.benchmark.methods import load_methods
 from remosplat_drake.benchmark.result import read_results
@@ -33,9 +34,8 @@ from remosplat_drake.benchmark.trained_splats import (
 )
 from remosplat_drake.benchmark.trial import Trial
 from remosplat_drake.benchmark.trial_queue import SplatMaking
-from remosplat_drake.errors import FieldError, FileError
-from remosplat_drake.reconstruction.surfels import splat_of_surfels
-from remosplat_drake.splat.ply import read_ply
+from remosplat_drake.reconstruction.surfels.surfels import splat_of_surfels
+from remosplat_drake.splat.codecs.ply import read_ply
 
 TINY = SplatRecipe(views=6, width=64, height=48, count=500, steps=1)
 

@@ -2,14 +2,10 @@
 
 import pytest
 
-from remosplat_drake.benchmark.methods import (
-    GROUPS,
-    METHODS_FILE,
-    load_methods,
-)
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.benchmark.methods import GROUPS, METHODS_FILE, load_methods
 from remosplat_drake.benchmark.paper_results import PAPER_TABLE_I
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.oracle.config import GroundTruth, SphereToEllipsoid
+from remosplat_drake.oracle.oracle_config import GroundTruth, SphereToEllipsoid
 
 TOY = """
 slow:

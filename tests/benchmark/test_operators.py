@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
+from remosplat_drake.base.errors import FileError
 from remosplat_drake.benchmark import operators
 from remosplat_drake.benchmark.mapped_truth import MappedTruth
 from remosplat_drake.benchmark.operator_result import (
@@ -21,8 +22,7 @@ from remosplat_drake.benchmark.operators import OperatorTrial
 from remosplat_drake.benchmark.random_operator import Look, RandomOperator
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.commands.bench_operators import table
-from remosplat_drake.errors import FileError
-from remosplat_drake.mapping.session import Session, Version
+from remosplat_drake.mapping.store.session import Session, Version
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 

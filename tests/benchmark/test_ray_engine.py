@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark.result import read_results
 from remosplat_drake.benchmark.runner import run_trials
 from remosplat_drake.benchmark.trial import Trial, run_trial
-from remosplat_drake.errors import RemoSplatError
 
 ray = pytest.importorskip("ray", reason="needs the extra `cluster`")
 

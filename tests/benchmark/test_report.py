@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 
 from remosplat_drake.benchmark.formatting import format_rate
-from remosplat_drake.benchmark.paired_tables import (
-    paired_table,
-    station_tables,
-)
+from remosplat_drake.benchmark.paired_tables import paired_table, station_tables
 from remosplat_drake.benchmark.report import (
     main_table,
     outcome_table,
@@ -17,11 +14,7 @@ from remosplat_drake.benchmark.report import (
     to_markdown,
 )
 from remosplat_drake.benchmark.report_page import to_html
-from remosplat_drake.benchmark.result import (
-    COLLISION,
-    LOCAL_MINIMUM,
-    SUCCESS,
-)
+from remosplat_drake.benchmark.result import COLLISION, LOCAL_MINIMUM, SUCCESS
 from remosplat_drake.benchmark.scan_table import scan_table
 from remosplat_drake.benchmark.summary import gather
 from remosplat_drake.benchmark.tables import Table

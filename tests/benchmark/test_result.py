@@ -4,6 +4,7 @@ import dataclasses as dc
 
 import pytest
 
+from remosplat_drake.base.errors import FileError
 from remosplat_drake.benchmark.result import (
     COLLISION,
     CRASH,
@@ -12,7 +13,6 @@ from remosplat_drake.benchmark.result import (
     read_results,
     to_line,
 )
-from remosplat_drake.errors import FileError
 
 
 def test_a_line_holds_everything(make_result):

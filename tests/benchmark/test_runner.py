@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from remosplat_drake.base.errors import FileError
 from remosplat_drake.benchmark.result import CRASH, read_results, to_line
 from remosplat_drake.benchmark.runner import run_trials
 from remosplat_drake.benchmark.trial import Trial, describe
-from remosplat_drake.errors import FileError
 
 
 def instant(trial: Trial):

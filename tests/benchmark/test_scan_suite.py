@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark.methods import load_methods
 from remosplat_drake.benchmark.primitive_surfels import surfel_splat
 from remosplat_drake.benchmark.result import SUCCESS
@@ -13,11 +14,10 @@ from remosplat_drake.benchmark.scan_config import SCANS_DIR
 from remosplat_drake.benchmark.scan_suite import scan_cases
 from remosplat_drake.benchmark.suites import load_cases
 from remosplat_drake.benchmark.trial import Trial, run_trial
-from remosplat_drake.capture.nerfstudio import write_capture
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.capture.readers.nerfstudio import write_capture
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.rmmi import write_rmmi
-from remosplat_drake.splat.ply import write_ply
+from remosplat_drake.splat.codecs.ply import write_ply
 
 SUITE = """
 board:

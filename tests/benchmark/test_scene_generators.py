@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark.scene_generators import (
     FAMILIES,
     PUBLISHED_FAMILIES,
@@ -10,7 +11,6 @@ from remosplat_drake.benchmark.scene_generators import (
     generate,
     target_clearance,
 )
-from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_rmmi
 

@@ -9,7 +9,7 @@ from pydrake.systems.sensors import CameraInfo
 
 from remosplat_drake.benchmark import scene_picture
 from remosplat_drake.benchmark.scene_picture import SceneView, robot_solids
-from remosplat_drake.capture.camera_poses import look_at
+from remosplat_drake.capture.rendering.camera_poses import look_at
 from remosplat_drake.scene.primitive_scene import Cylinder, PrimitiveScene
 
 WIDTH, HEIGHT = 160, 120

@@ -2,13 +2,13 @@
 
 import pytest
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark import suites
 from remosplat_drake.benchmark.primitive_surfels import surfel_splat
 from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.benchmark.suites import SURFEL, TRAINED, load_suite
-from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.scene.rmmi import write_rmmi
-from remosplat_drake.splat.ply import write_ply
+from remosplat_drake.splat.codecs.ply import write_ply
 
 
 @pytest.fixture

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from remosplat_drake.controller.servo import pose_error, servo_twist
+from remosplat_drake.controller.servo import servo_twist
+from remosplat_drake.robot.pose_error import pose_error
 
 
 def make(robot, field, X_WT, dt):

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.nerfstudio import write_capture
+from remosplat_drake.capture.readers.nerfstudio import write_capture
 
 OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.capture.capture import check_reconstructible
 from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.capture.images import MAX_PIXELS
-from remosplat_drake.errors import RemoSplatError
 
 lzfse = pytest.importorskip("lzfse")
 pytest.importorskip("av")

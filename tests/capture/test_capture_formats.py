@@ -7,13 +7,9 @@ import capture_writers as writers
 import numpy as np
 import pytest
 
+from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.formats import (
-    FORMATS,
-    detect_format,
-    read_capture,
-)
-from remosplat_drake.errors import FieldError, FileError
+from remosplat_drake.capture.formats import FORMATS, detect_format, read_capture
 
 pytest.importorskip("PIL")
 pytest.importorskip("av")

@@ -5,8 +5,11 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
+from remosplat_drake.capture.checks.inspection import (
+    inspect_capture,
+    list_frames,
+)
 from remosplat_drake.capture.formats import read_capture
-from remosplat_drake.capture.inspection import inspect_capture, list_frames
 
 
 def warnings_of(capture, **changes) -> str:

@@ -7,10 +7,10 @@ import re
 import numpy as np
 import pytest
 
+from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.capture.capture import Capture, back_project
 from remosplat_drake.capture.formats import read_capture
-from remosplat_drake.capture.nerfstudio import write_capture
-from remosplat_drake.errors import FieldError, FileError, RemoSplatError
+from remosplat_drake.capture.readers.nerfstudio import write_capture
 
 Image = pytest.importorskip("PIL.Image")
 

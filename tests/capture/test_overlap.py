@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.overlap import (
+from remosplat_drake.capture.checks.overlap import (
     compare,
     measure_overlap,
     neighbours,

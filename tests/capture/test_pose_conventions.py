@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from remosplat_drake.capture.overlap import measure_overlap
-from remosplat_drake.capture.pose_conventions import find_mistake
+from remosplat_drake.capture.checks.overlap import measure_overlap
+from remosplat_drake.capture.checks.pose_conventions import find_mistake
 
 FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
 

@@ -5,7 +5,7 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
-from remosplat_drake.capture.registration import (
+from remosplat_drake.capture.checks.registration import (
     color_edges,
     depth_edges,
     measure_registration,

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from remosplat_drake.capture.camera_poses import survey
-from remosplat_drake.capture.rendering import render_views
-from remosplat_drake.capture.scene_files import read_solids
-from remosplat_drake.capture.seen_space import look_round
-from remosplat_drake.capture.solids import extent, primitive_solids
-from remosplat_drake.errors import FileError, RemoSplatError
+from remosplat_drake.base.errors import FileError, RemoSplatError
+from remosplat_drake.capture.checks.seen_space import look_round
+from remosplat_drake.capture.rendering.camera_poses import survey
+from remosplat_drake.capture.rendering.renderer import render_views
+from remosplat_drake.capture.rendering.scene_files import read_solids
+from remosplat_drake.capture.rendering.solids import extent, primitive_solids
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 

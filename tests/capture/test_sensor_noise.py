@@ -5,14 +5,14 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
-from remosplat_drake.capture.sensor_noise import (
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.capture.rendering.sensor_noise import (
     PRESETS,
     SensorNoise,
     noisy_depth,
     sensor_noise,
     with_noise,
 )
-from remosplat_drake.errors import RemoSplatError
 
 K = np.array([[300.0, 0, 100], [0, 300, 75], [0, 0, 1]])
 RNG = np.random.default_rng

@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from remosplat_drake.capture.camera_poses import look_at
-from remosplat_drake.capture.solid_texture import (
+from remosplat_drake.capture.rendering.camera_poses import look_at
+from remosplat_drake.capture.rendering.solid_texture import (
     brightness,
     brightness_reference,
 )

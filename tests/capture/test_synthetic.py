@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.capture.camera_poses import look_at
-from remosplat_drake.capture.synthetic import (
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.capture.rendering.camera_poses import look_at
+from remosplat_drake.capture.rendering.synthetic import (
     render_capture,
     survey_poses,
 )
-from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene

@@ -4,9 +4,9 @@ import capture_writers as writers
 import numpy as np
 import pytest
 
+from remosplat_drake.base.errors import FileError
 from remosplat_drake.capture.formats import read_capture
-from remosplat_drake.capture.tum import associate, interpolate_pose
-from remosplat_drake.errors import FileError
+from remosplat_drake.capture.readers.tum import associate, interpolate_pose
 
 pytest.importorskip("PIL")
 

@@ -5,7 +5,7 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
-from remosplat_drake.capture.nerfstudio import write_capture
+from remosplat_drake.capture.readers.nerfstudio import write_capture
 from remosplat_drake.commands.main import main
 
 image = pytest.importorskip("PIL.Image")

@@ -12,16 +12,11 @@ from collections.abc import Callable, Iterator
 import pytest
 from rich.console import Console
 
+from remosplat_drake.app.map_knowledge import MapError, MapKnowledge
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.commands.gate_keeping import Admission
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.map_knowledge import MapError, MapKnowledge
 from remosplat_drake.oracle.map_summary import SPLATS, MapSummary
-from remosplat_drake.safety.gates import (
-    EMPTY_MAP,
-    MAP_ERROR,
-    Gate,
-    Passage,
-)
+from remosplat_drake.safety.gates import EMPTY_MAP, MAP_ERROR, Gate, Passage
 
 WRONG = Gate(MAP_ERROR, "0.021 is too small")
 EMPTY = Gate(EMPTY_MAP, "nothing is there")

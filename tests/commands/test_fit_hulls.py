@@ -5,9 +5,9 @@ import argparse
 import pytest
 from pydrake.geometry import Convex
 
-from remosplat_drake import resources
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.commands import fit_hulls
-from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.robot.meshes import source_mesh
 
 FINGER = "panda_leftfinger"

@@ -4,8 +4,8 @@ import argparse
 
 import pytest
 
+from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.commands import fit_spheres
-from remosplat_drake.errors import FieldError, RemoSplatError
 from remosplat_drake.robot.sphere_model import load_sphere_model
 
 URDF = """

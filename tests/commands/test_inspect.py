@@ -6,8 +6,8 @@ from PIL import Image
 
 from remosplat_drake.commands.main import main
 from remosplat_drake.recording.trajectory import Trajectory, save_trajectory
+from remosplat_drake.splat.codecs.ply import write_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.ply import write_ply
 
 SCENARIO = """
 Wall:

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
+from remosplat_drake.base.errors import FileError
 from remosplat_drake.benchmark import noise_experiment as experiment
 from remosplat_drake.benchmark.noise_experiment import Trial, random_starts
 from remosplat_drake.benchmark.noise_report import Results, markdown
 from remosplat_drake.commands.main import main
-from remosplat_drake.errors import FileError
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi
+from remosplat_drake.splat.codecs.ply import write_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.ply import write_ply
 
 GOOD = Trial(True, 0.03, 0.3, 0.01, 4.0)
 TOUCHED = Trial(True, -0.001, 0.3, 0.01, 4.0)

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
+from remosplat_drake.app.scenario import LoadScenario
 from remosplat_drake.commands import push_experiment
 from remosplat_drake.commands.main import USER_ERROR, main
-from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.teleop.trajectory_file import load_trajectory
 
 SCRIPT = "steps: [{time: 0.1, press: hold}, {time: 0.3, press: home}]"

@@ -3,19 +3,19 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.capture.nerfstudio import write_capture
+from remosplat_drake.capture.readers.nerfstudio import write_capture
 from remosplat_drake.commands.main import main
-from remosplat_drake.reconstruction.quality_report import (
+from remosplat_drake.reconstruction.report.quality_report import (
     page_path,
     read_report,
     report_path,
 )
-from remosplat_drake.reconstruction.surfels import (
+from remosplat_drake.reconstruction.surfels.surfels import (
     splat_of_surfels,
     surfels_from_capture,
 )
 from remosplat_drake.scene.rmmi import write_rmmi
-from remosplat_drake.splat.ply import write_ply
+from remosplat_drake.splat.codecs.ply import write_ply
 
 
 @pytest.fixture(scope="module")

@@ -5,17 +5,17 @@ from pathlib import Path
 
 import pytest
 
+from remosplat_drake.app.map_knowledge import find_map_error, map_error_gates
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.world import load_world
+from remosplat_drake.base.resources import models_dir
 from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.commands.main import main
 from remosplat_drake.commands.suggested_scenario import write_scenario
-from remosplat_drake.map_knowledge import find_map_error, map_error_gates
-from remosplat_drake.reconstruction.quality_report import read_report
+from remosplat_drake.reconstruction.report.quality_report import read_report
 from remosplat_drake.reconstruction.workspace import Workspace
-from remosplat_drake.resources import models_dir
 from remosplat_drake.safety.gates import MAP_ERROR
-from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.splat.formats import read_splat
-from remosplat_drake.world import load_world
 
 pytest.importorskip("PIL")
 

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from remosplat_drake.base.resources import models_dir
 from remosplat_drake.commands.main import USER_ERROR, main
 from remosplat_drake.commands.teleop import MAP_KNOWLEDGE
-from remosplat_drake.reconstruction.quality_report import (
+from remosplat_drake.reconstruction.report.quality_report import (
     QualityReport,
     write_report,
 )
-from remosplat_drake.resources import models_dir
-from remosplat_drake.splat.ply import read_ply, write_ply
+from remosplat_drake.splat.codecs.ply import read_ply, write_ply
 
 TABLE = models_dir() / "scenes" / "table"
 

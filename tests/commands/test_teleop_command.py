@@ -8,10 +8,11 @@ import pytest
 import yaml
 from runs import remosplat
 
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario_text import scenario_text
 from remosplat_drake.commands.main import USER_ERROR, main
-from remosplat_drake.mapping.map_file import KIND, open_map, write_map
-from remosplat_drake.mapping.scene_map import SceneMap
-from remosplat_drake.mapping.session import (
+from remosplat_drake.mapping.store.map_file import KIND, open_map, write_map
+from remosplat_drake.mapping.store.session import (
     SCENARIO_FILE,
     SESSION_FILE,
     Session,
@@ -21,8 +22,7 @@ from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.recording.events import MAP, TARGET, Event, read_events
 from remosplat_drake.recording.run_log import RunLog, read_log
 from remosplat_drake.recording.session_log import EVENTS, LOG
-from remosplat_drake.scenario import LoadScenario
-from remosplat_drake.scenario_text import scenario_text
+from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 COARSE = (

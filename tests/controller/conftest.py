@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from remosplat_drake.controller.reactive_program import Tick
-from remosplat_drake.controller.servo import pose_error
-from remosplat_drake.oracle.distance_field import Clearances
+from remosplat_drake.robot.pose_error import pose_error
+from remosplat_drake.signals.distance_field import Clearances
 
 
 @pytest.fixture(scope="session")

@@ -16,9 +16,9 @@ from remosplat_drake.controller.ingredients.manipulability_cost import (
     manipulability,
 )
 from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.oracle.distance_field import Clearances
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.self_collision import self_collision_pairs
+from remosplat_drake.signals.distance_field import Clearances
 
 STEP = 1e-6
 FOREARM = 3

@@ -18,19 +18,19 @@ from remosplat_drake.benchmark.scene_generators import (
     generate,
 )
 from remosplat_drake.controller import ingredients as ing
-from remosplat_drake.controller import tick_report
-from remosplat_drake.controller.config import gain_set, make_ingredients
+from remosplat_drake.controller.controller_config import (
+    gain_set,
+    make_ingredients,
+)
 from remosplat_drake.controller.decision import decide, solve
 from remosplat_drake.controller.reactive_program import (
     ReactiveProgram,
     Tick,
     build_program,
 )
-from remosplat_drake.controller.solvers import (
-    ActiveSetSolver,
-    DrakeSolver,
-)
+from remosplat_drake.controller.solvers import ActiveSetSolver, DrakeSolver
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.signals import tick_report
 
 CLARABEL = DrakeSolver(ClarabelSolver())
 FASTEST, LOOSEST = 2.0, 1e3

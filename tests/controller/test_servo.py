@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.common.eigen_geometry import AngleAxis
 
-from remosplat_drake.controller.servo import (
+from remosplat_drake.controller.servo import servo_twist
+from remosplat_drake.robot.pose_error import (
     PoseError,
     pose_error,
     rotation_vector,
-    servo_twist,
 )
 
 

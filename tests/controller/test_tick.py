@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from remosplat_drake.controller import tick_report
-from remosplat_drake.controller.config import gain_set
+from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.tick import ReactiveLaw, run_tick
-from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.oracle.distance_field import Clearances
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.signals import tick_report
+from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.tick_report import TickReport
 
 DT = 0.02
 WALL = PrimitiveScene(

@@ -13,25 +13,27 @@ from capture import capture_writers as writers
 from pydrake.math import RigidTransform
 from splat.toy_splats import random_splat
 
-from remosplat_drake import resources
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.base import resources
 from remosplat_drake.benchmark.methods import load_methods
 from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.capture.frames import Frame
-from remosplat_drake.capture.synthetic import render_capture, survey_poses
-from remosplat_drake.controller.tick_report import TickReport
+from remosplat_drake.capture.rendering.synthetic import (
+    render_capture,
+    survey_poses,
+)
+from remosplat_drake.hardware.wire import packets
+from remosplat_drake.hardware.wire.base import decode_base_status
+from remosplat_drake.hardware.wire.messages.base_status import base_status
+from remosplat_drake.hardware.wire.messages.pose_target import pose_target
 from remosplat_drake.mapping.known_space import unknown_space_field
-from remosplat_drake.mapping.map_file import open_map, write_map
-from remosplat_drake.mapping.scene_map import SceneMap
-from remosplat_drake.mapping.session import Session, Version
-from remosplat_drake.messages import packets
-from remosplat_drake.messages.base_status import base_status
-from remosplat_drake.messages.pose_target import pose_target
+from remosplat_drake.mapping.store.map_file import open_map, write_map
+from remosplat_drake.mapping.store.session import Session, Version
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
-from remosplat_drake.reconstruction.coverage import Coverage
-from remosplat_drake.reconstruction.quality_report import (
+from remosplat_drake.reconstruction.report.quality_report import (
     DistanceErrors,
     QualityReport,
     read_report,
@@ -47,14 +49,15 @@ from remosplat_drake.recording.trajectory import (
 from remosplat_drake.robot.robot_model import load_robot_model
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.robot.visuals import load_visuals
-from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.scene.rmmi import read_rmmi, write_rmmi
-from remosplat_drake.splat.compressed_ply import write_compressed_ply
+from remosplat_drake.signals.coverage import Coverage
+from remosplat_drake.signals.scene_map import SceneMap
+from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.splat.codecs.compressed_ply import write_compressed_ply
+from remosplat_drake.splat.codecs.ply import write_ply
+from remosplat_drake.splat.codecs.spz import write_spz
 from remosplat_drake.splat.formats import read_splat, write_splat
-from remosplat_drake.splat.ply import write_ply
-from remosplat_drake.splat.spz import write_spz
-from remosplat_drake.station.hardware.base_wire import decode_base_status
 from remosplat_drake.teleop import trajectory_file
 from remosplat_drake.teleop.pose_stream import decode_pose_target
 

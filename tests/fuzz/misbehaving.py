@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from remosplat_drake.errors import FileError
+from remosplat_drake.base.errors import FileError
 
 from . import worker
 from .formats import Format

@@ -5,7 +5,7 @@ import struct
 import zipfile
 import zlib
 
-from remosplat_drake.capture import lzfse_data
+from remosplat_drake.capture.readers import lzfse_data
 
 MOST = 2 * 10**8
 """Whatever a file says, no reader takes more from it [bytes]."""

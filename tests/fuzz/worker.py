@@ -16,7 +16,7 @@ import traceback
 import warnings
 from pathlib import Path
 
-from remosplat_drake.errors import MissingExtraError, RemoSplatError
+from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
 
 from .formats import FORMATS, Format
 from .mutations import Files, mutated

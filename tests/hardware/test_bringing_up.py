@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 import remosplat_drake
+from remosplat_drake.app.scenario import LoadScenario
 from remosplat_drake.commands.main import COMMANDS, main
-from remosplat_drake.messages import channels
-from remosplat_drake.scenario import LoadScenario
-from remosplat_drake.station.hardware.config import check_lcm_url
+from remosplat_drake.hardware.hardware_config import check_lcm_url
+from remosplat_drake.hardware.wire import channels
 
 PAGE = (
     Path(remosplat_drake.__file__).parent / "drivers" / "README.md"

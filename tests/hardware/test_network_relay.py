@@ -5,8 +5,8 @@ import pytest
 from pydrake.lcm import DrakeLcm
 
 from remosplat_drake.benchmark.network_relay import Relay
-from remosplat_drake.drivers.inbox import Inbox
-from remosplat_drake.messages import channels
+from remosplat_drake.hardware.wire import channels
+from remosplat_drake.hardware.wire.inbox import Inbox
 
 
 @pytest.fixture

@@ -5,9 +5,9 @@ from functools import cache
 import numpy as np
 from pydrake.math import RigidTransform
 
-from remosplat_drake.capture.camera_poses import look_at
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.synthetic import render_capture
+from remosplat_drake.capture.rendering.camera_poses import look_at
+from remosplat_drake.capture.rendering.synthetic import render_capture
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 
 TOP = 0.43

@@ -18,8 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.mapping.map_file import KIND, open_map
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.mapping.store.map_file import KIND, open_map
 from remosplat_drake.robot.sphere_model import Spheres
 
 PREFIX = struct.Struct("<8sIIQ32s")

@@ -10,19 +10,19 @@ from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.world import World, load_world
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.camera.robot_camera import RobotCamera
 from remosplat_drake.capture.frames import Frame
-from remosplat_drake.drivers.robot_camera import RobotCamera
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.mapping.config import MappingConfig
+from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.mapping.mapping_job import MappingJob
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.mapping.messages import AddFrame, Event
-from remosplat_drake.mapping.session import Session
-from remosplat_drake.oracle.config import SphereToEllipsoid, make_field
-from remosplat_drake.scenario import LoadScenario
-from remosplat_drake.station.config import WristCameraConfig
-from remosplat_drake.world import World, load_world
+from remosplat_drake.mapping.store.session import Session
+from remosplat_drake.oracle.oracle_config import SphereToEllipsoid, make_field
 
 CAMERA = WristCameraConfig(width=96, height=72)
 CONFIG = MappingConfig(

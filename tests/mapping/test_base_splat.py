@@ -5,7 +5,7 @@ import pytest
 from laden_table import TOP
 
 from remosplat_drake.mapping.base_splat import find_covered, updated
-from remosplat_drake.reconstruction.surfels import (
+from remosplat_drake.reconstruction.surfels.surfels import (
     splat_of_surfels,
     surfels_from_capture,
 )

@@ -8,7 +8,7 @@ from laden_table import TOP
 
 from remosplat_drake.mapping.carving import find_gone, find_rest
 from remosplat_drake.mapping.depth_specks import without_specks
-from remosplat_drake.reconstruction.surfels import (
+from remosplat_drake.reconstruction.surfels.surfels import (
     splat_of_surfels,
     surfels_from_capture,
 )

@@ -6,23 +6,18 @@ from laden_table import joined
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.mapping.changes import find_changes, without
-from remosplat_drake.mapping.config import MappingConfig
 from remosplat_drake.mapping.known_space import (
     known_space,
     unknown_space_field,
     with_free,
 )
-from remosplat_drake.reconstruction.coverage import (
-    FREE,
-    SURFACE,
-    UNSEEN,
-    Coverage,
-)
-from remosplat_drake.reconstruction.surfels import (
+from remosplat_drake.mapping.mapping_config import MappingConfig
+from remosplat_drake.reconstruction.surfels.surfels import (
     splat_of_surfels,
     surfels_from_capture,
 )
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.coverage import FREE, SURFACE, UNSEEN, Coverage
 
 NOTHING = np.zeros((1, 80, 80), bool)
 """That has come."""

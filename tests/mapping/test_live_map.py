@@ -18,8 +18,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
+from remosplat_drake.app.world import World
 from remosplat_drake.mapping.live_map import LiveMap, news
-from remosplat_drake.mapping.map_requests import MapRequests
 from remosplat_drake.mapping.mapping_process import DIED, MappingProcess
 from remosplat_drake.mapping.messages import (
     AddFrame,
@@ -28,10 +28,10 @@ from remosplat_drake.mapping.messages import (
     ShowScene,
     Undo,
 )
-from remosplat_drake.mapping.scene_map import SceneMap
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.world import World
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.scene_map import SceneMap
 
 PERIOD = 0.01
 LATENCY = 0.5

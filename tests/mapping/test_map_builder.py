@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from laden_table import THING, joined, table
 
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.mapping.config import MappingConfig
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.mapping.map_builder import build_map
-from remosplat_drake.mapping.map_file import open_map, write_map
-from remosplat_drake.mapping.scene_map import SceneMap
+from remosplat_drake.mapping.mapping_config import MappingConfig
+from remosplat_drake.mapping.store.map_file import open_map, write_map
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
-from remosplat_drake.reconstruction.coverage import FREE
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.coverage import FREE
+from remosplat_drake.signals.scene_map import SceneMap
 
 CONFIG = MappingConfig(
     volume_lower=[0, -1, 0], volume_upper=[2, 1, 1.5], voxel=0.05, discs=8000

@@ -13,16 +13,16 @@ import numba
 import numpy as np
 import pytest
 
-from remosplat_drake.errors import FileError, RemoSplatError
+from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.mapping.known_space import unknown_space_field
-from remosplat_drake.mapping.map_file import KIND, open_map, write_map
-from remosplat_drake.mapping.scene_map import SceneMap
+from remosplat_drake.mapping.store.map_file import KIND, open_map, write_map
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
-from remosplat_drake.reconstruction.coverage import Coverage
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.coverage import Coverage
+from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_tiles import make_tiles
 
@@ -293,7 +293,7 @@ def test_no_pickle_is_read(path):
     path.write_bytes(head + body)
     code = (
         "import sys\n"
-        "from remosplat_drake.mapping.map_file import open_map\n"
+        "from remosplat_drake.mapping.store.map_file import open_map\n"
         "open_map(sys.argv[1])\n"
     )
     child = subprocess.run(

@@ -2,8 +2,8 @@
 
 import pytest
 
-from remosplat_drake.errors import FieldError
-from remosplat_drake.mapping.config import MappingConfig
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.mapping.mapping_config import MappingConfig
 
 
 def test_usable_values():

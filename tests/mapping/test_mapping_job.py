@@ -5,12 +5,12 @@ import dataclasses as dc
 import numpy as np
 from mapped_table import looking_around, make_job, table_world
 
-from remosplat_drake.mapping.config import MappingConfig
 from remosplat_drake.mapping.known_space import (
     space_around,
     unknown_space_field,
     with_free,
 )
+from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.mapping.mapping_job import free_around
 
 

@@ -22,9 +22,10 @@ from mapped_table import (
     until_told,
 )
 
+from remosplat_drake.app.world import World
+from remosplat_drake.base.real_time import going_first
 from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.commands.main import main
-from remosplat_drake.mapping.map_file import open_map, write_map
 from remosplat_drake.mapping.mapping_process import (
     BUSY,
     DIED,
@@ -44,14 +45,13 @@ from remosplat_drake.mapping.messages import (
     Trouble,
     Undo,
 )
-from remosplat_drake.mapping.scene_map import SceneMap
-from remosplat_drake.mapping.session import Session, Version
+from remosplat_drake.mapping.store.map_file import open_map, write_map
+from remosplat_drake.mapping.store.session import Session, Version
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
-from remosplat_drake.real_time import going_first
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.signals.scene_map import SceneMap
+from remosplat_drake.splat.codecs.ply import read_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.ply import read_ply
-from remosplat_drake.world import World
 
 DISK_FULL_FOR_FRAMES, DISK_FULL_FOR_MAPS = LARGEST
 

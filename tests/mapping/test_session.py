@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.capture.frames import Frame
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.mapping.session import Session, Version
+from remosplat_drake.mapping.store.session import Session, Version
 
 SIZE = 12, 16
 SCENARIO = "robot: {model: frankie}\n"

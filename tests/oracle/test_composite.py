@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle.composite import CompositeDistanceField
-from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.signals.distance_field import DistanceField
 
 
 def _wall(x):

@@ -6,13 +6,13 @@ import sys
 import numpy as np
 import pytest
 
-from remosplat_drake.errors import FieldError, RemoSplatError
+from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.oracle import depth_backend
-from remosplat_drake.oracle.config import DepthRasterization, make_field
 from remosplat_drake.oracle.depth_backend import choose_backend
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_rasterization_gsplat import GsplatDepthField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
+from remosplat_drake.oracle.oracle_config import DepthRasterization, make_field
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 

@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from remosplat_drake.errors import FieldError, RemoSplatError
+from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.oracle import depth_rasterization_reference as reference
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import R_DV, DepthSensor
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.splat.codecs.ply import read_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.ply import read_ply
 
 FACING_X = (np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0)
 """Quaternion that turns a disc's normal to the x axis."""

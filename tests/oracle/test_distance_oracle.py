@@ -7,10 +7,10 @@ import pytest
 from pydrake.common.value import Value
 from pydrake.math import RigidTransform
 
-from remosplat_drake.oracle.distance_field import Clearances
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.signals.distance_field import Clearances
 
 
 class CountingField(SignedDistanceField):

@@ -7,12 +7,15 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from remosplat_drake.oracle.config import DepthRasterization, SphereToEllipsoid
 from remosplat_drake.oracle.map_summary import (
     MapSummary,
     least_opacity,
     summarize_solids,
     summarize_splat,
+)
+from remosplat_drake.oracle.oracle_config import (
+    DepthRasterization,
+    SphereToEllipsoid,
 )
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene

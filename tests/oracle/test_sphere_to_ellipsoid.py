@@ -27,8 +27,8 @@ from remosplat_drake.oracle.sphere_to_ellipsoid import (
     splat_records,
 )
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.splat.codecs.ply import read_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.ply import read_ply
 
 FACING_X = [0.5, 0.5, 0.5, 0.5]
 """Turns x onto y, y onto z and z onto x, without rounding."""

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle import unknown_space_reference as reference
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 from remosplat_drake.robot.sphere_model import Spheres

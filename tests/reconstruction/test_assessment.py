@@ -7,19 +7,16 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
+from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.errors import FieldError, FileError, RemoSplatError
-from remosplat_drake.reconstruction.assessment import (
-    Assessment,
-    assess,
-)
-from remosplat_drake.reconstruction.quality_report import (
+from remosplat_drake.reconstruction.report.assessment import Assessment, assess
+from remosplat_drake.reconstruction.report.quality_report import (
     judge,
     read_report,
     report_path,
     write_report,
 )
-from remosplat_drake.reconstruction.report_page import to_html
+from remosplat_drake.reconstruction.report.report_page import to_html
 from remosplat_drake.reconstruction.workspace import Workspace
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from remosplat_drake.capture.camera_poses import look_at
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.formats import read_capture
-from remosplat_drake.capture.synthetic import render_capture
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.capture.rendering.camera_poses import look_at
+from remosplat_drake.capture.rendering.synthetic import render_capture
 from remosplat_drake.reconstruction.floor import FloorConfig, find_floor
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.reconstruction.image_quality import (
+from remosplat_drake.reconstruction.report.image_quality import (
     psnr,
     structural_similarity,
 )
@@ -25,7 +25,7 @@ def test_psnr_by_hand():
 
 def test_ssim_equals_the_one_of_training(images):
     torch = pytest.importorskip("torch")
-    from remosplat_drake.reconstruction import losses
+    from remosplat_drake.reconstruction.training import losses
 
     batches = (torch.tensor(image)[None] for image in images)
     expected = losses.structural_similarity(*batches)

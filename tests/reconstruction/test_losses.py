@@ -7,8 +7,8 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="needs torch, of the extra `gpu`")
 
-from remosplat_drake.reconstruction.discs import Discs  # noqa: E402
-from remosplat_drake.reconstruction.losses import (  # noqa: E402
+from remosplat_drake.reconstruction.training.discs import Discs
+from remosplat_drake.reconstruction.training.losses import (
     coverage_loss,
     depth_loss,
     disc_losses,
@@ -17,12 +17,12 @@ from remosplat_drake.reconstruction.losses import (  # noqa: E402
     ray_splat_depth,
     structural_similarity,
 )
-from remosplat_drake.reconstruction.rasterization import (  # noqa: E402
+from remosplat_drake.reconstruction.training.rasterization import (
     NO_DISC,
     Rendered,
 )
-from remosplat_drake.reconstruction.views import Views  # noqa: E402
-from remosplat_drake.splat.gaussian_splat import GaussianSplat  # noqa: E402
+from remosplat_drake.reconstruction.training.views import Views
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 MARGIN = 0.02
 

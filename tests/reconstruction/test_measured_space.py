@@ -5,12 +5,7 @@ import pytest
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.reconstruction.coverage import (
-    FREE,
-    SURFACE,
-    UNSEEN,
-    make_coverage,
-)
+from remosplat_drake.reconstruction.coverage import make_coverage
 from remosplat_drake.reconstruction.measured_space import (
     free_points,
     measured_points,
@@ -20,6 +15,7 @@ from remosplat_drake.reconstruction.measured_space import (
     voxel_means,
 )
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.coverage import FREE, SURFACE, UNSEEN
 
 EVERYWHERE = np.full(3, -9.0), np.full(3, 9.0)
 

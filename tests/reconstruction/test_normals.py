@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from remosplat_drake.reconstruction.normals import depth_normals
-from remosplat_drake.reconstruction.normals_reference import (
+from remosplat_drake.reconstruction.surfels.normals import depth_normals
+from remosplat_drake.reconstruction.surfels.normals_reference import (
     depth_normals_reference,
 )
 

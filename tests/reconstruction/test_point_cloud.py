@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from remosplat_drake.capture.camera_poses import look_at
-from remosplat_drake.capture.synthetic import render_capture
-from remosplat_drake.errors import FieldError
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.capture.rendering.camera_poses import look_at
+from remosplat_drake.capture.rendering.synthetic import render_capture
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.reconstruction.point_cloud import (
+from remosplat_drake.reconstruction.surfels.point_cloud import (
     InitialisationConfig,
     initialise,
     joined,

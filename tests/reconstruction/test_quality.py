@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
+from remosplat_drake.base.resources import models_dir
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
-from remosplat_drake.reconstruction.quality import distance_quality
-from remosplat_drake.resources import models_dir
+from remosplat_drake.reconstruction.report.quality import distance_quality
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.scene.rmmi import read_rmmi
-from remosplat_drake.splat.ply import read_ply
+from remosplat_drake.splat.codecs.ply import read_ply
 
 
 @pytest.mark.parametrize("name", ["table", "bookshelf"])

@@ -5,11 +5,14 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.errors import RemoSplatError
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.reconstruction.refinement import RefinementConfig, refine
-from remosplat_drake.reconstruction.surfels import (
+from remosplat_drake.reconstruction.surfels.refinement import (
+    RefinementConfig,
+    refine,
+)
+from remosplat_drake.reconstruction.surfels.surfels import (
     Surfels,
     splat_of_surfels,
     surfels_from_capture,

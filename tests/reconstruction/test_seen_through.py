@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.reconstruction.seen_through import (
+from remosplat_drake.reconstruction.surfels.seen_through import (
     drop_floaters,
     fill_holes,
 )
-from remosplat_drake.reconstruction.surfels import (
+from remosplat_drake.reconstruction.surfels.surfels import (
     splat_of_surfels,
     surfels_from_capture,
 )

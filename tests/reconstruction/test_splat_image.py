@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from remosplat_drake.reconstruction import splat_image_reference
-from remosplat_drake.reconstruction.splat_image import SplatRenderer
+from remosplat_drake.reconstruction.report import splat_image_reference
+from remosplat_drake.reconstruction.report.splat_image import SplatRenderer
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 K = np.array([[20.0, 0, 12], [0, 22, 9], [0, 0, 1]])

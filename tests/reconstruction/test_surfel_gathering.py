@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from remosplat_drake.reconstruction import (
+from remosplat_drake.reconstruction.surfels import (
     surfel_gathering,
     surfel_gathering_reference,
 )
-from remosplat_drake.reconstruction.surfel_extent import find_extents
-from remosplat_drake.reconstruction.surfel_gathering import (
+from remosplat_drake.reconstruction.surfels.surfel_extent import find_extents
+from remosplat_drake.reconstruction.surfels.surfel_gathering import (
     COLOR_SUMS,
     GRID,
     PLANE_SUMS,

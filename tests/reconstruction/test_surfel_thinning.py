@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from remosplat_drake.reconstruction.surfel_thinning import (
+from remosplat_drake.reconstruction.surfels.surfel_thinning import (
     uncrowded,
     with_spacing,
 )
-from remosplat_drake.reconstruction.surfels import Surfels
+from remosplat_drake.reconstruction.surfels.surfels import Surfels
 
 UP, DOWN, ASIDE = [0.0, 0, 1], [0.0, 0, -1], [1.0, 0, 0]
 

@@ -5,8 +5,8 @@ import pytest
 
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
-from remosplat_drake.reconstruction.quality import distance_quality
-from remosplat_drake.reconstruction.surfels import (
+from remosplat_drake.reconstruction.report.quality import distance_quality
+from remosplat_drake.reconstruction.surfels.surfels import (
     quaternions_onto,
     splat_of_surfels,
     surfels_from_capture,

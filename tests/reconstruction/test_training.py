@@ -7,30 +7,25 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="needs torch, of the extra `gpu`")
 
-from remosplat_drake.capture.capture import (  # noqa: E402
-    Capture,
-    back_project,
-)
-from remosplat_drake.errors import FileError, RemoSplatError  # noqa: E402
-from remosplat_drake.reconstruction.discs import Discs  # noqa: E402
-from remosplat_drake.reconstruction.rasterization import (  # noqa: E402
-    rasterize,
-)
-from remosplat_drake.reconstruction.rasterization_reference import (  # noqa: E402
-    rasterize_reference,
-)
-from remosplat_drake.reconstruction.surfels import (  # noqa: E402
+from remosplat_drake.base.errors import FileError, RemoSplatError
+from remosplat_drake.capture.capture import Capture, back_project
+from remosplat_drake.reconstruction.surfels.surfels import (
     splat_of_surfels,
     surfels_from_capture,
 )
-from remosplat_drake.reconstruction.training import (  # noqa: E402
+from remosplat_drake.reconstruction.training.discs import Discs
+from remosplat_drake.reconstruction.training.rasterization import rasterize
+from remosplat_drake.reconstruction.training.rasterization_reference import (
+    rasterize_reference,
+)
+from remosplat_drake.reconstruction.training.training import (
     Progress,
     TrainingConfig,
     train,
     train_without_holes,
 )
-from remosplat_drake.reconstruction.views import Views  # noqa: E402
-from remosplat_drake.splat.gaussian_splat import GaussianSplat  # noqa: E402
+from remosplat_drake.reconstruction.training.views import Views
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 HAS_CUDA = torch.cuda.is_available()
 NEEDS_CUDA = pytest.mark.skipif(not HAS_CUDA, reason="needs a CUDA device")

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.errors import FieldError
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.recording.events import MAP, SUPERVISOR, Event
 from remosplat_drake.recording.operator_figure import (
@@ -20,6 +19,7 @@ from remosplat_drake.recording.operator_trace import (
 )
 from remosplat_drake.recording.run_log import RunLogWriter, read_log
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.signals.tick_report import TickReport
 
 GAIN, MAX_SPEED, SPEED = 2.0, 0.3, 0.1
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.recording.changes import Surroundings, changes
 from remosplat_drake.recording.events import (
     MAP,
@@ -18,7 +18,7 @@ from remosplat_drake.recording.events import (
     EventWriter,
     read_events,
 )
-from remosplat_drake.safety.supervision import (
+from remosplat_drake.signals.supervisor_state import (
     RUNNING,
     STOPPING,
     SupervisorState,

@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from remosplat_drake.controller.tick_report import RELAXED, TickReport
-from remosplat_drake.errors import FileError, RemoSplatError
-from remosplat_drake.oracle.distance_field import Clearances
+from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.recording.run_log import (
     NO_MAP,
     RunLogWriter,
     read_log,
     row_type,
 )
-from remosplat_drake.safety.supervision import RUNNING
+from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.supervisor_state import RUNNING
+from remosplat_drake.signals.tick_report import RELAXED, TickReport
 
 N_Q, N_U, PERIOD = 3, 2, 0.1
 

@@ -5,7 +5,7 @@ import pytest
 from logged_run import SWAP, LoggedSession, make_session
 from pydrake.systems.framework import DiagramBuilder
 
-from remosplat_drake.errors import FileError
+from remosplat_drake.base.errors import FileError
 from remosplat_drake.recording.events import MAP, SUPERVISOR, read_events
 from remosplat_drake.recording.run_folders import find_run
 from remosplat_drake.recording.run_log import RunLog, read_log

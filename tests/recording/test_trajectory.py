@@ -8,9 +8,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.errors import FileError
-from remosplat_drake.oracle.distance_field import Clearances
+from remosplat_drake.base.errors import FileError
 from remosplat_drake.recording import trajectory as module
 from remosplat_drake.recording.trajectory import (
     Trajectory,
@@ -18,6 +16,8 @@ from remosplat_drake.recording.trajectory import (
     make_trajectory,
     save_trajectory,
 )
+from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.tick_report import TickReport
 
 
 def report(k: int, status: str = "optimal", **fields) -> TickReport:

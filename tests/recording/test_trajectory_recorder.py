@@ -9,8 +9,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource
 
-from remosplat_drake.controller.tick_report import TickReport
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
+from remosplat_drake.signals.tick_report import TickReport
 
 PERIOD = 0.125
 

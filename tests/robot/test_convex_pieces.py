@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.robot.convex_pieces import convex_pieces
-from remosplat_drake.robot.enclosure import standing_out
-from remosplat_drake.robot.link_spheres import LinkSpheres
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.robot.fitting.convex_pieces import convex_pieces
+from remosplat_drake.robot.fitting.enclosure import standing_out
+from remosplat_drake.robot.fitting.link_spheres import LinkSpheres
 
 
 def box(lower, upper) -> np.ndarray:

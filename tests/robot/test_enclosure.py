@@ -1,6 +1,6 @@
 """The spheres of every shipped robot enclose it, and see it touch itself.
 
-What is proved here is what `remosplat_drake.robot.enclosure` promises.
+What is proved here is what `remosplat_drake.robot.fitting.enclosure` promises.
 """
 
 from functools import cache
@@ -13,16 +13,19 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 from scipy.spatial import ConvexHull
 
-from remosplat_drake import resources
-from remosplat_drake.errors import MissingExtraError
-from remosplat_drake.robot.enclosure import standing_out
-from remosplat_drake.robot.link_spheres import LinkSpheres, measure_bulge
-from remosplat_drake.robot.model_file import add_robot_model
-from remosplat_drake.robot.model_surfaces import (
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import MissingExtraError
+from remosplat_drake.robot.fitting.enclosure import standing_out
+from remosplat_drake.robot.fitting.link_spheres import (
+    LinkSpheres,
+    measure_bulge,
+)
+from remosplat_drake.robot.fitting.model_surfaces import (
     SurfaceOptions,
     mesh_triangles,
     model_surfaces,
 )
+from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_description import load_robot_description
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
 from remosplat_drake.robot.self_collision import self_collision_pairs

@@ -12,7 +12,7 @@ from pydrake.multibody.tree import BodyIndex, PdControllerGains
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from remosplat_drake import resources
+from remosplat_drake.base import resources
 from remosplat_drake.robot.robot_description import load_robot_description
 
 # Denavit-Hartenberg parameters (a, d, alpha) of the Panda in Craig's

@@ -8,8 +8,8 @@ from pydrake.geometry import Mesh, Role, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia
 
-from remosplat_drake import resources
-from remosplat_drake.errors import FieldError
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.robot import meshes
 from remosplat_drake.robot.visuals import load_visuals
 

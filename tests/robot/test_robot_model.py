@@ -9,13 +9,10 @@ import pytest
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
 
-from remosplat_drake.errors import FieldError, FileError, RemoSplatError
+from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_description import load_robot_description
-from remosplat_drake.robot.robot_model import (
-    RobotModel,
-    load_robot_model,
-)
+from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
 from remosplat_drake.robot.sphere_model import SphereModel
 
 THREE_LINK = Path(__file__).resolve().parents[1] / "data" / "three_link.yaml"

@@ -7,12 +7,24 @@ import pytest
 from pydrake.geometry import Box, Capsule, Cylinder, HalfSpace, Sphere
 from pydrake.math import RotationMatrix
 
-from remosplat_drake.errors import FileError, RemoSplatError
-from remosplat_drake.robot.link_spheres import LinkSpheres, measure_bulge
-from remosplat_drake.robot.link_surface import sample_shape
-from remosplat_drake.robot.model_surfaces import SurfaceOptions, model_surfaces
-from remosplat_drake.robot.solid_grid import join_solids, make_solid_grid
-from remosplat_drake.robot.sphere_fitting import fit_spheres, make_link_surface
+from remosplat_drake.base.errors import FileError, RemoSplatError
+from remosplat_drake.robot.fitting.link_spheres import (
+    LinkSpheres,
+    measure_bulge,
+)
+from remosplat_drake.robot.fitting.link_surface import sample_shape
+from remosplat_drake.robot.fitting.model_surfaces import (
+    SurfaceOptions,
+    model_surfaces,
+)
+from remosplat_drake.robot.fitting.solid_grid import (
+    join_solids,
+    make_solid_grid,
+)
+from remosplat_drake.robot.fitting.sphere_fitting import (
+    fit_spheres,
+    make_link_surface,
+)
 
 URDF = """
 <robot name="toy" xmlns:drake="http://drake.mit.edu">

@@ -5,8 +5,8 @@ import copy
 import numpy as np
 import pytest
 
-from remosplat_drake import resources
-from remosplat_drake.errors import FieldError, FileError, RemoSplatError
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.robot.sphere_model import Spheres, load_sphere_model
 
 SPHERES = resources.models_dir() / "frankie" / "spheres"

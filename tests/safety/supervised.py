@@ -2,15 +2,12 @@
 
 import numpy as np
 
-from remosplat_drake.controller.tick_report import OPTIMAL, TickReport
-from remosplat_drake.oracle.distance_field import Clearances
-from remosplat_drake.safety.config import SupervisorConfig
-from remosplat_drake.safety.supervision import (
-    Observation,
-    SupervisorLaw,
-    SupervisorState,
-)
-from remosplat_drake.station.status import StationStatus
+from remosplat_drake.safety.supervision import Observation, SupervisorLaw
+from remosplat_drake.safety.supervisor_config import SupervisorConfig
+from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.station_status import StationStatus
+from remosplat_drake.signals.supervisor_state import SupervisorState
+from remosplat_drake.signals.tick_report import OPTIMAL, TickReport
 
 DT = 0.01
 ACCELERATION = np.array([1.0, 4.0, 10.0])

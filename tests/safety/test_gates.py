@@ -2,7 +2,7 @@
 
 import pytest
 
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.safety.gates import (
     EMPTY_MAP,
     GATES,

@@ -14,20 +14,20 @@ from supervised import (
     make_observation,
 )
 
-from remosplat_drake.controller.tick_report import BRAKING, RELAXED
-from remosplat_drake.safety.braking import braking_command, braking_steps
-from remosplat_drake.safety.supervision import (
+from remosplat_drake.controller.braking import braking_command, braking_steps
+from remosplat_drake.safety.supervision import SupervisorLaw
+from remosplat_drake.safety.supervisor import supervise
+from remosplat_drake.safety.symptoms import has_paused, symptoms
+from remosplat_drake.signals.station_status import STOPPED as STATION_STOPPED
+from remosplat_drake.signals.station_status import StationStatus
+from remosplat_drake.signals.supervisor_state import (
     RUNNING,
     STARTING,
     STOPPED,
     STOPPING,
-    SupervisorLaw,
     SupervisorState,
 )
-from remosplat_drake.safety.supervisor import supervise
-from remosplat_drake.safety.symptoms import has_paused, symptoms
-from remosplat_drake.station.status import STOPPED as STATION_STOPPED
-from remosplat_drake.station.status import StationStatus
+from remosplat_drake.signals.tick_report import BRAKING, RELAXED
 
 FAST = 0.8 * VELOCITY
 

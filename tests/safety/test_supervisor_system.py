@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
+from remosplat_drake.app.diagram import Application, MakeDiagram
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.simulation import run
+from remosplat_drake.app.world import load_world
 from remosplat_drake.benchmark.scene_generators import generate
-from remosplat_drake.diagram import Application, MakeDiagram
-from remosplat_drake.safety.supervision import (
+from remosplat_drake.scene.rmmi import write_rmmi
+from remosplat_drake.signals.supervisor_state import (
     RUNNING,
     STOPPED,
     STOPPING,
     SupervisorState,
 )
-from remosplat_drake.scenario import LoadScenario
-from remosplat_drake.scene.rmmi import write_rmmi
-from remosplat_drake.simulation import run
-from remosplat_drake.station.config import kinematic_simulator_config
-from remosplat_drake.world import load_world
+from remosplat_drake.station.station_config import kinematic_simulator_config
 
 DT = 0.02
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from remosplat_drake.errors import FieldError, FileError, RemoSplatError
+from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.scene.rmmi import read_rmmi, write_rmmi
 

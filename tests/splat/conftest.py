@@ -4,8 +4,8 @@ import pytest
 from optional import HAS_TORCH
 from toy_splats import random_splat
 
+from remosplat_drake.splat.codecs.spz import write_spz
 from remosplat_drake.splat.formats import CHECKPOINT, FORMATS, write_splat
-from remosplat_drake.splat.spz import write_spz
 
 
 @pytest.fixture(scope="session")

@@ -13,9 +13,16 @@ from hypothesis import strategies as st
 from optional import needs_torch
 from toy_splats import rejected
 
-from remosplat_drake.errors import FileError, MissingExtraError, RemoSplatError
+from remosplat_drake.base.errors import (
+    FileError,
+    MissingExtraError,
+    RemoSplatError,
+)
+from remosplat_drake.splat.codecs.unpacking import (
+    MAX_SPLATS,
+    check_unpacked_size,
+)
 from remosplat_drake.splat.formats import FORMATS, read_splat
-from remosplat_drake.splat.unpacking import MAX_SPLATS, check_unpacked_size
 
 SUFFIXES = [
     pytest.param(suffix, marks=needs_torch if suffix == ".pt" else ())

@@ -7,8 +7,11 @@ import pytest
 from test_packed_records import SPLAT, expect
 from toy_splats import random_splat
 
-from remosplat_drake.errors import FileError
-from remosplat_drake.splat.checkpoint import read_checkpoint, write_checkpoint
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.splat.codecs.checkpoint import (
+    read_checkpoint,
+    write_checkpoint,
+)
 from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import SH_C0
 

@@ -17,8 +17,10 @@ from optional import HAS_TORCH, needs_torch
 from scipy.spatial import cKDTree
 from toy_splats import random_splat
 
-from remosplat_drake.errors import FileError
-from remosplat_drake.splat.conversion_error import conversion_error
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.splat.codecs.conversion_error import conversion_error
+from remosplat_drake.splat.codecs.ply import read_ply, write_ply
+from remosplat_drake.splat.codecs.spz import read_spz, write_spz
 from remosplat_drake.splat.formats import (
     ANTIMATTER,
     CHECKPOINT,
@@ -32,8 +34,6 @@ from remosplat_drake.splat.formats import (
     read_splat,
     write_splat,
 )
-from remosplat_drake.splat.ply import read_ply, write_ply
-from remosplat_drake.splat.spz import read_spz, write_spz
 
 EACH = pytest.mark.parametrize(
     "format_",

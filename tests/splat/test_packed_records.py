@@ -15,11 +15,11 @@ import pytest
 import zstandard
 from PIL import Image
 
-from remosplat_drake.splat.antimatter import write_antimatter
-from remosplat_drake.splat.compressed_ply import write_compressed_ply
+from remosplat_drake.splat.codecs.antimatter import write_antimatter
+from remosplat_drake.splat.codecs.compressed_ply import write_compressed_ply
+from remosplat_drake.splat.codecs.spz import write_spz
 from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import SH_C0, GaussianSplat
-from remosplat_drake.splat.spz import write_spz
 
 HALF = math.sqrt(0.5)
 SPLAT = GaussianSplat(

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from plyfile import PlyData, PlyElement
 
-from remosplat_drake.errors import FileError
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.splat.codecs.ply import read_ply, write_ply
 from remosplat_drake.splat.gaussian_splat import SH_C0, GaussianSplat
-from remosplat_drake.splat.ply import read_ply, write_ply
 
 SURFEL = [
     *("x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity"),

@@ -5,13 +5,9 @@ import copy
 import numpy as np
 import pytest
 
-from remosplat_drake.colors import linear_rgb
+from remosplat_drake.base.colors import linear_rgb
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.surfel_tiles import (
-    largest,
-    make_tiles,
-    surfel_mesh,
-)
+from remosplat_drake.splat.surfel_tiles import largest, make_tiles, surfel_mesh
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from remosplat_drake.errors import FileError
+from remosplat_drake.base.errors import FileError
 from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 

@@ -8,7 +8,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Diagram
 
 from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
-from remosplat_drake.station.config import kinematic_simulator_config
+from remosplat_drake.station.station_config import kinematic_simulator_config
 
 THREE_LINK = Path(__file__).resolve().parents[1] / "data" / "three_link.yaml"
 

@@ -3,17 +3,17 @@
 import dataclasses as dc
 
 import pytest
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 
-from remosplat_drake.errors import FieldError
-from remosplat_drake.station.config import (
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.strict_yaml import load_strict
+from remosplat_drake.station.hand import SETTLING_TIME
+from remosplat_drake.station.station_config import (
     MAX_STEP,
     DynamicStation,
     KinematicStation,
-    WristCameraConfig,
     kinematic_simulator_config,
 )
-from remosplat_drake.station.hand import SETTLING_TIME
-from remosplat_drake.strict_yaml import load_strict
 
 
 @dc.dataclass

@@ -5,12 +5,12 @@ import pytest
 from pydrake.math import RigidTransform
 
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-from remosplat_drake.station.config import DynamicStation
-from remosplat_drake.station.simulated_station import MakeHardwareStation
+from remosplat_drake.station.simulated_station import MakeSimulatedStation
+from remosplat_drake.station.station_config import DynamicStation
 
 
 def make(robot, harness, q0, scene=None, hand=None, **settings):
-    station = MakeHardwareStation(
+    station = MakeSimulatedStation(
         config=DynamicStation(**settings),
         robot=robot,
         scene=scene,

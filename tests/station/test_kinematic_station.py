@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.station.config import KinematicStation
-from remosplat_drake.station.simulated_station import MakeHardwareStation
+from remosplat_drake.station.simulated_station import MakeSimulatedStation
+from remosplat_drake.station.station_config import KinematicStation
 
 EXACT = 1e-10
 
 
 def make(robot, harness, q0, **kwargs):
-    station = MakeHardwareStation(
+    station = MakeSimulatedStation(
         config=KinematicStation(hand_speed=0.1),
         robot=robot,
         scene=None,

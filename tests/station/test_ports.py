@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 from pydrake.systems.framework import Diagram, PortDataType
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 
-from remosplat_drake.errors import RemoSplatError
-from remosplat_drake.station import ports
-from remosplat_drake.station.config import (
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.station.simulated_station import MakeSimulatedStation
+from remosplat_drake.station.station_config import (
     DynamicStation,
     KinematicStation,
-    WristCameraConfig,
 )
-from remosplat_drake.station.simulated_station import MakeHardwareStation
 
 CONFIGS = [KinematicStation(), DynamicStation()]
 
@@ -19,7 +19,7 @@ CONFIGS = [KinematicStation(), DynamicStation()]
 def make(robot, config, camera=None, **kwargs) -> Diagram:
     q0 = np.zeros(robot.n_q)
     q0[robot.n_q - len(robot.home) :] = robot.home
-    return MakeHardwareStation(
+    return MakeSimulatedStation(
         config=config,
         robot=robot,
         scene=None,

@@ -3,12 +3,9 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.controller.servo import PoseError
-from remosplat_drake.errors import FieldError
-from remosplat_drake.task.arrival import (
-    ArrivalConfig,
-    has_arrived,
-)
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 
 def error(p_ET, angle_deg: float = 0.0) -> PoseError:

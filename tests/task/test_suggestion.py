@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from remosplat_drake.errors import RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.task.suggestion import suggest_task

@@ -8,20 +8,17 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from remosplat_drake.capture.camera_mount import CameraMount
-from remosplat_drake.scenario import LoadScenario
-from remosplat_drake.stages import AddController, AddOracle, MakeStation
-from remosplat_drake.station.config import kinematic_simulator_config
-from remosplat_drake.station.connections import (
-    AddConfiguration,
-    ConnectCommand,
-)
-from remosplat_drake.teleop.config import TeleopConfig
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.stages import AddController, AddOracle, MakeStation
+from remosplat_drake.app.world import load_world
+from remosplat_drake.camera.mount import CameraMount
+from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.signals.target_state import TargetState
+from remosplat_drake.station.connections import AddConfiguration, ConnectCommand
+from remosplat_drake.station.station_config import kinematic_simulator_config
 from remosplat_drake.teleop.motion_law import MotionLaw
-from remosplat_drake.teleop.operator_command import OperatorCommand
 from remosplat_drake.teleop.operator_target import OperatorTarget
-from remosplat_drake.teleop.target_state import TargetState
-from remosplat_drake.world import load_world
+from remosplat_drake.teleop.teleop_config import TeleopConfig
 
 
 class Operated:

@@ -2,8 +2,8 @@
 
 from operated import Operated
 
-from remosplat_drake.teleop.config import SavedPose, TeleopConfig
-from remosplat_drake.teleop.target_state import FOLLOW
+from remosplat_drake.signals.target_state import FOLLOW
+from remosplat_drake.teleop.teleop_config import SavedPose, TeleopConfig
 
 
 def test_a_target_pushed_through_the_table_does_not_take_the_robot_along():

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from remosplat_drake.teleop.config import GamepadConfig
 from remosplat_drake.teleop.gamepad import gamepad_velocity
+from remosplat_drake.teleop.teleop_config import GamepadConfig
 
 CONFIG = GamepadConfig(dead_man=5, speed=0.2, rotation=0.5, dead_zone=0.1)
 HELD = [0.0] * 5 + [1.0] + [0.0] * 11

@@ -6,13 +6,13 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from remosplat_drake.messages.packets import to_utime
-from remosplat_drake.messages.pose_target import pose_target
-from remosplat_drake.teleop.config import PoseStreamConfig, TeleopConfig
+from remosplat_drake.hardware.wire.messages.pose_target import pose_target
+from remosplat_drake.hardware.wire.packets import to_utime
+from remosplat_drake.signals.target_state import FOLLOW, HOLD
 from remosplat_drake.teleop.lcm_operator import LcmOperator
 from remosplat_drake.teleop.motion_law import MotionLaw
 from remosplat_drake.teleop.operator_target import OperatorTarget
-from remosplat_drake.teleop.target_state import FOLLOW, HOLD
+from remosplat_drake.teleop.teleop_config import PoseStreamConfig, TeleopConfig
 
 
 def encoded(time: float, x: float) -> bytes:

@@ -6,10 +6,10 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.teleop.command_merger import CommandMerger
 from remosplat_drake.teleop.merging import MergedCommand, merge_commands
-from remosplat_drake.teleop.operator_command import OperatorCommand
 from remosplat_drake.teleop.trajectory_file import OperatorStep
 from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
 

@@ -9,19 +9,19 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from remosplat_drake.mapping.map_requests import MapRequests
-from remosplat_drake.safety.supervision import (
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.signals.supervisor_state import (
     RUNNING,
     STOPPED,
     STOPPING,
     SupervisorState,
 )
+from remosplat_drake.signals.target_state import FOLLOW, HOLD
 from remosplat_drake.task.target_sequence import TargetProgress
-from remosplat_drake.teleop.config import TeleopConfig
 from remosplat_drake.teleop.motion_law import MotionLaw
-from remosplat_drake.teleop.operator_command import OperatorCommand
 from remosplat_drake.teleop.operator_target import OperatorTarget
-from remosplat_drake.teleop.target_state import FOLLOW, HOLD
+from remosplat_drake.teleop.teleop_config import TeleopConfig
 from remosplat_drake.teleop.trajectory_file import OperatorStep
 from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from remosplat_drake.errors import FieldError, FileError
-from remosplat_drake.mapping.map_requests import MapRequests
+from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.teleop.trajectory_file import (
     OperatorStep,
     asked_over_time,

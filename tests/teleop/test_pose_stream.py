@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.messages.packets import to_utime
-from remosplat_drake.messages.pose_target import pose_target
+from remosplat_drake.hardware.wire.messages.pose_target import pose_target
+from remosplat_drake.hardware.wire.packets import to_utime
 from remosplat_drake.teleop.pose_stream import StreamState, advance_stream
 
 EXPIRY = 0.3

@@ -5,12 +5,12 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
-from remosplat_drake.teleop.config import SavedPose, TeleopConfig
+from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.signals.target_state import MODES, TargetState
 from remosplat_drake.teleop.merging import MergedCommand, merge_commands
 from remosplat_drake.teleop.motion_law import MotionLaw
-from remosplat_drake.teleop.operator_command import OperatorCommand
 from remosplat_drake.teleop.target_motion import advance_target
-from remosplat_drake.teleop.target_state import MODES, TargetState
+from remosplat_drake.teleop.teleop_config import SavedPose, TeleopConfig
 
 DT = 0.02
 CONFIG = TeleopConfig(

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from operated import Operated
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from remosplat_drake.capture.synthetic import render_capture
-from remosplat_drake.teleop.config import ScanConfig, TeleopConfig
+from remosplat_drake.capture.rendering.synthetic import render_capture
+from remosplat_drake.signals.target_state import HOLD
 from remosplat_drake.teleop.scan import heading, scan_poses, upright_camera
-from remosplat_drake.teleop.target_state import HOLD
+from remosplat_drake.teleop.teleop_config import ScanConfig, TeleopConfig
 
 CONFIG = ScanConfig(pan_deg=40, steep_deg=60, flat_deg=20)
 # A camera 0.1 m beside the end effector.

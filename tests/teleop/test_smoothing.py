@@ -6,7 +6,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from pydrake.math import RollPitchYaw
 
-from remosplat_drake.controller.servo import rotation_vector
+from remosplat_drake.robot.pose_error import rotation_vector
 from remosplat_drake.teleop.smoothing import (
     braking_speed,
     change_velocity,

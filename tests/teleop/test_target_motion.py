@@ -7,18 +7,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from remosplat_drake.controller.servo import pose_error
-from remosplat_drake.teleop.config import SavedPose, ScanConfig, TeleopConfig
-from remosplat_drake.teleop.motion_law import MotionLaw
-from remosplat_drake.teleop.operator_command import OperatorCommand
-from remosplat_drake.teleop.target_motion import advance_target, stand
-from remosplat_drake.teleop.target_state import (
+from remosplat_drake.robot.pose_error import pose_error
+from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.signals.target_state import (
     FOLLOW,
     GO,
     HOLD,
     SCAN,
     VELOCITY,
     TargetState,
+)
+from remosplat_drake.teleop.motion_law import MotionLaw
+from remosplat_drake.teleop.target_motion import advance_target, stand
+from remosplat_drake.teleop.teleop_config import (
+    SavedPose,
+    ScanConfig,
+    TeleopConfig,
 )
 
 DT = 0.02

@@ -2,9 +2,9 @@
 
 import pytest
 
-from remosplat_drake.errors import FieldError
-from remosplat_drake.strict_yaml import load_text
-from remosplat_drake.teleop.config import TeleopConfig
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.strict_yaml import load_text
+from remosplat_drake.teleop.teleop_config import TeleopConfig
 
 
 def read(text: str) -> TeleopConfig:

@@ -5,8 +5,8 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
-from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.oracle.distance_field import Clearances
+from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.clearance_lines import (
     KEPT,
     TIGHT,

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from pydrake.common.value import Value
 
-from remosplat_drake.mapping.map_status import MapStatus
-from remosplat_drake.mapping.scene_map import SceneMap
 from remosplat_drake.oracle.point_distance import PointDistanceField
-from remosplat_drake.reconstruction.coverage import FREE, UNSEEN, Coverage
+from remosplat_drake.signals.coverage import FREE, UNSEEN, Coverage
+from remosplat_drake.signals.map_status import MapStatus
+from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_tiles import make_tiles
 from remosplat_drake.visualization.live_map_view import (

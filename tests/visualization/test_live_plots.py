@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 from pydrake.common.value import Value
 
-from remosplat_drake.controller.servo import pose_error
-from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.oracle.distance_field import Clearances
-from remosplat_drake.visualization.live_plots import (
-    LivePlots,
-    RollingTrace,
-)
+from remosplat_drake.robot.pose_error import pose_error
+from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.visualization.live_plots import LivePlots, RollingTrace
 
 
 def test_a_point_is_the_worst_of_its_interval():

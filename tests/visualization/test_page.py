@@ -6,7 +6,7 @@ import pytest
 from pydrake.geometry import Box
 from pydrake.math import RigidTransform
 
-from remosplat_drake.errors import FileError, RemoSplatError
+from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.visualization.page import LIVE, MeshcatPage
 from remosplat_drake.visualization.page_style import (
     STYLE,

@@ -10,7 +10,7 @@ from logged_run import SWAP, make_session
 from pydrake.systems.sensors import ImageIo
 from screenshot import find_chromium
 
-from remosplat_drake.recorded_run import load_recorded_run
+from remosplat_drake.app.recorded_run import load_recorded_run
 from remosplat_drake.visualization.replay import (
     SPLATS,
     ReplayedMap,

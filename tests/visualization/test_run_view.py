@@ -10,14 +10,10 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from remosplat_drake.controller.tick_report import (
-    OPTIMAL,
-    RELAXED,
-    TickReport,
-)
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import load_robot_model
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.signals.tick_report import OPTIMAL, RELAXED, TickReport
 from remosplat_drake.visualization.clearance_lines import TIGHT
 from remosplat_drake.visualization.run_view import PATHS, TARGET, RunView
 

@@ -7,14 +7,14 @@ import pytest
 from browser import find_chromium, open_browser
 from pydrake.math import RigidTransform
 
-from remosplat_drake.diagram import Application, MakeDiagram
-from remosplat_drake.safety.supervision import RUNNING, STOPPED
-from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.app.diagram import Application, MakeDiagram
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.simulation import run
+from remosplat_drake.app.world import load_world
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi
-from remosplat_drake.simulation import run
+from remosplat_drake.signals.supervisor_state import RUNNING, STOPPED
 from remosplat_drake.visualization.safety_panel import RELEASE, STOP
-from remosplat_drake.world import load_world
 
 FAR = """
 Far:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.oracle.distance_field import Clearances
+from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.visualization.sphere_view import (
     SPHERES,
     SphereView,

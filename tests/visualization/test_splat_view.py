@@ -4,11 +4,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.visualization.splat_view import (
-    POINTS,
-    SURFELS,
-    SplatView,
-)
+from remosplat_drake.visualization.splat_view import POINTS, SURFELS, SplatView
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 

@@ -11,6 +11,9 @@ import pytest
 from browser import open_browser
 from screenshot import find_chromium
 
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.simulation import REACHED
+from remosplat_drake.app.world import load_world
 from remosplat_drake.benchmark.hardware_processes import (
     controller,
     end,
@@ -21,10 +24,7 @@ from remosplat_drake.benchmark.hardware_processes import (
 from remosplat_drake.benchmark.loop_cases import TOUR
 from remosplat_drake.benchmark.motion_judge import TrueRun, judge_stop
 from remosplat_drake.benchmark.wire_tap import WireTap
-from remosplat_drake.safety.supervision import STOPPED
-from remosplat_drake.scenario import LoadScenario
-from remosplat_drake.simulation import REACHED
-from remosplat_drake.world import load_world
+from remosplat_drake.signals.supervisor_state import STOPPED
 
 START_UP, CLICK_LIMIT, REACH_LIMIT = 60.0, 3.0, 60.0
 

@@ -14,10 +14,10 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.teleop.config import SavedPose, TeleopConfig
+from remosplat_drake.signals.target_state import FOLLOW, GO, TargetState
 from remosplat_drake.teleop.operator_target import OperatorTarget
 from remosplat_drake.teleop.target_motion import MotionLaw
-from remosplat_drake.teleop.target_state import FOLLOW, GO, TargetState
+from remosplat_drake.teleop.teleop_config import SavedPose, TeleopConfig
 from remosplat_drake.visualization import teleop_panel as tp
 from remosplat_drake.visualization.dead_man import PULSE, SILENCE
 from remosplat_drake.visualization.page_style import button

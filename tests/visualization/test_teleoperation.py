@@ -12,8 +12,8 @@ import pytest
 from browser import Browser, find_chromium, open_browser
 from runs import command_line, remosplat
 
-from remosplat_drake.mapping.map_file import open_map
-from remosplat_drake.mapping.session import Session
+from remosplat_drake.mapping.store.map_file import open_map
+from remosplat_drake.mapping.store.session import Session
 from remosplat_drake.recording.events import MAP, Event, read_events
 from remosplat_drake.recording.run_log import read_log
 from remosplat_drake.recording.session_log import EVENTS, LOG

@@ -2,16 +2,8 @@
 
 import numpy as np
 
-from remosplat_drake.reconstruction.coverage import (
-    FREE,
-    SURFACE,
-    UNSEEN,
-    Coverage,
-)
-from remosplat_drake.visualization.unseen_space import (
-    frontier_mesh,
-    smoothed,
-)
+from remosplat_drake.signals.coverage import FREE, SURFACE, UNSEEN, Coverage
+from remosplat_drake.visualization.unseen_space import frontier_mesh, smoothed
 
 
 def quads_of(state: np.ndarray, voxel: float = 1.0) -> np.ndarray:

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from remosplat_drake.controller.guidance.guidance import Guidance
-from remosplat_drake.controller.servo import PoseError
-from remosplat_drake.oracle.distance_field import Clearances
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.signals.distance_field import Clearances
 
 NEAR = 0.10
 """Clearance within which an obstacle bends the path, d_c [m]."""

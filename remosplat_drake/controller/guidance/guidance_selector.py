@@ -23,12 +23,10 @@ from remosplat_drake.controller.guidance.selection import (
     start_selection,
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
-from remosplat_drake.controller.guidance.stall_cycling import (
-    cycle_when_stalled,
-)
+from remosplat_drake.controller.guidance.stall_cycling import cycle_when_stalled
 from remosplat_drake.controller.guidance.worker import PresentState
-from remosplat_drake.controller.tick_report import TickReport
-from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.tick_report import TickReport
 
 
 class GuidanceSelector(LeafSystem):

@@ -11,7 +11,10 @@ from time import perf_counter
 
 import numpy as np
 
-from remosplat_drake.controller.config import ReactiveControllerConfig
+from remosplat_drake.base.one_thread import one_thread_environment
+from remosplat_drake.controller.controller_config import (
+    ReactiveControllerConfig,
+)
 from remosplat_drake.controller.guidance.map_transfer import send_map
 from remosplat_drake.controller.guidance.selection import Selection
 from remosplat_drake.controller.guidance.worker import (
@@ -19,10 +22,9 @@ from remosplat_drake.controller.guidance.worker import (
     PresentState,
     serve,
 )
-from remosplat_drake.controller.servo import PoseError
-from remosplat_drake.one_thread import one_thread_environment
-from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.distance_field import DistanceField
 
 START_TIME = 60.0
 """How long the process may take to start [s]."""

@@ -9,7 +9,7 @@ import dataclasses as dc
 import pickle
 from multiprocessing.connection import Connection
 
-from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.signals.distance_field import DistanceField
 
 
 @dc.dataclass(frozen=True)

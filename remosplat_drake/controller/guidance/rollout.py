@@ -6,10 +6,10 @@ import math
 import numpy as np
 
 from remosplat_drake.controller.guidance.guidance import Guidance
-from remosplat_drake.controller.servo import pose_error
 from remosplat_drake.controller.tick import ReactiveLaw, run_tick
-from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotState
+from remosplat_drake.signals.distance_field import DistanceField
 
 RUNNING, REACHED, STALLED, HORIZON = "running", "reached", "stalled", "horizon"
 

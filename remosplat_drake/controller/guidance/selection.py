@@ -18,7 +18,7 @@ from remosplat_drake.controller.guidance.rollout import (
     step_rollout,
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
-from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.signals.distance_field import DistanceField
 
 IDLE = 1.0
 """How long a guidance that arrives is trusted before it is checked again

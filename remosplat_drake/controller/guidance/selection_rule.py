@@ -3,13 +3,15 @@
 import dataclasses as dc
 from collections.abc import Callable
 
-from remosplat_drake.controller.config import ReactiveControllerConfig
+from remosplat_drake.controller.controller_config import (
+    ReactiveControllerConfig,
+)
 from remosplat_drake.controller.guidance.guidance import (
     Guidance,
     make_candidates,
 )
-from remosplat_drake.controller.servo import PoseError
 from remosplat_drake.controller.tick import ReactiveLaw
+from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel
 
 

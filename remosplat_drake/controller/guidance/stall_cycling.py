@@ -10,8 +10,8 @@ from remosplat_drake.controller.guidance.selection import (
     SelectionRule,
     on_the_same_world,
 )
-from remosplat_drake.controller.servo import pose_error
-from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.robot.pose_error import pose_error
+from remosplat_drake.signals.distance_field import DistanceField
 
 STALL_SPEED = 0.03
 """An end effector slower than this is stuck, if it has not arrived [m/s]."""

@@ -14,7 +14,9 @@ from time import perf_counter
 
 import numpy as np
 
-from remosplat_drake.controller.config import ReactiveControllerConfig
+from remosplat_drake.controller.controller_config import (
+    ReactiveControllerConfig,
+)
 from remosplat_drake.controller.guidance.map_transfer import (
     MapHeader,
     receive_map,
@@ -28,9 +30,9 @@ from remosplat_drake.controller.guidance.selection_rule import (
     SelectionRule,
     make_selection_rule,
 )
-from remosplat_drake.controller.servo import PoseError
-from remosplat_drake.oracle.distance_field import DistanceField
+from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.distance_field import DistanceField
 
 READY = "ready"
 """What the process says when it has loaded everything."""

@@ -5,11 +5,11 @@ from typing import Annotated
 
 from annotated_types import Interval
 
+from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.ingredients.collision_damper import (
     CollisionDamperConfig,
 )
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
-from remosplat_drake.ranges import Config
 
 
 @dc.dataclass

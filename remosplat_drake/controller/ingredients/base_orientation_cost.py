@@ -7,8 +7,8 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Interval
 
+from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
-from remosplat_drake.ranges import Config
 
 
 @dc.dataclass

@@ -6,9 +6,9 @@ from typing import Annotated
 
 from annotated_types import Interval
 
+from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
-from remosplat_drake.ranges import Config
 
 NAME = "collision"
 

@@ -7,8 +7,8 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Interval
 
+from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
-from remosplat_drake.ranges import Config
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision import self_collision_pairs
 

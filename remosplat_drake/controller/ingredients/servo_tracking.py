@@ -6,16 +6,14 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Interval
 
-from remosplat_drake.controller.guidance.deflection import (
-    deflected_velocity,
-)
+from remosplat_drake.base.ranges import Config
+from remosplat_drake.controller.guidance.deflection import deflected_velocity
 from remosplat_drake.controller.ingredients.collision_damper import (
     CollisionDamperConfig,
 )
 from remosplat_drake.controller.program_data import Tracking
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 from remosplat_drake.controller.servo import servo_twist
-from remosplat_drake.ranges import Config
 
 
 @dc.dataclass

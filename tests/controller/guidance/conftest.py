@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from remosplat_drake.controller.config import gain_set
+from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.guidance import selection
 from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule

@@ -21,8 +21,8 @@ from remosplat_drake.controller.ingredients import (
     BaseOrientationCostConfig,
 )
 from remosplat_drake.controller.reactive_program import build_program
-from remosplat_drake.controller.servo import PoseError
-from remosplat_drake.oracle.distance_field import Clearances
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.signals.distance_field import Clearances
 
 STOPPING, MAX_SPEED = 0.02, 0.35
 LEFT, RIGHT = Guidance("left", 1.0), Guidance("right", -1.0)

@@ -8,6 +8,10 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
+from remosplat_drake.app.diagram import Application, MakeDiagram
+from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.simulation import REACHED, TIME_LIMIT, RunResult, run
+from remosplat_drake.app.world import load_world
 from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.controller import reactive_controller
 from remosplat_drake.controller.guidance import guidance_selector
@@ -19,11 +23,7 @@ from remosplat_drake.controller.guidance.selection_rule import (
     make_selection_rule,
 )
 from remosplat_drake.controller.reactive_controller import ReactiveController
-from remosplat_drake.diagram import Application, MakeDiagram
-from remosplat_drake.scenario import LoadScenario
 from remosplat_drake.scene.rmmi import write_rmmi
-from remosplat_drake.simulation import REACHED, TIME_LIMIT, RunResult, run
-from remosplat_drake.world import load_world
 
 STUCK = ("table", 6)
 """A scene of the published kind in which the controller alone gets stuck."""

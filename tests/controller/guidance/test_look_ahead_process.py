@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from remosplat_drake.benchmark.scene_generators import generate
-from remosplat_drake.controller.config import gain_set
+from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.guidance import look_ahead_process
 from remosplat_drake.controller.guidance.guidance_selector import updated
 from remosplat_drake.controller.guidance.look_ahead_process import (
@@ -28,10 +28,7 @@ from remosplat_drake.controller.guidance.selection_rule import (
     SelectionRule,
     make_selection_rule,
 )
-from remosplat_drake.controller.guidance.worker import (
-    PresentState,
-    look_ahead,
-)
+from remosplat_drake.controller.guidance.worker import PresentState, look_ahead
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 

@@ -13,10 +13,10 @@ from remosplat_drake.controller.guidance.map_transfer import (
     send_map,
 )
 from remosplat_drake.oracle.composite import CompositeDistanceField
-from remosplat_drake.oracle.distance_field import DistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from remosplat_drake.benchmark.scene_generators import generate
-from remosplat_drake.controller.config import gain_set
+from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.guidance.guidance import (
     Guidance,
     make_candidates,

@@ -1,0 +1,143 @@
+"""The application: every stage, wired together. The only place that does.
+
+`control_loop.py` closes the loop; `stages.py` and `teleop_stages.py` say how
+each stage is made and connected.
+"""
+
+import dataclasses as dc
+from functools import partial
+
+from pydrake.systems.framework import Diagram, DiagramBuilder
+
+from remosplat_drake.app.control_loop import AddControlLoop, ControlLoop
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.stages import AddPanel, AddRecorder, AddTargets
+from remosplat_drake.app.teleop_stages import (
+    AddLiveMap,
+    AddLog,
+    AddOperatorTarget,
+    AddOperatorViews,
+    ConnectSupervision,
+    Teleoperation,
+)
+from remosplat_drake.app.world import World
+from remosplat_drake.base.ranges import check_ranges
+from remosplat_drake.mapping.live_map import LiveMap
+from remosplat_drake.recording.session_log import TrajectoryLog
+from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.views import AddViews
+
+KEPT = 10.0
+"""So much of a teleoperation stays in memory; all of it is in its log [s]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Application(ControlLoop):
+    """A built diagram and the parts that a run looks at.
+
+    A teleoperated one has a log, and a live map if its scenario wants that.
+    """
+
+    diagram: Diagram
+    recorder: TrajectoryRecorder
+    live_map: LiveMap | None = None
+    log: TrajectoryLog | None = None
+
+
+def MakeDiagram(
+    scenario: Scenario,
+    world: World,
+    page: MeshcatPage | None = None,
+    *,
+    hardware: bool = False,
+    teleoperation: Teleoperation | None = None,
+) -> Application:
+    """Wires a scenario's stages into one diagram.
+
+    Args:
+        scenario: The experiment.
+        world: What its files hold.
+        page: A browser page to draw on.
+        hardware: Whether the station is the real robot; nothing else differs.
+        teleoperation: An operator moves the target, and the map may grow.
+
+    Raises:
+        RemoSplatError: The station cannot be made, or there is no target.
+    """
+    # A field may have been assigned since it was read.
+    check_ranges(scenario, scenario.source)
+    builder = DiagramBuilder()
+    panel = AddPanel(builder, scenario, world.robot, page)
+    if teleoperation is None:
+        add_targets = partial(AddTargets, builder, scenario, world)
+    else:
+        add_targets = partial(
+            AddOperatorTarget,
+            builder,
+            scenario,
+            world,
+            teleoperation=teleoperation,
+            page=page,
+        )
+    loop = AddControlLoop(
+        builder, scenario, world, add_targets, hardware=hardware
+    )
+    if panel is not None and loop.supervisor is not None:
+        panel.ConnectTo(
+            builder,
+            supervisor=loop.supervisor,
+            report=loop.report,
+            status=loop.status,
+        )
+    recorder = AddRecorder(
+        builder,
+        scenario,
+        world.robot,
+        loop.configuration,
+        loop.controller,
+        loop.executed,
+        keep=None if teleoperation is None else KEPT,
+    )
+    live_map = log = None
+    if teleoperation is not None:
+        ConnectSupervision(builder, loop)
+        live_map = AddLiveMap(builder, loop, teleoperation)
+        log = AddLog(builder, loop, teleoperation, live_map)
+    if page is not None:
+        _AddWorldViews(builder, loop, page, live_map)
+        if teleoperation is not None and log is not None:
+            AddOperatorViews(builder, loop, teleoperation, page, live_map, log)
+    diagram = builder.Build()
+    diagram.set_name("remosplat")
+    parts = {f.name: getattr(loop, f.name) for f in dc.fields(loop)}
+    return Application(
+        **parts,
+        diagram=diagram,
+        recorder=recorder,
+        live_map=live_map,
+        log=log,
+    )
+
+
+def _AddWorldViews(
+    builder: DiagramBuilder,
+    loop: ControlLoop,
+    page: MeshcatPage,
+    live_map: LiveMap | None,
+) -> None:
+    """Adds what draws the scene, the robot and its guidance.
+
+    A live map is drawn by what is added for teleoperation.
+    """
+    world, selector = loop.world, loop.selector
+    AddViews(
+        builder,
+        page,
+        robot=world.robot,
+        splat_W=world.splat_W if live_map is None else None,
+        truth=world.truth,
+        configuration=loop.configuration,
+        report=loop.report,
+        selection=selector and selector.GetOutputPort("selection"),
+    )

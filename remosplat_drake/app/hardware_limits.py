@@ -1,0 +1,86 @@
+"""What a scenario must keep to where a real robot moves.
+
+Narrower ranges than those of the fields, as data; experiments in simulation
+are free to be reckless.
+"""
+
+from functools import reduce
+
+from annotated_types import Interval
+
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.ranges import range_problem
+
+REQUIRED = (
+    "supervisor.enabled",
+    "controller.verify",
+    "controller.self_collision.enabled",
+)
+"""Switches that must be on."""
+
+NARROWER = {
+    # Commands expire after a tenth of a second.
+    "control_period": Interval(ge=0.002, le=0.05),
+    "supervisor.max_status_age": Interval(gt=0, le=0.5),
+    "supervisor.max_tick_age": Interval(gt=0, le=0.5),
+    "supervisor.max_overrun": Interval(ge=0, le=0.5),
+    "supervisor.min_success_rate": Interval(ge=0.5, le=1),
+    "supervisor.success_rate_dwell": Interval(ge=0, le=1),
+    "supervisor.clearance_margin": Interval(ge=0, le=0.02),
+    "supervisor.clearance_dwell": Interval(ge=0, le=0.5),
+    "supervisor.max_braking_time": Interval(ge=0, le=5),
+    "supervisor.max_follow_error": Interval(gt=0, le=0.5),
+    "supervisor.follow_dwell": Interval(ge=0, le=2),
+    "hardware.arm_status_expiry": Interval(gt=0, le=0.5),
+    "hardware.base_status_expiry": Interval(gt=0, le=0.5),
+    # Nobody sees obstacles that are made smaller or left out.
+    "oracle.n_sigma": Interval(ge=0.5, le=10),
+    "oracle.min_opacity": Interval(ge=0, le=0.5),
+    # Nor do depth views see what is fainter, nearer or farther than these.
+    "oracle.alpha_cutoff": Interval(gt=0, le=0.9),
+    "oracle.near": Interval(gt=0, le=0.05),
+    "oracle.far": Interval(ge=0.5, le=100),
+    "oracle.resolution": Interval(ge=20, le=2048),
+}
+"""Ranges on the real robot; oracles without such a field are left alone."""
+
+COMMANDED_MODES = {"idle", "move"}
+"""Modes in which an arm follows commands; in others it does as it likes."""
+
+
+def check_for_hardware(scenario: Scenario) -> None:
+    """Refuses what only a simulated robot may be driven with.
+
+    Raises:
+        FieldError: A value disarms a gate; names it.
+    """
+    for field in REQUIRED:
+        if not _value(scenario, field):
+            problem = "must be true where a real robot moves"
+            if scenario.controller.gains == "paper":
+                problem += " (`gains: paper` turns it off)"
+            raise FieldError(scenario.source, field, problem)
+    for field, bounds in NARROWER.items():
+        value = _value(scenario, field)
+        problem = "" if value is None else range_problem(value, [bounds])
+        if problem:
+            raise FieldError(
+                scenario.source, field, f"on a real robot it {problem}"
+            )
+    modes = set(scenario.supervisor.robot_modes) - COMMANDED_MODES
+    if modes:
+        raise FieldError(
+            scenario.source,
+            "supervisor.robot_modes",
+            f"a real arm follows no commands in {', '.join(sorted(modes))};"
+            f" valid: {', '.join(sorted(COMMANDED_MODES))}",
+        )
+
+
+def _value(scenario: Scenario, field: str) -> object:
+    return reduce(
+        lambda config, name: getattr(config, name, None),
+        field.split("."),
+        scenario,
+    )

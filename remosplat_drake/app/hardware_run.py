@@ -1,0 +1,306 @@
+"""Run an application on the real robot, by the robot's own clock."""
+
+import dataclasses as dc
+import gc
+import math
+import time
+from collections.abc import Callable
+
+import numpy as np
+from pydrake.systems.analysis import InitializeParams, Simulator
+from pydrake.systems.framework import Context
+
+from remosplat_drake.app.diagram import Application
+from remosplat_drake.app.hardware_limits import check_for_hardware
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.simulation import (
+    ProgressCallback,
+    RunMonitor,
+    RunResult,
+    SupervisionCallback,
+    make_result,
+)
+from remosplat_drake.base.real_time import (
+    LoopLog,
+    LoopQuality,
+    garbage_kept,
+    going_first,
+    next_tick,
+    sleep_until,
+)
+from remosplat_drake.base.stop_signals import stop_signals
+from remosplat_drake.controller.braking import braking_command
+from remosplat_drake.hardware.client.hardware_station import HardwareStation
+from remosplat_drake.hardware.client.robot_link import RobotLink
+from remosplat_drake.hardware.hardware_config import check_lcm_url
+from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
+from remosplat_drake.signals import station_ports as ports
+
+STATUS_TIMEOUT = 0.003
+"""A tick waits so long for the arm's next status, a millisecond away [s]."""
+
+REHEARSAL = 0.3
+"""How long the loop runs before anything is sent [s]."""
+
+FINAL_ZEROS = 0.1
+"""Zero commands are sent for so long before the wire falls silent [s]."""
+
+PROGRESS_PERIOD = 0.05
+"""Time between two calls of `on_progress` [s]."""
+
+_BEFORE_TICK = 1e-4  # Far more than the resolution of epoch times [s].
+
+
+@dc.dataclass(frozen=True, eq=False)
+class HardwareResult:
+    """How a run on the robot ended, and how its loop was kept."""
+
+    run: RunResult
+    loop: LoopQuality
+
+
+def prepare_for_hardware(scenario: Scenario, lcm_url: str | None) -> None:
+    """Sets what else the real robot needs than another station.
+
+    Args:
+        scenario: Is changed: guidance no longer makes ticks wait, and the
+            program knows how fast the base may go. Accelerations are bounded
+            whatever the gains: real joints have no others.
+        lcm_url: Where the drivers are; None: where the scenario says.
+
+    Raises:
+        FieldError: The scenario does without a supervisor or without
+            verification, or disarms a gate; see `check_for_hardware`.
+        RemoSplatError: The URL is unusable.
+    """
+    check_for_hardware(scenario)
+    if lcm_url is not None:
+        check_lcm_url(lcm_url)
+        scenario.hardware.lcm_url = lcm_url
+    hardware, controller = scenario.hardware, scenario.controller
+    controller.guidance.asynchronous = True
+    limits = controller.velocity_limits
+    limits.acceleration = True
+    limits.max_forward = _least(limits.max_forward, hardware.base_forward_upper)
+    limits.max_reverse = _least(
+        limits.max_reverse, -hardware.base_forward_lower
+    )
+    limits.max_yaw_rate = _least(limits.max_yaw_rate, hardware.base_yaw_rate)
+
+
+def _least(given: float | None, bound: float) -> float:
+    return bound if given is None else min(given, bound)
+
+
+def run_on_hardware(
+    application: Application,
+    *,
+    on_progress: ProgressCallback | None = None,
+    on_supervision: SupervisionCallback | None = None,
+    between_ticks: Callable[[Context], None] | None = None,
+    patience: float = 0.0,
+) -> HardwareResult:
+    """Runs until the last target is reached or time is up.
+
+    It waits for the drivers, rehearses without sending anything, and then
+    ticks on the robot's statuses. However it ends, by Ctrl-C or by an
+    exception, too, the robot is brought to rest along the braking ramp.
+
+    `warm_up.compile_kernels` comes before: a tick in which a kernel is
+    compiled is so late that the supervisor stops the robot.
+
+    Args:
+        application: The diagram; its station must be a `HardwareStation`.
+        on_progress: Called every `PROGRESS_PERIOD` with the time since the
+            start, the pose error and the latest tick report.
+        on_supervision: Called whenever the supervisor's mode has changed.
+        between_ticks: Called after every tick with the diagram's context, for
+            a program that stops the robot or releases it.
+        patience: So long a stopped robot waits to be released [s].
+
+    Raises:
+        RemoSplatError: A driver keeps silent.
+    """
+    loop = HardwareLoop(application)
+    loop.rehearse()
+    with stop_signals() as request, going_first():
+        try:
+            with garbage_kept():
+                loop.start()
+                monitor = RunMonitor(
+                    application,
+                    start=loop.context.get_time(),
+                    on_progress=on_progress,
+                    on_supervision=on_supervision,
+                    patience=patience,
+                    progress_period=PROGRESS_PERIOD,
+                )
+                while not (monitor.is_finished or request.made):
+                    if loop.context.get_time() > monitor.time_limit:
+                        break
+                    loop.tick()
+                    monitor(loop.context)
+                    if between_ticks is not None:
+                        between_ticks(loop.context)
+        finally:
+            request.is_heeded = True
+            bring_to_rest(
+                loop.link,
+                application.world.robot.acceleration_limit,
+                application.scenario.control_period,
+            )
+    result = make_result(application, loop.context, request.made)
+    return HardwareResult(result, loop.log.quality())
+
+
+class HardwareLoop:
+    """Ticks an application at the pace of the wall clock.
+
+    A tick first gets the newest statuses, then lets the diagram compute, and
+    sends the command at once; drawing and recording come after it. A tick
+    that comes too late is left out rather than made up for.
+
+    Attributes:
+        context: Of the whole diagram; its time is the wall clock's.
+        link: The wire.
+        log: How the ticks are kept.
+    """
+
+    def __init__(self, application: Application):
+        """Prepares; nothing is sent before `tick`."""
+        station = application.station
+        assert isinstance(station, HardwareStation)
+        self._application = application
+        self._station = station
+        self._period = application.scenario.control_period
+        self._status = station.GetOutputPort(ports.STATUS)
+        self.link = station.link
+        self._restart()
+
+    def _restart(self) -> None:
+        self._simulator = Simulator(self._application.diagram)
+        self.context = self._simulator.get_mutable_context()
+        self._station_context = self._station.GetMyContextFromRoot(self.context)
+        self.log = LoopLog(self._period)
+
+    def rehearse(self) -> None:
+        """Ticks for a moment without sending anything, and forgets it all.
+
+        What is loaded or drawn on first use then does not delay a tick on
+        which the robot relies. Kernels have been compiled before, by
+        `warm_up.compile_kernels`.
+        """
+        self._initialize()
+        for _ in range(math.ceil(REHEARSAL / self._period)):
+            self._compute()
+            self._end_tick()
+        self._restart()
+
+    def start(self) -> None:
+        """Starts at the next tick from the measured state, at rest.
+
+        A robot that stands where the map allows nobody to stand is stopped
+        before it has moved.
+
+        Raises:
+            RemoSplatError: A driver keeps silent.
+        """
+        self._initialize()
+        # Drawing everything for the first time takes a while; and the first
+        # command is zero.
+        self._application.diagram.ForcedPublish(self.context)
+        self.link.wait_for_statuses()
+        self._leave_out_late_ticks(time.time())
+        self.log = LoopLog(self._period)
+        self._check_start()
+
+    def _check_start(self) -> None:
+        """Latches a stop if the measured pose is too near in the map."""
+        app, robot = self._application, self._application.world.robot
+        context = app.oracle.GetMyContextFromRoot(self.context)
+        clearances = app.oracle.GetOutputPort("clearances").Eval(context)
+        assert app.supervisor is not None
+        least = app.supervisor.law.min_clearance
+        # What is not known is the supervisor's business from the first tick.
+        if clearances.minimum() < least:
+            row = int(clearances.distance.argmin())
+            link = robot.spheres.links[clearances.sphere[row]]
+            app.supervisor.request_stop(
+                app.supervisor.GetMyMutableContextFromRoot(self.context),
+                f"in the map {link} starts at a clearance of"
+                f" {1e3 * clearances.minimum():.1f} mm, below"
+                f" {1e3 * least:.1f} mm",
+            )
+
+    def _initialize(self) -> None:
+        """Lets the diagram begin at the next tick; sends nothing."""
+        self.link.wait_for_statuses()
+        self._next = next_tick(time.time(), self._period, 0)
+        self.context.SetTime(self._next * self._period - _BEFORE_TICK)
+        self._simulator.Initialize()
+
+    def tick(self) -> None:
+        """Waits for the next tick, runs it, and draws until the one after."""
+        heard, stamp = self._compute()
+        self._station.ForcedPublish(self._station_context)
+        self.log.record(stamp=stamp, heard=heard, sent=self.link.sent)
+        self._end_tick()
+
+    def _compute(self) -> tuple[float, float]:
+        """Computes a tick on the newest status.
+
+        Returns:
+            When that was there, and its stamp [s].
+        """
+        sleep_until(self._next * self._period, self._period)
+        if not self.link.flush(min(STATUS_TIMEOUT, self._period)):
+            self.log.unheard += 1
+        heard = time.time()
+        # Only now: a tick must not be older than the statuses it rests on.
+        self._leave_out_late_ticks(heard)
+        self._station.receive(self.context)
+        self._simulator.AdvanceTo(self._next * self._period)
+        status = self._status.Eval(self._station_context)
+        self._simulator.AdvancePendingEvents()
+        return heard, self.context.get_time() - status.age
+
+    def _end_tick(self) -> None:
+        """Draws, records and clears up while nobody waits for it."""
+        self._next += 1
+        self._simulator.AdvanceTo(self._next * self._period - _BEFORE_TICK)
+        gc.collect(1)
+        self.link.take_out()
+
+    def _leave_out_late_ticks(self, now: float) -> None:
+        due = next_tick(now, self._period, self._next - 1)
+        if due > self._next:
+            self.log.missed += due - self._next
+            self._next = due
+            self.context.SetTime(due * self._period - _BEFORE_TICK)
+            self._simulator.Initialize(
+                InitializeParams(suppress_initialization_events=True)
+            )
+
+
+def bring_to_rest(
+    link: RobotLink, acceleration_limit: np.ndarray, period: float
+) -> None:
+    """Ramps the robot down from its latest command, then falls silent.
+
+    It needs nothing but the wire. A command that the drivers have let expire
+    is not taken up again: the robot stands.
+
+    Args:
+        link: The wire.
+        acceleration_limit: Bounds on |du/dt|, shape (n_u,).
+        period: Time between two commands [s].
+    """
+    # A clock that was set back has ended the command, too.
+    if not abs(time.time() - link.sent) < COMMAND_EXPIRY:
+        link.u = np.zeros_like(link.u)
+    zeros = round(FINAL_ZEROS / period)
+    while zeros > 0:
+        time.sleep(period)
+        u = braking_command(link.u, acceleration_limit, period)
+        link.send(u)
+        zeros -= not u.any()

@@ -1,0 +1,217 @@
+"""`MapKnowledge`: what is known of a scenario's map before a robot moves."""
+
+import dataclasses as dc
+from collections.abc import Mapping
+
+import numpy as np
+
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.world import World, target_poses
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.oracle.map_summary import (
+    MapSummary,
+    summarize_solids,
+    summarize_splat,
+)
+from remosplat_drake.oracle.oracle_config import GroundTruth
+from remosplat_drake.reconstruction.report.quality_report import (
+    MAP_ERROR_MARGIN,
+    read_report,
+    report_path,
+)
+from remosplat_drake.robot.reach import arm_reach, shoulder
+from remosplat_drake.safety.gates import (
+    EMPTY_MAP,
+    IGNORED_SPLATS,
+    MAP_ERROR,
+    REFUSAL,
+    UNKNOWN_MAP_ERROR,
+    WARNING,
+    Gate,
+)
+
+MOST_OPACITY, MOST_SPLATS = 0.5, 0.75
+"""Shares that are ignored in no sound map. Floaters are many, but faint: of
+the captures at hand up to a third of the splats are, and a thirtieth of the
+opacity."""
+
+_UNKNOWN = (
+    "nobody has measured how wrong the map is; `remosplat quality` makes a"
+    " report beside the splat"
+)
+
+_ROUNDING = 1e-9  # Of distances that people write down in millimetres [m].
+
+
+@dc.dataclass(frozen=True)
+class MapError:
+    """How wrong a map is.
+
+    Attributes:
+        largest: Largest over-estimate of a distance [m]; None if it is not
+            known, or the map is the true geometry.
+        trouble: Why that cannot be relied on, empty if it can.
+    """
+
+    largest: float | None = None
+    trouble: str = ""
+
+
+@dc.dataclass(frozen=True)
+class MapKnowledge:
+    """What a map holds, how wrong it is, and what does not suffice.
+
+    Attributes:
+        summary: What it holds.
+        error: How wrong it is.
+        stopping: Smallest stopping distance that may come into use [m].
+        gates: All that is wrong.
+    """
+
+    summary: MapSummary
+    error: MapError
+    stopping: float
+    gates: tuple[Gate, ...]
+
+    def lines(self) -> tuple[str, str]:
+        """Two lines for people."""
+        error = "unknown" if self.error.trouble else "none"
+        if self.error.largest is not None:
+            error = f"up to {1e3 * self.error.largest:.1f} mm"
+        return (
+            f"map: {self.summary}",
+            f"map error: {error}; smallest stopping distance:"
+            f" {1e3 * self.stopping:.1f} mm",
+        )
+
+
+def examine_map(
+    scenario: Scenario, world: World, places: Mapping[str, np.ndarray]
+) -> MapKnowledge:
+    """Looks into the map of a scenario.
+
+    Args:
+        scenario: A checked scenario.
+        world: What its files hold; not blank.
+        places: Where the end effector is to go, points (3,) in W, by name.
+    """
+    robot, truth = world.robot, world.truth
+    places = {"the start": shoulder(robot, world.q0), **places}
+    reach = arm_reach(robot)
+    if isinstance(scenario.oracle, GroundTruth):
+        assert truth is not None  # Or there would be no oracle.
+        summary = summarize_solids(truth, places, reach)
+    else:
+        assert world.splat_W is not None
+        summary = summarize_splat(
+            world.splat_W,
+            world.cropped_W,
+            scenario.oracle,
+            places,
+            reach=reach,
+            floor_height=scenario.scene.floor_height,
+        )
+    error = find_map_error(scenario)
+    return MapKnowledge(
+        summary,
+        error,
+        scenario.controller.smallest_stopping,
+        (*coverage_gates(summary), *map_error_gates(scenario, error)),
+    )
+
+
+def target_places(scenario: Scenario, world: World) -> dict[str, np.ndarray]:
+    """Where a run goes: its targets by their numbers."""
+    return {
+        f"target {i}": X_WT.translation()
+        for i, X_WT in enumerate(target_poses(scenario, world.truth), start=1)
+    }
+
+
+def saved_places(scenario: Scenario) -> dict[str, np.ndarray]:
+    """Where an operator can send the robot at the push of a button."""
+    return {
+        f"pose {name!r}": np.array(pose.translation)
+        for name, pose in scenario.teleop.poses.items()
+    }
+
+
+def coverage_gates(summary: MapSummary) -> list[Gate]:
+    """What is wrong with what a map holds."""
+    if not summary.kept:
+        return [Gate(EMPTY_MAP, f"the map is empty: {summary}")]
+    gates = []
+    empty = [place.name for place in summary.places if not place.within_reach]
+    if empty:
+        problem = (
+            f"the map holds nothing within {summary.reach:.1f} m of"
+            f" {', '.join(empty)}; are scene.X_WG and scene.crop right?"
+        )
+        gates.append(Gate(EMPTY_MAP, problem))
+    ignored = (
+        summary.ignored > MOST_SPLATS or summary.ignored_opacity > MOST_OPACITY
+    )
+    # Where nothing is left, that has been said.
+    if ignored and len(empty) < len(summary.places):
+        problem = (
+            f"of what stands within reach, {100 * summary.ignored:.0f} % of the"
+            f" splats with {100 * summary.ignored_opacity:.0f} % of the opacity"
+            " are too faint or cropped away; are scene.crop and the oracle's"
+            " opacity right?"
+        )
+        gates.append(Gate(IGNORED_SPLATS, problem))
+    return gates
+
+
+def map_error_gates(scenario: Scenario, error: MapError) -> list[Gate]:
+    """Where the robot may come nearer than its map is accurate.
+
+    One rule for every stopping distance: it exceeds the map's error by
+    `MAP_ERROR_MARGIN`. Distances below the usual one need a known error even
+    in simulation.
+    """
+    controller, gates = scenario.controller, []
+    stopping, usual = (
+        controller.smallest_stopping,
+        controller.collision.stopping,
+    )
+    if error.trouble:
+        level = WARNING if stopping == usual else REFUSAL
+        gates.append(
+            Gate(UNKNOWN_MAP_ERROR, error.trouble, in_simulation=level)
+        )
+    if error.largest is None:
+        return gates
+    least = error.largest + MAP_ERROR_MARGIN
+    if stopping < least - _ROUNDING:
+        field = "collision.stopping" if stopping == usual else "guidance.tiers"
+        problem = (
+            f"controller.{field}: {stopping:g} is too small for a map that is"
+            f" wrong by up to {error.largest:.4f}; valid: at least {least:.4f}"
+        )
+        gates.append(Gate(MAP_ERROR, problem, in_simulation=REFUSAL))
+    return gates
+
+
+def find_map_error(scenario: Scenario) -> MapError:
+    """How wrong a map is, by the scenario and by the report beside its splat.
+
+    The larger of both counts.
+    """
+    if isinstance(scenario.oracle, GroundTruth):
+        return MapError()
+    scene = scenario.scene
+    splat = None
+    if scene.splat:
+        splat = resources.resolve(scene.splat, scenario.folder)
+    if splat is None or not report_path(splat).is_file():
+        if scene.map_error is None:
+            return MapError(trouble=_UNKNOWN)
+        return MapError(scene.map_error)
+    try:
+        measured = read_report(splat).map_error
+    except RemoSplatError as error:
+        # What the scenario says may be of the splat that was there before.
+        return MapError(scene.map_error, str(error))
+    return MapError(max(measured, scene.map_error or 0.0))

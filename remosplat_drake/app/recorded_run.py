@@ -1,0 +1,154 @@
+"""`RecordedRun`: a run of a session, read from its folder."""
+
+import dataclasses as dc
+from collections.abc import Callable
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.world import World, load_world, true_scenes
+from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
+from remosplat_drake.mapping.store.map_file import open_map
+from remosplat_drake.mapping.store.session import SCENARIO_FILE, Session
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.recording.events import REQUEST, Event, read_events
+from remosplat_drake.recording.operator_trace import (
+    OperatorTrace,
+    trace_operator,
+)
+from remosplat_drake.recording.run_folders import find_run
+from remosplat_drake.recording.run_log import NO_MAP, RunLog, read_log
+from remosplat_drake.recording.session_log import EVENTS, LOG
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.visualization.replay import ReplayedMap
+
+
+@dc.dataclass(frozen=True, eq=False)
+class RecordedRun:
+    """A run of a session.
+
+    Attributes:
+        folder: Of the run.
+        session: That it belongs to.
+        scenario: Of the session.
+        world: What the scenario's files hold.
+        log: The ticks; the first one of the run is at time 0.
+        events: What happened besides, by the same clock.
+    """
+
+    folder: Path
+    session: Session
+    scenario: Scenario
+    world: World
+    log: RunLog
+    events: list[Event]
+
+    def between(self, start: float, end: float) -> "RecordedRun":
+        """The part from `start` to `end` [s].
+
+        Raises:
+            FieldError: There is no tick in it.
+        """
+        log = self.log.between(start, end)
+        if not len(log):
+            time = self.log.rows["time"]
+            raise FieldError(
+                str(self.folder / LOG),
+                "time",
+                f"no tick from {start} to {end} s;"
+                f" valid: {time[0]:.2f} to {time[-1]:.2f}",
+            )
+        return dc.replace(self, log=log)
+
+    def maps(self) -> tuple[dict[int, ReplayedMap], list[str]]:
+        """Every version of the map in the log; and why some are lost."""
+        maps, problems = {}, []
+        for version in np.unique(self.log.rows["map_version"]).tolist():
+            try:
+                maps[version] = self._map(version)
+            except RemoSplatError as error:
+                maps[version] = ReplayedMap()
+                problems.append(str(error))
+        return maps, problems
+
+    def trace(
+        self, on_tick: Callable[[int], None] | None = None
+    ) -> OperatorTrace:
+        """The curves of the paper's figure 5.
+
+        Args:
+            on_tick: Told how many ticks are done.
+        """
+        servo = self.scenario.controller.servo
+        return trace_operator(
+            self.log,
+            self.world.robot,
+            gain=servo.gain,
+            max_speed=servo.max_speed,
+            truth=None if self.world.truth is None else self._truth_at,
+            on_tick=on_tick,
+        )
+
+    def _map(self, version: int) -> ReplayedMap:
+        if version in (NO_MAP, 0):
+            return ReplayedMap(self.world.field, self.world.splat_W)
+        scene_map = open_map(self.session.map_path(version))
+        return ReplayedMap(scene_map.field, scene_map.splat_W)
+
+    def _truth_at(self, time: float) -> DistanceField:
+        changes = np.searchsorted(self.scene_changes, time)
+        return self._truths[changes % len(self._truths)]
+
+    @cached_property
+    def _truths(self) -> list[DistanceField]:
+        return [SignedDistanceField(scene) for scene in self.scenes]
+
+    @cached_property
+    def scenes(self) -> tuple[PrimitiveScene, ...]:
+        """The true scene, and what takes turns with it."""
+        return true_scenes(self.scenario, self.world)
+
+    @cached_property
+    def scene_changes(self) -> list[float]:
+        """When somebody has changed the true scene, in order [s]."""
+        return [
+            event.time
+            for event in self.events
+            if (event.kind, event.text) == (REQUEST, "scene")
+        ]
+
+
+def load_recorded_run(folder: Path, number: int | None = None) -> RecordedRun:
+    """Reads a run of a session.
+
+    Args:
+        folder: Of the session.
+        number: Of the run; None takes the last one.
+
+    Raises:
+        RemoSplatError: The folder holds no session or no such run, or a file
+            that it needs cannot be read.
+    """
+    session = Session.open(folder)
+    run = find_run(folder, number)
+    log = read_log(run / LOG)
+    if not len(log):
+        raise FileError(run / LOG, "holds no ticks")
+    scenario = LoadScenario(str(folder / SCENARIO_FILE))
+    world = load_world(scenario, blank=True)
+    n_q = log.rows["q"].shape[1]
+    if n_q != world.robot.n_q:
+        raise FileError(
+            run / LOG,
+            f"is of a robot with {n_q} positions;"
+            f" the session's has {world.robot.n_q}",
+        )
+    events = read_events(run / EVENTS)
+    # The real robot's runs go by the time of day.
+    start = float(log.rows["time"][0])
+    log.rows["time"] -= start
+    events = [dc.replace(e, time=e.time - start) for e in events]
+    return RecordedRun(run, session, scenario, world, log, events)

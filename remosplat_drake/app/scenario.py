@@ -1,0 +1,280 @@
+"""`Scenario`: one experiment as data, and how it is read from YAML.
+
+A scenario file is a mapping of names to scenarios; its first entry is its
+default. On the command line a scenario is NAME, FILE or FILE:NAME.
+"""
+
+import dataclasses as dc
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval, Len
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import FileError, unknown_name
+from remosplat_drake.base.ranges import (
+    Config,
+    Cosine,
+    JointPosition,
+    Position,
+    RollPitchYawDeg,
+    Seed,
+    check_ranges,
+)
+from remosplat_drake.base.reading import reads_file
+from remosplat_drake.base.strict_yaml import entries, load_strict
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
+from remosplat_drake.controller.controller_config import (
+    LONGEST_VERIFIED,
+    ReactiveControllerConfig,
+)
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.mapping.mapping_config import MappingConfig
+from remosplat_drake.oracle.oracle_config import (
+    DepthRasterization,
+    GroundTruth,
+    SphereToEllipsoid,
+)
+from remosplat_drake.safety.supervisor_config import SupervisorConfig
+from remosplat_drake.station.station_config import (
+    DynamicStation,
+    KinematicStation,
+)
+from remosplat_drake.task.arrival import ArrivalConfig
+from remosplat_drake.teleop.teleop_config import TeleopConfig
+
+YAML_SUFFIXES = (".yaml", ".yml")
+
+LONGEST_RUN = 1e9
+"""Decades: a run that ends by itself in no lifetime of a robot [s]."""
+
+DEFAULT_SCENARIO = "TableReach"
+"""What `remosplat run` runs when nothing is named."""
+
+
+@dc.dataclass
+class PoseConfig(Config):
+    """A pose; its rotation is given as angles or as a matrix, not both."""
+
+    translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
+    # Roll, pitch, yaw [deg].
+    rpy_deg: RollPitchYawDeg | None = None
+    # Rows of the rotation matrix.
+    rotation: (
+        Annotated[list[Annotated[list[Cosine], Len(3, 3)]], Len(3, 3)] | None
+    ) = None
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """See `Config`."""
+        if self.rotation is None:
+            return
+        if self.rpy_deg is not None:
+            yield "rpy_deg", "give `rpy_deg` or `rotation`, not both"
+        matrix = np.array(self.rotation)
+        deviation = np.abs(matrix @ matrix.T - np.eye(3)).max()
+        if deviation > 1e-3 or np.linalg.det(matrix) < 0:
+            yield (
+                "rotation",
+                "is not a rotation matrix (rows must be orthonormal"
+                " and right-handed)",
+            )
+
+
+@dc.dataclass
+class CropConfig(Config):
+    """A box in W; splats whose centres lie outside are left out [m]."""
+
+    lower: Position = dc.field(default_factory=lambda: [-1e3] * 3)
+    upper: Position = dc.field(default_factory=lambda: [1e3] * 3)
+
+
+@dc.dataclass
+class SceneConfig(Config):
+    """What surrounds the robot. Files are relative to the scenario's."""
+
+    # Splat file (.ply, or any that `remosplat convert` reads), in frame G;
+    # empty for none.
+    splat: str = ""
+    # Pose of the splat's frame in the world.
+    X_WG: PoseConfig = dc.field(default_factory=PoseConfig)
+    crop: CropConfig | None = None
+    # True geometry (RMMI JSON) for metrics, contact and !GroundTruth.
+    truth: str = ""
+    # What the true geometry becomes when somebody changes the scene during a
+    # simulated teleoperation (RMMI JSON); empty: it stays.
+    truth_later: str = ""
+    # Largest over-estimate of a distance by the splat; the quality report
+    # beside the splat counts, too, the larger of both. Stopping distances must
+    # exceed it [m].
+    map_error: Annotated[float, Interval(ge=0, le=1)] | None = None
+    # The robot's floor links do not see the scene below this height [m].
+    floor_height: Annotated[float, Interval(ge=-100, le=0.1)] = 0.03
+
+
+@dc.dataclass
+class RobotConfig(Config):
+    """Which robot, and where it starts."""
+
+    # A folder of models/, or a robot description file.
+    model: str = "frankie"
+    # One of the sphere sets of its description.
+    spheres: str = "covering"
+    # x, y, yaw [m, m, rad]; absent: where the truth file says, or zeros.
+    base_pose: Position | None = None
+    # Arm configuration [rad]; absent: the description's home.
+    arm: list[JointPosition] | None = None
+
+
+@dc.dataclass
+class Scenario(Config):
+    """One experiment."""
+
+    scene: SceneConfig = dc.field(default_factory=SceneConfig)
+    robot: RobotConfig = dc.field(default_factory=RobotConfig)
+    # Target poses of the end effector in W, one after the other; absent:
+    # where the truth file says.
+    targets: Annotated[list[PoseConfig], Len(0, 10_000)] = dc.field(
+        default_factory=list
+    )
+    arrival: ArrivalConfig = dc.field(default_factory=ArrivalConfig)
+    oracle: SphereToEllipsoid | DepthRasterization | GroundTruth = dc.field(
+        default_factory=SphereToEllipsoid
+    )
+    controller: ReactiveControllerConfig = dc.field(
+        default_factory=ReactiveControllerConfig
+    )
+    supervisor: SupervisorConfig = dc.field(default_factory=SupervisorConfig)
+    station: KinematicStation | DynamicStation = dc.field(
+        default_factory=KinematicStation
+    )
+    wrist_camera: WristCameraConfig | None = None
+    # The real robot, in place of `station` with `remosplat run --hardware`.
+    hardware: HardwareConfig = dc.field(default_factory=HardwareConfig)
+    # What `remosplat teleop` needs besides: who moves the target and how,
+    # and the map that grows meanwhile.
+    teleop: TeleopConfig = dc.field(default_factory=TeleopConfig)
+    mapping: MappingConfig = dc.field(default_factory=MappingConfig)
+    # Time between two control ticks [s].
+    control_period: Annotated[float, Interval(ge=0.001, le=1)] = 0.01
+    # The run is given up after this long [s].
+    time_limit: Annotated[float, Interval(gt=0, le=LONGEST_RUN)] = 15.0
+    # Seed of everything random.
+    seed: Seed = 0
+    # File and name it was read from, filled in by the loader.
+    source: str = dc.field(default="", metadata={"yaml": False})
+
+    @property
+    def folder(self) -> Path:
+        """The directory that relative files refer to."""
+        file, _ = split_spec(self.source) or ("", "")
+        return Path(file).parent
+
+    @property
+    def name(self) -> str:
+        """Of its entry in the file."""
+        _, name = split_spec(self.source) or ("", "")
+        return name
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """See `Config`."""
+        if self.controller.verify and self.control_period > LONGEST_VERIFIED:
+            yield (
+                "control_period",
+                f"must be at most {LONGEST_VERIFIED} with controller.verify,"
+                f" got {self.control_period}",
+            )
+
+
+@reads_file
+def LoadScenario(
+    spec: str | None = None,
+    override: str = "",
+    defaults: Scenario | None = None,
+) -> Scenario:
+    """Reads and checks the scenario that a command line names.
+
+    Args:
+        spec: NAME (in the shipped files), FILE (its first entry) or
+            FILE:NAME; None means `DEFAULT_SCENARIO`.
+        override: YAML laid over it, for example "{time_limit: 5}".
+        defaults: Values for what neither names.
+
+    Raises:
+        RemoSplatError: Nothing of that name, or a field is unusable.
+    """
+    path, name = find_scenario(spec or DEFAULT_SCENARIO)
+    scenario = load_strict(Scenario, path, name, override, defaults)
+    scenario.source = f"{path}:{name}"
+    check_scenario(scenario)
+    return scenario
+
+
+def find_scenario(spec: str) -> tuple[Path, str]:
+    """File and entry of a scenario's name on the command line."""
+    found = split_spec(spec)
+    if found is not None:
+        path, name = resources.resolve(found[0]), found[1]
+        names = entries(path)
+        if not names:
+            raise FileError(path, "holds no scenarios")
+        if name and name not in names:
+            raise FileError(path, unknown_name("scenario", name, names))
+        return path, name or names[0]
+    shipped = shipped_scenarios()
+    if spec not in shipped:
+        raise FileError("scenario", unknown_name("scenario", spec, shipped))
+    return shipped[spec], spec
+
+
+def split_spec(spec: str) -> tuple[str, str] | None:
+    """FILE and NAME of FILE:NAME; None if no YAML file is named.
+
+    Both may hold colons themselves: a file that exists is preferred.
+    """
+    parts = spec.split(":")
+    splits = [
+        (":".join(parts[:n]), ":".join(parts[n:]))
+        for n in range(len(parts), 0, -1)
+        if Path(":".join(parts[:n])).suffix in YAML_SUFFIXES
+    ]
+    existing = (split for split in splits if Path(split[0]).is_file())
+    return next(existing, splits[-1] if splits else None)
+
+
+def shipped_scenarios() -> dict[str, Path]:
+    """The files of all shipped scenarios, by scenario name."""
+    return {
+        name: path
+        for path in sorted(resources.scenarios_dir().glob("*.yaml"))
+        for name in entries(path)
+    }
+
+
+def check_scenario(scenario: Scenario) -> None:
+    """Checks all values of a scenario.
+
+    Raises:
+        RemoSplatError: A value is out of range; names the field.
+    """
+    check_ranges(scenario, scenario.source)
+
+
+def make_transform(
+    config: PoseConfig, where: str, field: str
+) -> RigidTransform:
+    """The rigid transform that a pose in a scenario stands for.
+
+    Raises:
+        FieldError: A list has the wrong length, both rotations are given, or
+            the matrix is not a rotation.
+    """
+    check_ranges(config, where, field)
+    R = RotationMatrix()
+    if config.rpy_deg is not None:
+        R = RotationMatrix(RollPitchYaw(np.radians(config.rpy_deg)))
+    if config.rotation is not None:
+        R = RotationMatrix.ProjectToRotationMatrix(np.array(config.rotation))
+    return RigidTransform(R, config.translation)

@@ -1,0 +1,42 @@
+"""A scenario as text that stands alone, wherever it is put."""
+
+import copy
+from pathlib import Path
+
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.base.resources import PACKAGE_SCHEME, resolve
+from remosplat_drake.base.strict_yaml import dump
+
+_SCENE_FILES = ("splat", "truth", "truth_later")
+
+
+def scenario_text(scenario: Scenario, name: str) -> str:
+    """The YAML of a file with this one scenario in it.
+
+    Every value is written out, so that later defaults change nothing, and
+    relative files become absolute ones.
+
+    Args:
+        scenario: A checked scenario.
+        name: Of its entry.
+
+    Raises:
+        FileError: One of its files is not there.
+    """
+    alone = copy.deepcopy(scenario)
+    for field in _SCENE_FILES:
+        uri = getattr(alone.scene, field)
+        setattr(alone.scene, field, _absolute(uri, scenario.folder))
+    if Path(alone.robot.model).exists():
+        alone.robot.model = _absolute(alone.robot.model, Path())
+    if alone.teleop.trajectory:
+        alone.teleop.trajectory = _absolute(
+            alone.teleop.trajectory, scenario.folder
+        )
+    return dump(name, alone)
+
+
+def _absolute(uri: str, folder: Path) -> str:
+    if not uri or uri.startswith(PACKAGE_SCHEME):
+        return uri
+    return str(resolve(uri, folder).resolve())

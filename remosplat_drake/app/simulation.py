@@ -1,0 +1,232 @@
+"""Run an application to its end and say how it ended."""
+
+import dataclasses as dc
+import math
+from collections.abc import Callable
+
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from pydrake.systems.framework import Context, EventStatus
+
+from remosplat_drake.app.diagram import Application
+from remosplat_drake.recording.metrics import RunMetrics, run_metrics
+from remosplat_drake.recording.trajectory import Trajectory
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.signals.supervisor_state import STOPPED, SupervisorState
+from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.station.station_config import kinematic_simulator_config
+
+REACHED = "reached"
+TIME_LIMIT = "time limit"
+INTERRUPTED = "interrupted"
+
+
+@dc.dataclass(frozen=True, eq=False)
+class RunResult:
+    """How a run ended.
+
+    Attributes:
+        outcome: REACHED, TIME_LIMIT, INTERRUPTED, or STOPPED and, after a
+            colon, why the supervisor stopped the robot.
+        targets_reached: How many of the targets were reached.
+        targets: How many there were.
+        position_error: Of the end effector at the end [m].
+        angle_error: Of the end effector at the end [rad].
+        trajectory: What the robot did.
+        metrics: Numbers about it.
+    """
+
+    outcome: str
+    targets_reached: int
+    targets: int
+    position_error: float
+    angle_error: float
+    trajectory: Trajectory
+    metrics: RunMetrics
+
+
+ProgressCallback = Callable[[float, PoseError, TickReport | None], None]
+SupervisionCallback = Callable[[SupervisorState], None]
+
+
+def run(
+    application: Application,
+    *,
+    realtime_rate: float = 0.0,
+    on_progress: ProgressCallback | None = None,
+    on_supervision: SupervisionCallback | None = None,
+    until: Callable[[PoseError], bool] | None = None,
+    patience: float = 0.0,
+) -> RunResult:
+    """Simulates until the last target is reached or time is up.
+
+    A robot that its supervisor has stopped ends the run, too.
+
+    Args:
+        application: The diagram to run.
+        realtime_rate: Pace relative to the wall clock; 0 is unlimited.
+        on_progress: Called after every step with the time, the pose error
+            and the latest tick report.
+        on_supervision: Called whenever the supervisor's mode has changed.
+        until: Ends the run in place of the arrival at the last target; asked
+            once a step with the error to the present target.
+        patience: So long a stopped robot waits to be released [s]. The time
+            limit does not count this time.
+    """
+    scenario = application.scenario
+    simulator = Simulator(application.diagram)
+    ApplySimulatorConfig(
+        kinematic_simulator_config(scenario.control_period), simulator
+    )
+    simulator.set_target_realtime_rate(realtime_rate)
+
+    monitor = RunMonitor(
+        application,
+        on_progress=on_progress,
+        on_supervision=on_supervision,
+        until=until,
+        patience=patience,
+    )
+    simulator.set_monitor(monitor)
+    interrupted = False
+    try:
+        simulator.Initialize()
+        end = 0.0
+        while not monitor.is_finished and end < monitor.time_limit:
+            end = monitor.time_limit
+            simulator.AdvanceTo(end)
+    except KeyboardInterrupt:
+        interrupted = True
+    return make_result(application, simulator.get_context(), interrupted)
+
+
+class RunMonitor:
+    """Looks on after every step, and says when the run is over.
+
+    Attributes:
+        is_finished: Whether the run is over.
+    """
+
+    def __init__(
+        self,
+        application: Application,
+        *,
+        start: float = 0.0,
+        on_progress: ProgressCallback | None = None,
+        on_supervision: SupervisionCallback | None = None,
+        until: Callable[[PoseError], bool] | None = None,
+        patience: float = 0.0,
+        progress_period: float = 0.0,
+    ):
+        """Prepares; see `run` for the other arguments.
+
+        Args:
+            application: The diagram that runs.
+            start: Time at which the run starts [s].
+            on_progress: Called with the time since the start.
+            progress_period: Time between two such calls, at least [s].
+            on_supervision: See `run`.
+            until: See `run`.
+            patience: See `run`.
+        """
+        self._application = application
+        self._on_progress = on_progress
+        self._on_supervision = on_supervision
+        self._until = until
+        self._patience = patience
+        self._progress_period = progress_period
+        self._progressed = -math.inf
+        self._start = start
+        self._time = start
+        self._mode = ""
+        self._waited = 0.0
+        self._paused = 0.0
+        self.is_finished = False
+
+    @property
+    def time_limit(self) -> float:
+        """When the run is given up, by the context's time [s].
+
+        The time in which the robot was stopped is given back to it.
+        """
+        limit = self._application.scenario.time_limit
+        return self._start + limit + self._paused
+
+    def __call__(self, root: Context) -> EventStatus:
+        """Drake's monitor callback."""
+        targets = self._application.targets
+        context = targets.GetMyContextFromRoot(root)
+        time = root.get_time() - self._start
+        is_due = not 0 <= time - self._progressed < self._progress_period
+        if self._on_progress is not None and is_due:
+            self._progressed = time
+            self._on_progress(
+                time, targets.error(context), self._application.recorder.latest
+            )
+        supervision = supervision_of(self._application, root)
+        if supervision is not None:
+            self._watch(root.get_time(), supervision)
+        if supervision is not None and supervision.is_latched:
+            stands = supervision.mode == STOPPED
+            self.is_finished = stands and self._waited >= self._patience
+        elif self._until is None:
+            self.is_finished = targets.progress(context).finished
+        else:
+            self.is_finished = self._until(targets.error(context))
+        if self.is_finished:
+            return EventStatus.ReachedTermination(
+                self._application.diagram, "the run is over"
+            )
+        return EventStatus.DidNothing()
+
+    def _watch(self, time: float, supervision: SupervisorState) -> None:
+        """Counts how long the robot stands stopped; tells of changes."""
+        step, self._time = time - self._time, time
+        stands = supervision.mode == STOPPED
+        self._waited = self._waited + step if stands else 0.0
+        self._paused += step if stands and self._patience > 0 else 0.0
+        if supervision.mode != self._mode:
+            self._mode = supervision.mode
+            if self._on_supervision is not None:
+                self._on_supervision(supervision)
+
+
+def supervision_of(
+    application: Application, root: Context
+) -> SupervisorState | None:
+    """What the supervisor is at; None without one."""
+    supervisor = application.supervisor
+    if supervisor is None:
+        return None
+    return supervisor.supervision(supervisor.GetMyContextFromRoot(root))
+
+
+def make_result(
+    application: Application, root: Context, interrupted: bool
+) -> RunResult:
+    """How a run ended, read off the diagram's context."""
+    scenario, world = application.scenario, application.world
+    targets, recorder = application.targets, application.recorder
+    context = targets.GetMyContextFromRoot(root)
+    progress, error = targets.progress(context), targets.error(context)
+    trajectory = recorder.trajectory(recorder.GetMyContextFromRoot(root))
+    supervision = supervision_of(application, root)
+    if supervision is not None and supervision.is_latched:
+        outcome = f"{STOPPED}: {supervision.reason}"
+    elif progress.finished:
+        outcome = REACHED
+    else:
+        outcome = INTERRUPTED if interrupted else TIME_LIMIT
+    return RunResult(
+        outcome=outcome,
+        targets_reached=progress.index,
+        targets=progress.count,
+        position_error=error.distance,
+        angle_error=error.angle,
+        trajectory=trajectory,
+        metrics=run_metrics(
+            trajectory,
+            world.robot,
+            scenario.control_period,
+            world.truth_field,
+        ),
+    )

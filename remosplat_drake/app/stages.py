@@ -1,0 +1,248 @@
+"""How each stage of the application is made from a scenario.
+
+`diagram.py` wires them together; what a stage needs from others are its
+arguments.
+"""
+
+import math
+from functools import partial
+
+from pydrake.systems.framework import (
+    Diagram,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+)
+
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.world import World, target_poses
+from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.controller.guidance.guidance_selector import (
+    GuidanceSelector,
+)
+from remosplat_drake.controller.guidance.look_ahead_process import (
+    LookAheadProcess,
+)
+from remosplat_drake.controller.guidance.selection_rule import (
+    make_selection_rule,
+)
+from remosplat_drake.controller.reactive_controller import ReactiveController
+from remosplat_drake.controller.tick import ReactiveLaw
+from remosplat_drake.hardware.client.hardware_station import HardwareStation
+from remosplat_drake.oracle.distance_oracle import DistanceOracle
+from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.safety.supervision import SupervisorLaw
+from remosplat_drake.safety.supervisor_system import SafetySupervisor
+from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.station.connections import AddMeasuredVelocity
+from remosplat_drake.station.simulated_station import MakeSimulatedStation
+from remosplat_drake.task.arrival import has_arrived
+from remosplat_drake.task.target_sequence import TargetSequence
+from remosplat_drake.teleop.operator_target import OperatorTarget
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.safety_panel import SafetyPanel
+
+
+def MakeStation(scenario: Scenario, world: World, hardware: bool) -> Diagram:
+    """Makes the station of a scenario, simulated or real.
+
+    Raises:
+        RemoSplatError: It cannot be made; names the scenario.
+    """
+    camera = scenario.wrist_camera
+    try:
+        if hardware:
+            return HardwareStation(
+                config=scenario.hardware,
+                robot=world.robot,
+                wrist_camera=camera is not None,
+            )
+        return MakeSimulatedStation(
+            config=scenario.station,
+            robot=world.robot,
+            scene=world.truth,
+            q0=world.q0,
+            wrist_camera=camera,
+        )
+    except RemoSplatError as error:
+        raise RemoSplatError(f"{scenario.source}: {error}") from error
+
+
+def AddTargets(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+) -> TargetSequence:
+    """Adds the targets of the scenario, or else that of its scene.
+
+    Raises:
+        FieldError: There is none.
+    """
+    X_WTs = target_poses(scenario, world.truth)
+    if not X_WTs:
+        raise FieldError(
+            scenario.source, "targets", "none given, here or in scene.truth"
+        )
+    return TargetSequence.AddToBuilder(
+        builder,
+        configuration=configuration,
+        robot=world.robot,
+        X_WTs=X_WTs,
+        arrival=scenario.arrival,
+        period=scenario.control_period,
+    )
+
+
+def AddOracle(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+) -> DistanceOracle:
+    """Adds the oracle of the distances to the map."""
+    return DistanceOracle.AddToBuilder(
+        builder,
+        robot=world.robot,
+        field=world.field,
+        max_distance=scenario.controller.collision.influence,
+        configuration=configuration,
+    )
+
+
+def AddController(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    robot: RobotModel,
+    configuration: OutputPort,
+    targets: TargetSequence | OperatorTarget,
+    oracle: DistanceOracle,
+) -> ReactiveController:
+    """Adds the reactive controller, which ticks at the control period."""
+    controller = ReactiveController.AddToBuilder(
+        builder,
+        law=ReactiveLaw.make(
+            scenario.controller, robot, scenario.control_period
+        ),
+        oracle=oracle,
+    )
+    _ConnectGoal(builder, configuration, targets, controller)
+    return controller
+
+
+def AddGuidance(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    robot: RobotModel,
+    configuration: OutputPort,
+    targets: TargetSequence | OperatorTarget,
+    oracle: DistanceOracle,
+    controller: ReactiveController,
+) -> GuidanceSelector | None:
+    """Adds the look-ahead beside the controller, if the scenario wants it."""
+    config = scenario.controller
+    if not config.guidance.enabled:
+        return None
+    arrived = partial(has_arrived, config=scenario.arrival)
+    process, period = None, scenario.control_period
+    if config.guidance.asynchronous:
+        process = LookAheadProcess(config, robot, arrived)
+        # To ask more often than it answers would only cost time.
+        period *= math.ceil(1e-3 * config.guidance.budget_ms / period)
+    selector = GuidanceSelector.AddToBuilder(
+        builder,
+        controller=controller,
+        oracle=oracle,
+        rule=make_selection_rule(config, robot, arrived),
+        budget=config.guidance.budget,
+        period=period,
+        process=process,
+    )
+    _ConnectGoal(builder, configuration, targets, selector)
+    return selector
+
+
+def _ConnectGoal(
+    builder: DiagramBuilder,
+    configuration: OutputPort,
+    targets: TargetSequence | OperatorTarget,
+    system: LeafSystem,
+) -> None:
+    """Tells a system where the robot is and where it shall go."""
+    target = targets.GetOutputPort("target")
+    builder.Connect(configuration, system.GetInputPort("configuration"))
+    builder.Connect(target, system.GetInputPort("target"))
+
+
+def AddSupervisor(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    robot: RobotModel,
+    controller: ReactiveController,
+    station: Diagram,
+) -> SafetySupervisor | None:
+    """Adds the supervisor between controller and station, if wanted."""
+    if not scenario.supervisor.enabled:
+        return None
+    config = scenario.controller
+    supervisor = SafetySupervisor.AddToBuilder(
+        builder,
+        law=SupervisorLaw.make(
+            scenario.supervisor,
+            robot,
+            scenario.control_period,
+            smallest_stopping=config.smallest_stopping,
+            bounded_start=config.velocity_limits.acceleration,
+        ),
+        controller=controller,
+    )
+    builder.Connect(
+        AddMeasuredVelocity(builder, robot, station),
+        supervisor.GetInputPort("velocity_measured"),
+    )
+    builder.Connect(
+        station.GetOutputPort(ports.STATUS), supervisor.GetInputPort("status")
+    )
+    return supervisor
+
+
+def AddRecorder(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    robot: RobotModel,
+    configuration: OutputPort,
+    controller: ReactiveController,
+    executed: OutputPort,
+    keep: float | None = None,
+) -> TrajectoryRecorder:
+    """Adds what keeps the configurations, the ticks and their commands.
+
+    Of a run without an end it keeps the last seconds.
+    """
+    return TrajectoryRecorder.AddToBuilder(
+        builder,
+        configuration=configuration,
+        report=controller.GetOutputPort("report"),
+        executed=executed,
+        n_q=robot.n_q,
+        n_u=robot.n_u,
+        period=scenario.control_period,
+        keep=keep,
+    )
+
+
+def AddPanel(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    robot: RobotModel,
+    page: MeshcatPage | None,
+) -> SafetyPanel | None:
+    """Adds the stop button, if there is a supervisor to obey it.
+
+    It comes before everything else that has controls on the page, so that it
+    is on top of them.
+    """
+    if page is None or not scenario.supervisor.enabled:
+        return None
+    return builder.AddSystem(SafetyPanel(page=page, n_u=robot.n_u))

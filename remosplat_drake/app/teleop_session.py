@@ -1,0 +1,198 @@
+"""Begin a session of teleoperation in a new folder, or go on with one."""
+
+import importlib.util
+import logging
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scenario_text import scenario_text
+from remosplat_drake.app.teleop_stages import Teleoperation
+from remosplat_drake.app.world import World, true_scenes
+from remosplat_drake.base.errors import FieldError, MissingExtraError
+from remosplat_drake.camera.lcm_camera import LcmCamera
+from remosplat_drake.camera.robot_camera import RobotCamera
+from remosplat_drake.camera.wrist_camera import WristCamera
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
+from remosplat_drake.mapping.known_space import (
+    space_around,
+    unknown_space_field,
+)
+from remosplat_drake.mapping.mapping_config import OBSTACLE
+from remosplat_drake.mapping.mapping_job import MappingJob
+from remosplat_drake.mapping.mapping_process import MappingProcess
+from remosplat_drake.mapping.messages import Build
+from remosplat_drake.mapping.store.map_file import VersionError, open_map
+from remosplat_drake.mapping.store.session import SESSION_FILE, Session
+from remosplat_drake.oracle.oracle_config import GroundTruth, make_field
+from remosplat_drake.recording.run_folders import RUNS, new_run
+from remosplat_drake.signals.scene_map import SceneMap
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.surfel_tiles import make_tiles
+
+_MAPPING_PACKAGES = ("open3d", "PIL")
+
+_log = logging.getLogger(__name__)
+
+
+def holds_session(folder: Path) -> bool:
+    """Whether a folder is that of a session."""
+    return (folder / SESSION_FILE).is_file()
+
+
+def check_mappable(scenario: Scenario) -> None:
+    """Refuses a live map where none can be made, before any work starts.
+
+    Raises:
+        FieldError: The oracle asks no splat, or nobody knows what was seen
+            of the splat's surroundings.
+        MissingExtraError: A package is not installed.
+    """
+    if not scenario.mapping.enabled:
+        return
+    if isinstance(scenario.oracle, GroundTruth):
+        raise FieldError(
+            scenario.source,
+            "oracle",
+            "!GroundTruth needs no map; set mapping.enabled to false",
+        )
+    if scenario.mapping.unknown == OBSTACLE and scenario.scene.splat:
+        raise FieldError(
+            scenario.source,
+            "mapping.unknown",
+            "`obstacle` needs a map that begins with nothing: a splat does not"
+            " tell what its cameras saw; leave scene.splat out, or take `free`",
+        )
+    if not all(map(importlib.util.find_spec, _MAPPING_PACKAGES)):
+        raise MissingExtraError(
+            "a live map (mapping.enabled)", "reconstruction"
+        )
+
+
+@contextmanager
+def removed_on_failure(folder: Path) -> Iterator[None]:
+    """Removes what a session has begun with, if its block fails.
+
+    Args:
+        folder: Of the session; what was in it before stays.
+    """
+    missing = [p for p in (folder, *folder.parents) if not p.exists()]
+    before = set(_entries(folder))
+    try:
+        yield
+    except BaseException:
+        for path in _entries(folder):
+            if path not in before:
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
+        for path in missing:
+            # Others may have put something into the folders above.
+            with suppress(OSError):
+                path.rmdir()
+        raise
+
+
+def _entries(folder: Path) -> list[Path]:
+    """What is in a session's folder and in that of its runs."""
+    return [*folder.glob(f"{RUNS}/*"), *folder.glob("*")]
+
+
+def open_teleoperation(
+    scenario: Scenario, world: World, folder: Path, *, hardware: bool
+) -> Teleoperation:
+    """Begins a session, or goes on with it, and starts its mapping process.
+
+    Args:
+        scenario: A checked scenario; that of the session, if there is one.
+        world: What its files hold.
+        folder: Of the session; new, empty, or a session's.
+        hardware: Whether the camera is the real robot's.
+
+    Raises:
+        RemoSplatError: The folder or a file cannot be used.
+    """
+    if holds_session(folder):
+        session = Session.open(folder)
+    else:
+        name = scenario.name
+        session = Session.create(folder, scenario_text(scenario, name))
+    initial = _initial_map(scenario, world)
+    if not scenario.mapping.enabled:
+        return Teleoperation(new_run(folder), None, initial)
+    job = MappingJob(
+        session=folder,
+        config=scenario.mapping,
+        robot=world.robot,
+        make_camera=_camera_maker(scenario, world, hardware),
+        make_field=partial(
+            make_field, scenario.oracle, truth=None, where=scenario.source
+        ),
+        q0=world.q0,
+        base=world.splat_W or None,
+    )
+    reopened, problem = _reopened(session)
+    teleoperation = Teleoperation(
+        initial=initial,
+        reopened=reopened,
+        scenes=() if hardware else true_scenes(scenario, world),
+        run=new_run(folder),
+        mapping=MappingProcess(job),
+    )
+    if problem and teleoperation.mapping is not None:
+        _log.warning("%s; it is made anew of the session's frames", problem)
+        teleoperation.mapping.request(Build())
+    return teleoperation
+
+
+def _reopened(session: Session) -> tuple[SceneMap | None, str]:
+    """The map that a session goes on with; or why it has to be made anew.
+
+    Raises:
+        RemoSplatError: The map's file is damaged.
+    """
+    if session.head_map is None:
+        return None, ""
+    try:
+        return open_map(session.head_map), ""
+    except VersionError as error:
+        return None, str(error)
+
+
+def _initial_map(scenario: Scenario, world: World) -> SceneMap:
+    """The map that the scenario comes with.
+
+    Where it comes with none, all is an obstacle that is not near the robot:
+    it can look around, and nobody can drive it blindly.
+    """
+    splat_W = world.splat_W or GaussianSplat.empty()
+    field, coverage = world.field, None
+    quality = f"the scenario's, {len(splat_W)} discs"
+    if scenario.mapping.enabled and not len(splat_W):
+        spheres = world.robot.spheres_at(world.q0)
+        coverage = space_around(spheres, scenario.mapping)
+        field = unknown_space_field(coverage)
+        quality = "none yet: scan first"
+    return SceneMap(
+        version=0,
+        parent=None,
+        frames=(),
+        time=-np.inf,
+        field=field,
+        splat_W=splat_W,
+        coverage=coverage,
+        tiles=make_tiles(splat_W),
+        quality=quality,
+    )
+
+
+def _camera_maker(
+    scenario: Scenario, world: World, hardware: bool
+) -> Callable[[], WristCamera]:
+    config = scenario.wrist_camera or WristCameraConfig()
+    if hardware:
+        return partial(LcmCamera, config, world.robot, scenario.hardware)
+    return partial(RobotCamera, config, world.robot, world.truth)

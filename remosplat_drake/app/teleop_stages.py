@@ -1,0 +1,230 @@
+"""How the stages of a teleoperation are made; `stages.py` has all others."""
+
+import dataclasses as dc
+from pathlib import Path
+
+from pydrake.systems.framework import (
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+)
+
+from remosplat_drake.app.control_loop import ControlLoop
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.world import World
+from remosplat_drake.base.resources import resolve
+from remosplat_drake.camera.mount import CameraMount
+from remosplat_drake.camera.station_camera import hand_eye
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
+from remosplat_drake.mapping.live_map import LiveMap
+from remosplat_drake.mapping.mapping_config import OBSTACLE
+from remosplat_drake.mapping.mapping_process import MappingProcess
+from remosplat_drake.recording.session_log import TrajectoryLog
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.signals.scene_map import SceneMap
+from remosplat_drake.teleop.command_merger import CommandMerger
+from remosplat_drake.teleop.lcm_operator import LcmOperator
+from remosplat_drake.teleop.motion_law import MotionLaw
+from remosplat_drake.teleop.operator_target import OperatorTarget
+from remosplat_drake.teleop.trajectory_file import load_trajectory
+from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
+from remosplat_drake.visualization.live_map_view import LiveMapView
+from remosplat_drake.visualization.live_plots import LivePlots
+from remosplat_drake.visualization.log_view import LogView
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.teleop_panel import TeleopPanel
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Teleoperation:
+    """What a diagram is given besides, to be teleoperated.
+
+    Attributes:
+        run: Folder that gets the log of what happens.
+        mapping: Takes the pictures and makes the maps; None: no live map.
+        initial: The map that the scenario begins with.
+        reopened: The map of a session that goes on, if there is one.
+        scenes: What a simulated camera may be shown in turns.
+        operator: Another operator, with a port `command` and maybe one
+            `map_requests`.
+    """
+
+    run: Path
+    mapping: MappingProcess | None
+    initial: SceneMap
+    reopened: SceneMap | None = None
+    scenes: tuple[PrimitiveScene, ...] = ()
+    operator: LeafSystem | None = None
+
+    def close(self) -> None:
+        """Ends the mapping process."""
+        if self.mapping is not None:
+            self.mapping.close()
+
+
+def AddOperatorTarget(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+    teleoperation: Teleoperation,
+    page: MeshcatPage | None,
+) -> OperatorTarget:
+    """Adds all who may move the target, and the target.
+
+    Raises:
+        RemoSplatError: The trajectory or the camera's frame is unusable.
+    """
+    config, period = scenario.teleop, scenario.control_period
+    law = MotionLaw.make(
+        config,
+        world.robot,
+        world.q0,
+        period,
+        _mount(scenario, world),
+        scenario.mapping.frames,
+    )
+    sources: list[LeafSystem] = []
+    panel = None
+    if page is not None:
+        panel = TeleopPanel.AddToBuilder(
+            builder,
+            page=page,
+            config=config,
+            X_WH=law.X_WT_home,
+            mapping=teleoperation.mapping is not None,
+            scenes=teleoperation.scenes,
+        )
+        sources.append(panel)
+    if config.trajectory:
+        path = resolve(config.trajectory, scenario.folder)
+        scenes = teleoperation.scenes
+        steps = load_trajectory(path, config.poses, scenes)
+        script = TrajectoryOperator(steps=steps, scenes=scenes)
+        sources.append(builder.AddSystem(script))
+    if config.pose_stream is not None:
+        stream = LcmOperator(config=config.pose_stream, period=period)
+        sources.append(builder.AddSystem(stream))
+    if teleoperation.operator is not None:
+        sources.append(builder.AddSystem(teleoperation.operator))
+    merger = CommandMerger.AddToBuilder(builder, sources=sources, period=period)
+    target = OperatorTarget.AddToBuilder(
+        builder,
+        configuration=configuration,
+        command=merger.GetOutputPort("command"),
+        map_requests=merger.GetOutputPort("map_requests"),
+        robot=world.robot,
+        q0=world.q0,
+        law=law,
+    )
+    if panel is not None:
+        builder.Connect(
+            target.GetOutputPort("state"), panel.GetInputPort("state")
+        )
+    return target
+
+
+def _mount(scenario: Scenario, world: World) -> CameraMount | None:
+    """Where the wrist camera sits; None if nothing is mapped."""
+    if not scenario.mapping.enabled:
+        return None
+    camera = scenario.wrist_camera or WristCameraConfig()
+    return CameraMount(world.robot, hand_eye(camera), camera.frame)
+
+
+def ConnectSupervision(builder: DiagramBuilder, loop: ControlLoop) -> None:
+    """Lets the target stay with a robot that its supervisor stops."""
+    if loop.supervisor is not None:
+        builder.Connect(
+            loop.supervisor.GetOutputPort("supervision"),
+            loop.targets.GetInputPort("supervision"),
+        )
+
+
+def AddLiveMap(
+    builder: DiagramBuilder, loop: ControlLoop, teleoperation: Teleoperation
+) -> LiveMap | None:
+    """Adds the map that grows while the robot moves, if there is one."""
+    if teleoperation.mapping is None:
+        return None
+    return LiveMap.AddToBuilder(
+        builder,
+        configuration=loop.configuration,
+        requests=loop.targets.GetOutputPort("map_requests"),
+        oracle=loop.oracle,
+        supervisor=loop.supervisor,
+        process=teleoperation.mapping,
+        initial=teleoperation.initial,
+        reopened=teleoperation.reopened,
+        n_q=loop.world.robot.n_q,
+        period=loop.scenario.control_period,
+        latency=loop.scenario.mapping.latency,
+    )
+
+
+def AddLog(
+    builder: DiagramBuilder,
+    loop: ControlLoop,
+    teleoperation: Teleoperation,
+    live_map: LiveMap | None,
+) -> TrajectoryLog:
+    """Adds what writes down every tick and every event.
+
+    Raises:
+        FileError: The files cannot be begun.
+    """
+    robot, targets = loop.world.robot, loop.targets
+    inputs = {
+        "report": loop.report,
+        "velocity_executed": loop.executed,
+        "target_state": targets.GetOutputPort("state"),
+        "map_requests": targets.GetOutputPort("map_requests"),
+    }
+    if loop.supervisor is not None:
+        inputs["supervision"] = loop.supervisor.GetOutputPort("supervision")
+    if live_map is not None:
+        inputs["map_status"] = live_map.GetOutputPort("map_status")
+    return TrajectoryLog.AddToBuilder(
+        builder,
+        inputs=inputs,
+        folder=teleoperation.run,
+        n_q=robot.n_q,
+        n_u=robot.n_u,
+        period=loop.scenario.control_period,
+    )
+
+
+def AddOperatorViews(
+    builder: DiagramBuilder,
+    loop: ControlLoop,
+    teleoperation: Teleoperation,
+    page: MeshcatPage,
+    live_map: LiveMap | None,
+    log: TrajectoryLog,
+) -> None:
+    """Adds the map, plots of clearance and velocity, and the log's trouble."""
+    scenario = loop.scenario
+    LogView.AddToBuilder(
+        builder, page=page, trouble=log.GetOutputPort("trouble")
+    )
+    if live_map is not None:
+        LiveMapView.AddToBuilder(
+            builder,
+            map_status=live_map.GetOutputPort("map_status"),
+            page=page,
+            initial=teleoperation.reopened or teleoperation.initial,
+            show_unseen=scenario.mapping.unknown == OBSTACLE,
+        )
+    config = scenario.controller
+    LivePlots.AddToBuilder(
+        builder,
+        report=loop.report,
+        executed=loop.executed,
+        page=page,
+        robot=loop.world.robot,
+        gain=config.servo.gain,
+        max_speed=config.servo.max_speed,
+        stopping=config.collision.stopping,
+        influence=config.collision.influence,
+        period=scenario.control_period,
+    )

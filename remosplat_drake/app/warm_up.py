@@ -1,0 +1,118 @@
+"""The one slow start: numba compiles its kernels, before any tick wants them.
+
+What is compiled is kept. To load it takes a while, too, so that every run
+begins with `compile_kernels`.
+"""
+
+import contextlib
+import copy
+import sys
+from pathlib import Path
+
+import numpy as np
+from pydrake.math import RigidTransform
+from pydrake.systems.analysis import Simulator
+from rich.console import Console
+
+from remosplat_drake import __version__
+from remosplat_drake.app.diagram import MakeDiagram
+from remosplat_drake.app.scenario import PoseConfig, Scenario
+from remosplat_drake.app.world import World
+from remosplat_drake.base import resources
+from remosplat_drake.base.atomic_file import atomic_write
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.oracle.composite import CompositeDistanceField
+from remosplat_drake.oracle.oracle_config import make_field
+from remosplat_drake.oracle.unknown_space import UnknownSpaceField
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.station.station_config import KinematicStation
+
+TICKS = 4
+"""So many ticks use all that later ones may use; the second looks ahead."""
+
+_NEAR = 1e-3  # From the robot: closer than it ever means to stop [m].
+_ROOM = 8  # Voxels of a metre, around the robot.
+_AWAY = np.array([0.1, 0.1, 0.1])  # From the start to the target [m].
+
+
+def announce(console: Console) -> None:
+    """Says that kernels are about to be compiled, until that has happened.
+
+    Numba keeps what it compiles, so this only concerns the first run after
+    an installation.
+    """
+    if not _marker().exists():
+        console.print(
+            "first start: compiling kernels, this takes about half a minute"
+            " once"
+        )
+
+
+def remember() -> None:
+    """Notes that the kernels have been compiled, where that is possible."""
+    with contextlib.suppress(FileError), atomic_write(_marker()) as file:
+        file.write("")
+
+
+def compile_kernels(scenario: Scenario, world: World) -> None:
+    """Runs some ticks of a scenario's own loop, right beside an obstacle.
+
+    There, commands are verified and bent, which elsewhere they are not. The
+    loop looks ahead by itself, whatever the scenario says: a process that is
+    started later finds what it needs compiled.
+
+    Args:
+        scenario: Is left as it is.
+        world: Tells the robot and where it starts.
+
+    Raises:
+        RemoSplatError: The loop cannot be made.
+    """
+    scenario = copy.deepcopy(scenario)
+    scenario.station = KinematicStation()
+    scenario.wrist_camera = None
+    scenario.controller.guidance.asynchronous = False
+    p_WE = world.robot.end_effector_pose(world.q0)[:3, 3]
+    scenario.targets = [PoseConfig(translation=(p_WE + _AWAY).tolist())]
+    splat_W, truth = _obstacle(world)
+    field = make_field(scenario.oracle, splat_W, truth, scenario.source)
+    if scenario.mapping.enabled:
+        unseen = np.zeros((_ROOM, _ROOM, _ROOM), bool)
+        around = UnknownSpaceField(unseen, p_WE - 0.5 * _ROOM, 1.0)
+        field = CompositeDistanceField([field, around])
+    beside = World(world.robot, splat_W, truth, field, world.q0)
+    simulator = Simulator(MakeDiagram(scenario, beside).diagram)
+    simulator.AdvanceTo((TICKS - 0.5) * scenario.control_period)
+
+
+def _obstacle(world: World) -> tuple[GaussianSplat, PrimitiveScene]:
+    """Something small that the robot's hand nearly touches, as both."""
+    p_WC = _beside_hand(world.robot, world.q0)
+    n = 8  # More than a leaf of the map's tree holds.
+    flat = world.splat_W is None or world.splat_W.is_surfel
+    splat_W = GaussianSplat(
+        p_GK=np.tile(p_WC, (n, 1)),
+        quaternions=np.tile([1.0, 0, 0, 0], (n, 1)),
+        scales=np.full((n, 2 if flat else 3), 1e-4),
+        opacities=np.full(n, 0.99),
+        colors=np.full((n, 3), 0.5),
+    )
+    box = Box(RigidTransform(p_WC), np.full(3, 1e-4))
+    return splat_W, PrimitiveScene(boxes=(box,))
+
+
+def _beside_hand(robot: RobotModel, q: np.ndarray) -> np.ndarray:
+    """A point `_NEAR` below the sphere that is nearest to the hand."""
+    spheres = robot.state(q).spheres
+    p_WE = robot.end_effector_pose(q)[:3, 3]
+    hand = np.linalg.norm(spheres.p_WS - p_WE, axis=1).argmin()
+    below = [0.0, 0.0, spheres.radius[hand] + _NEAR]
+    return spheres.p_WS[hand] - below
+
+
+def _marker() -> Path:
+    """Kernels are of one Python; another compiles its own."""
+    python = sys.implementation.cache_tag
+    return resources.cache_dir() / f"compiled-{__version__}-{python}"

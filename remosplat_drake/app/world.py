@@ -1,0 +1,174 @@
+"""`World`: what a scenario's files hold, loaded, checked and placed in W."""
+
+import dataclasses as dc
+from pathlib import Path
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from remosplat_drake.app.scenario import Scenario, make_transform
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.base.ranges import check_ranges
+from remosplat_drake.oracle.oracle_config import make_field
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.splat.formats import read_splat
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+
+@dc.dataclass(frozen=True, eq=False)
+class World:
+    """What a scenario's files hold, loaded and placed in W.
+
+    Attributes:
+        robot: The robot.
+        splat_W: The scene's splat, or None.
+        cropped_W: What was cropped away from it.
+        truth: The scene's true geometry, or None.
+        field: The oracle's map.
+        q0: Configuration to start from, shape (n_q,).
+    """
+
+    robot: RobotModel
+    splat_W: GaussianSplat | None
+    truth: PrimitiveScene | None
+    field: DistanceField
+    q0: np.ndarray
+    cropped_W: GaussianSplat = dc.field(default_factory=GaussianSplat.empty)
+
+    @property
+    def truth_field(self) -> DistanceField | None:
+        """Ground-truth distances, where the true geometry is known."""
+        return None if self.truth is None else SignedDistanceField(self.truth)
+
+
+def load_world(scenario: Scenario, *, blank: bool = False) -> World:
+    """Reads a scenario's files.
+
+    Args:
+        scenario: The experiment.
+        blank: Whether a scenario may come without a splat: its map is empty
+            and still to be made.
+
+    Raises:
+        RemoSplatError: A file or a field is unusable, or the robot would
+            start inside the scene.
+    """
+    where = scenario.source
+    check_ranges(scenario, where)
+    robot = load_robot_model(
+        scenario.robot.model,
+        scenario.robot.spheres,
+        scenario.scene.floor_height,
+    )
+    truth = None
+    if scenario.scene.truth:
+        truth = read_rmmi(_scene_file(scenario, "truth"))
+    splat_W, cropped_W = _load_splat(scenario)
+    if splat_W is None and blank:
+        splat_W = GaussianSplat.empty()
+    world = World(
+        robot,
+        splat_W,
+        truth,
+        make_field(scenario.oracle, splat_W, truth, where),
+        _start(scenario, robot, truth),
+        cropped_W,
+    )
+    _check_start(world, where)
+    return world
+
+
+def true_scenes(scenario: Scenario, world: World) -> tuple[PrimitiveScene, ...]:
+    """What there is, and what takes turns with it; none where nobody knows.
+
+    Raises:
+        RemoSplatError: A file is unusable.
+    """
+    if world.truth is None:
+        return ()
+    if not scenario.scene.truth_later:
+        return (world.truth,)
+    return world.truth, read_rmmi(_scene_file(scenario, "truth_later"))
+
+
+def target_poses(
+    scenario: Scenario, truth: PrimitiveScene | None
+) -> list[RigidTransform]:
+    """The targets X_WT of the scenario, or else that of its true scene."""
+    if not scenario.targets and truth is not None and truth.X_WE_target:
+        return [truth.X_WE_target]
+    return [
+        make_transform(target, scenario.source, f"targets[{i}]")
+        for i, target in enumerate(scenario.targets)
+    ]
+
+
+def _load_splat(
+    scenario: Scenario,
+) -> tuple[GaussianSplat | None, GaussianSplat]:
+    """The splat, and what is cropped away from it."""
+    scene = scenario.scene
+    if not scene.splat:
+        return None, GaussianSplat.empty()
+    path = _scene_file(scenario, "splat")
+    X_WG = make_transform(scene.X_WG, scenario.source, "scene.X_WG")
+    splat_W = read_splat(path).transformed(X_WG)
+    if scene.crop is None:
+        return splat_W, GaussianSplat.empty()
+    inside = splat_W.inside(
+        np.array(scene.crop.lower), np.array(scene.crop.upper)
+    )
+    if not inside.any():
+        raise FieldError(scenario.source, "scene.crop", "leaves no splats")
+    return splat_W.select(inside), splat_W.select(~inside)
+
+
+def _scene_file(scenario: Scenario, field: str) -> Path:
+    uri = getattr(scenario.scene, field)
+    try:
+        return resources.resolve(uri, scenario.folder)
+    except FileError as error:
+        raise FieldError(
+            scenario.source, f"scene.{field}", str(error)
+        ) from error
+
+
+def _start(
+    scenario: Scenario, robot: RobotModel, truth: PrimitiveScene | None
+) -> np.ndarray:
+    base = scenario.robot.base_pose
+    if base is None and truth is not None and truth.X_WB_start is not None:
+        base = list(truth.X_WB_start)
+    arm = scenario.robot.arm
+    if arm is None:
+        arm = list(robot.home)
+    if len(arm) != len(robot.home):
+        raise FieldError(
+            scenario.source,
+            "robot.arm",
+            f"expected {len(robot.home)} numbers, got {len(arm)}",
+        )
+    return np.array([*((base or [0.0] * 3) if robot.n_base else []), *arm])
+
+
+def _check_start(world: World, where: str) -> None:
+    robot, q0 = world.robot, world.q0
+    outside = (q0 < robot.position_lower) | (q0 > robot.position_upper)
+    if outside.any():
+        joint = robot.joint_names[int(outside.argmax())]
+        raise FieldError(where, "robot.arm", f"{joint} is beyond its limits")
+    clearances = world.field.clearances(robot.spheres_at(q0))
+    if clearances.minimum() < 0:
+        row = int(clearances.distance.argmin())
+        link = robot.spheres.links[clearances.sphere[row]]
+        raise FieldError(
+            where,
+            "robot.base_pose",
+            f"the robot would start inside the scene: {link} by "
+            f"{-1e3 * clearances.minimum():.0f} mm",
+        )

@@ -1,0 +1,1 @@
+"""What every room may use: errors, ranges, files, processes and clocks."""

@@ -1,0 +1,55 @@
+"""`AppendFile`: a file that only grows, and survives a full disk."""
+
+import os
+from pathlib import Path
+
+from remosplat_drake.base.errors import FileError
+
+
+class AppendFile:
+    """Appends whole pieces, or nothing of them, without ever raising.
+
+    Every piece is with the operating system when `append` returns: what was
+    appended outlives the death of this process. Nothing waits for the disk.
+
+    Args:
+        path: Must not exist; its folder is made.
+        start: First bytes of the file.
+
+    Raises:
+        FileError: The file exists or cannot be made.
+    """
+
+    def __init__(self, path: Path, start: bytes = b""):
+        self.path = path
+        self._size = 0
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND
+            self._file = os.open(path, flags | os.O_CLOEXEC, 0o666)
+        except OSError as error:
+            raise FileError(path, error.strerror or str(error)) from error
+        problem = self.append(start)
+        if problem:
+            self.close()
+            raise FileError(path, f"cannot be written: {problem}")
+
+    def append(self, piece: bytes | memoryview) -> str:
+        """Appends a piece; says why it could not, or nothing."""
+        rest = memoryview(piece)
+        try:
+            while len(rest):
+                rest = rest[os.write(self._file, rest) :]
+        except OSError as error:
+            self._take_back()
+            return error.strerror or str(error)
+        self._size += len(piece)
+        return ""
+
+    def close(self) -> None:
+        """Closes the file; nothing can be appended any more."""
+        os.close(self._file)
+
+    def _take_back(self) -> None:
+        """Removes what was written of a piece; a full disk allows that."""
+        os.ftruncate(self._file, self._size)

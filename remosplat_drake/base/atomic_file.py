@@ -1,0 +1,77 @@
+"""Write a file completely or not at all."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import mkstemp
+from typing import IO
+
+from remosplat_drake.base.errors import FileError
+
+
+@contextmanager
+def atomic_write(path: Path, mode: str = "w") -> Iterator[IO]:
+    """Opens a temporary file that takes the place of `path` at the end.
+
+    An exception inside leaves whatever was at `path` before.
+
+    Raises:
+        FileError: The folder cannot be made or written, `path` is a folder,
+            or the disk is full.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    except OSError as error:
+        raise FileError(path, error.strerror or str(error)) from error
+    temporary = Path(name)
+    try:
+        with os.fdopen(handle, mode) as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(temporary, 0o666 & ~_umask())
+        os.replace(temporary, path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        problem = error.strerror or str(error)
+        raise FileError(path, f"cannot be written: {problem}") from error
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def check_writable(path: Path) -> None:
+    """Tells in advance whether `atomic_write` could put a file there.
+
+    For what takes long to make and is written at its end. Nothing is made.
+
+    Raises:
+        FileError: `path` is a folder, or no file can be made there.
+    """
+    if path.is_dir():
+        raise FileError(path, "is a folder")
+    folder = path.absolute().parent
+    while not os.path.exists(folder):
+        folder = folder.parent
+    if not folder.is_dir():
+        raise FileError(path, f"{folder} is not a folder")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise FileError(path, f"{folder} cannot be written")
+
+
+def _umask() -> int:
+    umask = os.umask(0)
+    os.umask(umask)
+    return umask
+
+
+def write_atomically(path: Path, data: bytes | str) -> None:
+    """Writes a whole file at once; text as UTF-8.
+
+    Raises:
+        FileError: The folder cannot be made or written.
+    """
+    with atomic_write(path, "wb") as file:
+        file.write(data.encode() if isinstance(data, str) else data)

@@ -1,0 +1,188 @@
+"""`JsonFields`: JSON from a file of anybody's, asked for by name and type."""
+
+import math
+
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.strict_json import parse_json
+
+_SHOWN = 40
+"""More characters of a wrong value help nobody."""
+
+_LARGEST = 2**53
+"""Whole numbers beyond are not the same to all programs."""
+
+
+class JsonFields:
+    """A JSON object whose fields are only given out if they are as expected.
+
+    All methods raise FieldError, with the file's and the field's name,
+    where a field is missing, of another type or out of range.
+    """
+
+    def __init__(self, value: object, where: str, field: str = ""):
+        """Takes a value that is expected to be an object.
+
+        Args:
+            value: As `parse_json` gives it.
+            where: The file to blame.
+            field: The value's own name in it; empty for the whole file.
+        """
+        self.where = where
+        self._field = field
+        if not isinstance(value, dict):
+            raise FieldError(
+                where,
+                field or "the document",
+                f"expected an object, got {_short(value)}",
+            )
+        self._values: dict[str, object] = value
+
+    def error(self, name: str, problem: str) -> FieldError:
+        """What to raise about a field."""
+        return FieldError(self.where, self._name(name), problem)
+
+    def has(self, name: str) -> bool:
+        """Whether a field is there, and not null."""
+        return self._values.get(name) is not None
+
+    def names(self) -> list[str]:
+        """Of all fields."""
+        return list(self._values)
+
+    def text(self, name: str) -> str:
+        """Some text, which UTF-8 can hold."""
+        return self._as_text(name, self._values.get(name))
+
+    def flag(self, name: str) -> bool:
+        """True or false."""
+        value = self._values.get(name)
+        if not isinstance(value, bool):
+            raise self._wrong(name, "true or false", value)
+        return value
+
+    def number(
+        self,
+        name: str,
+        least: float = -math.inf,
+        most: float = math.inf,
+    ) -> float:
+        """A finite number in [least, most]."""
+        value = self._as_number(name, self._values.get(name))
+        if not least <= value <= most:
+            low = value < least
+            limit = f"at least {least:g}" if low else f"at most {most:g}"
+            raise self.error(name, f"must be {limit}, got {value:g}")
+        return value
+
+    def whole(self, name: str, least: int = 0, most: int = _LARGEST) -> int:
+        """A whole number in [least, most]."""
+        return self._as_whole(name, self._values.get(name), least, most)
+
+    def numbers(self, name: str, count: int | None = None) -> list[float]:
+        """A list of finite numbers; of so many if `count` is given."""
+        values = self._list(name)
+        if count is not None and len(values) != count:
+            raise self.error(name, f"expected {count} numbers")
+        return [
+            self._as_number(f"{name}[{i}]", value)
+            for i, value in enumerate(values)
+        ]
+
+    def wholes(self, name: str, least: int = 0) -> list[int]:
+        """A list of whole numbers that are not below `least`."""
+        return [
+            self._as_whole(f"{name}[{i}]", value, least, _LARGEST)
+            for i, value in enumerate(self._list(name))
+        ]
+
+    def texts(self, name: str) -> tuple[str, ...]:
+        """A list of texts."""
+        return tuple(
+            self._as_text(f"{name}[{i}]", value)
+            for i, value in enumerate(self._list(name))
+        )
+
+    def inner(self, name: str) -> "JsonFields":
+        """An object within this one."""
+        return JsonFields(self._values.get(name), self.where, self._name(name))
+
+    def inners(self, name: str) -> list["JsonFields"]:
+        """A list of objects."""
+        return [
+            JsonFields(value, self.where, self._name(f"{name}[{i}]"))
+            for i, value in enumerate(self._list(name))
+        ]
+
+    def _list(self, name: str) -> list:
+        value = self._values.get(name)
+        if not isinstance(value, list):
+            raise self._wrong(name, "a list", value)
+        return value
+
+    def _as_text(self, name: str, value: object) -> str:
+        # A lone surrogate is JSON, but can be neither printed nor saved.
+        if not isinstance(value, str) or not _is_printable(value):
+            raise self._wrong(name, "text", value)
+        return value
+
+    def _as_number(self, name: str, value: object) -> float:
+        is_number = isinstance(value, (int, float))
+        if not is_number or isinstance(value, bool) or not _is_finite(value):
+            raise self._wrong(name, "a finite number", value)
+        # What was written as 1 stays 1, which prints differently from 1.0.
+        return value if abs(value) <= _LARGEST else float(value)
+
+    def _as_whole(self, name: str, value: object, least: int, most: int) -> int:
+        if not isinstance(value, int) or isinstance(value, bool):
+            raise self._wrong(name, "a whole number", value)
+        if not least <= value <= most:
+            problem = f"must lie in [{least}, {most}], got {_short(value)}"
+            raise self.error(name, problem)
+        return value
+
+    def _wrong(self, name: str, expected: str, value: object) -> FieldError:
+        if name not in self._values and "[" not in name:
+            return self.error(name, f"is missing; expected {expected}")
+        return self.error(name, f"expected {expected}, got {_short(value)}")
+
+    def _name(self, name: str) -> str:
+        if not name.isprintable() or len(name) > _SHOWN:
+            name = _short(name)
+        return f"{self._field}.{name}" if self._field else name
+
+
+def parse_fields(text: str | bytes, where: str) -> JsonFields:
+    """The object that a text is.
+
+    Args:
+        text: JSON; as bytes, in UTF-8.
+        where: The file to blame.
+
+    Raises:
+        FileError: It is no JSON.
+        FieldError: It is something else than an object.
+    """
+    return JsonFields(parse_json(text, where), where)
+
+
+def _short(value: object) -> str:
+    """A value for people, on one line."""
+    if isinstance(value, (dict, list)):
+        return "an object" if isinstance(value, dict) else "a list"
+    text = ascii(value)
+    return text if len(text) <= _SHOWN else text[:_SHOWN] + "..."
+
+
+def _is_finite(value: int | float) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError:
+        return False
+
+
+def _is_printable(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True

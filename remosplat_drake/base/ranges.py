@@ -1,0 +1,289 @@
+"""What a field's value may be, declared where the field is declared.
+
+    gain: Annotated[float, Interval(gt=0, le=100)] = 4.0
+
+The markers are those of `annotated-types` and the two below. One walker reads
+them: it looks at every `Config` when that is made and again where it is used,
+since a field may have been assigned meanwhile; and `strict_yaml` asks it about
+every value of a file, so that it can name the line.
+"""
+
+import dataclasses as dc
+import functools
+import math
+import numbers
+import types
+import typing
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Self
+
+import numpy as np
+from annotated_types import Ge, Gt, Interval, Le, Len, Lt
+
+from remosplat_drake.base.errors import FieldError, unknown_name
+
+_SHOWN = 60
+"""So many characters of an unusable value are shown."""
+
+
+@dc.dataclass(frozen=True)
+class OneOf:
+    """The text is one of some names.
+
+    Attributes:
+        names: The valid ones.
+        kind: What they name, for messages.
+    """
+
+    names: Collection[str]
+    kind: str = "choice"
+
+
+@dc.dataclass(frozen=True)
+class Unbounded:
+    """Any finite number will do.
+
+    Attributes:
+        reason: Why.
+    """
+
+    reason: str
+
+
+Coordinate = Annotated[float, Interval(ge=-1e4, le=1e4)]
+"""A coordinate of a point in a room, hall or street [m]."""
+
+Position = Annotated[list[Coordinate], Len(3, 3)]
+"""x, y, z [m]."""
+
+JointPosition = Annotated[float, Interval(ge=-100, le=100)]
+"""Of a revolute or prismatic joint [rad, m]."""
+
+Cosine = Annotated[float, Interval(ge=-2, le=2)]
+"""An entry of a rotation matrix, which is checked as a whole, too."""
+
+Seed = Annotated[int, Interval(ge=0, lt=2**63)]
+"""Of a random number generator."""
+
+AngleDeg = Annotated[float, Interval(ge=-360, le=360)]
+"""An angle, up to a turn [deg]."""
+
+RollPitchYawDeg = Annotated[list[AngleDeg], Len(3, 3)]
+"""Roll, pitch, yaw [deg]."""
+
+
+class Config:
+    """Base of dataclasses whose values are checked; inert data otherwise.
+
+    Attributes:
+        PRESET: Name of the field whose value chooses what a file's other
+            fields start from; empty: from their defaults.
+    """
+
+    PRESET: ClassVar[str] = ""
+
+    @classmethod
+    def preset(cls, name: str) -> Self:
+        """What the other fields start from.
+
+        Args:
+            name: A valid value of the field `PRESET`.
+        """
+        raise NotImplementedError
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """What is wrong between fields whose own values are all right.
+
+        Yields:
+            A field and its problem.
+        """
+        yield from ()
+
+    def __post_init__(self):
+        """Checks the values.
+
+        Raises:
+            FieldError: One is unusable; names the class and the field.
+        """
+        check_ranges(self)
+
+
+def check_ranges(config: Config, where: str = "", field: str = "") -> None:
+    """Checks all values of a configuration, and of those in it.
+
+    Args:
+        config: The configuration.
+        where: What to blame; empty: its class.
+        field: Which field of that it is; empty: all of it.
+
+    Raises:
+        FieldError: A value is unusable; names it.
+    """
+    where = where or type(config).__name__
+    for name, expected in field_types(type(config)).items():
+        _check(getattr(config, name), expected, where, joined(field, name))
+    for name, problem in config.check():
+        raise FieldError(where, joined(field, name), problem)
+
+
+def _check(value: Any, expected: Any, where: str, field: str) -> None:
+    base, markers = split(expected)
+    options = choices(base)
+    if value is None and type(None) in options:
+        return
+    options = [option for option in options if option is not type(None)]
+    if dc.is_dataclass(options[0]):
+        if not isinstance(value, tuple(options)):
+            names = " or ".join(option.__name__ for option in options)
+            problem = f"expected {names}, got {shown(value)}"
+            raise FieldError(where, field, problem)
+        return check_ranges(typing.cast(Config, value), where, field)
+    if options[0] is not base:
+        return _check(value, options[0], where, field)
+    problem = kind_problem(value, base) or range_problem(value, markers)
+    if problem:
+        raise FieldError(where, field, problem)
+    inner = typing.get_args(base)
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            _check(item, inner[1], where, joined(field, key))
+    elif inner:
+        for i, item in enumerate(typing.cast(Sequence, value)):
+            _check(item, inner[0], where, f"{field}[{i}]")
+
+
+@functools.cache
+def field_types(schema: type) -> dict[str, Any]:
+    """The annotations of a dataclass's fields, with their markers."""
+    hints = typing.get_type_hints(schema, include_extras=True)
+    return {f.name: hints[f.name] for f in dc.fields(schema)}
+
+
+def split(expected: Any) -> tuple[Any, tuple[Any, ...]]:
+    """An annotation without its markers, and these."""
+    if typing.get_origin(expected) is Annotated:
+        base, *markers = typing.get_args(expected)
+        return base, tuple(markers)
+    return expected, ()
+
+
+def choices(expected: Any) -> list[Any]:
+    """What a union consists of; anything else by itself."""
+    if typing.get_origin(expected) in (typing.Union, types.UnionType):
+        return list(typing.get_args(expected))
+    return [expected]
+
+
+def joined(field: str, name: str) -> str:
+    """The path of a field within another."""
+    return f"{field}.{name}" if field else str(name)
+
+
+def shown(value: object) -> str:
+    """A value as messages show it, in one line that is not too long."""
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # A whole number of thousands of digits.
+        return "a number of thousands of digits"
+    return text if len(text) <= _SHOWN else text[:_SHOWN] + "..."
+
+
+KINDS: dict[Any, tuple[str, Any]] = {
+    float: ("a number", numbers.Real),
+    int: ("a whole number", numbers.Integral),
+    bool: ("true or false", (bool, np.bool_)),
+    str: ("text", str),
+    Path: ("a path", (str, Path)),
+    list: ("a list", (Sequence, np.ndarray)),
+    dict: ("a mapping", Mapping),
+}
+"""What a field may hold: in words, and its classes."""
+
+
+def kind_problem(value: object, base: Any) -> str:
+    """Why a value does not fit an annotation; empty if it does."""
+    base = typing.get_origin(base) or base
+    name, classes = KINDS[base]
+    is_switch = isinstance(value, (bool, np.bool_))
+    if not isinstance(value, classes) or is_switch != (base is bool):
+        return f"expected {name}, got {shown(value)}"
+    if base is list and isinstance(value, str):
+        return f"expected {name}, got {shown(value)}"
+    if base is float:
+        try:
+            is_finite = math.isfinite(value)  # pyright: ignore
+        except OverflowError:
+            is_finite = False
+        if not is_finite:
+            return f"must be finite, got {shown(value)}"
+    return ""
+
+
+def range_problem(value: Any, markers: Sequence[Any]) -> str:
+    """Why a value is out of range; empty if it is not.
+
+    Args:
+        value: Of the right kind.
+        markers: Of its field.
+    """
+    for marker in markers:
+        if isinstance(marker, OneOf):
+            if value not in marker.names:
+                return unknown_name(marker.kind, value, marker.names)
+        elif isinstance(marker, Len):
+            problem = _length_problem(len(value), marker)
+            if problem:
+                return problem
+        elif not isinstance(marker, Unbounded):
+            problem = _interval_problem(value, _interval(marker))
+            if problem:
+                return problem
+    return ""
+
+
+def _length_problem(n: int, marker: Len) -> str:
+    least, most = marker.min_length, marker.max_length
+    if n >= least and (most is None or n <= most):
+        return ""
+    if n < least and least == 1:
+        return "must not be empty"
+    if least == most:
+        return f"expected {least} entries, got {n}"
+    if most is None:
+        return f"expected at least {least} entries, got {n}"
+    return f"expected {least} to {most} entries, got {n}"
+
+
+def _interval(marker: Any) -> Interval:
+    if isinstance(marker, (Gt, Ge, Lt, Le)):
+        return Interval(**dc.asdict(marker))
+    return marker
+
+
+def _interval_problem(value: Any, bounds: Interval) -> str:
+    low = bounds.gt if bounds.ge is None else bounds.ge
+    high = bounds.lt if bounds.le is None else bounds.le
+    # Whatever is compared with NaN must come out as unusable.
+    above = low is None or (value > low if bounds.ge is None else value >= low)
+    below = high is None or (
+        value < high if bounds.le is None else value <= high
+    )
+    if above and below:
+        return ""
+    return f"{_in_words(low, high, bounds, above)}, got {shown(value)}"
+
+
+def _in_words(low: Any, high: Any, bounds: Interval, above: bool) -> str:
+    is_open = bounds.ge is None
+    if low == 0 and not above:
+        return "must be positive" if is_open else "must not be negative"
+    if high == 0 and above and low is None:
+        return "must not be positive"
+    if high is None:
+        return f"must {'exceed' if is_open else 'be at least'} {low:g}"
+    if low is None:
+        return f"must be {'at most' if bounds.lt is None else 'below'} {high:g}"
+    opening = "(" if is_open else "["
+    closing = ")" if bounds.le is None else "]"
+    return f"must lie in {opening}{low:g}, {high:g}{closing}"

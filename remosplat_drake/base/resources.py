@@ -1,0 +1,61 @@
+"""Where models/, scenarios/ and the user's cache are.
+
+A checkout or editable install keeps the data beside the package; a wheel
+carries it inside, under share/. Everything else asks this module.
+"""
+
+import os
+from pathlib import Path
+
+from remosplat_drake.base.errors import FileError
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+_WHEEL_SHARE = _PACKAGE / "share"
+_ROOT = _WHEEL_SHARE if _WHEEL_SHARE.is_dir() else _PACKAGE.parent
+
+PACKAGE_SCHEME = "package://remosplat_drake/"
+
+
+def models_dir() -> Path:
+    """The directory with the robot and scene models."""
+    return _ROOT / "models"
+
+
+def scenarios_dir() -> Path:
+    """The directory with the shipped scenario files."""
+    return _ROOT / "scenarios"
+
+
+def cache_dir() -> Path:
+    """The user's cache directory for this project (XDG); not created here."""
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "remosplat_drake"
+
+
+def state_dir() -> Path:
+    """Where what happened is kept for the user (XDG); not created here."""
+    base = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local/state"
+    return Path(base) / "remosplat_drake"
+
+
+def resolve(uri: str | Path, relative_to: Path | None = None) -> Path:
+    """Turns `package://remosplat_drake/...` or a path into an existing path.
+
+    Args:
+        uri: A package URI, an absolute path, or a path relative to
+            `relative_to` (default: the working directory).
+        relative_to: Directory of the file that mentions `uri`.
+
+    Raises:
+        FileError: There is no such file.
+    """
+    text = str(uri)
+    if text.startswith(PACKAGE_SCHEME):
+        path = _ROOT / text.removeprefix(PACKAGE_SCHEME)
+    else:
+        path = Path(text).expanduser()
+        if relative_to is not None and not path.is_absolute():
+            path = relative_to / path
+    if not path.exists():
+        raise FileError(text, "no such file")
+    return path

@@ -1,0 +1,150 @@
+"""JSON that others wrote, within bounds that no honest file reaches.
+
+Python's parser ends in a RecursionError on deep nesting, makes numbers of
+thousands of digits that neither a float nor an array can hold, and takes the
+last of two equal keys. What comes from here can be walked, printed and put
+into arrays.
+"""
+
+import json
+import math
+import reprlib
+from pathlib import Path
+from typing import Any
+
+from remosplat_drake.base.errors import FieldError, FileError
+
+MAX_DEPTH = 32
+"""Lists and objects within each other; no format that we read has ten."""
+
+_DIGITS_OF_64_BITS = 18
+
+
+def parse_json(text: str | bytes, where: str | Path) -> Any:
+    """The value that a JSON text stands for.
+
+    Whole numbers beyond 64 bits become floats, as in most languages. NaN and
+    infinities pass, so that a later check can name the field.
+
+    Args:
+        text: The text.
+        where: The file, for errors.
+
+    Raises:
+        FileError: It is no JSON, nested too deeply, or has a key twice.
+    """
+    try:
+        document = json.loads(
+            text, parse_int=_whole_number, object_pairs_hook=_object
+        )
+    except RecursionError as error:
+        raise FileError(where, _TOO_DEEP) from error
+    except ValueError as error:
+        raise FileError(where, f"no JSON: {error}") from error
+    if _is_deeper(document, MAX_DEPTH):
+        raise FileError(where, _TOO_DEEP)
+    return document
+
+
+def read_json_object(path: Path) -> dict[str, Any]:
+    """The object in a JSON file, which is UTF-8.
+
+    Raises:
+        FileError: The file cannot be read, or holds none; see `parse_json`.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise FileError(path, error.strerror or str(error)) from error
+    return parse_json_object(data, path)
+
+
+def parse_json_object(text: str | bytes, where: str | Path) -> dict[str, Any]:
+    """The object that a JSON text stands for.
+
+    Raises:
+        FileError: It is none; see `parse_json`.
+    """
+    document = parse_json(text, where)
+    if not isinstance(document, dict):
+        raise FileError(where, "expected a JSON object")
+    return document
+
+
+def as_number(where: object, field: str, value: object) -> float:
+    """A finite number of a document.
+
+    Raises:
+        FieldError: It is none; names `where` and `field`.
+    """
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, (int, float))
+        or not math.isfinite(value)
+    ):
+        raise FieldError(
+            str(where), field, f"expected a number, got {shown(value)}"
+        )
+    return float(value)
+
+
+def as_whole_number(
+    where: object, field: str, value: object, least: int, most: int
+) -> int:
+    """A whole number of a document, within bounds.
+
+    Raises:
+        FieldError: It is none; names `where` and `field`.
+    """
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int)
+        or not least <= value <= most
+    ):
+        raise FieldError(
+            str(where),
+            field,
+            f"expected a whole number from {least} to {most},"
+            f" got {shown(value)}",
+        )
+    return value
+
+
+def shown(value: object) -> str:
+    """A value for an error's line, shortened where it is long."""
+    return reprlib.repr(value)
+
+
+_TOO_DEEP = f"no JSON that is read: nested more than {MAX_DEPTH} levels deep"
+
+
+def _whole_number(digits: str) -> int | float:
+    if len(digits) <= _DIGITS_OF_64_BITS:
+        return int(digits)
+    return float(digits)
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    document = dict(pairs)
+    if len(document) < len(pairs):
+        seen: set[str] = set()
+        for key, _ in pairs:
+            if key in seen:
+                raise ValueError(f"the key {shown(key)} appears twice")
+            seen.add(key)
+    return document
+
+
+def _is_deeper(document: Any, levels: int) -> bool:
+    """Whether containers lie within each other more than so many levels."""
+    containers = [document] if isinstance(document, (dict, list)) else []
+    for _ in range(levels):
+        containers = [
+            child
+            for container in containers
+            for child in (
+                container.values() if isinstance(container, dict) else container
+            )
+            if isinstance(child, (dict, list))
+        ]
+    return bool(containers)

@@ -1,0 +1,318 @@
+"""YAML into dataclasses, with errors that name file, line and field.
+
+A document is first checked against the dataclasses, on nodes that know their
+lines; the ranges are those of the fields (`ranges.py`). Then several layers,
+a file and text from the command line for example, become one object.
+"""
+
+import copy
+import dataclasses as dc
+import re
+import typing
+from pathlib import Path
+from typing import Any, TypeVar
+
+import yaml
+
+from remosplat_drake.base.errors import FieldError, FileError, unknown_name
+from remosplat_drake.base.ranges import (
+    KINDS,
+    Config,
+    choices,
+    field_types,
+    joined,
+    range_problem,
+    shown,
+    split,
+)
+from remosplat_drake.base.yaml_nodes import (
+    YAML_TAG,
+    compose,
+    fail,
+    fields,
+    is_null,
+    read_text,
+    scalar,
+)
+
+T = TypeVar("T")
+
+
+def load_strict(
+    schema: type[T],
+    path: Path,
+    child: str | None = None,
+    override: str | None = None,
+    defaults: T | None = None,
+) -> T:
+    """Loads a YAML file, or one named entry of it, into a dataclass.
+
+    Args:
+        schema: A dataclass whose fields all have defaults.
+        path: The file.
+        child: Key of the entry to load; None loads the whole document.
+        override: Further YAML, laid over the file's values.
+        defaults: Values for what neither names.
+
+    Raises:
+        FileError: The file is missing, not YAML, or has no such entry.
+        FieldError: A field is unknown, or its value unusable.
+    """
+    node = compose(read_text(path), str(path))
+    if child is not None:
+        found = fields(node, "")
+        if child not in found:
+            raise FileError(path, unknown_name("entry", child, found))
+        node = found[child][1]
+    layers = [node]
+    if override:
+        layers.append(compose(override, "--scenario-text"))
+    return _load(schema, layers, defaults)
+
+
+def load_text(schema: type[T], text: str, where: str, defaults: T) -> T:
+    """Lays YAML over a dataclass's values.
+
+    Args:
+        schema: A dataclass whose fields all have defaults.
+        text: YAML.
+        where: What to blame, a flag for example.
+        defaults: Values for what the text does not name.
+
+    Raises:
+        FileError: The text is not YAML.
+        FieldError: A field is unknown, or its value unusable.
+    """
+    return _load(schema, [compose(text, where)], defaults)
+
+
+def entries(path: Path) -> list[str]:
+    """The keys of a YAML mapping, in order."""
+    return list(fields(compose(read_text(path), str(path)), ""))
+
+
+def _load(schema: type[T], layers: list[yaml.Node], defaults: T | None) -> T:
+    layers = [layer for layer in layers if not is_null(layer)]
+    for layer in layers:
+        _check_node(layer, schema, "")
+    defaults = copy.deepcopy(defaults)
+    return _build_dataclass(layers, schema, defaults, "")
+
+
+# Checking one layer.
+
+
+def _check_node(node: yaml.Node, expected: Any, field: str) -> None:
+    """Checks one node against an annotation, and what is below it.
+
+    Raises:
+        FieldError: It does not fit; names the line and the field.
+    """
+    base, markers = split(expected)
+    options = choices(base)
+    if type(None) in options and is_null(node):
+        return
+    schema, node = _choose(node, base, field)
+    if schema is not base:
+        return _check_node(node, schema, field)
+    if not node.tag.startswith(YAML_TAG):
+        fail(node, field, f"takes no tag, got {shown(node.tag)}")
+    container = typing.get_origin(base)
+    if dc.is_dataclass(base):
+        return _check_fields(node, typing.cast(type, base), field)
+    value: Any
+    if container is list:
+        if not isinstance(node, yaml.SequenceNode):
+            fail(node, field, "expected a list")
+        value = node.value
+        for i, item in enumerate(value):
+            _check_node(item, typing.get_args(base)[0], f"{field}[{i}]")
+    elif container is dict:
+        value = fields(node, field)
+        for key, (_, item) in value.items():
+            _check_node(item, typing.get_args(base)[1], joined(field, key))
+    else:
+        value = _checked_scalar(node, base, field)
+    problem = range_problem(value, markers)
+    if problem:
+        fail(node, field, problem)
+
+
+def _choose(node: yaml.Node, base: Any, field: str) -> tuple[Any, yaml.Node]:
+    """The member of a union that a tag names, or its first; and the rest."""
+    options = [o for o in choices(base) if o is not type(None)]
+    if len(options) == 1 or node.tag.startswith(YAML_TAG):
+        return options[0], node
+    by_name = {option.__name__: option for option in options}
+    tag = node.tag.removeprefix("!")
+    if tag not in by_name:
+        fail(node, field, unknown_name("tag", tag, by_name))
+    untagged = copy.copy(node)
+    is_mapping = isinstance(node, yaml.MappingNode)
+    untagged.tag = YAML_TAG + ("map" if is_mapping else "other")
+    return by_name[tag], untagged
+
+
+def _check_fields(node: yaml.Node, schema: type, field: str) -> None:
+    types = field_types(schema)
+    names = [f.name for f in dc.fields(schema) if f.metadata.get("yaml", True)]
+    for name, (key, value) in fields(node, field).items():
+        path = joined(field, name)
+        if name not in names:
+            fail(key, path, unknown_name("field", name, names))
+        _check_node(value, types[name], path)
+
+
+def _checked_scalar(node: yaml.Node, base: Any, field: str) -> Any:
+    name, _ = KINDS[base]
+    if not isinstance(node, yaml.ScalarNode):
+        fail(node, field, f"expected {name}")
+    value = scalar(node, base, field)
+    if value is None:
+        hint = ""
+        if base in (float, int, bool) and node.style:
+            hint = " (in quotes it is text)"
+        elif base is str and not is_null(node):
+            hint = " (put it in quotes)"
+        fail(node, field, f"expected {name}, got {shown(node.value)}{hint}")
+    if base is float and value - value != 0.0:
+        fail(node, field, f"must be finite, got {shown(node.value)}")
+    return value
+
+
+# Building an object from layers that have passed.
+
+
+def _build(layers: list[yaml.Node], expected: Any, default: Any, field: str):
+    """What the last layer stands for, where it is silent those before it."""
+    base, _ = split(expected)
+    node = layers[-1]
+    if is_null(node) and type(None) in choices(base):
+        return None
+    schema, _ = _choose(node, base, field)
+    if schema is not base:
+        alike = _alike(layers, base, field)
+        is_laid_over = len(alike) == len(layers) and type(default) is schema
+        start = default if is_laid_over else None
+        return _build(alike, schema, start, field)
+    container = typing.get_origin(base)
+    if dc.is_dataclass(base):
+        return _build_dataclass(layers, typing.cast(type, base), default, field)
+    if container is list:
+        item = typing.get_args(base)[0]
+        return [
+            _build([entry], item, None, f"{field}[{i}]")
+            for i, entry in enumerate(node.value)
+        ]
+    if container is dict:
+        item = typing.get_args(base)[1]
+        return {
+            key: _build([entry], item, None, joined(field, key))
+            for key, (_, entry) in fields(node, field).items()
+        }
+    return scalar(typing.cast(yaml.ScalarNode, node), base, field)
+
+
+def _alike(layers: list[yaml.Node], base: Any, field: str) -> list[yaml.Node]:
+    """The last layers that choose the same member of a union."""
+    wanted, _ = _choose(layers[-1], base, field)
+    alike: list[yaml.Node] = []
+    for layer in reversed(layers):
+        if is_null(layer):
+            break
+        schema, rest = _choose(layer, base, field)
+        if schema is not wanted:
+            break
+        alike.insert(0, rest)
+    return alike
+
+
+def _build_dataclass(
+    layers: list[yaml.Node], schema: type[T], default: T | None, field: str
+) -> T:
+    given: dict[str, list[yaml.Node]] = {}
+    for layer in layers:
+        for name, (_, node) in fields(layer, field).items():
+            given.setdefault(name, []).append(node)
+    types = field_types(schema)
+    start = _start(schema, given, default)
+    values = {name: getattr(start, name) for name in types}
+    for name, nodes in given.items():
+        path = joined(field, name)
+        values[name] = _build(nodes, types[name], values[name], path)
+    try:
+        return schema(**values)
+    except FieldError as error:
+        # What is wrong between fields; nothing else can be by now.
+        path = joined(field, error.field)
+        if not layers:
+            raise FieldError(schema.__name__, path, error.problem) from error
+        name, *rest = re.findall(r"[^.\[\]]+", error.field)
+        node = _deepest(given.get(name, layers)[-1], rest)
+        fail(node, path, error.problem)
+
+
+def _deepest(node: yaml.Node, path: list[str]) -> yaml.Node:
+    """The node at a path, or the last that there is on the way to it."""
+    for name in path:
+        if isinstance(node, yaml.MappingNode):
+            found = {key.value: value for key, value in node.value}
+            node = found.get(name, node)
+        elif isinstance(node, yaml.SequenceNode):
+            node = node.value[int(name)]
+    return node
+
+
+def _start(
+    schema: type[T], given: dict[str, list[yaml.Node]], default: T | None
+) -> T:
+    """What the fields that are not given are taken from."""
+    if issubclass(schema, Config) and schema.PRESET in given:
+        node = given[schema.PRESET][-1]
+        return schema.preset(node.value)
+    return schema() if default is None else default
+
+
+# Writing.
+
+
+def dump(name: str, config: Any) -> str:
+    """The YAML of a mapping with one entry, every value written out."""
+    key = yaml.ScalarNode(YAML_TAG + "str", name)
+    root = yaml.MappingNode(
+        YAML_TAG + "map", [(key, _node(config, type(config)))]
+    )
+    return yaml.serialize(root, Dumper=yaml.SafeDumper, allow_unicode=True)
+
+
+def _node(value: Any, expected: Any) -> yaml.Node:
+    base, _ = split(expected)
+    options = [o for o in choices(base) if o is not type(None)]
+    container = typing.get_origin(options[0] if len(options) == 1 else base)
+    if value is not None and dc.is_dataclass(options[0]):
+        tag = f"!{type(value).__name__}" if len(options) > 1 else ""
+        return _mapping_node(value, tag)
+    if value is not None and container is list:
+        item = typing.get_args(split(options[0])[0])[0]
+        nodes = [_node(entry, item) for entry in value]
+        flow = all(isinstance(node, yaml.ScalarNode) for node in nodes)
+        return yaml.SequenceNode(YAML_TAG + "seq", nodes, flow_style=flow)
+    if value is not None and container is dict:
+        item = typing.get_args(split(options[0])[0])[1]
+        pairs = [(_scalar(key), _node(v, item)) for key, v in value.items()]
+        return yaml.MappingNode(YAML_TAG + "map", pairs, flow_style=not pairs)
+    return _scalar(str(value) if isinstance(value, Path) else value)
+
+
+def _mapping_node(config: Any, tag: str) -> yaml.Node:
+    types = field_types(type(config))
+    pairs = [
+        (_scalar(f.name), _node(getattr(config, f.name), types[f.name]))
+        for f in dc.fields(config)
+        if f.metadata.get("yaml", True)
+    ]
+    return yaml.MappingNode(tag or YAML_TAG + "map", pairs)
+
+
+def _scalar(value: Any) -> yaml.Node:
+    return yaml.representer.SafeRepresenter().represent_data(value)

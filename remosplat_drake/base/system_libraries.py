@@ -1,0 +1,104 @@
+"""Packages that want libraries of the system, which pip does not bring.
+
+Drake, Open3D and librealsense link against a few. libusb comes by pip all
+the same; where another is absent, one line says so and what to install.
+"""
+
+import contextlib
+import ctypes
+import importlib
+import platform
+import re
+from collections.abc import Iterator
+from types import ModuleType
+
+from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
+
+DEBIAN_PACKAGES = {
+    "libEGL.so.1": "libegl1",
+    "libGL.so.1": "libgl1",
+    "libX11.so.6": "libx11-6",
+    "libglib-2.0.so.0": "libglib2.0-0",
+    "libidn2.so.0": "libidn2-0",
+    "libudev.so.1": "libudev1",
+    "libusb-1.0.so.0": "libusb-1.0-0",
+}
+"""Which package of Debian and Ubuntu holds a library."""
+
+_LIBUSB = "libusb-1.0.so.0"
+
+# As the dynamic loader says it, and Drake, which loads EGL by itself.
+_GLIBC = re.compile(r"version `GLIBC_([\d.]+)' not found")
+_LIBRARY = re.compile(r"(?:^|/|loading )(lib[^\s/:;]+\.so[\d.]*)[:;]")
+
+
+class MissingLibraryError(RemoSplatError):
+    """A feature needs a library that this system does not have."""
+
+
+def import_optional(name: str, feature: str, extra: str) -> ModuleType:
+    """Imports a package of an extra that may want libraries of the system.
+
+    Args:
+        name: Of the package.
+        feature: What needs it, for people.
+        extra: What installs it.
+
+    Raises:
+        MissingExtraError: It is not installed.
+        MissingLibraryError: It is, but this system lacks what it needs.
+    """
+    _load_libusb()
+    with libraries_named(feature):
+        try:
+            return importlib.import_module(name)
+        except ModuleNotFoundError as error:
+            raise MissingExtraError(feature, extra) from error
+
+
+@contextlib.contextmanager
+def libraries_named(feature: str) -> Iterator[None]:
+    """Says in one line which library its block looked for in vain.
+
+    Args:
+        feature: What needs the library, for people.
+
+    Raises:
+        MissingLibraryError: One is absent, or glibc is too old.
+    """
+    try:
+        yield
+    except (ImportError, RuntimeError) as error:
+        missing = _missing(str(error))
+        if missing is None:
+            raise
+        raise MissingLibraryError(f"{feature} needs {missing}") from error
+
+
+def _missing(problem: str) -> str | None:
+    """What an error says is missing; None if it is about something else."""
+    glibc = _GLIBC.search(problem)
+    if glibc:
+        here = platform.libc_ver()[1]
+        return f"glibc {glibc[1]} or newer; this system has {here}"
+    library = _LIBRARY.search(problem)
+    if not library:
+        return None
+    package = DEBIAN_PACKAGES.get(library[1])
+    hint = f" (on Debian and Ubuntu: apt install {package})" if package else ""
+    return f"the system's {library[1]}{hint}"
+
+
+def _load_libusb() -> None:
+    """Loads libusb for those that link against it: the system's, or pip's.
+
+    A library that is loaded already is not looked for in the system.
+    """
+    try:
+        ctypes.CDLL(_LIBUSB, ctypes.RTLD_GLOBAL)
+    except OSError:
+        # Without it, the importer says what is missing.
+        with contextlib.suppress(ImportError, OSError):
+            libusb = importlib.import_module("libusb_package")
+            path = libusb.get_library_path()
+            ctypes.CDLL(str(path), ctypes.RTLD_GLOBAL)

@@ -1,0 +1,210 @@
+"""YAML text as PyYAML's nodes, which know their lines; bounded in size.
+
+Whatever a file holds, reading it ends: nesting, size and what aliases stand
+for have limits.
+"""
+
+import re
+import typing
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.base.ranges import joined, shown
+
+MOST_BYTES = 8 * 2**20
+"""Largest file that is read; more would take minutes."""
+
+MOST_NODES = 2_000_000
+"""A document may stand for so many values, aliases written out."""
+
+DEEPEST = 40
+"""So deep lists and mappings may stand in each other."""
+
+YAML_TAG = "tag:yaml.org,2002:"
+
+
+def read_text(path: Path) -> str:
+    """The file's text.
+
+    Raises:
+        FileError: It is missing, unreadable, too large or not text.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise FileError(path, error.strerror or str(error)) from error
+    except ValueError as error:
+        raise FileError(path, str(error)) from error
+    if len(data) > MOST_BYTES:
+        raise FileError(
+            path, f"is larger than {MOST_BYTES // 2**20} MiB, far too long"
+        )
+    try:
+        return data.decode()
+    except UnicodeDecodeError as error:
+        raise FileError(path, "not a text file") from error
+
+
+class _Loader(yaml.SafeLoader):
+    """Composes nodes that know where they are from, not too deep."""
+
+    def __init__(self, text: str, where: str):
+        super().__init__(text)
+        self.name = where
+        self._depth = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        self._depth += 1
+        if self._depth > DEEPEST:
+            raise yaml.MarkedYAMLError(
+                None,
+                None,
+                f"nested more than {DEEPEST} deep",
+                self.peek_event().start_mark,
+            )
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
+
+
+def compose(text: str, where: str) -> yaml.Node:
+    """The root of a document.
+
+    Args:
+        text: YAML.
+        where: The file or flag that it is from; nodes remember it.
+
+    Raises:
+        FileError: The text is not YAML, empty, or stands for too much.
+    """
+    try:
+        loader = _Loader(text, where)
+        try:
+            node = loader.get_single_node()
+        finally:
+            loader.dispose()
+    # PyYAML lets some errors of its conversions through.
+    except (yaml.YAMLError, ValueError, OverflowError) as error:
+        problem = " ".join(str(error).split())
+        raise FileError(where, f"not YAML: {problem}") from error
+    if node is None:
+        raise FileError(where, "is empty")
+    if _size(node, {}, where) > MOST_NODES:
+        raise FileError(
+            where, f"its aliases stand for more than {MOST_NODES} values"
+        )
+    return node
+
+
+def _size(node: yaml.Node, known: dict[int, int], where: str) -> int:
+    """How many nodes a document has when its aliases are written out."""
+    if isinstance(node, yaml.ScalarNode):
+        return 1
+    if id(node) not in known:
+        known[id(node)] = -1
+        total = 1
+        for item in node.value:
+            parts = item if isinstance(item, tuple) else (item,)
+            total += sum(_size(part, known, where) for part in parts)
+        known[id(node)] = total
+    if known[id(node)] < 0:
+        raise FileError(where, "an alias stands for what it is part of")
+    return known[id(node)]
+
+
+def fields(node: yaml.Node, field: str) -> dict[str, tuple[Any, Any]]:
+    """The key and value nodes of a mapping, by key; each occurs once.
+
+    Raises:
+        FieldError: It is no mapping, or a key is unusable.
+    """
+    name = field or "the document"
+    if not isinstance(node, yaml.MappingNode):
+        fail(node, name, "expected a mapping `key: value`")
+    found: dict[str, tuple[Any, Any]] = {}
+    for key, value in node.value:
+        if not isinstance(key, yaml.ScalarNode):
+            fail(key, name, "a key must be plain text")
+        path = joined(field, key.value)
+        if key.tag != YAML_TAG + "str":
+            problem = f"a key must be text, got {shown(key.value)}"
+            fail(key, path, f"{problem} (put it in quotes)")
+        if key.value in found:
+            fail(key, path, "appears twice")
+        found[key.value] = key, value
+    return found
+
+
+def is_null(node: yaml.Node) -> bool:
+    """Whether a node stands for nothing."""
+    return node.tag == YAML_TAG + "null"
+
+
+def line_of(node: yaml.Node) -> str:
+    """The file and line that a node is from."""
+    mark = node.start_mark
+    return f"{mark.name}:{mark.line + 1}"
+
+
+def fail(node: yaml.Node, field: str, problem: str) -> typing.NoReturn:
+    """Blames a node."""
+    raise FieldError(line_of(node), " ".join(field.split()), problem)
+
+
+# Scalars, of which PyYAML knows only how they are written.
+
+_SPECIAL = re.compile(r"^([-+]?)\.(?=inf|nan)", re.IGNORECASE)
+"""The dot of YAML's own spellings .inf, -.inf and .nan."""
+
+_OCTAL = re.compile(r"[-+]?0[0-9_]+")
+
+_SWITCHES = yaml.SafeLoader.bool_values
+
+
+def scalar(node: yaml.ScalarNode, kind: type, field: str) -> Any:
+    """The value of a scalar.
+
+    Args:
+        node: The scalar.
+        kind: float, int, bool, str or Path.
+        field: Its name, for messages.
+
+    Raises:
+        FieldError: It is no such value.
+    """
+    tag = node.tag.removeprefix(YAML_TAG)
+    if kind in (float, int) and not node.style and _OCTAL.fullmatch(node.value):
+        fail(node, field, f"{shown(node.value)}: YAML reads this as octal")
+    if kind is float:
+        return _number(node)
+    if kind is int and tag == "int":
+        return _whole_number(node)
+    if kind is bool and tag == "bool":
+        return _SWITCHES.get(node.value.lower())
+    if kind in (str, Path) and tag == "str":
+        return kind(node.value)
+    return None
+
+
+def _number(node: yaml.ScalarNode) -> float | None:
+    """The number that a plain scalar stands for.
+
+    Plain 1e-3 is a number to people and YAML 1.2, not to YAML 1.1.
+    """
+    if node.style:
+        return None
+    try:
+        return float(_SPECIAL.sub(r"\1", node.value))
+    except ValueError:
+        return None
+
+
+def _whole_number(node: yaml.ScalarNode) -> int | None:
+    try:
+        return int(node.value.replace("_", ""), 0)
+    except ValueError:
+        return None

@@ -1,0 +1,1 @@
+"""The camera that the robot carries: its mount, its images, its sources."""

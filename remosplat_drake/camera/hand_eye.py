@@ -1,0 +1,181 @@
+"""Hand-eye calibration from nothing but what the camera saw.
+
+A camera C is fixed to a frame F of the robot. If its pose in F is believed
+wrongly, each image is placed wrongly in a way that depends on how the robot
+held the camera, and surfaces come out double. The right hand-eye transform
+X_FC is the one with which overlapping images agree.
+"""
+
+import dataclasses as dc
+from collections.abc import Callable
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.checks.overlap import (
+    compare,
+    measure_overlap,
+    sample_points,
+)
+
+_MIN_COSINE = np.cos(np.deg2rad(60))
+"""Between the viewing directions of images that are compared."""
+
+_STEPS = 3
+"""Of Gauss and Newton in each round."""
+
+_DELTA = 2e-3
+"""For derivatives [m, rad]; noise of single pixels drowns smaller ones."""
+
+_RIDGE = 1e-9
+"""Of what the images tell: damps what they do not."""
+
+_POINTS, _MIN_POINTS = 2000, 100
+"""Points of an image that are compared, and of all that must be."""
+
+_OUTLIERS = (0.2, 0.1, 0.05, 0.03, 0.02, 0.02)
+"""Points whose depths differ by a larger fraction belong to different
+surfaces, round by round."""
+
+_SPREAD, _MIN_NOISE = 1.5, 1e-6
+"""Differences beyond the usual one (standard deviation over median) pull less
+and less."""
+
+_MIN_TURN = np.deg2rad(3.0)
+"""The camera must turn by this about two axes (standard deviation)."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class HandEyeFit:
+    """A refined hand-eye transform.
+
+    Attributes:
+        X_FC: The camera's pose in the frame that carries it, 4x4.
+        capture: The same images at the poses that follow from it.
+    """
+
+    X_FC: np.ndarray
+    capture: Capture
+
+
+def refine_hand_eye(
+    capture: Capture, X_FC: np.ndarray, seed: int = 0
+) -> HandEyeFit:
+    """Improves a hand-eye transform that is right to a few degrees.
+
+    It takes images whose views overlap well, such as a dozen of one corner
+    of a room; look at `measure_overlap` of the result before you trust it.
+    Depth noise of 0.2 % of each pixel left 0.1 mm of error in a test, but
+    0.5 % left 5 mm.
+
+    Args:
+        capture: Images of a scene at rest, at poses X_WC = X_WF X_FC with
+            the robot's own X_WF. The camera must have turned about two axes
+            at least: turning about one leaves the translation along it
+            unknown.
+        X_FC: The transform that gave these poses, 4x4.
+        seed: Of the choice of points.
+
+    Raises:
+        RemoSplatError: The camera turned too little, or too few images
+            overlap.
+    """
+    X_WF = capture.X_WC @ np.linalg.inv(X_FC)
+    _check_turns(X_WF)
+    p_C = sample_points(capture, _POINTS, np.random.default_rng(seed))
+    x = np.zeros(6)
+    for outlier in _OUTLIERS:
+        pairs = _similar_pairs(_moved(capture, X_WF, X_FC, x), seed)
+        ordered = np.concatenate([pairs, pairs[:, ::-1]])
+        if len(pairs) < len(capture) - 1:
+            raise RemoSplatError(
+                f"hand-eye calibration: only {len(pairs)} pairs of"
+                f" {len(capture)} images show the same from the same side"
+            )
+
+        def residuals(x, ordered=ordered):
+            return _residuals(_moved(capture, X_WF, X_FC, x), p_C, ordered)
+
+        for _ in range(_STEPS):
+            x = x + _gauss_newton_step(residuals, x, outlier)
+    return HandEyeFit(
+        X_FC=X_FC @ _transform(x),
+        capture=_moved(capture, X_WF, X_FC, x),
+    )
+
+
+def _gauss_newton_step(
+    residuals: Callable[[np.ndarray], np.ndarray],
+    x: np.ndarray,
+    outlier: float,
+) -> np.ndarray:
+    """A step towards agreement, (6,), with Cauchy's weights."""
+    r = residuals(x)
+    J = np.stack(
+        [
+            (residuals(x + _DELTA * e) - residuals(x - _DELTA * e))
+            / (2 * _DELTA)
+            for e in np.eye(6)
+        ],
+        axis=1,
+    )
+    known = np.isfinite(r) & np.isfinite(J).all(axis=1)
+    known &= np.abs(np.where(known, r, np.inf)) < outlier
+    if known.sum() < _MIN_POINTS:
+        raise RemoSplatError("hand-eye calibration: too little is seen twice")
+    r, J = r[known], J[known]
+    scale = max(_SPREAD * float(np.median(np.abs(r))), _MIN_NOISE)
+    weights = 1 / (1 + (r / scale) ** 2)
+    information = J.T @ (weights[:, None] * J)
+    # What the images do not tell stays as it is.
+    ridge = _RIDGE * max(np.trace(information), _RIDGE)
+    return -np.linalg.solve(
+        information + ridge * np.eye(6), J.T @ (weights * r)
+    )
+
+
+def _similar_pairs(capture: Capture, seed: int) -> np.ndarray:
+    """Neighbours that look the same way, (m, 2): they hide little."""
+    a, b = measure_overlap(capture, seed).pairs.T
+    axes = capture.X_WC[:, :3, 2]
+    similar = (axes[a] * axes[b]).sum(axis=1) > _MIN_COSINE
+    return np.stack([a, b], axis=1)[similar]
+
+
+def _residuals(
+    capture: Capture, p_C: np.ndarray, pairs: np.ndarray
+) -> np.ndarray:
+    """Relative differences of all pairs' depths; NaN where there is none."""
+    differences = []
+    for a, b in pairs:
+        z, measured = compare(capture, p_C[a], a, b)
+        differences.append(z / measured - 1)
+    return np.concatenate(differences)
+
+
+def _moved(
+    capture: Capture, X_WF: np.ndarray, X_FC: np.ndarray, x: np.ndarray
+) -> Capture:
+    return dc.replace(capture, X_WC=X_WF @ X_FC @ _transform(x))
+
+
+def _transform(x: np.ndarray) -> np.ndarray:
+    """A rotation vector [rad] and a translation [m] as a 4x4 matrix."""
+    X = np.eye(4)
+    X[:3, :3] = Rotation.from_rotvec(x[:3]).as_matrix()
+    X[:3, 3] = x[3:]
+    return X
+
+
+def _check_turns(X_WF: np.ndarray):
+    """Raises unless the frames differ by turns about two axes."""
+    rotations = Rotation.from_matrix(X_WF[:, :3, :3])
+    turns = (rotations.mean().inv() * rotations).as_rotvec()
+    spread = np.linalg.svd(turns, compute_uv=False) / np.sqrt(len(turns))
+    if len(spread) < 2 or spread[1] < _MIN_TURN:
+        raise RemoSplatError(
+            "hand-eye calibration: the camera must turn about two axes; it"
+            " turned about one at most"
+        )

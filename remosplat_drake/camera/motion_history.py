@@ -1,0 +1,108 @@
+"""`MotionHistory`: where the robot was when a picture was taken."""
+
+import bisect
+import contextlib
+from collections import deque
+
+import numpy as np
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.hardware.wire.base import decode_base_status
+from remosplat_drake.hardware.wire.packets import BrokenMessage
+from remosplat_drake.hardware.wire.panda import decode_panda_status
+
+_LENGTH = 1000
+"""Statuses of each part that are kept: seconds."""
+
+_MAX_GAP = 0.12
+"""Between two statuses a moving robot is not followed any longer [s]."""
+
+_STANDING = 1e-3
+"""A robot that moved less between two statuses stood still [rad], [m]."""
+
+
+class MotionHistory:
+    """The last statuses of arm and base, by their drivers' stamps."""
+
+    def __init__(self, n_arm: int, has_base: bool):
+        """Nothing has been heard.
+
+        Args:
+            n_arm: Number of the arm's joints.
+            has_base: Whether the arm stands on a mobile base.
+        """
+        self._n_arm = n_arm
+        self._arm = _Track("the arm")
+        self._base = _Track("the base") if has_base else None
+
+    def hear_arm(self, data: bytes) -> None:
+        """Takes a status of the arm; a broken one is ignored."""
+        with contextlib.suppress(BrokenMessage):
+            arm = decode_panda_status(data, self._n_arm)
+            self._arm.append(arm.stamp, arm.q)
+
+    def hear_base(self, data: bytes) -> None:
+        """Takes a status of the base; a broken one is ignored."""
+        if self._base is None:
+            return
+        with contextlib.suppress(BrokenMessage):
+            base = decode_base_status(data)
+            self._base.append(base.stamp, base.pose)
+
+    @property
+    def newest(self) -> float:
+        """Until when all parts have been heard of [s]; -inf: one has not."""
+        tracks = [self._arm] if self._base is None else [self._arm, self._base]
+        return min(track.newest for track in tracks)
+
+    def at(self, time: float) -> np.ndarray:
+        """The configuration at a time, interpolated, shape (n_q,).
+
+        Args:
+            time: Wall clock of the drivers [s].
+
+        Raises:
+            RemoSplatError: A part was silent then.
+        """
+        joints = self._arm.at(time)
+        if self._base is None:
+            return joints
+        return np.concatenate([self._base.at(time), joints])
+
+
+class _Track:
+    """Positions of one part."""
+
+    def __init__(self, name: str):
+        self._name = name
+        self._stamps: deque[float] = deque(maxlen=_LENGTH)
+        self._positions: deque[np.ndarray] = deque(maxlen=_LENGTH)
+
+    @property
+    def newest(self) -> float:
+        return self._stamps[-1] if self._stamps else -np.inf
+
+    def append(self, stamp: float, positions: np.ndarray) -> None:
+        """Keeps a position; one that came out of order is left out."""
+        if stamp > self.newest:
+            self._stamps.append(stamp)
+            self._positions.append(positions)
+
+    def at(self, time: float) -> np.ndarray:
+        after = max(1, bisect.bisect_left(self._stamps, time))
+        if after >= len(self._stamps) or time < self._stamps[0]:
+            raise RemoSplatError(
+                f"{self._name} was silent when the picture was taken"
+            )
+        start, end = self._stamps[after - 1], self._stamps[after]
+        q, step = self._positions[after - 1], self._step(after)
+        if end - start > _MAX_GAP and np.abs(step).max() > _STANDING:
+            raise RemoSplatError(
+                f"{self._name} moved unheard when the picture was taken"
+            )
+        return q + (time - start) / (end - start) * step
+
+    def _step(self, after: int) -> np.ndarray:
+        """From the position before to this one; angles go the short way."""
+        step = self._positions[after] - self._positions[after - 1]
+        return (step + np.pi) % (2 * np.pi) - np.pi

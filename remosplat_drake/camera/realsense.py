@@ -1,0 +1,161 @@
+"""Intel RealSense cameras through librealsense (extra `realsense`)."""
+
+import numpy as np
+
+from remosplat_drake.base.errors import RemoSplatError, unknown_name
+from remosplat_drake.base.system_libraries import import_optional
+from remosplat_drake.camera.sources import RgbdImage
+from remosplat_drake.capture.undistortion import Distortion
+
+_TIMEOUT = 2000
+"""How long to wait for an image [ms]."""
+
+
+class RealSenseCamera:
+    """A running RealSense camera; depth is aligned to colour.
+
+    It is a context manager, and stops streaming at the end.
+    """
+
+    def __init__(
+        self,
+        width: int = 640,
+        height: int = 480,
+        fps: int = 30,
+        serial: str | None = None,
+    ):
+        """Starts streaming.
+
+        Args:
+            width: Of the images [pixels].
+            height: Of the images [pixels].
+            fps: Images a second.
+            serial: Which camera; None: any.
+
+        Raises:
+            MissingExtraError: pyrealsense2 is not installed.
+            RemoSplatError: There is no such camera, or it has no such mode.
+        """
+        rs = realsense_module()
+        _check_connected(rs, serial)
+        self._align = rs.align(rs.stream.color)
+        self._pipeline = rs.pipeline()
+        config = rs.config()
+        if serial is not None:
+            config.enable_device(serial)
+        config.enable_stream(rs.stream.depth, width, height, rs.format.z16, fps)
+        config.enable_stream(
+            rs.stream.color, width, height, rs.format.rgb8, fps
+        )
+        try:
+            self._pipeline.start(config)
+        except RuntimeError as error:
+            raise RemoSplatError(
+                f"RealSense camera, {width}x{height} at {fps} Hz: {error}"
+            ) from error
+
+    def __enter__(self) -> "RealSenseCamera":
+        return self
+
+    def __exit__(self, *_: object):
+        self.stop()
+
+    def image(self) -> RgbdImage:
+        """Waits for the next image; its time is librealsense's.
+
+        Raises:
+            RemoSplatError: None arrives.
+        """
+        try:
+            frames = self._pipeline.wait_for_frames(_TIMEOUT)
+        except RuntimeError as error:
+            raise RemoSplatError(f"RealSense camera: {error}") from error
+        return rgbd_image(self._align.process(frames))
+
+    def stop(self):
+        """Stops streaming."""
+        self._pipeline.stop()
+
+
+def rgbd_image(frames) -> RgbdImage:
+    """An image from a librealsense frameset with depth aligned to colour.
+
+    Args:
+        frames: `pyrealsense2.composite_frame`.
+
+    Raises:
+        RemoSplatError: Colour or depth is missing, the two are not aligned,
+            or the lens is of another kind.
+    """
+    color, depth = frames.get_color_frame(), frames.get_depth_frame()
+    if not color or not depth:
+        raise RemoSplatError("RealSense camera: colour or depth is missing")
+    intrinsics = color.profile.as_video_stream_profile().intrinsics
+    steps = np.asarray(depth.get_data())
+    rgb = np.array(color.get_data())
+    if steps.shape != rgb.shape[:2]:
+        raise RemoSplatError(
+            "RealSense camera: depth is not aligned to colour:"
+            f" {steps.shape[::-1]} against {rgb.shape[1::-1]}"
+        )
+    return RgbdImage(
+        rgb=rgb,
+        depth=steps.astype(np.float32) * np.float32(depth.get_units()),
+        K=camera_matrix(intrinsics),
+        time=1e-3 * color.get_timestamp(),
+        distortion=distortion_of(intrinsics),
+    )
+
+
+def camera_matrix(intrinsics) -> np.ndarray:
+    """K from `pyrealsense2.intrinsics`, (3, 3) [pixels].
+
+    There the centre of the first pixel is (0, 0); here it is (0.5, 0.5).
+    """
+    return np.array(
+        [
+            [intrinsics.fx, 0, intrinsics.ppx + 0.5],
+            [0, intrinsics.fy, intrinsics.ppy + 0.5],
+            [0, 0, 1],
+        ]
+    )
+
+
+def distortion_of(intrinsics) -> Distortion | None:
+    """The lens of `pyrealsense2.intrinsics`; None for a pinhole camera.
+
+    The inverse and the modified Brown-Conrady model differ from
+    `Distortion` in the second order of the tangential terms only: by less
+    than a hundredth of a pixel for the coefficients of real cameras.
+
+    Raises:
+        RemoSplatError: The lens is of another kind, such as a fisheye.
+    """
+    if not any(intrinsics.coeffs):
+        return None
+    if "brown_conrady" not in str(intrinsics.model):
+        raise RemoSplatError(
+            f"RealSense camera: cannot undistort {intrinsics.model} images"
+        )
+    k1, k2, p1, p2, k3 = intrinsics.coeffs
+    return Distortion(k1=k1, k2=k2, k3=k3, p1=p1, p2=p2)
+
+
+def _check_connected(rs, serial: str | None):
+    """Raises at once where librealsense would wait for a camera."""
+    devices = rs.context().query_devices()
+    serials = [d.get_info(rs.camera_info.serial_number) for d in devices]
+    if not serials:
+        raise RemoSplatError("no RealSense camera is connected")
+    if serial is not None and serial not in serials:
+        raise RemoSplatError(unknown_name("RealSense camera", serial, serials))
+
+
+def realsense_module():
+    """The package `pyrealsense2`.
+
+    Raises:
+        MissingExtraError: It is not installed.
+        MissingLibraryError: This system lacks a library that it needs.
+    """
+    return import_optional("pyrealsense2", "a RealSense camera", "realsense")

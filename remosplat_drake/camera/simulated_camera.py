@@ -1,0 +1,108 @@
+"""`SimulatedCamera`: the wrist camera and its driver, as one system."""
+
+import contextlib
+
+import numpy as np
+from drake import lcmt_image_array
+from pydrake.lcm import DrakeLcmInterface
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.lcm import LcmPublisherSystem
+from pydrake.systems.sensors import ImageToLcmImageArrayT, PixelType
+
+from remosplat_drake.base.clock import MICROSECONDS
+from remosplat_drake.camera.camera_scene import CameraScene
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
+from remosplat_drake.hardware.drivers.panda_commands import JOINTS
+from remosplat_drake.hardware.wire.base import decode_base_status
+from remosplat_drake.hardware.wire.channels import (
+    BASE_STATUS,
+    PANDA_STATUS,
+    WRIST_CAMERA,
+)
+from remosplat_drake.hardware.wire.packets import BrokenMessage
+from remosplat_drake.hardware.wire.panda import decode_panda_status
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.signals import station_ports as ports
+
+
+class SimulatedCamera:
+    """Renders what the camera would see where the statuses say it is.
+
+    Images are compressed: raw ones overflow the usual buffers of sockets.
+    """
+
+    def __init__(
+        self,
+        config: WristCameraConfig,
+        robot: RobotModel,
+        scene: PrimitiveScene | None,
+        lcm: DrakeLcmInterface,
+    ):
+        """Builds the scene and the camera.
+
+        Args:
+            config: The camera.
+            robot: The robot that carries it.
+            scene: What it sees.
+            lcm: Where the images go.
+
+        Raises:
+            RemoSplatError: A setting is unusable.
+        """
+        builder = DiagramBuilder()
+        self._scene = CameraScene.AddToBuilder(builder, config, robot, scene)
+        images = self._scene.images
+        message = builder.AddSystem(ImageToLcmImageArrayT(do_compress=True))
+        self._publisher = builder.AddSystem(
+            LcmPublisherSystem.Make(
+                WRIST_CAMERA,
+                lcmt_image_array,
+                lcm,
+                use_cpp_serializer=True,
+            )
+        )
+        color = message.DeclareImageInputPort[PixelType.kRgba8U]("color")
+        depth = message.DeclareImageInputPort[PixelType.kDepth32F]("depth")
+        builder.Connect(images[ports.WRIST_CAMERA_RGB], color)
+        builder.Connect(images[ports.WRIST_CAMERA_DEPTH], depth)
+        builder.Connect(
+            message.image_array_t_msg_output_port(),
+            self._publisher.get_input_port(),
+        )
+        self._root = builder.Build().CreateDefaultContext()
+
+    def take(self, q: np.ndarray, utime: int) -> None:
+        """Renders and sends one colour and one depth image.
+
+        Args:
+            q: The robot's configuration, shape (n_q,).
+            utime: Stamp of the images, wall clock [us].
+        """
+        self._scene.place(self._root, q, utime / MICROSECONDS)
+        context = self._publisher.GetMyContextFromRoot(self._root)
+        self._publisher.ForcedPublish(context)
+
+
+class HeardConfiguration:
+    """The configuration that the statuses of base and arm amount to."""
+
+    def __init__(self):
+        """Nothing has been heard."""
+        self._pose: np.ndarray | None = None
+        self._joints: np.ndarray | None = None
+
+    def receive(self, channel: str, data: bytes) -> None:
+        """Takes a status from the wire; a broken one is ignored."""
+        with contextlib.suppress(BrokenMessage):
+            if channel == BASE_STATUS:
+                self._pose = decode_base_status(data).pose
+            elif channel == PANDA_STATUS:
+                self._joints = decode_panda_status(data, JOINTS).q
+
+    @property
+    def q(self) -> np.ndarray | None:
+        """(x, y, yaw, arm), shape (10,); None before both were heard."""
+        if self._pose is None or self._joints is None:
+            return None
+        return np.concatenate([self._pose, self._joints])

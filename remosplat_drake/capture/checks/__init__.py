@@ -1,0 +1,1 @@
+"""Whether a capture's poses, scale and clocks can be right."""

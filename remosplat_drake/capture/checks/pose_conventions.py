@@ -1,0 +1,135 @@
+"""The usual mistakes about camera poses, and which of them a capture has.
+
+Every reader of captures must know whether poses go from the camera to the
+world, how the camera's axes point, the order of a quaternion's numbers and
+the unit of lengths. With one of these wrong the views contradict each other;
+with the mistake undone they agree.
+"""
+
+import dataclasses as dc
+from collections.abc import Callable
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.checks.overlap import Overlap, measure_overlap
+
+_FLIP_YZ = np.diag([1.0, -1.0, -1.0, 1.0])
+
+GOOD_AGREEMENT = 0.8
+"""Neighbours with the right poses agree about more than this."""
+
+_LEFT = 0.5
+"""With the mistake undone, less than this part of the disagreement is left."""
+
+
+@dc.dataclass(frozen=True)
+class Mistake:
+    """A wrong belief about poses.
+
+    Attributes:
+        words: What the poses look like.
+        undo: The right poses X_WC, (n, 4, 4), from the wrong ones.
+    """
+
+    words: str
+    undo: Callable[[np.ndarray], np.ndarray]
+
+
+def find_mistake(
+    capture: Capture, overlap: Overlap
+) -> tuple[Mistake, Overlap] | None:
+    """The mistake that explains why views disagree.
+
+    Args:
+        capture: Its depths are taken to be right, up to their unit.
+        overlap: As measured with the poses as they are.
+
+    Returns:
+        The mistake and the overlap without it; None when none fits.
+    """
+    disagreement = 1 - np.nan_to_num(overlap.agreement)
+    best, supported = None, overlap.supported
+    for mistake in MISTAKES:
+        mended = dc.replace(capture, X_WC=mistake.undo(capture.X_WC))
+        without = measure_overlap(mended)
+        fits = (
+            without.agreement >= GOOD_AGREEMENT
+            and 1 - without.agreement < _LEFT * disagreement
+        )
+        if fits and without.supported > supported:
+            best, supported = (mistake, without), without.supported
+    return best
+
+
+def _flip(X_WC: np.ndarray) -> np.ndarray:
+    return X_WC @ _FLIP_YZ
+
+
+def _reorder(shift: int, flip: bool) -> Callable[[np.ndarray], np.ndarray]:
+    """Rotates a quaternion's four numbers by `shift` places.
+
+    Args:
+        shift: 1 if the file has xyzw and was read as wxyz; -1 if the other
+            way round.
+        flip: Whether the reader turned the axes afterwards.
+    """
+
+    def undo(X_WC: np.ndarray) -> np.ndarray:
+        read = _flip(X_WC) if flip else X_WC
+        wxyz = Rotation.from_matrix(read[:, :3, :3]).as_quat(scalar_first=True)
+        right = Rotation.from_quat(
+            np.roll(wxyz, shift, axis=1), scalar_first=True
+        )
+        X = read.copy()
+        X[:, :3, :3] = right.as_matrix()
+        return _flip(X) if flip else X
+
+    return undo
+
+
+def _scale(factor: float) -> Callable[[np.ndarray], np.ndarray]:
+    def undo(X_WC: np.ndarray) -> np.ndarray:
+        X = X_WC.copy()
+        X[:, :3, 3] *= factor
+        return X
+
+    return undo
+
+
+_INVERSE = "poses look like world-to-camera, not camera-to-world"
+_TURNED = (
+    "camera axes look like OpenGL's (y up, z backward) where OpenCV's (y down,"
+    " z forward) were expected, or the other way round"
+)
+_ORDER = "quaternions look like {} read as {}"
+_LENGTHS = "camera positions look {} times too {} for the depths ({})"
+
+MISTAKES = (
+    Mistake(_TURNED, _flip),
+    Mistake(_INVERSE, np.linalg.inv),
+    Mistake(f"{_INVERSE}, and {_TURNED}", lambda X: _flip(np.linalg.inv(X))),
+    *(
+        Mistake(_ORDER.format(*orders), _reorder(shift, flip))
+        for orders, shift in ((("xyzw", "wxyz"), 1), (("wxyz", "xyzw"), -1))
+        for flip in (False, True)
+    ),
+    Mistake(
+        _LENGTHS.format(1000, "large", "millimetres read as metres"),
+        _scale(1e-3),
+    ),
+    Mistake(
+        _LENGTHS.format(1000, "small", "metres read as millimetres"),
+        _scale(1e3),
+    ),
+    Mistake(
+        _LENGTHS.format(5, "small", "depths / 1000 that are / 5000"),
+        _scale(5),
+    ),
+    Mistake(
+        _LENGTHS.format(5, "large", "depths / 5000 that are / 1000"),
+        _scale(0.2),
+    ),
+)
+"""Turning the axes before poses are inverted as well would only turn W."""

@@ -1,0 +1,120 @@
+"""`SeenSpaceField`: how far a place is from what depth images show.
+
+Scenes from mesh files have no signed distance: a mesh may be open, and its
+inside undefined. Depth images tell what is free: all between a camera and
+what it sees.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.capture.capture import back_project
+from remosplat_drake.capture.rendering.camera_poses import look_at
+from remosplat_drake.capture.rendering.renderer import FAR, SceneRenderer
+from remosplat_drake.capture.rendering.solids import Solid
+from remosplat_drake.oracle.point_distance import PointDistanceField
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
+
+_SIZE = 120
+"""Of the square images that a look round takes [pixels]."""
+
+_WIDE = np.pi / 2
+"""Their field of view [rad]: six of them see all around."""
+
+_ELEVATIONS = (0.15, 0.8)
+_AZIMUTHS = np.arange(8) * np.pi / 4
+
+
+class SeenSpaceField(DistanceField):
+    """Distances to the points of depth images; negative where none saw.
+
+    Args:
+        K: Intrinsic matrix of all images, shape (3, 3) [pixels].
+        depth: z in C, shape (n, h, w) [m]; 0 where nothing is.
+        X_WC: Camera poses (OpenCV axes), shape (n, 4, 4).
+
+    Raises:
+        RemoSplatError: No image shows anything.
+    """
+
+    def __init__(self, K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray):
+        points = [
+            back_project(K, z, X) for z, X in zip(depth, X_WC, strict=True)
+        ]
+        p_WP = np.concatenate([p.reshape(-1, 3) for p in points])
+        p_WP = p_WP[np.isfinite(p_WP[:, 0])]
+        if not len(p_WP):
+            raise RemoSplatError("there is nothing to be seen")
+        self._cloud = PointDistanceField(p_WP)
+        self._K, self._depth, self._X_WC = K, depth, X_WC
+        self.revision = f"seen-space-{self._cloud.revision}"
+
+    def clearances(
+        self, spheres: Spheres, max_distance: float = np.inf
+    ) -> Clearances:
+        """The clearances of all spheres; see `DistanceField.clearances`."""
+        answer = self._cloud.clearances(spheres)
+        radius = spheres.radius[answer.sphere]
+        side = np.where(self.is_seen(spheres.p_WS[answer.sphere]), 1.0, -1.0)
+        return Clearances(
+            answer.sphere,
+            side * (answer.distance + radius) - radius,
+            side[:, None] * answer.direction_W,
+            answer.p_WC,
+            self.revision,
+        ).within(max_distance)
+
+    def is_seen(self, p_WS: np.ndarray) -> np.ndarray:
+        """Which points (n, 3) lie in front of what some image shows."""
+        seen = np.zeros(len(p_WS), bool)
+        height, width = self._depth.shape[1:]
+        for z, X_WC in zip(self._depth, self._X_WC, strict=True):
+            p_CS = (p_WS - X_WC[:3, 3]) @ X_WC[:3, :3]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                u, v = (p_CS @ self._K.T)[:, :2].T / p_CS[:, 2]
+            ahead = p_CS[:, 2] > 0
+            inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)
+            rows = np.flatnonzero(ahead & inside)
+            limit = z[v[rows].astype(int), u[rows].astype(int)]
+            limit = np.where(limit > 0, limit, FAR)
+            seen[rows] |= p_CS[rows, 2] < limit
+        return seen
+
+
+def look_round(
+    solids: Sequence[Solid],
+    lower: np.ndarray,
+    upper: np.ndarray,
+    around: np.ndarray | None = None,
+) -> SeenSpaceField:
+    """Looks at a scene from outside, and in all directions from within.
+
+    Args:
+        solids: The scene.
+        lower: Lower corner of a box around what matters, shape (3,) [m].
+        upper: Its upper corner.
+        around: A point of free space to look around from, for scenes that
+            are seen from within; none unless given.
+
+    Raises:
+        RemoSplatError: There is nothing to be seen.
+    """
+    center, half = (lower + upper) / 2, np.linalg.norm(upper - lower) / 2
+    away = min(2 * half, 0.9 * FAR)
+    outward = [np.array([0, 0, 1.0])] + [
+        np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+        for e in _ELEVATIONS
+        for a in _AZIMUTHS
+    ]
+    poses = [look_at(center + away * axis, center) for axis in outward]
+    if around is not None:
+        axes = np.concatenate([np.eye(3), -np.eye(3)])
+        poses += [look_at(around, around + axis) for axis in axes]
+    renderer = SceneRenderer(solids, _SIZE, _SIZE, _WIDE)
+    depth = np.array([renderer.depth(X_WC) for X_WC in poses])
+    return SeenSpaceField(
+        renderer.K, depth, np.array([X.GetAsMatrix4() for X in poses])
+    )

@@ -1,0 +1,84 @@
+"""Unpacks LZFSE data, Apple's compression, without trusting its size.
+
+A block of a few bytes can stand for megabytes. Blocks say how long they are
+packed and unpacked, so the whole length is known before any is unpacked (see
+the header structures in lzfse_internal.h of Apple's reference, BSD licence).
+"""
+
+import struct
+
+from remosplat_drake.base.errors import FileError, MissingExtraError
+from remosplat_drake.capture.images import MAX_PIXELS, Source
+
+MAX_BYTES = 4 * MAX_PIXELS
+"""A float32 image is not longer."""
+
+
+_MIN_HEADER = 32
+"""Of a block of kind 2; keeps damaged ones from standing still."""
+
+
+def unpack(source: Source, max_bytes: int = MAX_BYTES) -> bytes:
+    """The unpacked content of a file.
+
+    Args:
+        source: The file.
+        max_bytes: Longer content is refused.
+
+    Raises:
+        FileError: The file is missing, damaged or too long.
+        MissingExtraError: lzfse is not installed.
+    """
+    try:
+        import lzfse
+    except ImportError as error:
+        raise MissingExtraError(
+            "depth of Record3D captures", "reconstruction"
+        ) from error
+    if not source.exists():
+        raise FileError(str(source), "no such file")
+    packed = source.read_bytes()
+    try:
+        if unpacked_size(packed) > max_bytes:
+            raise FileError(
+                str(source), f"unpacks to more than {max_bytes} bytes"
+            )
+        return lzfse.decompress(packed)
+    # On damaged data the decoder asks for ever more memory.
+    except (ValueError, struct.error, lzfse.error, MemoryError) as error:
+        raise FileError(
+            str(source), f"damaged LZFSE data {error}".strip()
+        ) from error
+
+
+def unpacked_size(packed: bytes) -> int:
+    """The length that all blocks together claim to unpack to [bytes].
+
+    Raises:
+        ValueError: A block is of no known kind, or the last one is missing.
+        struct.error: The data end within a header.
+    """
+    total = position = 0
+    while packed[position : position + 4] != b"bvx$":
+        raw, length = _block(packed, position)
+        total += raw
+        position += length
+    return total
+
+
+def _block(packed: bytes, start: int) -> tuple[int, int]:
+    """Unpacked and packed length of the block at `start` [bytes]."""
+    kind = packed[start : start + 4]
+    if kind == b"bvx-":
+        (raw,) = struct.unpack_from("<I", packed, start + 4)
+        return raw, 8 + raw
+    if kind == b"bvxn":
+        raw, payload = struct.unpack_from("<II", packed, start + 4)
+        return raw, 12 + payload
+    if kind == b"bvx2":
+        raw, v0, v1, v2 = struct.unpack_from("<IQQQ", packed, start + 4)
+        literals = (v0 >> 20) & 0xFFFFF
+        matches = (v1 >> 40) & 0xFFFFF
+        header = v2 & 0xFFFFFFFF
+        return raw, max(header, _MIN_HEADER) + literals + matches
+    raise ValueError(f"(block {kind!r} at {start})")

@@ -1,0 +1,337 @@
+"""Captures as nerfstudio and instant-ngp folders; NeRFCapture writes them too.
+
+The folder holds `transforms.json` and images. Its cameras look along their
+-z axis (OpenGL); ours look along +z (OpenCV). Both put the centre of the
+first pixel at (0.5, 0.5). A frame's own camera fields go before the
+document's. Files may lie outside the folder; they are only read.
+
+Depth is 16-bit or float, in steps of `depth_unit_scale_factor` (a millimetre
+unless told) for `depth_file_path`, nerfstudio's name, and of
+`integer_depth_scale` for `depth_path`, instant-ngp's.
+
+The world is the file's. Poses that `applied_scale` shrank are brought back
+to metres; `applied_transform` only turned the world, so it is left alone.
+"""
+
+import dataclasses as dc
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.errors import FieldError, FileError, unknown_name
+from remosplat_drake.base.strict_json import as_number, shown
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.frames import Frame, scale_intrinsics
+from remosplat_drake.capture.images import (
+    check_announced_size,
+    image_module,
+    read_colors,
+    read_depth,
+    read_levels,
+)
+from remosplat_drake.capture.readers.poses import OPENGL_FROM_OPENCV
+from remosplat_drake.capture.readers.text_files import read_json
+from remosplat_drake.capture.undistortion import Distortion
+
+DEPTH_UNIT = 1e-3
+"""One step of a depth image that we write [m]. Nerfstudio itself takes the
+unit from its command line, a millimetre unless told: no other is safe."""
+
+_PNG_LEVEL = 3
+"""Of compression: twice as fast as the usual 6, for a sixth more bytes."""
+
+TRANSFORMS = "transforms.json"
+LOOKS_FOR = f"a folder with {TRANSFORMS}, or that file"
+
+_INTRINSICS = ("fl_x", "fl_y", "cx", "cy")
+_CAMERA_MODELS = (
+    "OPENCV",
+    "PINHOLE",
+    "RADIAL",
+    "SIMPLE_PINHOLE",
+    "SIMPLE_RADIAL",
+)
+_DEPTH_UNITS = (1e-9, 1e3)
+_SUFFIXES = ("", ".png", ".jpg", ".jpeg")
+_MAX_STEPS = 65535
+
+
+def recognises(path: Path) -> bool:
+    """Whether `path` is such a file or folder."""
+    return path.name == TRANSFORMS or (path / TRANSFORMS).is_file()
+
+
+def read_frames(path: Path, stride: int) -> Iterator[Frame]:
+    """Every `stride`-th frame.
+
+    Raises:
+        FileError: A file is missing or unreadable.
+        FieldError: A field is missing or unusable.
+    """
+    if path.name != TRANSFORMS:
+        path = path / TRANSFORMS
+    document = read_json(path)
+    frames = document.get("frames")
+    if not isinstance(frames, list) or not frames:
+        raise FieldError(str(path), "frames", "expected a list of frames")
+    for i in range(0, len(frames), stride):
+        yield read_frame(path, document, i)
+
+
+def read_frame(path: Path, document: dict, i: int) -> Frame:
+    """Frame i of a document.
+
+    Args:
+        path: The document's file.
+        document: What it holds.
+        i: Index among its frames.
+
+    Raises:
+        FileError: A file is missing or unreadable.
+        FieldError: A field is missing or unusable.
+    """
+    frame = document["frames"][i]
+    if not isinstance(frame, dict):
+        raise FieldError(str(path), f"frames[{i}]", "expected an object")
+    return _read_frame(_Fields(path, document, frame, f"frames[{i}]"))
+
+
+@dc.dataclass(frozen=True)
+class _Fields:
+    """The fields of one frame, before those of the whole document."""
+
+    path: Path
+    document: dict
+    frame: dict
+    name: str
+
+    def has(self, key: str) -> bool:
+        return key in self.frame or key in self.document
+
+    def number(self, key: str, default: float | None = None) -> float:
+        inner = key in self.frame
+        field = f"{self.name}.{key}" if inner else key
+        fields = self.frame if inner else self.document
+        return as_number(self.path, field, fields.get(key, default))
+
+    def within(
+        self, key: str, default: float | None, least: float, most: float
+    ) -> float:
+        """A number that must lie within bounds."""
+        value = self.number(key, default)
+        if not least <= value <= most:
+            raise FieldError(
+                str(self.path),
+                key,
+                f"must be from {least:.10g} to {most:.10g}, got {value:g}",
+            )
+        return value
+
+    def file(self, key: str) -> Path:
+        """The existing file that a field names, perhaps without its suffix."""
+        name = self.frame.get(key)
+        if not isinstance(name, str) or not name:
+            raise self.error(key, f"expected a file, got {shown(name)}")
+        stem = self.path.parent / name
+        for suffix in _SUFFIXES:
+            candidate = Path(f"{stem}{suffix}")
+            if os.path.isfile(candidate):
+                return candidate
+        raise FileError(stem, f"no such file ({self.name}.{key})")
+
+    def error(self, key: str, problem: str) -> FieldError:
+        return FieldError(str(self.path), f"{self.name}.{key}", problem)
+
+
+def _read_frame(fields: _Fields) -> Frame:
+    _check_camera_model(fields)
+    rgb = read_colors(fields.file("file_path"))
+    hidden = None
+    if fields.frame.get("mask_path") is not None:
+        hidden = read_levels(fields.file("mask_path")) < 128
+    lens = {
+        field.name: fields.within(field.name, 0.0, -1e6, 1e6)
+        for field in dc.fields(Distortion)
+    }
+    return Frame(
+        name=f"{fields.name} ({fields.frame['file_path']})",
+        K=_intrinsics(fields, rgb.shape[:2]),
+        X_WC=_pose(fields),
+        rgb=rgb,
+        depth=_read_depth(fields),
+        hidden=hidden,
+        distortion=Distortion(**lens),
+    )
+
+
+def _read_depth(fields: _Fields) -> np.ndarray:
+    if "depth_path" in fields.frame and "depth_file_path" not in fields.frame:
+        unit = fields.within("integer_depth_scale", None, *_DEPTH_UNITS)
+        return read_depth(fields.file("depth_path"), unit)
+    unit = fields.within("depth_unit_scale_factor", DEPTH_UNIT, *_DEPTH_UNITS)
+    return read_depth(fields.file("depth_file_path"), unit)
+
+
+def _check_camera_model(fields: _Fields):
+    model = fields.frame.get(
+        "camera_model", fields.document.get("camera_model", "OPENCV")
+    )
+    if fields.document.get("is_fisheye"):
+        model = "OPENCV_FISHEYE"
+    if model not in _CAMERA_MODELS:
+        raise FieldError(
+            str(fields.path),
+            "camera_model",
+            unknown_name("camera model", model, _CAMERA_MODELS),
+        )
+
+
+def _intrinsics(fields: _Fields, size: tuple[int, int]) -> np.ndarray:
+    """The matrix K for images of this size (height, width)."""
+    width = fields.number("w", size[1])
+    height = fields.number("h", size[0])
+    check_announced_size(str(fields.path), "w, h", width, height)
+    if fields.has("fl_x") or not fields.has("camera_angle_x"):
+        fl_x = fields.number("fl_x")
+        fl_y = fields.number("fl_y", fl_x)
+    else:
+        fl_x = width / 2 / np.tan(_angle(fields, "camera_angle_x") / 2)
+        fl_y = fl_x
+        if fields.has("camera_angle_y"):
+            fl_y = height / 2 / np.tan(_angle(fields, "camera_angle_y") / 2)
+    cx = fields.number("cx", width / 2)
+    cy = fields.number("cy", height / 2)
+    K = np.array([[fl_x, 0, cx], [0, fl_y, cy], [0, 0, 1]])
+    if abs(width * size[0] - height * size[1]) > 0.02 * height * size[1]:
+        raise FileError(
+            fields.path,
+            f"{fields.name}: w and h are {width:g}x{height:g}, but the image"
+            f" is {size[1]}x{size[0]}",
+        )
+    return scale_intrinsics(K, (height, width), size)
+
+
+def _angle(fields: _Fields, key: str) -> float:
+    """An angle of view [rad]."""
+    angle = fields.number(key)
+    if not 0 < angle < np.pi:
+        raise FieldError(str(fields.path), key, "must be between 0 and pi")
+    return angle
+
+
+def _pose(fields: _Fields) -> np.ndarray:
+    """X_WC in OpenCV axes, in metres."""
+    matrix = _finite_matrix(fields.frame.get("transform_matrix"), (4, 4))
+    if matrix is None:
+        raise fields.error(
+            "transform_matrix", "expected a 4x4 pose of finite numbers"
+        )
+    X_WC = matrix @ OPENGL_FROM_OPENCV
+    scale = fields.within("applied_scale", 1.0, 1e-6, 1e6)
+    X_WC[:3, 3] /= scale
+    applied = fields.document.get("applied_transform")
+    if applied is not None:
+        A = _finite_matrix(applied, (3, 4), (4, 4))
+        if A is None or abs(A[:3, :3] @ A[:3, :3].T - np.eye(3)).max() > 1e-3:
+            raise FieldError(
+                str(fields.path),
+                "applied_transform",
+                "expected a 3x4 rigid motion; only metric captures can be used",
+            )
+    return X_WC
+
+
+def _finite_matrix(
+    value: object, *shapes: tuple[int, int]
+) -> np.ndarray | None:
+    """A matrix of one of the shapes, or None for anything else."""
+    try:
+        matrix = np.array(value, float)
+    except (TypeError, ValueError):
+        return None
+    usable = matrix.shape in shapes and np.isfinite(matrix).all()
+    return matrix if usable else None
+
+
+def write_capture(folder: str | Path, capture: Capture):
+    """Writes a nerfstudio folder; `transforms.json` comes last.
+
+    An older one goes first: it would not fit images that are half replaced.
+    Depth is rounded to whole millimetres; beyond 65.535 m it is unknown. All
+    else comes back as it was.
+
+    Raises:
+        FileError: The folder cannot be written.
+        MissingExtraError: Pillow is not installed.
+    """
+    folder = Path(folder)
+    try:
+        (folder / TRANSFORMS).unlink(missing_ok=True)
+    except OSError as error:
+        problem = f"cannot be replaced: {error.strerror or error}"
+        raise FileError(folder / TRANSFORMS, problem) from error
+    height, width = capture.size
+    same_camera = bool((capture.K[0] == capture.K).all())
+    frames = []
+    for view in range(len(capture)):
+        camera = {} if same_camera else camera_fields(capture.K[view])
+        name = f"{view:04d}"
+        frames.append(write_images(folder, name, capture, view) | camera)
+    document = {
+        "camera_model": "OPENCV",
+        "w": width,
+        "h": height,
+        **(camera_fields(capture.K[0]) if same_camera else {}),
+        "depth_unit_scale_factor": DEPTH_UNIT,
+        "frames": frames,
+    }
+    write_atomically(folder / TRANSFORMS, json.dumps(document, indent=1) + "\n")
+
+
+def write_images(
+    folder: Path, name: str, capture: Capture, view: int = 0
+) -> dict:
+    """Writes a view's images; its entry in the document, but for the camera.
+
+    Args:
+        folder: Of the document.
+        name: Of the image files.
+        capture: Holds the view.
+        view: Its index.
+
+    Raises:
+        FileError: A file cannot be written.
+        MissingExtraError: Pillow is not installed.
+    """
+    steps = np.rint(capture.depth[view] / DEPTH_UNIT)
+    steps = np.where(steps > _MAX_STEPS, 0, steps).astype(np.uint16)
+    images = {
+        "file_path": ("images", capture.rgb[view]),
+        "depth_file_path": ("depth", steps),
+    }
+    if capture.hidden is not None:
+        shown = np.where(capture.hidden[view], 0, 255).astype(np.uint8)
+        images["mask_path"] = ("masks", shown)
+    entry = {}
+    for key, (kind, pixels) in images.items():
+        entry[key] = f"{kind}/{name}.png"
+        path = folder / entry[key]
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            image_module().fromarray(pixels).save(
+                path, compress_level=_PNG_LEVEL
+            )
+        except OSError as error:
+            raise FileError(path, f"cannot be written: {error}") from error
+    X_WC_gl = capture.X_WC[view] @ OPENGL_FROM_OPENCV
+    return entry | {"transform_matrix": X_WC_gl.tolist()}
+
+
+def camera_fields(K: np.ndarray) -> dict[str, float]:
+    """The fields of a camera with the intrinsic matrix K."""
+    values = K[[0, 1, 0, 1], [0, 1, 2, 2]].tolist()
+    return dict(zip(_INTRINSICS, values, strict=True))

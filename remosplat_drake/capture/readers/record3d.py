@@ -1,0 +1,214 @@
+"""Captures of the Record3D app: .r3d archives and EXR exports.
+
+`metadata` (JSON) holds the camera of the colour images, column by column in
+`K` or, in newer files, for each frame in `perFrameIntrinsicCoeffs` (fx, fy,
+cx, cy), and poses `qx qy qz qw tx ty tz` of OpenGL cameras. `rgbd/N.jpg` is
+the colour image; `rgbd/N.depth` holds float32 metres and `rgbd/N.conf` ARKit's
+confidence, both packed with LZFSE. Files are read from the archive one by one
+and never unpacked to disk; an unpacked one is read alike.
+
+The app's "EXR + JPG" export is a folder with the same metadata in
+`metadata.json`, images `rgb/N.jpg` and metres in `depth/N.exr`.
+"""
+
+import dataclasses as dc
+import zipfile
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.base.strict_json import as_number
+from remosplat_drake.capture.frames import Frame, scale_intrinsics
+from remosplat_drake.capture.images import (
+    Source,
+    check_announced_size,
+    read_colors,
+    read_depth,
+)
+from remosplat_drake.capture.readers.arkit import keep_confident
+from remosplat_drake.capture.readers.lzfse_data import MAX_BYTES, unpack
+from remosplat_drake.capture.readers.poses import (
+    OPENGL_FROM_OPENCV,
+    poses_from_quaternions,
+)
+from remosplat_drake.capture.readers.text_files import as_matrix, read_json
+
+SUFFIX = ".r3d"
+MAX_MEMBER_BYTES = 64_000_000
+"""No file of an archive is larger; one that says so is a trap."""
+
+LOOKS_FOR = (
+    f"an {SUFFIX} file, or a folder with metadata and rgbd/, or with"
+    " metadata.json, rgb/ and depth/"
+)
+
+
+@dc.dataclass(frozen=True)
+class _Layout:
+    """Where the files are; {} stands for a frame's number."""
+
+    metadata: str
+    color: str
+    depth: str
+    confidence: str | None
+
+    def found_in(self, folder: Path) -> bool:
+        return (folder / self.metadata).is_file() and all(
+            (folder / name).parent.is_dir() for name in (self.color, self.depth)
+        )
+
+
+_ARCHIVE = _Layout("metadata", "rgbd/{}.jpg", "rgbd/{}.depth", "rgbd/{}.conf")
+_EXPORT = _Layout("metadata.json", "rgb/{}.jpg", "depth/{}.exr", None)
+
+
+def recognises(path: Path) -> bool:
+    """Whether `path` is such an archive or folder."""
+    if path.is_dir():
+        return any(layout.found_in(path) for layout in (_ARCHIVE, _EXPORT))
+    return path.suffix.lower() == SUFFIX
+
+
+def read_frames(path: Path, stride: int) -> Iterator[Frame]:
+    """Every `stride`-th frame.
+
+    Raises:
+        FileError: A file is missing, unreadable or too large.
+        FieldError: A field of the metadata is unusable.
+        MissingExtraError: lzfse or OpenEXR is not installed.
+    """
+    if path.is_dir():
+        layout = _EXPORT if _EXPORT.found_in(path) else _ARCHIVE
+        yield from _read_frames(path, layout, stride)
+        return
+    try:
+        with zipfile.ZipFile(path) as archive:
+            _check_members(path, archive)
+            yield from _read_frames(zipfile.Path(archive), _ARCHIVE, stride)
+    except (
+        OSError,
+        zipfile.BadZipFile,
+        zlib.error,
+        NotImplementedError,  # An unknown kind of packing.
+    ) as error:
+        raise FileError(path, f"unreadable archive: {error}") from error
+
+
+def _read_frames(root: Source, layout: _Layout, stride: int) -> Iterator[Frame]:
+    metadata_path = root / layout.metadata
+    where = str(metadata_path)
+    metadata = read_json(metadata_path)
+    height, width = _size(where, metadata, "h", "w")
+    X_WC = _poses(where, metadata)
+    K = _intrinsics(where, metadata, len(X_WC))
+    for i in range(0, len(X_WC), stride):
+        color_file = layout.color.format(i)
+        rgb = read_colors(root / color_file)
+        depth = _read_depth(root, layout, i, metadata)
+        yield Frame(
+            name=color_file,
+            K=scale_intrinsics(K[i], (height, width), rgb.shape[:2]),
+            X_WC=X_WC[i],
+            rgb=rgb,
+            depth=depth,
+        )
+
+
+def _check_members(path: Path, archive: zipfile.ZipFile):
+    """Refuses files that claim to be huge; reading stops at what they claim."""
+    for member in archive.infolist():
+        if member.file_size > MAX_MEMBER_BYTES:
+            raise FileError(
+                path,
+                f"{member.filename} claims {member.file_size / 1e6:.0f} MB;"
+                f" at most {MAX_MEMBER_BYTES / 1e6:.0f} MB are read",
+            )
+        if member.flag_bits & 1:
+            raise FileError(path, f"{member.filename} is encrypted")
+
+
+def _size(where: str, metadata: dict, *keys: str) -> tuple[int, int]:
+    """Height and width from two fields of the metadata."""
+    height, width = (as_number(where, k, metadata.get(k)) for k in keys)
+    check_announced_size(where, ", ".join(keys), width, height)
+    return int(height), int(width)
+
+
+def _poses(where: str, metadata: dict) -> np.ndarray:
+    """X_WC in OpenCV axes, (n, 4, 4)."""
+    rows = _table(where, metadata, "poses", 7)
+    try:
+        X_WC_gl = poses_from_quaternions(rows[:, :4], rows[:, 4:])
+    except ValueError as error:
+        raise FieldError(where, "poses", str(error)) from error
+    # Column by column, so that what is not finite makes no other numbers so.
+    return X_WC_gl * OPENGL_FROM_OPENCV.diagonal()
+
+
+def _intrinsics(where: str, metadata: dict, count: int) -> np.ndarray:
+    """K of the colour images, (n, 3, 3)."""
+    if metadata.get("perFrameIntrinsicCoeffs"):
+        rows = _table(where, metadata, "perFrameIntrinsicCoeffs", 4)
+        if len(rows) != count:
+            raise FieldError(
+                where,
+                "perFrameIntrinsicCoeffs",
+                f"expected {count} rows, got {len(rows)}",
+            )
+        K = np.tile(np.eye(3), (count, 1, 1))
+        K[:, [0, 1, 0, 1], [0, 1, 2, 2]] = rows
+        return K
+    columns = as_matrix(Path(where), [metadata.get("K")], (1, 9))
+    return np.tile(columns.reshape(3, 3).T, (count, 1, 1))
+
+
+def _table(where: str, metadata: dict, key: str, width: int) -> np.ndarray:
+    rows = metadata.get(key)
+    if not isinstance(rows, list) or not rows:
+        raise FieldError(where, key, "expected a list of rows")
+    try:
+        return as_matrix(Path(where), rows, (len(rows), width))
+    except FileError as error:
+        raise FieldError(where, key, error.problem) from error
+
+
+def _read_depth(
+    root: Source, layout: _Layout, frame: int, metadata: dict
+) -> np.ndarray:
+    """Metres, (h, w); 0 where unknown or in doubt."""
+    source = root / layout.depth.format(frame)
+    if layout.confidence is None:
+        return read_depth(source, unit=1.0)
+    depth = _unpack_depth(source, str(root / layout.metadata), metadata)
+    confidence = root / layout.confidence.format(frame)
+    if not confidence.exists():
+        return depth
+    levels = np.frombuffer(unpack(confidence, depth.size), np.uint8)
+    return keep_confident(confidence, depth, levels)
+
+
+def _unpack_depth(source: Source, where: str, metadata: dict) -> np.ndarray:
+    size = None
+    if "dw" in metadata and "dh" in metadata:
+        size = _size(where, metadata, "dh", "dw")
+    # One byte more, so that the error can say that there is more.
+    most = MAX_BYTES if size is None else 4 * size[0] * size[1] + 1
+    data = unpack(source, most)
+    count = len(data) // 4
+    if size is not None:
+        height, width = size
+    else:
+        # Older files do not say; depth has the shape of colour.
+        color_height, color_width = _size(where, metadata, "h", "w")
+        height = round((count * color_height / color_width) ** 0.5)
+        width = count // max(height, 1)
+    if len(data) != 4 * height * width or count == 0:
+        raise FileError(
+            str(source),
+            f"expected {width}x{height} float32 depths, got {len(data)} bytes",
+        )
+    depth = np.frombuffer(data, "<f4").reshape(height, width)
+    return np.where(np.isfinite(depth), depth, np.float32(0))

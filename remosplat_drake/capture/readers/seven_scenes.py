@@ -1,0 +1,59 @@
+"""Captures in the layout of Microsoft's 7-Scenes and of 3DMatch.
+
+Files `frame-XXXXXX.color.png` (or .jpg), `.depth.png` and `.pose.txt` lie in
+one folder; `camera-intrinsics.txt` in that one or the one above. Poses are
+camera-to-world (OpenCV axes). Depth is in millimetres, 0 or 65535 where there
+is none, and has to be registered to colour: the camera is that of both.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.capture.frames import Frame
+from remosplat_drake.capture.images import read_colors, read_depth
+from remosplat_drake.capture.readers.intrinsics import find_intrinsics
+from remosplat_drake.capture.readers.text_files import read_matrix
+
+DEPTH_UNIT = 1e-3
+"""One step of a depth image [m]."""
+
+_NO_DEPTH = 65535 * DEPTH_UNIT
+_POSE = ".pose.txt"
+
+LOOKS_FOR = f"a folder with frame-*{_POSE}"
+
+
+def recognises(path: Path) -> bool:
+    """Whether `path` is such a folder."""
+    return next(path.glob(f"frame-*{_POSE}"), None) is not None
+
+
+def read_frames(path: Path, stride: int) -> Iterator[Frame]:
+    """Every `stride`-th frame.
+
+    Raises:
+        FileError: A file is missing or unreadable.
+    """
+    K = find_intrinsics(path, path.resolve().parent)
+    poses = sorted(path.glob(f"frame-*{_POSE}"))
+    for pose in poses[::stride]:
+        name = pose.name.removesuffix(_POSE)
+        depth = read_depth(path / f"{name}.depth.png", DEPTH_UNIT)
+        yield Frame(
+            name=name,
+            K=K,
+            X_WC=read_matrix(pose, (4, 4)),
+            rgb=read_colors(_color_file(path, name)),
+            depth=np.where(depth >= np.float32(_NO_DEPTH), 0, depth),
+        )
+
+
+def _color_file(path: Path, name: str) -> Path:
+    for suffix in ("png", "jpg"):
+        candidate = path / f"{name}.color.{suffix}"
+        if candidate.is_file():
+            return candidate
+    raise FileError(path / f"{name}.color.png", "no such file (nor .jpg)")

@@ -1,0 +1,144 @@
+"""Captures of the Stray Scanner app.
+
+`rgb.mp4` is the colour video, `depth/NNNNNN.png` are millimetres and
+`confidence/NNNNNN.png` ARKit's levels. `odometry.csv` has a row for each
+frame: number, position, quaternion and, in newer versions, the camera at the
+video's size (`fx, fy, cx, cy`); older ones have one `camera_matrix.csv`. The
+app writes poses with OpenCV axes into ARKit's world, whose y axis points up.
+"""
+
+import csv
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.base.errors import FileError, MissingExtraError
+from remosplat_drake.capture.frames import Frame
+from remosplat_drake.capture.images import (
+    check_pixel_count,
+    read_depth,
+    read_levels,
+)
+from remosplat_drake.capture.readers.arkit import keep_confident
+from remosplat_drake.capture.readers.poses import poses_from_quaternions
+from remosplat_drake.capture.readers.text_files import read_matrix, read_text
+
+DEPTH_UNIT = 1e-3
+"""One step of a depth image [m]."""
+
+VIDEO = "rgb.mp4"
+ODOMETRY = "odometry.csv"
+LOOKS_FOR = f"a folder with {VIDEO} and {ODOMETRY}"
+
+_POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+_CAMERA = ("fx", "fy", "cx", "cy")
+
+
+def recognises(path: Path) -> bool:
+    """Whether `path` is such a folder."""
+    return (path / VIDEO).is_file() and (path / ODOMETRY).is_file()
+
+
+def read_frames(path: Path, stride: int) -> Iterator[Frame]:
+    """Every `stride`-th frame.
+
+    The app may stop its video a few frames before its odometry; those are
+    left out.
+
+    Raises:
+        FileError: A file is missing or unreadable.
+        MissingExtraError: PyAV is not installed.
+    """
+    odometry = path / ODOMETRY
+    rows = _read_odometry(odometry)
+    poses = _columns(odometry, rows, _POSE)
+    try:
+        X_WC = poses_from_quaternions(poses[:, 3:], poses[:, :3])
+    except ValueError as error:
+        raise FileError(odometry, str(error)) from error
+    K = _intrinsics(path, rows)
+    numbers = _columns(odometry, rows, ("frame",))[:, 0]
+    if not np.isfinite(numbers).all():
+        raise FileError(odometry, "frame numbers must be finite")
+    wanted = {int(numbers[i]): i for i in range(0, len(rows), stride)}
+    for number, rgb in _video_frames(path / VIDEO, set(wanted)):
+        i = wanted[number]
+        yield Frame(
+            name=f"frame {number:06d}",
+            K=K[i],
+            X_WC=X_WC[i],
+            rgb=rgb,
+            depth=_read_depth(path, number),
+        )
+
+
+def _read_odometry(path: Path) -> list[dict]:
+    """One dictionary of words a row."""
+    lines = read_text(path).splitlines()
+    rows = list(csv.DictReader(lines, skipinitialspace=True))
+    if not rows:
+        raise FileError(path, "expected a header and one row a frame")
+    if any(None in row.values() for row in rows):
+        raise FileError(path, "a row is shorter than the header")
+    return rows
+
+
+def _columns(
+    path: Path, rows: list[dict], names: tuple[str, ...]
+) -> np.ndarray:
+    """Columns of a table as numbers, (n, len(names))."""
+    missing = [name for name in names if name not in rows[0]]
+    if missing:
+        raise FileError(path, f"has no column {', '.join(missing)}")
+    try:
+        return np.array([[row[name] for name in names] for row in rows], float)
+    except (TypeError, ValueError) as error:
+        raise FileError(path, f"expected numbers: {error}") from error
+
+
+def _intrinsics(path: Path, rows: list[dict]) -> np.ndarray:
+    """K at the video's size, (n, 3, 3)."""
+    if all(name in rows[0] for name in _CAMERA):
+        K = np.tile(np.eye(3), (len(rows), 1, 1))
+        values = _columns(path / ODOMETRY, rows, _CAMERA)
+        K[:, [0, 1, 0, 1], [0, 1, 2, 2]] = values
+        return K
+    matrix = read_matrix(path / "camera_matrix.csv", (3, 3))
+    return np.tile(matrix, (len(rows), 1, 1))
+
+
+def _read_depth(path: Path, number: int) -> np.ndarray:
+    depth_file = path / "depth" / f"{number:06d}.png"
+    if not depth_file.is_file() and depth_file.with_suffix(".npy").is_file():
+        depth_file = depth_file.with_suffix(".npy")
+    depth = read_depth(depth_file, DEPTH_UNIT)
+    confidence = path / "confidence" / f"{number:06d}.png"
+    if confidence.is_file():
+        depth = keep_confident(confidence, depth, read_levels(confidence))
+    return depth
+
+
+def _video_frames(
+    path: Path, wanted: set[int]
+) -> Iterator[tuple[int, np.ndarray]]:
+    """Numbers and colours (h, w, 3) of some of a video's frames, in order."""
+    try:
+        import av
+    except ImportError as error:
+        raise MissingExtraError(
+            "the video of a capture", "reconstruction"
+        ) from error
+    try:
+        with av.open(str(path)) as video:
+            streams = video.streams.video
+            # A stream of an unknown codec has no context.
+            if not streams or streams[0].codec_context is None:
+                raise FileError(path, "holds no video that can be decoded")
+            camera = streams[0].codec_context
+            check_pixel_count(path, camera.width, camera.height)
+            for number, image in enumerate(video.decode(video=0)):
+                if number in wanted:
+                    yield number, image.to_ndarray(format="rgb24")
+    except (av.FFmpegError, UnicodeDecodeError) as error:
+        raise FileError(path, f"unreadable video: {error}") from error

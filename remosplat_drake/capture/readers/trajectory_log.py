@@ -1,0 +1,90 @@
+"""Captures with a trajectory.log, as Redwood and Open3D write them.
+
+The log gives each frame a line of three numbers, the first of which is the
+frame's, and a 4x4 camera-to-world pose (OpenCV axes). Images lie in folders
+of their own and are counted in the order of their names. Depth is in
+millimetres. A camera file lies beside (Open3D's JSON or a 3x3 matrix).
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.capture.frames import Frame
+from remosplat_drake.capture.images import read_colors, read_depth
+from remosplat_drake.capture.readers.intrinsics import find_intrinsics
+from remosplat_drake.capture.readers.text_files import as_matrix, read_rows
+
+DEPTH_UNIT = 1e-3
+"""One step of a depth image [m]."""
+
+_LOGS = ("trajectory.log", "scene/trajectory.log", "odometry.log")
+_COLOR_FOLDERS = ("color", "rgb", "image")
+_IMAGES = {".png", ".jpg", ".jpeg"}
+
+LOOKS_FOR = f"a folder with {' or '.join(_LOGS)}"
+
+
+def recognises(path: Path) -> bool:
+    """Whether `path` is such a folder."""
+    return any((path / log).is_file() for log in _LOGS)
+
+
+def read_frames(path: Path, stride: int) -> Iterator[Frame]:
+    """Every `stride`-th frame of the trajectory.
+
+    Raises:
+        FileError: A file is missing or unreadable.
+    """
+    log = next((path / name for name in _LOGS if (path / name).is_file()), None)
+    if log is None:
+        raise FileError(path, f"expected {LOOKS_FOR}")
+    K = find_intrinsics(path)
+    colors = _images(path, _COLOR_FOLDERS)
+    depths = _images(path, ("depth",))
+    if len(colors) != len(depths):
+        raise FileError(
+            path, f"{len(colors)} colour but {len(depths)} depth images"
+        )
+    for index, X_WC in read_log(log)[::stride]:
+        if not 0 <= index < len(colors):
+            raise FileError(
+                log, f"frame {index}: there are {len(colors)} images"
+            )
+        yield Frame(
+            name=f"frame {index} ({colors[index].name})",
+            K=K,
+            X_WC=X_WC,
+            rgb=read_colors(colors[index]),
+            depth=read_depth(depths[index], DEPTH_UNIT),
+        )
+
+
+def read_log(path: Path) -> list[tuple[int, np.ndarray]]:
+    """Frame numbers and poses X_WC (4, 4) of a log.
+
+    Raises:
+        FileError: It is missing or no such log.
+    """
+    rows = read_rows(path)
+    if not rows or len(rows) % 5:
+        raise FileError(path, "expected five lines for each frame")
+    entries = []
+    for start in range(0, len(rows), 5):
+        header = as_matrix(path, [rows[start]], (1, len(rows[start])))[0]
+        if not float(header[0]).is_integer():
+            raise FileError(path, f"no frame number: {rows[start][0]!r}")
+        X_WC = as_matrix(path, rows[start + 1 : start + 5], (4, 4))
+        entries.append((int(header[0]), X_WC))
+    return entries
+
+
+def _images(path: Path, folders: tuple[str, ...]) -> list[Path]:
+    """The images of the first folder there is, in the order of their names."""
+    for name in folders:
+        if (path / name).is_dir():
+            files = sorted((path / name).iterdir())
+            return [file for file in files if file.suffix.lower() in _IMAGES]
+    raise FileError(path, f"expected a folder {' or '.join(folders)}")

@@ -1,0 +1,167 @@
+"""Captures in the layout of the TUM RGB-D benchmark.
+
+`rgb.txt` and `depth.txt` list `time file`, `groundtruth.txt` lists
+`time tx ty tz qx qy qz qw`: camera poses in OpenCV axes, from a tracking
+system with a clock of its own. Depth is in steps of 1/5000 m. The pose is
+taken at the depth image's time, as that is where geometry comes from.
+
+The data sets carry no camera file. Three cameras are known by their names in
+the folder's (Sturm et al., IROS 2012, and the benchmark's web page); others
+need a file beside the lists.
+"""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.capture.frames import Frame
+from remosplat_drake.capture.images import read_colors, read_depth
+from remosplat_drake.capture.readers.intrinsics import (
+    find_intrinsics,
+    from_opencv,
+)
+from remosplat_drake.capture.readers.poses import shortened
+from remosplat_drake.capture.readers.text_files import as_matrix, read_rows
+from remosplat_drake.capture.undistortion import Distortion
+
+DEPTH_UNIT = 1 / 5000
+"""One step of a depth image [m]."""
+
+TOLERANCE = 0.02
+"""Images and poses further apart than this do not belong together [s]."""
+
+LOOKS_FOR = "a folder with rgb.txt, depth.txt and groundtruth.txt"
+
+_FILES = ("rgb.txt", "depth.txt", "groundtruth.txt")
+_CAMERAS = {
+    1: (
+        (517.3, 516.5, 318.6, 255.3),
+        Distortion(0.2624, -0.9531, 1.1633, 0.0, -0.0054, 0.0026),
+    ),
+    2: (
+        (520.9, 521.0, 325.1, 249.7),
+        Distortion(0.2312, -0.7849, 0.9172, 0.0, -0.0033, -0.0001),
+    ),
+    3: ((535.4, 539.2, 320.1, 247.6), Distortion()),
+}
+"""fx, fy, cx, cy and lens of the benchmark's "Freiburg" cameras."""
+
+
+def recognises(path: Path) -> bool:
+    """Whether `path` is such a folder."""
+    return all((path / name).is_file() for name in _FILES)
+
+
+def read_frames(path: Path, stride: int) -> Iterator[Frame]:
+    """Every `stride`-th frame with colour, depth and a pose.
+
+    Raises:
+        FileError: A file is missing or unreadable.
+    """
+    K, distortion = _camera(path)
+    color_times, color_files = _read_list(path / "rgb.txt")
+    depth_times, depth_files = _read_list(path / "depth.txt")
+    pose_times, poses = _read_trajectory(path / "groundtruth.txt")
+    depths = associate(color_times, depth_times)
+    near = associate(depth_times, pose_times) >= 0
+    pairs = [(i, d) for i, d in enumerate(depths) if d >= 0 and near[d]]
+    if not pairs:
+        raise FileError(
+            path,
+            f"no colour, depth and pose within {TOLERANCE} s of each other",
+        )
+    for color, depth in pairs[::stride]:
+        yield Frame(
+            name=color_files[color],
+            K=K,
+            X_WC=interpolate_pose(pose_times, poses, float(depth_times[depth])),
+            rgb=read_colors(path / color_files[color]),
+            depth=read_depth(path / depth_files[depth], DEPTH_UNIT),
+            distortion=distortion,
+        )
+
+
+def associate(
+    times: np.ndarray, others: np.ndarray, tolerance: float = TOLERANCE
+) -> np.ndarray:
+    """The nearest of the sorted times `others` for each of `times`.
+
+    Args:
+        times: Shape (n,) [s].
+        others: Shape (m,) [s].
+        tolerance: Largest difference [s].
+
+    Returns:
+        Indices into `others`, shape (n,); -1 where none is near.
+    """
+    after = np.searchsorted(others, times).clip(0, len(others) - 1)
+    before = np.maximum(after - 1, 0)
+    first = np.abs(others[before] - times) <= np.abs(others[after] - times)
+    nearest = np.where(first, before, after)
+    return np.where(np.abs(others[nearest] - times) <= tolerance, nearest, -1)
+
+
+def interpolate_pose(
+    times: np.ndarray, poses: np.ndarray, time: float
+) -> np.ndarray:
+    """The pose at a time between rows `tx ty tz qx qy qz qw`, (4, 4).
+
+    Before the first and after the last row it is that row's.
+    """
+    after = int(np.searchsorted(times, time).clip(1, len(times) - 1))
+    rows = slice(after - 1, after + 1)
+    time = float(np.clip(time, times[after - 1], times[after]))
+    X_WC = np.eye(4)
+    X_WC[:3, :3] = Slerp(times[rows], Rotation.from_quat(poses[rows, 3:]))(
+        time
+    ).as_matrix()
+    X_WC[:3, 3] = [
+        np.interp(time, times[rows], poses[rows, axis]) for axis in range(3)
+    ]
+    return X_WC
+
+
+def _camera(path: Path) -> tuple[np.ndarray, Distortion | None]:
+    """K and lens from a camera file, or else from the folder's name."""
+    try:
+        return find_intrinsics(path), None
+    except FileError as error:
+        named = re.search(r"(?:freiburg|fr)([123])", path.resolve().name)
+        if error.path != path or named is None:
+            raise
+    (fx, fy, cx, cy), distortion = _CAMERAS[int(named[1])]
+    K = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
+    return from_opencv(K), distortion
+
+
+def _read_list(path: Path) -> tuple[np.ndarray, list[str]]:
+    """Times (n,) and names of the images that a file lists, in order."""
+    rows = read_rows(path)
+    if not rows or any(len(row) != 2 for row in rows):
+        raise FileError(path, "expected lines of a time and a file")
+    times = as_matrix(path, [row[:1] for row in rows], (len(rows), 1))[:, 0]
+    if not np.isfinite(times).all():
+        raise FileError(path, "times must be finite")
+    order = np.argsort(times, kind="stable")
+    return times[order], [rows[i][1] for i in order]
+
+
+def _read_trajectory(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Times (n,) and rows `tx ty tz qx qy qz qw` (n, 7), in order of time."""
+    rows = read_rows(path)
+    table = as_matrix(path, rows, (len(rows), 8))
+    _, first = np.unique(table[:, 0], return_index=True)
+    table = table[first]
+    if len(table) < 2:
+        raise FileError(path, "expected at least two poses")
+    if not np.isfinite(table).all():
+        raise FileError(path, "poses must be finite")
+    try:
+        table[:, 4:] = shortened(table[:, 4:])
+    except ValueError as error:
+        raise FileError(path, f"a pose has no rotation: {error}") from error
+    return table[:, 0], table[:, 1:]

@@ -1,0 +1,1 @@
+"""Captures of scenes that are known, rendered instead of taken."""

@@ -1,0 +1,95 @@
+"""`Solid`: a posed shape with a look, what every rendered scene is made of."""
+
+import colorsys
+import dataclasses as dc
+from collections.abc import Iterable
+
+import numpy as np
+import pydrake.geometry as drake_geometry
+from pydrake.geometry import (
+    CalcObb,
+    HalfSpace,
+    PerceptionProperties,
+    Rgba,
+    Shape,
+)
+from pydrake.math import RigidTransform
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Solid:
+    """A shape that stands still in the world.
+
+    Attributes:
+        X_WG: Pose of the shape's frame G in W.
+        shape: Anything that Drake can draw.
+        look: Its perception properties; meshes may bring their own colours.
+    """
+
+    X_WG: RigidTransform
+    shape: Shape
+    look: PerceptionProperties
+
+    def moved(self, X: RigidTransform) -> "Solid":
+        """The same solid after a motion X of W."""
+        return dc.replace(self, X_WG=X @ self.X_WG)
+
+
+def painted(rgba: Iterable[float]) -> PerceptionProperties:
+    """The look of a solid in one colour, display values in [0, 1]."""
+    look = PerceptionProperties()
+    look.AddProperty("phong", "diffuse", Rgba(*rgba))
+    return look
+
+
+def primitive_solids(scene: PrimitiveScene) -> tuple[Solid, ...]:
+    """The primitives of a scene: boxes like wood, cylinders in many hues."""
+    return tuple(
+        Solid(primitive.X_WP, drake_shape(primitive), _look(primitive, i))
+        for i, primitive in enumerate(scene.primitives)
+    )
+
+
+def drake_shape(primitive: Box | Cylinder) -> Shape:
+    """The primitive as Drake's shape of the same frame."""
+    if isinstance(primitive, Box):
+        return drake_geometry.Box(*(2 * primitive.half_extents))
+    return drake_geometry.Cylinder(primitive.radius, 2 * primitive.half_height)
+
+
+def extent(solids: Iterable[Solid]) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper corner of a box of W that holds all solids, (3,) [m].
+
+    The box may be larger than need be by what a tilted solid's own box is.
+    Half-spaces have no end and are left out.
+
+    Raises:
+        RemoSplatError: There is nothing but half-spaces.
+    """
+    signs = np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T
+    corners = []
+    for solid in solids:
+        if isinstance(solid.shape, HalfSpace):
+            continue
+        box = CalcObb(solid.shape)
+        X_WO = (solid.X_WG @ box.pose()).GetAsMatrix4()
+        p_OV = signs * box.half_width()
+        corners.append(p_OV @ X_WO[:3, :3].T + X_WO[:3, 3])
+    if not corners:
+        raise RemoSplatError("the scene has no solid of finite size")
+    points = np.concatenate(corners)
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _look(primitive: Box | Cylinder, index: int) -> PerceptionProperties:
+    """Hues a golden ratio apart, so that neighbours differ."""
+    turn = (0.618034 * index) % 1.0
+    hsv = (
+        (0.07 + 0.04 * turn, 0.2 + 0.3 * turn, 0.9)
+        if isinstance(primitive, Box)
+        else (turn, 0.55, 0.85)
+    )
+    return painted([*colorsys.hsv_to_rgb(*hsv), 1.0])

@@ -1,0 +1,53 @@
+"""RGB-D captures of primitive scenes, whose geometry is known exactly.
+
+The depth is exact too, so what a splat trained on such a capture gets wrong
+is the reconstruction's doing: the primitives are its ground truth.
+"""
+
+from collections.abc import Sequence
+
+from pydrake.math import RigidTransform
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.rendering.camera_poses import CLEARANCE, survey
+from remosplat_drake.capture.rendering.renderer import (
+    FIELD_OF_VIEW,
+    render_views,
+)
+from remosplat_drake.capture.rendering.solids import primitive_solids
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+
+_LOWEST = 0.1
+"""Scenes stand on a floor at z = 0, whether it is among the solids or not
+[m]."""
+
+
+def render_capture(
+    scene: PrimitiveScene,
+    poses: Sequence[RigidTransform],
+    width: int = 640,
+    height: int = 480,
+    fov_y: float = FIELD_OF_VIEW,
+) -> Capture:
+    """Renders a scene from camera poses X_WC; see `render_views`."""
+    return render_views(primitive_solids(scene), poses, width, height, fov_y)
+
+
+def survey_poses(
+    scene: PrimitiveScene,
+    n: int = 120,
+    seed: int = 0,
+    clearance: float = CLEARANCE,
+) -> list[RigidTransform]:
+    """Camera poses X_WC around a scene's target; see `survey`.
+
+    Raises:
+        RemoSplatError: The scene has no target, or no room for cameras.
+    """
+    if scene.X_WE_target is None:
+        raise RemoSplatError(f"{scene.name} has no target to look at")
+    focus = scene.X_WE_target.translation()
+    field = SignedDistanceField(scene)
+    return survey(field, focus, n, seed, clearance=clearance, lowest=_LOWEST)

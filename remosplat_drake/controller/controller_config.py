@@ -1,0 +1,133 @@
+"""`ReactiveControllerConfig` and the named gain sets."""
+
+import dataclasses as dc
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Annotated
+
+from remosplat_drake.base.ranges import Config, OneOf
+from remosplat_drake.controller import ingredients as ing
+from remosplat_drake.controller.guidance.deflection import NEAR
+from remosplat_drake.controller.guidance.guidance_config import GuidanceConfig
+from remosplat_drake.controller.reactive_program import Ingredient
+from remosplat_drake.controller.solvers import SOLVERS
+from remosplat_drake.robot.robot_model import RobotModel
+
+LONGEST_VERIFIED = 0.1
+"""Between two ticks nobody looks: verified control allows no more [s]."""
+
+GAINS = ("paper", "tuned")
+"""Names of the gain sets below."""
+
+
+@dc.dataclass
+class ReactiveControllerConfig(Config):
+    """The controller's ingredients and safety switches.
+
+    The defaults are the gain set `tuned`.
+    """
+
+    # Gain set that the fields below start from.
+    gains: Annotated[str, OneOf(GAINS, "gain set")] = "tuned"
+    # Convex solver: see controller/solvers.py.
+    solver: Annotated[str, OneOf(SOLVERS, "solver")] = "clarabel"
+    # Whether each command is checked against the map before it is applied.
+    verify: bool = True
+    servo: ing.ServoTrackingConfig = dc.field(
+        default_factory=ing.ServoTrackingConfig
+    )
+    velocity_cost: ing.VelocityCostConfig = dc.field(
+        default_factory=ing.VelocityCostConfig
+    )
+    velocity_limits: ing.VelocityLimitsConfig = dc.field(
+        default_factory=ing.VelocityLimitsConfig
+    )
+    joint_limits: ing.JointLimitDamperConfig = dc.field(
+        default_factory=ing.JointLimitDamperConfig
+    )
+    collision: ing.CollisionDamperConfig = dc.field(
+        default_factory=ing.CollisionDamperConfig
+    )
+    self_collision: ing.SelfCollisionDamperConfig = dc.field(
+        default_factory=ing.SelfCollisionDamperConfig
+    )
+    active_collision: ing.ActiveCollisionCostConfig = dc.field(
+        default_factory=ing.ActiveCollisionCostConfig
+    )
+    manipulability: ing.ManipulabilityCostConfig = dc.field(
+        default_factory=ing.ManipulabilityCostConfig
+    )
+    base_orientation: ing.BaseOrientationCostConfig = dc.field(
+        default_factory=ing.BaseOrientationCostConfig
+    )
+    guidance: GuidanceConfig = dc.field(default_factory=GuidanceConfig)
+
+    PRESET = "gains"
+
+    @classmethod
+    def preset(cls, name: str) -> "ReactiveControllerConfig":
+        """See `Config`."""
+        return gain_set(name)
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """See `Config`."""
+        stopping, guidance = self.collision.stopping, self.guidance
+        if not all(a > b for a, b in pairwise([stopping, *guidance.tiers])):
+            yield (
+                "guidance.tiers",
+                "must fall from below the stopping distance"
+                f" {stopping}, got {guidance.tiers}",
+            )
+        if guidance.enabled and not stopping < NEAR:
+            yield (
+                "guidance.enabled",
+                f"needs a collision.stopping below {NEAR}, got {stopping}",
+            )
+
+    @property
+    def smallest_stopping(self) -> float:
+        """The smallest stopping distance that may come into use [m]."""
+        tiers = self.guidance.tiers if self.guidance.enabled else []
+        return min([self.collision.stopping, *tiers])
+
+
+def _paper_gains() -> ReactiveControllerConfig:
+    """The authors' published numbers (paper section III-A, IV; their code)."""
+    return ReactiveControllerConfig(
+        gains="paper",
+        verify=False,
+        servo=ing.ServoTrackingConfig(gain=2.5, max_speed=0.5),
+        velocity_cost=ing.VelocityCostConfig(weight=0.01),
+        velocity_limits=ing.VelocityLimitsConfig(acceleration=False),
+        self_collision=ing.SelfCollisionDamperConfig(enabled=False),
+        active_collision=ing.ActiveCollisionCostConfig(gain=1.0),
+        manipulability=ing.ManipulabilityCostConfig(gain=1.0),
+        base_orientation=ing.BaseOrientationCostConfig(gain=0.5),
+        guidance=GuidanceConfig(enabled=False),
+    )
+
+
+GAIN_SETS = {"paper": _paper_gains, "tuned": ReactiveControllerConfig}
+"""Makers of the named configurations that a scenario may start from."""
+
+
+def gain_set(name: str) -> ReactiveControllerConfig:
+    """A fresh configuration with the gains of that name."""
+    return GAIN_SETS[name]()
+
+
+def make_ingredients(
+    config: ReactiveControllerConfig, robot: RobotModel
+) -> list[Ingredient]:
+    """The ingredients that a configuration stands for."""
+    return [
+        ing.ServoTracking(config.servo, config.collision),
+        ing.VelocityCost(config.velocity_cost),
+        ing.VelocityLimits(config.velocity_limits),
+        ing.JointLimitDamper(config.joint_limits),
+        ing.CollisionDamper(config.collision),
+        ing.SelfCollisionDamper(config.self_collision, robot),
+        ing.ActiveCollisionCost(config.active_collision, config.collision),
+        ing.ManipulabilityCost(config.manipulability),
+        ing.BaseOrientationCost(config.base_orientation),
+    ]

@@ -1,0 +1,168 @@
+"""Whether pairs of spheres keep apart all along a path.
+
+Coarse before fine: a pair is looked at where the path starts and ends, and
+in between only where these two looks do not tell enough.
+"""
+
+import numpy as np
+from numba import njit
+
+from remosplat_drake.controller.verification.kernels.between_looks import (
+    apart,
+    bend_of,
+    longest_way,
+)
+from remosplat_drake.robot.kinematics import advance, body_poses, sphere_points
+
+_HALVINGS = 10
+"""A tick is halved so often; what is still unknown then is refused."""
+
+
+@njit(cache=True)
+def pair_distances(p_WS, radius, first, second, allowance):
+    """Distances between surfaces of pairs, plus allowances, shape (p,) [m]."""
+    distance = np.empty(len(first))
+    for k in range(len(first)):
+        i, j = first[k], second[k]
+        between = apart(p_WS[i], p_WS[j]) - radius[i] - radius[j]
+        distance[k] = between + allowance[k]
+    return distance
+
+
+@njit(cache=True)
+def pairs_keep_apart(robot, path, pairs, rate, distance, stopping, tolerance):
+    """Whether all pairs keep min(stopping, present distance) on a path.
+
+    Args:
+        robot: See `RobotModel.arrays`.
+        path: See `StoppingPath.arrays`.
+        pairs: First and second sphere of each, its pair of links, and what
+            its distance is counted too large by, shape (p,) each.
+        rate: Bounds on how fast the distances of each pair of links change
+            with each command, shape (l, n_u).
+        distance: Where the path starts, shape (p,) [m].
+        stopping: What they keep [m].
+        tolerance: Between times of the path they may be so far below [m].
+    """
+    speed, times = np.abs(path[1]), path[3]
+    radius, bend = robot[3], robot[4]
+    first, second, link_pair, allowance = pairs
+    travel = np.zeros(len(rate))
+    for k in range(len(rate)):
+        for c in range(len(speed)):
+            travel[k] += rate[k, c] * speed[c] * times[-1]
+    knots = np.zeros(len(times) + 1)
+    knots[1:] = times
+    p_WS = np.empty((len(knots), len(radius), 3))
+    is_placed = np.zeros(len(knots), np.bool_)
+    for k in range(len(first)):
+        room = max(distance[k] - stopping, 0.0)
+        if travel[link_pair[k]] < room:
+            continue
+        i, j = first[k], second[k]
+        level = min(distance[k], stopping) - allowance[k]
+        centres = level + radius[i] + radius[j]
+        both = bend_of(bend[i], speed) + bend_of(bend[j], speed)
+        pair = i, j, centres, both
+        if not _pair_keeps_apart(
+            robot, path, pair, knots, p_WS, is_placed, room, tolerance
+        ):
+            return False
+    return True
+
+
+@njit(cache=True)
+def _pair_keeps_apart(
+    robot, path, pair, knots, p_WS, is_placed, room, tolerance
+):
+    """The same for one pair; what it places, others need not place again."""
+    if not is_placed[0]:
+        _place(robot, path, 0.0, p_WS[0])
+        is_placed[0] = True
+    # What lies before `left` is clear; it goes from there to the last of
+    # `rights`, which nears it by halves where that is too far.
+    left = 0
+    rights = np.empty(64, np.int64)
+    rights[0] = len(knots) - 1
+    height = 1
+    while height:
+        right = rights[height - 1]
+        if not is_placed[right]:
+            _place(robot, path, knots[right], p_WS[right])
+            is_placed[right] = True
+        room_after = _room(p_WS[right], pair)
+        if not room_after >= 0.0:
+            return False
+        time = knots[right] - knots[left]
+        way = _way(p_WS[left], p_WS[right], pair, time)
+        if not room + room_after - way >= 0.0:
+            if right - left > 1:
+                rights[height] = (left + right) // 2
+                height += 1
+                continue
+            times = knots[left], knots[right]
+            places = p_WS[left], p_WS[right]
+            rooms = room, room_after
+            if not _keeps_apart_within(
+                robot, path, pair, times, places, rooms, tolerance
+            ):
+                return False
+        left, room = right, room_after
+        height -= 1
+    return True
+
+
+@njit(cache=True)
+def _keeps_apart_within(robot, path, pair, times, places, rooms, tolerance):
+    """The same within one tick, less the tolerance."""
+    shortest = 0.5**_HALVINGS * (times[1] - times[0])
+    rights = np.empty((_HALVINGS + 2, 2))
+    rights_p_WS = np.empty((_HALVINGS + 2, *places[0].shape))
+    rights[0] = times[1], rooms[1]
+    rights_p_WS[0] = places[1]
+    left, room, p_WS = times[0], rooms[0], places[0].copy()
+    height = 1
+    while height:
+        right, room_after = rights[height - 1]
+        place = rights_p_WS[height - 1]
+        way = _way(p_WS, place, pair, right - left)
+        if room + room_after - way >= -2.0 * tolerance:
+            left, room, p_WS[:] = right, room_after, place
+            height -= 1
+            continue
+        if right - left <= shortest:
+            return False
+        middle = 0.5 * (left + right)
+        _place(robot, path, middle, rights_p_WS[height])
+        rights[height] = middle, _room(rights_p_WS[height], pair)
+        if not rights[height, 1] >= -tolerance:
+            return False
+        height += 1
+    return True
+
+
+@njit(cache=True)
+def _place(robot, path, time, p_WS):
+    """All spheres at a time on the path."""
+    tree, body, p_BS = robot[0], robot[1], robot[2]
+    q, u, n_base, _ = path
+    q = advance(q, u, n_base, time)
+    X_WB, _ = body_poses(*tree, q)  # pyright: ignore
+    p_WS[:], _ = sphere_points(X_WB, body, p_BS)
+
+
+@njit(cache=True)
+def _room(p_WS, pair):
+    """What a pair has above its level [m]."""
+    i, j, centres, _ = pair
+    return apart(p_WS[i], p_WS[j]) - centres
+
+
+@njit(cache=True)
+def _way(p_WS, q_WS, pair, time):
+    """Bound on the way of the vector from one sphere to the other [m]."""
+    i, j, _, bend = pair
+    x = (p_WS[j, 0] - p_WS[i, 0]) - (q_WS[j, 0] - q_WS[i, 0])
+    y = (p_WS[j, 1] - p_WS[i, 1]) - (q_WS[j, 1] - q_WS[i, 1])
+    z = (p_WS[j, 2] - p_WS[i, 2]) - (q_WS[j, 2] - q_WS[i, 2])
+    return longest_way((x, y, z), (0.0, 0.0, 0.0), bend, time)

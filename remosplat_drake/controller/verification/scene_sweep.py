@@ -1,0 +1,211 @@
+"""Whether spheres keep their distance from the scene all along a path."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.controller.verification.kernels.between_looks import (
+    known_rooms,
+    longest_ways,
+)
+from remosplat_drake.controller.verification.kernels.scene_looks import (
+    look_along,
+)
+from remosplat_drake.controller.verification.stopping_path import StoppingPath
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import DistanceField
+
+Looks = tuple[np.ndarray, ...]
+"""What `look_along` returns."""
+
+_PIECES = 4
+"""Pieces into which the time between two looks is cut."""
+
+_ROUNDS = 5
+"""So often; what is still unknown after 4^5 pieces is refused."""
+
+
+def keeps_off_the_scene(
+    path: StoppingPath,
+    field: DistanceField,
+    p_WS: np.ndarray,
+    clearance: np.ndarray,
+    level: np.ndarray,
+    tolerance: float,
+) -> bool:
+    """Whether all clearances keep their level on a path.
+
+    They do so at its `times`, and less a tolerance at all times on it: see
+    `kernels/between_looks.py`. Of a field that is not Lipschitz, nothing is
+    said about what lies between.
+
+    Args:
+        path: The path.
+        field: The map.
+        p_WS: Centres of the robot's spheres where it starts, (n, 3) [m].
+        clearance: Their clearances, or lower bounds, shape (n,) [m].
+        level: What these must keep, shape (n,) [m].
+        tolerance: See above [m].
+    """
+    room = clearance - level
+    near = np.arange(len(room))
+    if field.is_lipschitz:
+        near = np.flatnonzero(~(path.sphere_travel() < room))
+    if not len(near):
+        return True
+    start, room = p_WS[near], room[near]
+    looks = look_along(
+        path.robot.arrays, path.arrays, near, start, room, tolerance
+    )
+    sweep = _Sweep(
+        path, field, near, level[near], start, room, looks[2], tolerance
+    )
+    if not field.is_lipschitz:
+        return sweep.is_clear_at_ends(looks)
+    return sweep.is_clear(looks)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Sweep:
+    """n spheres on a path.
+
+    Attributes:
+        path: The path.
+        field: The map.
+        sphere: Which spheres, shape (n,).
+        level: What their clearances must keep, shape (n,) [m].
+        start: Their centres where the path starts, shape (n, 3) [m].
+        room: What their clearances exceed the level by there, (n,) [m].
+        bend: Bounds on how fast their velocities change, (n,) [m/s^2].
+        tolerance: Between times of the path rooms may be so negative [m].
+    """
+
+    path: StoppingPath
+    field: DistanceField
+    sphere: np.ndarray
+    level: np.ndarray
+    start: np.ndarray
+    room: np.ndarray
+    bend: np.ndarray
+    tolerance: float
+
+    def is_clear_at_ends(self, looks: Looks) -> bool:
+        """Whether the clearances keep their level at the path's times."""
+        point, R_WL = looks[:2]
+        k, n = R_WL.shape[:2]
+        gap = np.tile(np.arange(n), k)
+        spheres = self._spheres(
+            gap, point[1:].reshape(-1, 3), R_WL.reshape(-1, 3, 3)
+        )
+        room = self._room(spheres, self.level[gap], np.zeros(1))
+        return bool((room >= 0.0).all())
+
+    def is_clear(self, looks: Looks) -> bool:
+        """Whether they keep it on the whole path, less the tolerance."""
+        point, R_WL, _, way, room, wanted = looks
+        self._ask(np.arange(len(self.room)), point[1:], R_WL, room, wanted)
+        if not (room >= 0.0).all():
+            return False
+        room = np.concatenate([self.room[None], room])
+        is_open = self._is_open(room, way)
+        if not is_open.any():
+            return True
+        place, gap = np.nonzero(is_open)
+        ends = np.stack([place, place + 1])
+        times = np.concatenate([[0.0], self.path.times])
+        return self._is_clear_between(
+            gap, times[ends], room[ends, gap], point[ends, gap]
+        )
+
+    def _is_clear_between(
+        self,
+        gap: np.ndarray,
+        time: np.ndarray,
+        room: np.ndarray,
+        point: np.ndarray,
+    ) -> bool:
+        """Looks between two times, again and again, at e spheres.
+
+        Args:
+            gap: Which of the n, shape (e,).
+            time: Before and after, shape (2, e) [s].
+            room: Then, shape (2, e) [m].
+            point: Then, shape (2, e, 3) [m].
+        """
+        shares = np.linspace(0.0, 1.0, _PIECES + 1)[1:-1, None]
+        for _ in range(_ROUNDS):
+            span = (time[1] - time[0]) / _PIECES
+            between = time[0] + _PIECES * shares * span
+            gaps = np.tile(gap, len(shares))
+            states, state = np.unique(between, return_inverse=True)
+            spheres = self._place(states, state.ravel(), gaps)
+            p_WS = spheres.p_WS.reshape(*between.shape, 3)
+            point = np.concatenate([point[:1], p_WS, point[1:]])
+            spans = np.tile(span, (_PIECES, 1))
+            way = longest_ways(point, spans, self.bend[gap])
+            found, wanted = known_rooms(
+                p_WS, self.start[gap], self.room[gap], way, self.tolerance
+            )
+            R_WL = spheres.R_WL.reshape(*between.shape, 3, 3)
+            self._ask(gap, p_WS, R_WL, found, wanted)
+            if not (found >= -self.tolerance).all():
+                return False
+            time = np.concatenate([time[:1], between, time[1:]])
+            room = np.concatenate([room[:1], found, room[1:]])
+            place, i = np.nonzero(self._is_open(room, way))
+            if not len(place):
+                return True
+            ends = np.stack([place, place + 1])
+            gap, time = gap[i], time[ends, i]
+            room, point = room[ends, i], point[ends, i]
+        return False
+
+    def _is_open(self, room: np.ndarray, way: np.ndarray) -> np.ndarray:
+        """Between which looks the room may fall too low, shape (k, n)."""
+        return ~(room[:-1] + room[1:] - way >= -2.0 * self.tolerance)
+
+    def _spheres(
+        self, gap: np.ndarray, p_WS: np.ndarray, R_WL: np.ndarray
+    ) -> Spheres:
+        """Some of the n spheres, where they are."""
+        return self.path.robot.placed(self.sphere[gap], p_WS, R_WL)
+
+    def _place(
+        self, times: np.ndarray, state: np.ndarray, gap: np.ndarray
+    ) -> Spheres:
+        return self.path.robot.place_spheres(
+            self.path.at(times), state, self.sphere[gap]
+        )
+
+    def _ask(
+        self,
+        gap: np.ndarray,
+        point: np.ndarray,
+        R_WL: np.ndarray,
+        room: np.ndarray,
+        wanted: np.ndarray,
+    ) -> None:
+        """Asks the map where a known room tells too little, and puts it in.
+
+        Args:
+            gap: Which of the n is looked at, shape (e,).
+            point: Where it is at each look, shape (k, e, 3) [m].
+            R_WL: Orientation of its link there, shape (k, e, 3, 3).
+            room: What is known, as `known_rooms` has it, shape (k, e) [m].
+            wanted: Likewise.
+        """
+        place, i = np.nonzero(~(room > wanted))
+        if len(place):
+            spheres = self._spheres(gap[i], point[place, i], R_WL[place, i])
+            room[place, i] = self._room(
+                spheres, self.level[gap[i]], wanted[place, i]
+            )
+
+    def _room(
+        self, spheres: Spheres, level: np.ndarray, wanted: np.ndarray
+    ) -> np.ndarray:
+        """The map's answer, or at least `wanted` where it is more [m]."""
+        reach = level.max() + wanted.max()
+        # Not at the distance itself: rows there are left out.
+        found = self.field.clearances(spheres, np.nextafter(reach, np.inf))
+        return np.minimum(found.per_sphere(len(spheres)), reach) - level

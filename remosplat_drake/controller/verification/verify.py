@@ -1,0 +1,155 @@
+"""Verify-then-scale: every command leaves a way to stop that the map allows.
+
+The program's damper rows are linear in u and hold where the tick starts.
+Before a command is applied, the path that follows is checked: one tick of the
+command and its braking ramp to a standstill. The supervisor's ramp is the
+same one.
+
+The guarantee. Let d_0 be a distance when control starts: a sphere's clearance
+of the scene, or the distance of two of the robot's spheres. Let d_s be the
+smallest stopping distance used. Then
+
+- at the end of every tick the distance is at least min(d_s, d_0),
+- at all times it is at least min(d_s, d_0) - `TOLERANCE`, and
+- no joint is ever beyond its limits, or farther than it was at the start,
+
+if
+
+- the scene does not move and the map is the truth (what the map misses is
+  not seen here either),
+- the robot executes commands exactly, each for one control period, and
+- the arithmetic is exact (it is so to about 1e-14 m).
+
+A map that is not Lipschitz, such as depth views, allows less: its own answer
+at the end of every tick, and nothing about the time between.
+
+Proof: when a command is applied, its path has been checked, at a level not
+below min(d_s, d_0); the next tick either finds a better command whose path
+passes the check, or takes the first step of the ramp that has passed it
+already.
+"""
+
+import dataclasses as dc
+from functools import cached_property
+
+import numpy as np
+
+from remosplat_drake.controller.braking import braking_command
+from remosplat_drake.controller.verification.scene_sweep import (
+    keeps_off_the_scene,
+)
+from remosplat_drake.controller.verification.self_sweep import SelfClearance
+from remosplat_drake.controller.verification.stopping_path import StoppingPath
+from remosplat_drake.robot.robot_model import RobotModel, RobotState
+from remosplat_drake.signals.distance_field import DistanceField
+
+SCALES = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
+"""Fractions of the way from braking to the command that are tried."""
+
+TOLERANCE = 5e-4
+"""Between the ends of ticks distances may fall so far below their level [m].
+
+Without it a sphere that glides along an obstacle at its stopping distance
+could never be shown to keep it.
+"""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What verification knows of the present tick.
+
+    Attributes:
+        robot: Predicts states.
+        field: The map.
+        state: Kinematics at the present configuration.
+        clearance: Present clearance of each sphere, or a lower bound of it
+            that is at least d_s, shape (n,) [m].
+        stopping: d_s [m].
+        dt: Control period [s].
+        acceleration_limit: Bounds on |du/dt| of the braking ramp; infinite
+            where the robot may stop at once, shape (n_u,).
+        self_clearance: What the robot keeps from itself; None: nothing.
+    """
+
+    robot: RobotModel
+    field: DistanceField
+    state: RobotState
+    clearance: np.ndarray
+    stopping: float
+    dt: float
+    acceleration_limit: np.ndarray
+    self_clearance: SelfClearance | None = None
+
+    @cached_property
+    def self_distances(self) -> np.ndarray:
+        """Present distances of the robot's pairs of spheres, (p,) [m]."""
+        assert self.self_clearance is not None
+        return self.self_clearance.distances(self.state.spheres.p_WS)
+
+
+def verified_command(
+    around: Surroundings, u: np.ndarray, u_previous: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """The command closest to u, towards braking, that may be applied.
+
+    Commands on the way from the braking ramp's next step (fraction 0) to u
+    (fraction 1) are tried; all of them respect the acceleration bounds if u
+    does. One passes if on its path each sphere stays at least min(d_s, its
+    present clearance) from the scene, likewise the robot's spheres from each
+    other, and each joint within its limits. At the ends of ticks there is no
+    tolerance, which would let distances creep down tick by tick. Fraction 0
+    needs no check: it was checked when the command being executed was.
+
+    Args:
+        around: Robot, map and present state.
+        u: The wanted command, shape (n_u,).
+        u_previous: The command being executed, shape (n_u,).
+
+    Returns:
+        The command and its fraction.
+    """
+    brake = braking_command(u_previous, around.acceleration_limit, around.dt)
+    for scale in SCALES:
+        command = u if scale == 1.0 else brake + scale * (u - brake)
+        if _survives(around, command):
+            return command, scale
+    return brake, 0.0
+
+
+def _survives(around: Surroundings, u: np.ndarray) -> bool:
+    """Whether the path of a command is allowed."""
+    path = StoppingPath.make(
+        around.robot, around.state.q, u, around.acceleration_limit, around.dt
+    )
+    return (
+        _keeps_joint_limits(path)
+        and _keeps_off_itself(around, path)
+        and keeps_off_the_scene(
+            path,
+            around.field,
+            around.state.spheres.p_WS,
+            around.clearance,
+            np.minimum(around.stopping, around.clearance),
+            TOLERANCE,
+        )
+    )
+
+
+def _keeps_joint_limits(path: StoppingPath) -> bool:
+    """Whether its end is within the limits, or no farther out than its start.
+
+    Joints move one way on a path, so the end is enough.
+    """
+    robot, end = path.robot, path.end
+    outside = (end < robot.position_lower) | (end > robot.position_upper)
+    if not outside.any():
+        return bool(np.isfinite(end).all())
+    lower = np.minimum(robot.position_lower, path.q)
+    upper = np.maximum(robot.position_upper, path.q)
+    return bool(((end >= lower) & (end <= upper)).all())
+
+
+def _keeps_off_itself(around: Surroundings, path: StoppingPath) -> bool:
+    if around.self_clearance is None:
+        return True
+    return around.self_clearance.is_kept(path, around.self_distances, TOLERANCE)

@@ -1,0 +1,54 @@
+"""What `verify.py` promises about a command, seen by looking very often.
+
+Slow, and without any bound in between: what tests hold the fast check
+against.
+"""
+
+import numpy as np
+
+from remosplat_drake.controller.verification.stopping_path import StoppingPath
+from remosplat_drake.controller.verification.verify import Surroundings
+
+
+def least_rooms(
+    around: Surroundings, u: np.ndarray, looks: int = 200
+) -> tuple[float, float]:
+    """How much more distance a command's path leaves than it must.
+
+    Args:
+        around: Robot, map and present state.
+        u: The command, shape (n_u,).
+        looks: So many in each tick.
+
+    Returns:
+        The smallest room of all spheres and pairs at the ends of ticks, and
+        at all looks [m].
+    """
+    path = StoppingPath.make(
+        around.robot, around.state.q, u, around.acceleration_limit, around.dt
+    )
+    times = np.concatenate([[0.0], path.times])
+    ends, between = [], []
+    for k in range(len(path.times)):
+        for time in np.linspace(times[k], times[k + 1], looks + 1)[1:]:
+            between.append(_room(around, path.at(np.array([time]))[0]))
+        ends.append(between[-1])
+    return min(ends), min(between)
+
+
+def _room(around: Surroundings, q: np.ndarray) -> float:
+    """The smallest room at a configuration [m]."""
+    spheres = around.robot.spheres_at(q)
+    distance = around.field.clearances(spheres).per_sphere(len(spheres))
+    level = np.minimum(around.stopping, around.clearance)
+    room = (distance - level).min()
+    own = around.self_clearance
+    if own is not None:
+        gap = spheres.p_WS[own.pairs.first] - spheres.p_WS[own.pairs.second]
+        radii = (
+            spheres.radius[own.pairs.first] + spheres.radius[own.pairs.second]
+        )
+        apart = np.linalg.norm(gap, axis=1) - radii + own.pairs.allowance
+        level = np.minimum(own.stopping, around.self_distances)
+        room = min(room, (apart - level).min(initial=np.inf))
+    return float(room)

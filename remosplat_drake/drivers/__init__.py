@@ -1,1 +1,0 @@
-"""Driver processes: what stands between the station's wire and a robot."""

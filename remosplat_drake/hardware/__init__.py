@@ -1,0 +1,1 @@
+"""The real robot: the wire, our end of it, its drivers and their stand-in."""

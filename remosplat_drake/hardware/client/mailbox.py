@@ -1,0 +1,52 @@
+"""`Mailbox`: the latest packet of a channel."""
+
+import math
+import struct
+import time
+
+from pydrake.lcm import DrakeLcm
+
+from remosplat_drake.hardware.wire.packets import from_utime
+
+_FINGERPRINT = 8  # Bytes.
+_STAMP = struct.Struct(">q")
+_STAMP_END = _FINGERPRINT + _STAMP.size
+
+
+class Mailbox:
+    """Keeps the latest packet of an LCM channel, as it came.
+
+    Drake's subscription holds one packet and drops newer ones until somebody
+    calls `HandleSubscriptions`, so "latest" is as of the call before the
+    present one; `RobotLink.flush` is how to get at the newest.
+
+    Attributes:
+        channel: The channel.
+        data: The latest packet; None before the first one.
+        received: When it was handed over, by the wall clock [s].
+        count: How many packets there were.
+    """
+
+    def __init__(self, lcm: DrakeLcm, channel: str):
+        """Subscribes."""
+        self.channel = channel
+        self.data: bytes | None = None
+        self.received = 0.0
+        self.count = 0
+        lcm.Subscribe(channel, self._receive)
+
+    @property
+    def stamp(self) -> float:
+        """Wall clock of the sender when it sent the latest packet [s].
+
+        Every status begins with its stamp, after LCM's fingerprint; it is
+        read without decoding the rest. NaN before the first packet.
+        """
+        if self.data is None or len(self.data) < _STAMP_END:
+            return math.nan
+        return from_utime(_STAMP.unpack_from(self.data, _FINGERPRINT)[0])
+
+    def _receive(self, data: bytes) -> None:
+        self.data = bytes(data)
+        self.received = time.time()
+        self.count += 1

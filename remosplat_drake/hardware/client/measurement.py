@@ -1,0 +1,113 @@
+"""`Measurement`: the latest of everything that the drivers told."""
+
+import dataclasses as dc
+import math
+
+import numpy as np
+
+from remosplat_drake.hardware.client.stream import Stream, advanced, broken
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.wire.base import BaseState, decode_base_status
+from remosplat_drake.hardware.wire.hand import HandState, decode_hand_status
+from remosplat_drake.hardware.wire.packets import BrokenMessage
+from remosplat_drake.hardware.wire.panda import PandaState, decode_panda_status
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Measurement:
+    """The latest good state of each part; copying returns the object itself.
+
+    A part that has not been heard of is None. A message that cannot be used
+    leaves the state before it in place; its stream says what was wrong.
+
+    Attributes:
+        arm: The arm.
+        arm_stream: Its statuses.
+        base: The base.
+        base_stream: Its statuses.
+        hand: The gripper.
+        counts: Packets so far, from arm, base and gripper.
+        moving_since: Since when the arm has been told to move, by our wall
+            clock [s]; infinite while it is told to stand.
+    """
+
+    arm: PandaState | None = None
+    arm_stream: Stream = dc.field(default_factory=Stream)
+    base: BaseState | None = None
+    base_stream: Stream = dc.field(default_factory=Stream)
+    hand: HandState | None = None
+    counts: tuple[int, ...] = (0, 0, 0)
+    moving_since: float = math.inf
+
+    def __deepcopy__(self, memo) -> "Measurement":
+        return self
+
+
+def with_arm_status(
+    measurement: Measurement,
+    data: bytes,
+    received: float,
+    n: int,
+    config: HardwareConfig,
+) -> Measurement:
+    """The measurement after a packet from the arm.
+
+    Args:
+        measurement: The latest one.
+        data: The packet.
+        received: When it came, by our wall clock [s].
+        n: Number of joints that the arm has.
+        config: Expiry times.
+    """
+    stream, before = measurement.arm_stream, measurement.arm
+    try:
+        arm = decode_panda_status(data, n)
+    except BrokenMessage as error:
+        stream = broken(stream, received, str(error))
+        return dc.replace(measurement, arm_stream=stream)
+    changed = before is None or _arm_changed(before, arm)
+    stream = advanced(
+        stream, arm.stamp, received, changed, config.arm_status_expiry
+    )
+    return dc.replace(measurement, arm=arm, arm_stream=stream)
+
+
+def _arm_changed(before: PandaState, after: PandaState) -> bool:
+    """Whether the robot's clock ran on or, where it is not told, a joint."""
+    if after.robot_stamp:
+        return after.robot_stamp != before.robot_stamp
+    return not (
+        np.array_equal(after.q, before.q) and np.array_equal(after.v, before.v)
+    )
+
+
+def with_base_status(
+    measurement: Measurement,
+    data: bytes,
+    received: float,
+    config: HardwareConfig,
+) -> Measurement:
+    """The measurement after a packet from the base; see the arm's."""
+    stream = measurement.base_stream
+    try:
+        base = decode_base_status(data)
+    except BrokenMessage as error:
+        stream = broken(stream, received, str(error))
+        return dc.replace(measurement, base_stream=stream)
+    # A base that is told to turn the arm only stands still: its odometry may
+    # repeat itself for good.
+    stream = advanced(
+        stream, base.stamp, received, True, config.base_status_expiry
+    )
+    return dc.replace(measurement, base=base, base_stream=stream)
+
+
+def with_hand_status(measurement: Measurement, data: bytes) -> Measurement:
+    """The measurement after a packet from the gripper; broken ones are lost.
+
+    Nothing that keeps the robot safe rests on the gripper's width.
+    """
+    try:
+        return dc.replace(measurement, hand=decode_hand_status(data))
+    except BrokenMessage:
+        return measurement

@@ -1,0 +1,173 @@
+"""`RemoteRobot`: the ports of a station, at the near end of a wire."""
+
+import dataclasses as dc
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    LeafSystem,
+    State,
+)
+
+from remosplat_drake.hardware.client.measurement import Measurement
+from remosplat_drake.hardware.client.robot_link import RobotLink
+from remosplat_drake.hardware.client.status_monitor import station_status
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.wire.base import extrapolated_pose
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.signals.station_status import (
+    RUNNING,
+    STOPPED,
+    StationStatus,
+)
+from remosplat_drake.station.commands import CommandInputs
+
+
+class RemoteRobot(LeafSystem):
+    """A robot whose drivers are elsewhere.
+
+    .. pydrake_system::
+
+        name: RemoteRobot
+        input_ports:
+        - base.velocity_commanded
+        - panda.velocity_commanded
+        - hand.command
+        output_ports:
+        - base.pose_measured
+        - base.velocity_measured
+        - panda.position_measured
+        - panda.velocity_measured
+        - hand.state
+        - status
+
+    The context's time is the wall clock, in seconds of the Unix epoch.
+    Nothing happens on its own: `receive` takes what the link has heard into
+    the state (initialization does, too), a forced publish sends the commands.
+    A loop that has stopped ticking falls silent, and the drivers stop.
+
+    Names are those of `ports.station_ports`. `base.pose_measured` is the
+    odometry, extrapolated to the context's time. Before the first status of
+    a part its outputs are NaN. A command that is not finite is replaced by
+    zeros, one beyond the base's limits is scaled to them, and `status` says so.
+    """
+
+    def __init__(
+        self, *, robot: RobotModel, link: RobotLink, config: HardwareConfig
+    ):
+        """Declares state and ports.
+
+        Args:
+            robot: The robot.
+            link: The wire to it.
+            config: Expiry times and channels.
+        """
+        super().__init__()
+        self._robot = robot
+        self._link = link
+        self._config = config
+        self._commands = CommandInputs(self, robot)
+        self._cell = self.DeclareAbstractState(Value(Measurement()))
+        self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
+        self.DeclareForcedPublishEvent(self._send)
+        self._declare_outputs()
+
+    def _declare_outputs(self) -> None:
+        description = self._robot.description
+        n_arm = len(description.arm.joints)
+        state = {self.abstract_state_ticket(self._cell)}
+        now = {*state, self.time_ticket()}
+        outputs = [
+            (ports.arm_position(description), n_arm, self._calc_arm, state),
+            (ports.arm_velocity(description), n_arm, self._calc_rates, state),
+        ]
+        if description.base:
+            outputs += [
+                (ports.BASE_POSE, 3, self._calc_base, now),
+                (ports.BASE_VELOCITY, 2, self._calc_base_velocity, state),
+            ]
+        if description.hand:
+            name = ports.hand_state(description)
+            outputs.append((name, 2, self._calc_hand, state))
+        for name, size, calc, prerequisites in outputs:
+            self.DeclareVectorOutputPort(name, size, calc, prerequisites)
+        self.DeclareAbstractOutputPort(
+            ports.STATUS,
+            lambda: Value(StationStatus()),
+            self._calc_status,
+            {*now, self._commands.ticket},
+        )
+
+    def _measurement(self, context: Context) -> Measurement:
+        return context.get_abstract_state(int(self._cell)).get_value()
+
+    def receive(self, context: Context) -> None:
+        """Takes what the link has heard into the state, between two steps.
+
+        An event of each step would do the same, but copy the state of the
+        whole diagram every time.
+
+        Args:
+            context: The system's own.
+        """
+        value = context.get_mutable_abstract_state(int(self._cell))
+        value.set_value(self._link.updated(value.get_value()))
+
+    def _initialize(self, context: Context, state: State) -> None:
+        measurement = self._link.updated(self._measurement(context))
+        state.get_mutable_abstract_state(int(self._cell)).set_value(measurement)
+
+    def _send(self, context: Context) -> None:
+        command = self._commands.read(context)
+        self._link.send(command.u)
+        if command.width is not None:
+            self._link.send_hand(command.width, command.force)
+
+    def _calc_arm(self, context: Context, output: BasicVector) -> None:
+        arm = self._measurement(context).arm
+        output.SetFromVector(arm.q if arm else _unknown(output))
+
+    def _calc_rates(self, context: Context, output: BasicVector) -> None:
+        arm = self._measurement(context).arm
+        output.SetFromVector(arm.v if arm else _unknown(output))
+
+    def _calc_base(self, context: Context, output: BasicVector) -> None:
+        base = self._measurement(context).base
+        if base is None:
+            output.SetFromVector(_unknown(output))
+            return
+        age = context.get_time() - base.stamp
+        age = min(max(age, 0.0), self._config.base_status_expiry)
+        output.SetFromVector(extrapolated_pose(base.pose, base.velocity, age))
+
+    def _calc_base_velocity(
+        self, context: Context, output: BasicVector
+    ) -> None:
+        base = self._measurement(context).base
+        output.SetFromVector(base.velocity if base else _unknown(output))
+
+    def _calc_hand(self, context: Context, output: BasicVector) -> None:
+        hand = self._measurement(context).hand
+        output.SetFromVector(hand.width if hand else _unknown(output))
+
+    def _calc_status(self, context: Context, output: Value) -> None:
+        command = self._commands.read(context)
+        status = station_status(
+            self._measurement(context),
+            self._config,
+            self._robot.n_base > 0,
+            context.get_time(),
+        )
+        if status.mode == RUNNING and command.status.mode != RUNNING:
+            status = command.status
+        problem = self._link.command_problem(command.u)
+        if status.mode == RUNNING and problem:
+            status = dc.replace(status, mode=STOPPED, stop_reason=problem)
+        output.set_value(status)
+
+
+def _unknown(output: BasicVector) -> np.ndarray:
+    return np.full(output.size(), np.nan)

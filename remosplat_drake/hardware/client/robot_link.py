@@ -1,0 +1,212 @@
+"""`RobotLink`: the LCM end of a robot, packets in and commands out."""
+
+import dataclasses as dc
+import math
+import time
+
+import numpy as np
+from pydrake.lcm import DrakeLcm
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.ranges import check_ranges
+from remosplat_drake.hardware.client.mailbox import Mailbox
+from remosplat_drake.hardware.client.measurement import (
+    Measurement,
+    with_arm_status,
+    with_base_status,
+    with_hand_status,
+)
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.wire.base import encode_base_command
+from remosplat_drake.hardware.wire.command_limits import (
+    command_bounds,
+    excess,
+    scaled_command,
+)
+from remosplat_drake.hardware.wire.hand import encode_hand_command
+from remosplat_drake.hardware.wire.panda import encode_panda_command
+from remosplat_drake.robot.robot_model import RobotModel
+
+ARM_PERIOD = 1e-3
+"""Time between two statuses of the arm [s]."""
+
+_MOVING = 0.02
+"""Joint rate from which the arm is expected to move measurably [rad/s]."""
+
+
+class RobotLink:
+    """Talks to the drivers of one robot.
+
+    It outlives the diagram: when that fails, whoever runs it can still bring
+    the robot to rest.
+
+    Attributes:
+        lcm: Where the messages are.
+        arm: The arm's statuses.
+        base: The base's statuses; None for a fixed robot.
+        hand: The gripper's statuses; None for a robot without one.
+        u: The command that was sent last, shape (n_u,).
+        sent: When that was, by the wall clock [s]; -inf before the first.
+    """
+
+    def __init__(self, config: HardwareConfig, robot: RobotModel):
+        """Opens the wire; nothing is sent.
+
+        Raises:
+            FieldError: A value of the configuration is unusable.
+        """
+        self._config = config
+        self._robot = robot
+        check_ranges(config, field="hardware")
+        self.lcm = DrakeLcm(config.lcm_url)
+        description, names = robot.description, config.channels
+        self.arm = Mailbox(self.lcm, names.arm_status)
+        self.base = self.hand = None
+        if description.base:
+            self.base = Mailbox(self.lcm, names.base_status)
+        if description.hand:
+            self.hand = Mailbox(self.lcm, names.hand_status)
+        self.u = np.zeros(robot.n_u)
+        self.sent = -math.inf
+        self._moving_since = math.inf
+        self._hand_sent = -math.inf
+        yaw_rate = config.base_yaw_rate
+        self._lower, self._upper = command_bounds(
+            robot.n_u,
+            [config.base_forward_lower, -yaw_rate][: robot.n_base],
+            [config.base_forward_upper, yaw_rate][: robot.n_base],
+        )
+
+    def take_out(self) -> None:
+        """Takes out the packets that wait, so that newer ones are kept."""
+        self.lcm.HandleSubscriptions(0)
+
+    def flush(self, timeout: float) -> bool:
+        """Gets the newest packets.
+
+        Those that waited in Drake's subscriptions are the oldest since the
+        last call. They are taken out first; unless the arm's status among
+        them is the newest even so, its next one is waited for, a millisecond
+        at most.
+
+        Args:
+            timeout: How long to wait for the arm [s].
+
+        Returns:
+            Whether the arm was heard within the timeout.
+        """
+        self.take_out()
+        if 0 <= time.time() - self.arm.stamp < ARM_PERIOD:
+            return True
+        count, deadline = self.arm.count, time.monotonic() + timeout
+        while self.arm.count == count:
+            left = deadline - time.monotonic()
+            if left <= 0:
+                return False
+            self.lcm.HandleSubscriptions(math.ceil(1e3 * left))
+        return True
+
+    def wait_for_statuses(self) -> None:
+        """Waits until arm and base have been heard anew.
+
+        Raises:
+            RemoSplatError: One of them kept silent; names its channel.
+        """
+        self.take_out()
+        silent = {
+            box.channel: (box, box.count)
+            for box in (self.arm, self.base)
+            if box
+        }
+        deadline = time.monotonic() + self._config.connect_timeout
+        while silent:
+            if time.monotonic() > deadline:
+                raise RemoSplatError(
+                    f"no {' and no '.join(silent)} on {self._config.lcm_url}"
+                    f" within {self._config.connect_timeout:g} s;"
+                    " is the driver running?"
+                )
+            self.lcm.HandleSubscriptions(50)
+            silent = {
+                channel: (box, count)
+                for channel, (box, count) in silent.items()
+                if box.count == count
+            }
+
+    def updated(self, measurement: Measurement) -> Measurement:
+        """The measurement with the packets that it does not know yet."""
+        n = len(self._robot.description.arm.joints)
+        boxes = (self.arm, self.base, self.hand)
+        counts = tuple(box.count if box else 0 for box in boxes)
+        known = measurement.counts, measurement.moving_since
+        if known == (counts, self._moving_since):
+            return measurement
+        for box, count, seen in zip(
+            boxes, counts, measurement.counts, strict=True
+        ):
+            if box is None or box.data is None or count == seen:
+                continue
+            data, received = box.data, box.received
+            if box is self.arm:
+                measurement = with_arm_status(
+                    measurement, data, received, n, self._config
+                )
+            elif box is self.base:
+                measurement = with_base_status(
+                    measurement, data, received, self._config
+                )
+            else:
+                measurement = with_hand_status(measurement, data)
+        return dc.replace(
+            measurement, counts=counts, moving_since=self._moving_since
+        )
+
+    def command_problem(self, u: np.ndarray) -> str:
+        """Why a command must not be sent as it is; empty if it may.
+
+        Args:
+            u: Velocities, shape (n_u,).
+        """
+        found = excess(u, self._lower, self._upper)
+        if found is None:
+            return ""
+        i, bound = found
+        name, unit = (("forward speed", "m/s"), ("yaw rate", "rad/s"))[i]
+        return (
+            f"the base's {name} is commanded to be {u[i]:.3f} {unit}, beyond"
+            f" {bound:.3f} {unit}"
+        )
+
+    def send(self, u: np.ndarray) -> None:
+        """Sends a command to base and arm, stamped now.
+
+        Args:
+            u: Velocities, shape (n_u,); scaled as a whole to the base's
+                limits, and replaced by zeros where not finite. Either is a
+                fault, for which the station's status has a reason.
+        """
+        if not np.isfinite(u).all():
+            u = np.zeros_like(u)
+        u = scaled_command(u, self._lower, self._upper)
+        n_base, names = self._robot.n_base, self._config.channels
+        now = time.time()
+        arm = encode_panda_command(u[n_base:], now)
+        self.lcm.Publish(names.arm_command, arm)
+        if n_base:
+            base = encode_base_command(u[:n_base], now)
+            self.lcm.Publish(names.base_command, base)
+        self.u, self.sent = u, now
+        if not (np.abs(u[n_base:]) > _MOVING).any():
+            self._moving_since = math.inf
+        elif math.isinf(self._moving_since):
+            self._moving_since = now
+
+    def send_hand(self, width: float, force: float) -> None:
+        """Sends a command to the gripper if one is due."""
+        now = time.time()
+        if now - self._hand_sent >= self._config.hand_period:
+            self._hand_sent = now
+            self.lcm.Publish(
+                self._config.channels.hand_command,
+                encode_hand_command(width, force, now),
+            )

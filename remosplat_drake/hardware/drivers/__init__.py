@@ -1,0 +1,1 @@
+"""Driver processes: what stands between the wire and a robot."""

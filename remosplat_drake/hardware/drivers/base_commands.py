@@ -1,0 +1,118 @@
+"""The base driver's rules for `BASE_COMMAND`.
+
+Two watchdogs guard the base: stamps expire as the arm's do, and a base that
+hears nothing for 0.2 s stops whatever the stamps said. A command beyond the
+maxima is clamped: the LD-60's ROS node would reject it, and go on at the old
+speed with its own watchdog disarmed.
+"""
+
+import dataclasses as dc
+import math
+
+import numpy as np
+
+from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
+from remosplat_drake.hardware.wire.command_limits import scaled_command
+from remosplat_drake.hardware.wire.messages.base_command import base_command
+from remosplat_drake.hardware.wire.packets import (
+    BrokenMessage,
+    decode,
+    is_expired,
+)
+
+WATCHDOG = 0.2
+"""Silence after which the base stops [s]."""
+
+
+@dc.dataclass(frozen=True)
+class BaseMaxima:
+    """What the LD-60's ROS node is configured to carry out.
+
+    Attributes:
+        forward: Greatest speed forward [m/s].
+        reverse: Greatest speed backwards [m/s]; nothing looks back there.
+        yaw_rate: Greatest turning rate, either way [rad/s].
+    """
+
+    forward: float = 1.0
+    reverse: float = 0.25
+    yaw_rate: float = 0.873
+
+
+def clamped(
+    forward: float, yaw_rate: float, maxima: BaseMaxima
+) -> tuple[float, float]:
+    """A command within the maxima, scaled as a whole so that its arc stays.
+
+    A command that is not finite becomes a stop.
+
+    Args:
+        forward: Speed asked for [m/s].
+        yaw_rate: Turning rate asked for [rad/s].
+        maxima: The bounds.
+    """
+    u = np.array([forward, yaw_rate])
+    if not np.isfinite(u).all():
+        return 0.0, 0.0
+    lower = np.array([-maxima.reverse, -maxima.yaw_rate])
+    upper = np.array([maxima.forward, maxima.yaw_rate])
+    # Rounding may leave the multiple a bit beyond its bound.
+    u = np.clip(scaled_command(u, lower, upper), lower, upper)
+    return float(u[0]), float(u[1])
+
+
+class BaseCommands:
+    """The latest command, for as long as it counts."""
+
+    def __init__(
+        self,
+        maxima: BaseMaxima | None = None,
+        expiry: float = COMMAND_EXPIRY,
+        watchdog: float = WATCHDOG,
+    ):
+        """Starts without a command.
+
+        Args:
+            maxima: Bounds on what is carried out.
+            expiry: How far a stamp may be from the driver's clock [s].
+            watchdog: Silence after which the base stops [s].
+        """
+        self._maxima = maxima or BaseMaxima()
+        self._expiry = expiry
+        self._watchdog = watchdog
+        self._utime = 0
+        self._arrival = -math.inf
+        self._velocity = (0.0, 0.0)
+        self.received = 0
+
+    def receive(self, data: bytes, time: float) -> None:
+        """Takes a message from the wire; one that is none is ignored.
+
+        Args:
+            data: The encoded `base_command`.
+            time: A clock that never jumps [s].
+        """
+        try:
+            message = decode(base_command, data)
+        except BrokenMessage:
+            return
+        self._utime = message.utime
+        self._arrival = time
+        self._velocity = clamped(
+            message.forward, message.yaw_rate, self._maxima
+        )
+        self.received += 1
+
+    def velocity(self, now: int, time: float) -> tuple[float, float]:
+        """Forward speed and yaw rate to aim for [m/s, rad/s].
+
+        Args:
+            now: The driver's wall clock [us].
+            time: The clock that `receive` was given [s].
+        """
+        silence = time - self._arrival
+        expired = is_expired(self._utime, now, self._expiry)
+        if expired or silence > self._watchdog:
+            # Dropped for good: a stamp from the future must not count later.
+            self._velocity = (0.0, 0.0)
+        return self._velocity

@@ -1,0 +1,99 @@
+"""`HandDriver`: `PANDA_HAND_COMMAND` and its status for a Franka hand."""
+
+import math
+import threading
+from typing import Protocol
+
+from pydrake.lcm import DrakeLcmInterface
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.hardware.drivers.hand_messages import (
+    hand_status,
+    read_command,
+)
+from remosplat_drake.hardware.wire.channels import (
+    PANDA_HAND_COMMAND,
+    PANDA_HAND_STATUS,
+)
+from remosplat_drake.hardware.wire.inbox import Inbox
+
+
+class FrankaHand(Protocol):
+    """A hand that moves when told, and what it measures."""
+
+    def width(self) -> float:
+        """Opening of the fingers [m]."""
+        ...
+
+    def go_to(self, width: float, force: float) -> None:
+        """Moves the fingers [m, N]; returns when they have stopped.
+
+        Raises:
+            RemoSplatError: They did not move as told.
+        """
+        ...
+
+
+class HandDriver:
+    """Commands in, motions and statuses out, a tenth of a second a `step`.
+
+    A command is carried out once: equal ones after it are ignored, and of
+    those that come during a motion the last one counts.
+    """
+
+    def __init__(self, lcm: DrakeLcmInterface, hand: FrankaHand):
+        """Subscribes; the fingers stay where they are.
+
+        Args:
+            lcm: The station's wire.
+            hand: The hand.
+        """
+        self._lcm = lcm
+        self._hand = hand
+        self._inbox = Inbox(lcm, [PANDA_HAND_COMMAND])
+        self._wanted: tuple[float, float] | None = None
+        self._done: tuple[float, float] | None = None
+        self._motion: threading.Thread | None = None
+        self._failure: RemoSplatError | None = None
+        self._last = (math.nan, 0)
+
+    def step(self, now: int) -> None:
+        """Hears, moves and tells.
+
+        Args:
+            now: Wall clock [us].
+
+        Raises:
+            RemoSplatError: The latest motion failed.
+        """
+        if self._failure is not None:
+            raise self._failure
+        for _, data in self._inbox.fetch():
+            self._wanted = read_command(data) or self._wanted
+        wanted = self._wanted
+        if wanted is not None and wanted != self._done and not self._moving():
+            self._done = wanted
+            self._motion = threading.Thread(
+                target=self._move, args=wanted, daemon=True
+            )
+            self._motion.start()
+        width = self._hand.width()
+        status = hand_status(width, self._rate(width, now), now)
+        self._lcm.Publish(PANDA_HAND_STATUS, status.encode())
+
+    def _move(self, width: float, force: float) -> None:
+        """Runs in a thread, where nobody would see an exception."""
+        try:
+            self._hand.go_to(width, force)
+        except RemoSplatError as error:
+            self._failure = error
+
+    def _moving(self) -> bool:
+        return self._motion is not None and self._motion.is_alive()
+
+    def _rate(self, width: float, now: int) -> float:
+        """Rate of the width since the status before; the hand has none."""
+        last, then = self._last
+        self._last = (width, now)
+        rate = 1e6 * (width - last) / max(now - then, 1)
+        return rate if math.isfinite(rate) else 0.0

@@ -1,0 +1,37 @@
+"""The hand's messages, which are those of Schunk's gripper: millimetres."""
+
+import math
+
+from drake import lcmt_schunk_wsg_command, lcmt_schunk_wsg_status
+
+from remosplat_drake.hardware.wire.packets import BrokenMessage, decode
+
+PERIOD = 0.1
+"""Period of a hand driver's loop [s]."""
+
+_MILLIMETRES = 1e3
+
+
+def read_command(data: bytes) -> tuple[float, float] | None:
+    """Width and force of a command [m, N]; None if it is broken."""
+    try:
+        message = decode(lcmt_schunk_wsg_command, data)
+    except BrokenMessage:
+        return None
+    command = (message.target_position_mm / _MILLIMETRES, message.force)
+    return command if all(map(math.isfinite, command)) else None
+
+
+def hand_status(width: float, rate: float, now: int) -> lcmt_schunk_wsg_status:
+    """The status message of a hand.
+
+    Args:
+        width: Opening of the fingers [m].
+        rate: Its rate [m/s].
+        now: Wall clock [us].
+    """
+    message = lcmt_schunk_wsg_status()
+    message.utime = now
+    message.actual_position_mm = _MILLIMETRES * float(width)
+    message.actual_speed_mm_per_s = _MILLIMETRES * float(rate)
+    return message

@@ -1,0 +1,110 @@
+"""`PandaDriver`: `PANDA_COMMAND` and `PANDA_STATUS` for an arm of libfranka.
+
+It keeps drake-franka-driver's rules. Between the wire and the arm stands the
+same filter as in libfranka's velocity mode.
+"""
+
+from typing import Any, Protocol
+
+import numpy as np
+from drake import lcmt_panda_status
+from pydrake.lcm import DrakeLcmInterface
+
+from remosplat_drake.hardware.drivers.panda_commands import (
+    JOINTS,
+    PandaCommands,
+)
+from remosplat_drake.hardware.drivers.panda_limits import (
+    AT_REST,
+    JointCommand,
+    next_command,
+)
+from remosplat_drake.hardware.wire.channels import PANDA_COMMAND, PANDA_STATUS
+from remosplat_drake.hardware.wire.inbox import Inbox
+
+
+class FrankaArm(Protocol):
+    """An arm that takes joint rates, and what it tells."""
+
+    def state(self) -> Any:
+        """The latest `RobotState`, with the attributes of libfranka's."""
+        ...
+
+    def set_velocity(self, velocity: np.ndarray) -> None:
+        """Makes the joints move at these rates, shape (7,) [rad/s]."""
+        ...
+
+    def problem(self) -> str:
+        """Why the arm has stopped by itself; empty while it has not."""
+        ...
+
+
+class PandaDriver:
+    """Commands in, joint rates and statuses out, a millisecond a `step`."""
+
+    def __init__(self, lcm: DrakeLcmInterface, arm: FrankaArm):
+        """Subscribes; nothing moves before a command comes.
+
+        Args:
+            lcm: The station's wire.
+            arm: The arm, under control.
+        """
+        self._lcm = lcm
+        self._arm = arm
+        self._inbox = Inbox(lcm, [PANDA_COMMAND])
+        self._commands = PandaCommands()
+        self._command: JointCommand = AT_REST
+
+    def step(self, now: int) -> None:
+        """Hears, moves and tells.
+
+        Args:
+            now: Wall clock [us].
+
+        Raises:
+            CommandError: A message was no velocity command.
+        """
+        for _, data in self._inbox.fetch():
+            self._commands.receive(data)
+        self._advance(self._commands.velocity(now))
+        status = panda_status(self._arm.state(), self._command, now)
+        self._lcm.Publish(PANDA_STATUS, status.encode())
+
+    def brake(self) -> bool:
+        """One millisecond of a ramp to zero; whether the arm stands."""
+        self._advance(np.zeros(JOINTS))
+        return not np.abs(self._command.velocity).max() > 1e-4
+
+    def _advance(self, target: np.ndarray) -> None:
+        self._command = next_command(target, self._command)
+        self._arm.set_velocity(self._command.velocity)
+
+
+def panda_status(
+    state: Any, command: JointCommand, now: int
+) -> lcmt_panda_status:
+    """The message that drake-franka-driver would make of a robot's state.
+
+    Desired rates and accelerations are the driver's own: an arm under torque
+    control knows none.
+
+    Args:
+        state: A `RobotState`.
+        command: What the driver has commanded.
+        now: Wall clock [us].
+    """
+    status = lcmt_panda_status()
+    status.utime = now
+    status.num_joints = JOINTS
+    status.joint_position = list(state.q)
+    status.joint_position_desired = list(state.q_d)
+    status.joint_velocity = list(state.dq)
+    status.joint_velocity_desired = command.velocity.tolist()
+    status.joint_acceleration_desired = command.acceleration.tolist()
+    status.joint_torque = list(state.tau_J)
+    status.joint_torque_desired = list(state.tau_J_d)
+    status.joint_torque_external = list(state.tau_ext_hat_filtered)
+    status.control_command_success_rate = state.control_command_success_rate
+    status.robot_mode = int(state.robot_mode)
+    status.robot_utime = round(1000 * state.time.to_msec())
+    return status

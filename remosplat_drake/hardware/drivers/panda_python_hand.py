@@ -1,0 +1,67 @@
+"""`PandaPythonHand`: a real Franka hand through panda-python."""
+
+from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
+from remosplat_drake.hardware.drivers.franka_host import (
+    check_reachable,
+    one_line,
+)
+
+SPEED = 0.1
+"""Speed of the fingers' opening [m/s]."""
+
+_NARROWER = 1e-3
+
+
+class PandaPythonHand:
+    """A hand that has found its zero."""
+
+    def __init__(self, host: str):
+        """Connects; the fingers open once to find their range.
+
+        Args:
+            host: Name or address of the arm's controller.
+
+        Raises:
+            RemoSplatError: panda-python is absent, or nobody answers.
+        """
+        try:
+            from panda_py import libfranka
+        except ImportError as error:
+            raise MissingExtraError("the Panda driver", "panda") from error
+        check_reachable(host, hand=True)
+        try:
+            self._gripper = libfranka.Gripper(host)
+            self._gripper.homing()
+        except RuntimeError as error:
+            raise RemoSplatError(f"{host}: {one_line(error)}") from error
+
+    def width(self) -> float:
+        """Opening of the fingers [m].
+
+        Raises:
+            RemoSplatError: The connection is lost.
+        """
+        try:
+            return self._gripper.read_once().width
+        except RuntimeError as error:
+            raise RemoSplatError(f"the hand: {one_line(error)}") from error
+
+    def go_to(self, width: float, force: float) -> None:
+        """Moves the fingers; closing, they hold whatever they meet.
+
+        Args:
+            width: Opening to go to [m].
+            force: Of the grip [N].
+
+        Raises:
+            RemoSplatError: The hand refuses, or the connection is lost.
+        """
+        widens = width > self.width() - _NARROWER
+        try:
+            if widens:
+                self._gripper.move(width, SPEED)
+            else:
+                # Any width at which something stops the fingers will do.
+                self._gripper.grasp(width, SPEED, force, 1.0, 1.0)
+        except RuntimeError as error:
+            raise RemoSplatError(f"the hand: {one_line(error)}") from error

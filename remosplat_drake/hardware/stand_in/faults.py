@@ -1,0 +1,157 @@
+"""What can go wrong with a robot, by name, on a schedule or on request.
+
+A fault is written NAME[=VALUE]@START[+DURATION], for example
+`status-stops@3` or `clock-jump=-0.5@2+1`. START counts from the first command
+that the robot hears [s]; without a duration a fault lasts.
+"""
+
+import dataclasses as dc
+import math
+import re
+from collections.abc import Sequence
+
+from drake import lcmt_drake_signal, lcmt_panda_status
+
+from remosplat_drake.base.errors import FieldError, unknown_name
+from remosplat_drake.hardware.wire.packets import BrokenMessage, decode
+
+CHANNEL = "HARDWARE_SIM_FAULT"
+"""lcmt_drake_signal: names of faults with their values, to begin now; the
+name `recover` ends all of them and presses every reset button."""
+
+RECOVER = "recover"
+
+FAULTS = {
+    "status-stops": "the arm's statuses stop; the arm goes on",
+    "status-freezes": "the arm's statuses repeat the last one, stamped anew",
+    "status-nan": "one joint position of the arm's statuses is not a number",
+    "status-joints": "the arm's statuses have VALUE joints (default 6)",
+    "clock-jump": "the robot's wall clock is VALUE seconds ahead (default 1)",
+    "packet-loss": "a share VALUE of the arm's packets is lost (default 0.5)",
+    "reflex": "the arm stops by reflex until `recover`",
+    "user-stop": "the arm's user stop is pressed until `recover`",
+    "base-status-stops": "the base's statuses stop; the base goes on",
+    "base-protective-stop": "the base stops, and returns after 2 s",
+    "base-emergency-stop": "the base stops until `recover`",
+    RECOVER: "ends every fault and releases every stop",
+}
+
+_DEFAULTS = {"status-joints": 6.0, "clock-jump": 1.0, "packet-loss": 0.5}
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_PATTERN = re.compile(
+    rf"([a-z-]+)(?:=({_NUMBER}))?@(\d+\.?\d*)(?:\+(\d+\.?\d*))?"
+)
+
+
+@dc.dataclass(frozen=True)
+class Fault:
+    """One thing that goes wrong.
+
+    Attributes:
+        name: A key of `FAULTS`.
+        value: How much, where that has a meaning.
+        start: When it begins, after the first command [s].
+        end: When it ends [s]; infinite for never.
+    """
+
+    name: str
+    value: float
+    start: float = 0.0
+    end: float = math.inf
+
+
+def parse_fault(text: str) -> Fault:
+    """Reads NAME[=VALUE]@START[+DURATION].
+
+    Raises:
+        FieldError: It is not written so, or there is no such fault.
+    """
+    match = _PATTERN.fullmatch(text)
+    if match is None:
+        raise FieldError(
+            "--fault", text, "expected NAME[=VALUE]@START[+DURATION]"
+        )
+    name, value, start, duration = match.groups()
+    if name not in FAULTS:
+        raise FieldError("--fault", text, unknown_name("fault", name, FAULTS))
+    return Fault(
+        name,
+        float(value) if value else _DEFAULTS.get(name, 0.0),
+        float(start),
+        float(start) + float(duration) if duration else math.inf,
+    )
+
+
+def requested_faults(data: bytes) -> list[Fault]:
+    """The faults that a message on `CHANNEL` names; unknown ones left out."""
+    try:
+        message = decode(lcmt_drake_signal, data)
+    except BrokenMessage:
+        return []
+    return [
+        Fault(name, value or _DEFAULTS.get(name, 0.0))
+        for name, value in zip(message.coord, message.val, strict=False)
+        if name in FAULTS
+    ]
+
+
+class FaultSchedule:
+    """Which faults are present, and which have just begun."""
+
+    def __init__(self, faults: Sequence[Fault] = ()):
+        """Nothing has begun yet.
+
+        Args:
+            faults: What shall happen and when.
+        """
+        self._waiting = sorted(faults, key=lambda fault: fault.start)
+        self._active: dict[str, Fault] = {}
+
+    def begin(self, fault: Fault) -> None:
+        """Adds a fault, or ends all of them if it is `recover`."""
+        if fault.name == RECOVER:
+            self._active.clear()
+        else:
+            self._active[fault.name] = fault
+
+    def advance(self, t: float) -> list[Fault]:
+        """Begins what is due and ends what is over.
+
+        Args:
+            t: Time since the first command [s]; negative before it.
+
+        Returns:
+            The faults that begin now.
+        """
+        begun = [fault for fault in self._waiting if fault.start <= t]
+        del self._waiting[: len(begun)]
+        for fault in begun:
+            self.begin(fault)
+        for fault in [f for f in self._active.values() if f.end <= t]:
+            del self._active[fault.name]
+        return begun
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._active
+
+    def value(self, name: str, otherwise: float) -> float:
+        """The value of a fault, or another one while it is absent."""
+        fault = self._active.get(name)
+        return otherwise if fault is None else fault.value
+
+
+def spoil(status: lcmt_panda_status, faults: FaultSchedule) -> None:
+    """Writes the faults of a status into it."""
+    if "status-nan" in faults:
+        status.joint_position = [math.nan, *status.joint_position[1:]]
+    if "status-joints" in faults:
+        _resize(status, max(round(faults.value("status-joints", 0.0)), 0))
+
+
+def _resize(status: lcmt_panda_status, n: int) -> None:
+    for name in status.__slots__:
+        if name.startswith("joint_"):
+            values = list(getattr(status, name))[:n]
+            setattr(status, name, values + [0.0] * (n - len(values)))
+    status.num_joints = n

@@ -1,0 +1,150 @@
+"""`HardwareSim`: a whole robot behind the wire protocol of the real one."""
+
+import copy
+from collections.abc import Sequence
+
+from drake import lcmt_panda_status
+from pydrake.lcm import DrakeLcmInterface
+
+from remosplat_drake.base.clock import MICROSECONDS, wall_utime
+from remosplat_drake.hardware.drivers.panda_limits import TICK
+from remosplat_drake.hardware.stand_in import faults
+from remosplat_drake.hardware.stand_in.faults import Fault, FaultSchedule
+from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
+from remosplat_drake.hardware.stand_in.simulated_base import SimulatedBase
+from remosplat_drake.hardware.stand_in.simulated_hand import SimulatedHand
+from remosplat_drake.hardware.stand_in.simulated_panda import (
+    RobotMode,
+    SimulatedPanda,
+)
+from remosplat_drake.hardware.wire import channels
+from remosplat_drake.hardware.wire.inbox import Inbox
+
+
+class HardwareSim:
+    """Arm, base and hand with their drivers, a millisecond a `step`.
+
+    The order within a step is that of the real control loop: hear, decide,
+    move, tell.
+    """
+
+    def __init__(
+        self,
+        plant: RobotPlant,
+        lcm: DrakeLcmInterface,
+        schedule: Sequence[Fault] = (),
+    ):
+        """Subscribes; nothing is sent before the first step.
+
+        Args:
+            plant: The robot's bodies.
+            lcm: The wire.
+            schedule: What shall go wrong.
+        """
+        self._plant = plant
+        self._lcm = lcm
+        self._inbox = Inbox(
+            lcm,
+            [
+                channels.PANDA_COMMAND,
+                channels.BASE_COMMAND,
+                channels.PANDA_HAND_COMMAND,
+                faults.CHANNEL,
+            ],
+        )
+        self._faults = FaultSchedule(schedule)
+        self.panda = SimulatedPanda()
+        self.base = SimulatedBase()
+        self.hand = SimulatedHand(plant.hand[0])
+        self._measured = plant.arm
+        self._ticks = 0
+        self._first_command: float | None = None
+        self._frozen = lcmt_panda_status()
+
+    @property
+    def time(self) -> float:
+        """The robot's own clock, from 0 [s]."""
+        return self._ticks * TICK
+
+    def step(self) -> None:
+        """Runs one millisecond of the robot.
+
+        Raises:
+            CommandError: The arm's driver would give up.
+        """
+        t = self.time
+        self._hear(t)
+        self._break(t)
+        now = self._clock()
+        base = self.base.step(now, t, TICK)
+        arm = self.panda.step(now, self._measured)
+        self._ticks += 1
+        self._plant.step(self.time, base, arm, self.hand.command)
+        self._measured = self._plant.arm
+        self._tell(self.time)
+
+    def _clock(self) -> int:
+        """The wall clock of the robot's computer [us]."""
+        jump = self._faults.value("clock-jump", 0.0)
+        return wall_utime() + round(jump * MICROSECONDS)
+
+    def _hear(self, t: float) -> None:
+        for channel, data in self._inbox.fetch():
+            if channel == faults.CHANNEL:
+                for fault in faults.requested_faults(data):
+                    self._faults.begin(fault)
+                    self._trip(fault, t)
+                continue
+            if channel == channels.PANDA_COMMAND:
+                self.panda.commands.receive(data)
+            elif channel == channels.BASE_COMMAND:
+                self.base.commands.receive(data, t)
+            else:
+                self.hand.receive(data)
+            if self._first_command is None:
+                self._first_command = t
+
+    def _break(self, t: float) -> None:
+        if self._first_command is not None:
+            for fault in self._faults.advance(t - self._first_command):
+                self._trip(fault, t)
+
+    def _trip(self, fault: Fault, t: float) -> None:
+        """Carries out a fault that is an event."""
+        if fault.name == "reflex":
+            self.panda.stop(RobotMode.REFLEX)
+        elif fault.name == "user-stop":
+            self.panda.stop(RobotMode.USER_STOPPED)
+        elif fault.name == "base-protective-stop":
+            self.base.protective_stop(t)
+        elif fault.name == "base-emergency-stop":
+            self.base.emergency_stop = True
+        elif fault.name == faults.RECOVER:
+            self.panda.recover()
+            self.base.recover()
+
+    def _tell(self, t: float) -> None:
+        now = self._clock()
+        if "status-stops" not in self._faults:
+            status = self._arm_status(now)
+            self._lcm.Publish(channels.PANDA_STATUS, status.encode())
+        base = self.base.status(
+            now, t, self._plant.q[:3], self._plant.base_velocity
+        )
+        if base is not None and "base-status-stops" not in self._faults:
+            self._lcm.Publish(channels.BASE_STATUS, base.encode())
+        hand = self.hand.status(now, t, self._plant.hand)
+        if hand is not None:
+            self._lcm.Publish(channels.PANDA_HAND_STATUS, hand.encode())
+
+    def _arm_status(self, now: int) -> lcmt_panda_status:
+        lost = self._faults.value("packet-loss", 0.0)
+        self.panda.success_rate = 1.0 - lost
+        status = self.panda.status(now, self._measured)
+        if "status-freezes" not in self._faults:
+            self._frozen = status
+        else:
+            status = copy.copy(self._frozen)
+            status.utime = now
+        faults.spoil(status, self._faults)
+        return status

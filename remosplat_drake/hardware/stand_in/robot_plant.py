@@ -1,0 +1,154 @@
+"""`RobotPlant`: the dynamic station's body, driven from outside of Drake."""
+
+import numpy as np
+from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.hardware.drivers.panda_commands import JOINTS
+from remosplat_drake.hardware.stand_in.simulated_panda import ArmMeasurement
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.signals.station_status import StationStatus
+from remosplat_drake.station.commands import StationCommand
+from remosplat_drake.station.dynamic_station import add_dynamic_body
+from remosplat_drake.station.station_config import DynamicStation
+from remosplat_drake.station.velocity_driver import (
+    actuated_instances,
+    desired_state_rows,
+    desired_velocities,
+)
+
+_RUNNING = StationStatus()
+
+
+class RobotPlant:
+    """The robot's bodies and motors, in steps of a millisecond.
+
+    It obeys the same law as the dynamic station, but the law is called once a
+    step and not by Drake through ports: half the time of a step otherwise
+    goes there, and a robot must not be late.
+    """
+
+    def __init__(
+        self,
+        config: DynamicStation,
+        robot: RobotModel,
+        scene: PrimitiveScene | None,
+        q0: np.ndarray,
+    ):
+        """Builds the bodies; the robot stands still.
+
+        Args:
+            config: Of the station.
+            robot: A Panda with a hand on a mobile base.
+            scene: What the robot may bump into.
+            q0: Configuration to start from, shape (n_q,).
+
+        Raises:
+            RemoSplatError: It is another kind of robot.
+        """
+        _check_kind(robot)
+        builder = DiagramBuilder()
+        body = add_dynamic_body(builder, config, robot, scene, q0)
+        plant = body.plant
+        self._robot, self._body = robot, body
+        self._hand_speed = config.hand_speed
+        self._simulator = Simulator(builder.Build())
+        self._context = plant.GetMyMutableContextFromRoot(
+            self._simulator.get_mutable_context()
+        )
+        joints = [plant.GetJointByName(name) for name in body.motors.joints]
+        self._position = np.array([j.position_start() for j in joints])
+        self._velocity = plant.num_positions() + np.array(
+            [j.velocity_start() for j in joints]
+        )
+        self._inputs = [self._fix(i) for i in actuated_instances(plant)]
+        arm = joints[robot.n_q - JOINTS].model_instance()
+        self._torque = plant.get_net_actuation_output_port(arm)
+        self._external = plant.get_generalized_contact_forces_output_port(arm)
+        self._simulator.Initialize()
+        self._measure()
+
+    def _fix(self, instance: ModelInstanceIndex):
+        """Takes hold of the desired state of one model instance."""
+        plant = self._body.plant
+        port = plant.get_desired_state_input_port(instance)
+        x_desired = np.zeros(port.size())
+        fixed = port.FixValue(self._context, x_desired)
+        rows, source = desired_state_rows(plant, instance, self._body.motors)
+        return fixed, x_desired, rows, source
+
+    def _measure(self) -> None:
+        plant = self._body.plant
+        x = plant.GetPositionsAndVelocities(self._context)
+        self._q, self._v = x[self._position], x[self._velocity]
+
+    def step(
+        self, t: float, base: np.ndarray, arm: np.ndarray, hand: np.ndarray
+    ) -> None:
+        """Moves the robot up to time t.
+
+        Args:
+            t: Time at the end of the step [s].
+            base: Forward speed and yaw rate, shape (2,) [m/s, rad/s].
+            arm: Joint rates, shape (7,) [rad/s].
+            hand: Width and bound on the force, shape (2,) [m, N].
+        """
+        command = StationCommand(
+            np.concatenate([base, arm]), hand[0], hand[1], _RUNNING
+        )
+        desired = desired_velocities(
+            command,
+            self._q,
+            self._v,
+            self._robot,
+            self._body.hand,
+            self._body.motors,
+            self._hand_speed,
+        )
+        for fixed, x_desired, rows, source in self._inputs:
+            x_desired[rows] = desired[source]
+            fixed.GetMutableData().get_mutable_value().SetFromVector(x_desired)
+        self._simulator.AdvanceTo(t)
+        self._measure()
+
+    @property
+    def q(self) -> np.ndarray:
+        """The configuration (x, y, yaw, arm), shape (n_q,)."""
+        return self._q[: self._robot.n_q]
+
+    @property
+    def arm(self) -> ArmMeasurement:
+        """What the arm's sensors say."""
+        joints = slice(self._robot.n_q - JOINTS, self._robot.n_q)
+        return ArmMeasurement(
+            self._q[joints],
+            self._v[joints],
+            self._torque.Eval(self._context),
+            self._external.Eval(self._context),
+        )
+
+    @property
+    def base_velocity(self) -> np.ndarray:
+        """Forward speed and yaw rate, shape (2,) [m/s, rad/s]."""
+        x_dot, y_dot, yaw_rate = self._v[:3]
+        yaw = self._q[2]
+        return np.array([x_dot * np.cos(yaw) + y_dot * np.sin(yaw), yaw_rate])
+
+    @property
+    def hand(self) -> np.ndarray:
+        """Width of the hand and its rate, shape (2,) [m, m/s]."""
+        n = self._robot.n_q
+        return np.array([self._q[n:].sum(), self._v[n:].sum()])
+
+
+def _check_kind(robot: RobotModel) -> None:
+    description = robot.description
+    joints = len(description.arm.joints)
+    if joints != JOINTS or not description.base or not description.hand:
+        raise RemoSplatError(
+            f"{description.name}: the simulated drivers are those of a Panda"
+            " with a hand on a mobile base"
+        )

@@ -1,0 +1,49 @@
+"""`SimulatedHand`: the Franka hand and its driver."""
+
+import numpy as np
+from drake import lcmt_schunk_wsg_status
+
+from remosplat_drake.hardware.drivers.hand_messages import (
+    PERIOD,
+    hand_status,
+    read_command,
+)
+
+
+class SimulatedHand:
+    """Holds the latest width; reports ten times a second.
+
+    A command moves the fingers once and then counts until another one comes,
+    as the hand's driver has it: there is no expiry.
+    """
+
+    def __init__(self, width: float, force: float = 10.0):
+        """Starts holding a width.
+
+        Args:
+            width: Opening of the fingers [m].
+            force: Bound on the gripping force [N].
+        """
+        self.command = np.array([width, force])
+        self._next_status = 0.0
+
+    def receive(self, data: bytes) -> None:
+        """Takes a message from the wire; one that is none is ignored."""
+        command = read_command(data)
+        if command is not None:
+            self.command = np.array(command)
+
+    def status(
+        self, now: int, t: float, state: np.ndarray
+    ) -> lcmt_schunk_wsg_status | None:
+        """The status message if one is due.
+
+        Args:
+            now: The driver's wall clock [us].
+            t: The robot's clock [s].
+            state: Width and its rate, shape (2,) [m, m/s].
+        """
+        if t < self._next_status:
+            return None
+        self._next_status += PERIOD
+        return hand_status(state[0], state[1], now)

@@ -1,0 +1,41 @@
+"""`TrueMotion`: what the simulated robot truly did, for those who judge it."""
+
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.base.atomic_file import atomic_write
+from remosplat_drake.base.clock import wall_utime
+from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
+
+PERIOD = 0.01
+"""Time between two samples [s]."""
+
+
+class TrueMotion:
+    """Samples the plant's configuration and velocity, a hundred a second."""
+
+    def __init__(self, plant: RobotPlant):
+        """Starts empty."""
+        self._plant = plant
+        self._next = 0.0
+        self._utime: list[int] = []
+        self._q: list[np.ndarray] = []
+        self._u: list[np.ndarray] = []
+
+    def sample(self, t: float) -> None:
+        """Keeps a sample if one is due at the robot's time t [s]."""
+        if t < self._next:
+            return
+        self._next += PERIOD
+        plant = self._plant
+        self._utime.append(wall_utime())
+        self._q.append(plant.q)
+        self._u.append(
+            np.concatenate([plant.base_velocity, plant.arm.velocity])
+        )
+
+    def save(self, path: Path) -> None:
+        """Writes utime (n,) [us], q (n, 10) and u (n, 9), atomically."""
+        with atomic_write(path, "wb") as file:
+            np.savez(file, utime=self._utime, q=self._q, u=self._u)

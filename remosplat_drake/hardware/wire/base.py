@@ -1,0 +1,113 @@
+"""The base on the wire: base_command out, base_status in."""
+
+import dataclasses as dc
+import math
+
+import numpy as np
+
+from remosplat_drake.hardware.wire.messages.base_command import base_command
+from remosplat_drake.hardware.wire.messages.base_status import base_status
+from remosplat_drake.hardware.wire.packets import (
+    BrokenMessage,
+    decode,
+    finite_vector,
+    from_utime,
+    to_utime,
+)
+
+MODE_NAMES = {
+    base_status.READY: "ready",
+    base_status.MOVING: "moving",
+    base_status.STOPPED: "stopped",
+    base_status.FAULT: "fault",
+}
+"""The base's modes, in words."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class BaseState:
+    """What the base's driver measured; copying returns the object itself.
+
+    Attributes:
+        pose: x, y, yaw in the map [m, m, rad], shape (3,).
+        velocity: Forward speed and yaw rate [m/s, rad/s], shape (2,).
+        stamp: Wall clock of the driver [s].
+        mode: A key of `MODE_NAMES`.
+        protective_stop: Whether the safety scanner holds the motors.
+        emergency_stop: Whether an emergency stop is latched.
+        battery: Charge left, 0 to 1; negative when unknown.
+    """
+
+    pose: np.ndarray
+    velocity: np.ndarray
+    stamp: float
+    mode: int
+    protective_stop: bool
+    emergency_stop: bool
+    battery: float
+
+    def __deepcopy__(self, memo) -> "BaseState":
+        return self
+
+
+def encode_base_command(u: np.ndarray, time: float) -> bytes:
+    """A velocity command.
+
+    Args:
+        u: Forward speed and yaw rate [m/s, rad/s], shape (2,).
+        time: Wall clock now [s].
+    """
+    message = base_command()
+    message.utime = to_utime(time)
+    message.forward, message.yaw_rate = (float(x) for x in u)
+    return message.encode()
+
+
+def decode_base_status(data: bytes) -> BaseState:
+    """The base's state, checked.
+
+    Raises:
+        BrokenMessage: The packet is not a status of a base.
+    """
+    message = decode(base_status, data)
+    if message.mode not in MODE_NAMES:
+        raise BrokenMessage(f"mode is {message.mode}")
+    return BaseState(
+        pose=finite_vector("pose", message.pose, 3),
+        velocity=finite_vector(
+            "velocity", [message.forward, message.yaw_rate], 2
+        ),
+        stamp=from_utime(message.utime),
+        mode=message.mode,
+        protective_stop=bool(message.protective_stop),
+        emergency_stop=bool(message.emergency_stop),
+        battery=float(message.battery),
+    )
+
+
+def extrapolated_pose(
+    pose: np.ndarray, velocity: np.ndarray, duration: float
+) -> np.ndarray:
+    """Where a unicycle is after an arc at constant velocity, exactly.
+
+    Odometry comes at 10 to 37 Hz; a control tick wants the pose of now.
+
+    Args:
+        pose: x, y, yaw [m, m, rad].
+        velocity: Forward speed and yaw rate [m/s, rad/s].
+        duration: Length of the arc [s].
+    """
+    x, y, yaw = pose
+    forward, yaw_rate = velocity
+    half = 0.5 * yaw_rate * duration
+    # The chord of the arc points along the mean heading.
+    chord = forward * duration
+    if half != 0.0:
+        chord *= math.sin(half) / half
+    return np.array(
+        [
+            x + chord * math.cos(yaw + half),
+            y + chord * math.sin(yaw + half),
+            yaw + 2 * half,
+        ]
+    )

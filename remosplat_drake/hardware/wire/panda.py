@@ -1,0 +1,100 @@
+"""The arm on the wire: lcmt_panda_command out, lcmt_panda_status in.
+
+The rules are those of drake-franka-driver in velocity mode: it throws at a
+command whose mode or array lengths differ, and exits.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+from drake import lcmt_panda_command, lcmt_panda_status
+
+from remosplat_drake.hardware.wire.packets import (
+    BrokenMessage,
+    decode,
+    finite_number,
+    finite_vector,
+    from_utime,
+    to_utime,
+)
+
+VELOCITY_MODE = lcmt_panda_status.CONTROL_MODE_VELOCITY
+
+MODE_NAMES = {
+    lcmt_panda_status.kOther: "other",
+    lcmt_panda_status.kIdle: "idle",
+    lcmt_panda_status.kMove: "move",
+    lcmt_panda_status.kGuiding: "guiding",
+    lcmt_panda_status.kReflex: "reflex",
+    lcmt_panda_status.kUserStopped: "user_stopped",
+    lcmt_panda_status.kAutomaticErrorRecovery: "automatic_error_recovery",
+}
+"""The arm's modes, by libfranka's names."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class PandaState:
+    """What the arm's driver measured; copying returns the object itself.
+
+    Attributes:
+        q: Joint positions [rad], shape (n,).
+        v: Joint rates [rad/s], shape (n,).
+        stamp: Wall clock of the driver [s].
+        robot_stamp: The robot's own clock [s]; 0 where it is not told.
+        robot_mode: A key of `MODE_NAMES`.
+        success_rate: Share of the last 100 packets that reached the robot;
+            0 while nothing is commanded.
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    stamp: float
+    robot_stamp: float
+    robot_mode: int
+    success_rate: float
+
+    def __deepcopy__(self, memo) -> "PandaState":
+        return self
+
+
+def encode_panda_command(v: np.ndarray, time: float) -> bytes:
+    """A velocity command.
+
+    Args:
+        v: Joint rates [rad/s], shape (n,).
+        time: Wall clock now [s].
+    """
+    message = lcmt_panda_command()
+    message.utime = to_utime(time)
+    message.num_joint_velocity = len(v)
+    message.joint_velocity = [float(x) for x in v]
+    message.control_mode_expected = VELOCITY_MODE
+    return message.encode()
+
+
+def decode_panda_status(data: bytes, n: int) -> PandaState:
+    """The arm's state, checked.
+
+    Args:
+        data: A packet.
+        n: Number of joints that the arm has.
+
+    Raises:
+        BrokenMessage: The packet is not a status of such an arm.
+    """
+    message = decode(lcmt_panda_status, data)
+    if message.num_joints != n:
+        raise BrokenMessage(f"has {message.num_joints} joints, not {n}")
+    if message.robot_mode not in MODE_NAMES:
+        raise BrokenMessage(f"robot_mode is {message.robot_mode}")
+    return PandaState(
+        q=finite_vector("joint_position", message.joint_position, n),
+        v=finite_vector("joint_velocity", message.joint_velocity, n),
+        stamp=from_utime(message.utime),
+        robot_stamp=from_utime(message.robot_utime),
+        robot_mode=message.robot_mode,
+        success_rate=finite_number(
+            "control_command_success_rate",
+            message.control_command_success_rate,
+        ),
+    )

@@ -1,0 +1,1 @@
+"""A session on disk: its frames, its maps and where they lie."""

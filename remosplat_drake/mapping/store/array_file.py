@@ -1,0 +1,260 @@
+"""Files of named arrays: `write_arrays` and `open_arrays`.
+
+Layout: `_PREFIX`, a header of JSON, and the arrays one after the other, each
+of them at a multiple of 64 bytes, little-endian. The header holds a document
+of the caller's and, in the order of the arrays, their names, types, shapes
+and checksums; where they are follows from that.
+
+Who writes a file gets its seal, the SHA-256 of the header. To whom the writer
+tells the seal the file opens at once: its arrays are mapped into memory, and
+not read. To all others every array is read and checked.
+"""
+
+import dataclasses as dc
+import hashlib
+import json
+import math
+import mmap
+import struct
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.base.atomic_file import atomic_write
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.json_fields import JsonFields, parse_fields
+
+_PREFIX = struct.Struct("<8sIIQ32s")
+"""Magic, format, sizes of the header and of the file, the header's SHA-256."""
+
+_ALIGNMENT = 64
+"""A cache line: kernels read records that fill some exactly."""
+
+_LONGEST_HEADER = 1 << 20
+_LARGEST_ARRAY = 1 << 40
+_MOST_DIMENSIONS = 4
+"""Nothing of ours is larger [bytes]."""
+
+_TYPES = ("<f4", "<f8", "<i2", "<i4", "<i8", "|u1", "|b1")
+"""What arrays may be of."""
+
+
+@dc.dataclass(frozen=True)
+class FileKind:
+    """What a file says of itself at its start.
+
+    Attributes:
+        name: For people.
+        magic: The first 8 bytes.
+        version: Of the format.
+    """
+
+    name: str
+    magic: bytes
+    version: int
+
+
+class VersionError(FileError):
+    """A file is of another version of its format."""
+
+
+@dc.dataclass(frozen=True)
+class _Place:
+    """Where an array is, and what it must be."""
+
+    dtype: str
+    shape: list[int]
+    first: int
+    end: int
+    crc32: int
+
+
+@dc.dataclass(frozen=True)
+class ArrayFile:
+    """An open file.
+
+    Attributes:
+        path: Of the file.
+        document: What was written besides the arrays.
+        is_sealed: Whether its writer is trusted: the arrays are views of the
+            file then, and copies of what has been checked otherwise.
+    """
+
+    path: Path
+    document: JsonFields
+    is_sealed: bool
+    _data: memoryview
+    _places: dict[str, _Place]
+
+    def names(self) -> list[str]:
+        """Of all arrays."""
+        return list(self._places)
+
+    def array(self, name: str) -> np.ndarray:
+        """An array.
+
+        Raises:
+            FileError: There is none of this name, or it is damaged.
+        """
+        if name not in self._places:
+            raise FileError(self.path, f"lacks the array {name!r}")
+        place = self._places[name]
+        data = self._data[place.first : place.end]
+        if not self.is_sealed and zlib.crc32(data) != place.crc32:
+            raise FileError(
+                self.path, f"is damaged: the checksum of {name!r} is wrong"
+            )
+        array = np.frombuffer(data, place.dtype).reshape(place.shape)
+        return array if self.is_sealed else array.copy()
+
+
+def write_arrays(
+    path: Path,
+    kind: FileKind,
+    document: dict,
+    arrays: Mapping[str, np.ndarray],
+) -> str:
+    """Writes a file, whole or not at all.
+
+    Args:
+        path: The file.
+        kind: What it says of itself.
+        document: Whatever JSON can hold.
+        arrays: By name.
+
+    Returns:
+        The seal.
+
+    Raises:
+        FileError: The file cannot be written, because the disk is full for
+            example.
+    """
+    entries, pieces = {}, []
+    for name, array in arrays.items():
+        array = np.ascontiguousarray(array)
+        pieces.append(array.reshape(-1).view(np.uint8).data)
+        entries[name] = {
+            "dtype": array.dtype.str,
+            "shape": array.shape,
+            "crc32": zlib.crc32(pieces[-1]),
+        }
+    header = json.dumps({"document": document, "arrays": entries}).encode()
+    end = _aligned(_PREFIX.size + len(header))
+    end += sum(_aligned(piece.nbytes) for piece in pieces)
+    seal = hashlib.sha256(header)
+    prefix = _PREFIX.pack(
+        kind.magic, kind.version, len(header), end, seal.digest()
+    )
+    with atomic_write(path, "wb") as file:
+        for piece in (prefix + header, *pieces):
+            file.write(piece)
+            file.write(bytes(_aligned(file.tell()) - file.tell()))
+    return seal.hexdigest()
+
+
+def open_arrays(path: Path, kind: FileKind, seal: str | None) -> ArrayFile:
+    """Opens a file.
+
+    A sealed file may be deleted or replaced meanwhile, but not written into.
+
+    Args:
+        path: The file.
+        kind: What it must say of itself.
+        seal: What `write_arrays` gave for it in this run of the program;
+            None checks all that is read.
+
+    Raises:
+        VersionError: The file is of another version.
+        FileError: It is missing, something else, cut off, or damaged.
+        FieldError: Its header says what cannot be.
+    """
+    data = _read(path) if seal is None else _map(path)
+    header = _header(path, kind, data)
+    if seal is not None and hashlib.sha256(header).hexdigest() != seal:
+        raise FileError(path, "is not the file that was written here")
+    fields = parse_fields(bytes(header), str(path))
+    places = _find(path, fields.inner("arrays"), len(header), len(data))
+    document = fields.inner("document")
+    return ArrayFile(path, document, seal is not None, data, places)
+
+
+def _read(path: Path) -> memoryview:
+    try:
+        # Others may never end.
+        if not path.is_file() and path.exists():
+            raise FileError(path, "is no file")
+        return memoryview(path.read_bytes())
+    except OSError as error:
+        raise FileError(path, error.strerror or str(error)) from error
+
+
+def _map(path: Path) -> memoryview:
+    """The file, mapped into memory.
+
+    Privately and writable: kernels have been compiled for arrays like that.
+    """
+    try:
+        with path.open("rb") as file:
+            return memoryview(
+                mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_COPY)
+            )
+    except OSError as error:
+        raise FileError(path, error.strerror or str(error)) from error
+    except ValueError as error:  # An empty file cannot be mapped.
+        raise FileError(path, "is empty") from error
+
+
+def _header(path: Path, kind: FileKind, data: memoryview) -> memoryview:
+    if len(data) < _PREFIX.size:
+        raise FileError(path, f"is no {kind.name}: it is too short")
+    magic, version, size, end, digest = _PREFIX.unpack(data[: _PREFIX.size])
+    if magic != kind.magic:
+        raise FileError(path, f"is no {kind.name} ({path.suffix})")
+    if version != kind.version:
+        raise VersionError(
+            path,
+            f"is a {kind.name} of format {version};"
+            f" this program reads {kind.version}",
+        )
+    if len(data) != end:
+        raise FileError(
+            path, f"is cut off: it has {len(data)} bytes instead of {end}"
+        )
+    header = data[_PREFIX.size :][: min(size, _LONGEST_HEADER)]
+    if hashlib.sha256(header).digest() != digest:
+        raise FileError(path, "is damaged: the checksum of its header is wrong")
+    return header
+
+
+def _find(
+    path: Path, entries: JsonFields, header: int, end: int
+) -> dict[str, _Place]:
+    """Where the arrays are, in a file with so many bytes."""
+    places = {}
+    offset = _aligned(_PREFIX.size + header)
+    for name in entries.names():
+        entry = entries.inner(name)
+        dtype, shape = entry.text("dtype"), entry.wholes("shape")
+        if dtype not in _TYPES:
+            raise entry.error("dtype", f"expected one of {', '.join(_TYPES)}")
+        if len(shape) > _MOST_DIMENSIONS:
+            raise entry.error("shape", "has too many dimensions")
+        # An empty array may not be absurd in its other directions either.
+        size = np.dtype(dtype).itemsize * math.prod(max(n, 1) for n in shape)
+        if size > _LARGEST_ARRAY:
+            raise entry.error("shape", "is too large")
+        last = offset + (size if all(shape) else 0)
+        crc32 = entry.whole("crc32")
+        places[name] = _Place(dtype, shape, offset, last, crc32)
+        offset = _aligned(last)
+    if offset != end:
+        raise FileError(
+            path, f"is damaged: its arrays end at {offset} instead of {end}"
+        )
+    return places
+
+
+def _aligned(size: int) -> int:
+    return -(-size // _ALIGNMENT) * _ALIGNMENT

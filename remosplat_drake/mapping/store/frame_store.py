@@ -1,0 +1,163 @@
+"""`FrameStore`: a session's frames, as a capture that only grows.
+
+The folder is one that `remosplat reconstruct` reads. Images are there before
+`transforms.json` names them, and that file changes at once: whatever happens
+in between costs the frame that was being added, and no other one.
+"""
+
+import contextlib
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.errors import FileError, RemoSplatError
+from remosplat_drake.base.json_fields import JsonFields
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.frames import Frame, assemble
+from remosplat_drake.capture.readers.nerfstudio import (
+    DEPTH_UNIT,
+    TRANSFORMS,
+    camera_fields,
+    read_frame,
+    write_images,
+)
+from remosplat_drake.capture.readers.text_files import read_json
+
+_NAME = re.compile("frame [0-9]{1,9}")
+
+
+class FrameStore:
+    """The frames in a folder, in the order in which they were taken.
+
+    Attributes:
+        names: Of all frames; "frame 3" is what people read.
+    """
+
+    def __init__(self, folder: Path):
+        """Reads what is there; a folder without a document is empty.
+
+        Raises:
+            RemoSplatError: The document is unusable.
+        """
+        self._path = folder / TRANSFORMS
+        self._document: dict = {
+            "camera_model": "OPENCV",
+            "depth_unit_scale_factor": DEPTH_UNIT,
+            "frames": [],
+        }
+        if self._path.exists():
+            self._document = read_json(self._path)
+        document = JsonFields(self._document, str(self._path))
+        self._index: dict[str, int] = {}
+        sizes = set()
+        for i, entry in enumerate(document.inners("frames")):
+            name = entry.text("name")
+            if not _NAME.fullmatch(name) or name in self._index:
+                raise entry.error("name", f"expected a new name, got {name!r}")
+            entry.number("time")
+            sizes.add(len(entry.numbers("configuration")))
+            if len(sizes) > 1:
+                raise entry.error(
+                    "configuration", "differs from others in length"
+                )
+            self._index[name] = i
+        self._cache: dict[str, Frame] = {}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of all frames."""
+        return tuple(self._index)
+
+    def add(self, frame: Frame, q: np.ndarray) -> str:
+        """Saves a frame; its name.
+
+        Args:
+            frame: With a time.
+            q: The robot's configuration when it was taken.
+
+        Raises:
+            RemoSplatError: It cannot be used, or not be written; then
+                nothing has changed.
+        """
+        view = assemble(self._path.parent, [frame])
+        last = self.names[-1] if self._index else "frame 0"
+        number = int(last.split()[-1]) + 1
+        height, width = view.size
+        entry = {"name": f"frame {number}", "w": width, "h": height}
+        entry |= camera_fields(view.K[0])
+        entry |= {"time": frame.time, "configuration": q.tolist()}
+        stem = f"{number:04d}"
+        try:
+            entry |= write_images(self._path.parent, stem, view)
+            self._write([*self._document["frames"], entry])
+        except FileError:
+            for kind in ("images", "depth", "masks"):
+                with contextlib.suppress(OSError):
+                    (self._path.parent / kind / f"{stem}.png").unlink()
+            raise
+        self._index[entry["name"]] = len(self._index)
+        return entry["name"]
+
+    def leave_out(self, names: set[str]) -> None:
+        """Takes frames out of the capture; the next may have their names.
+
+        Raises:
+            FileError: The document cannot be written.
+        """
+        kept = [e for e in self._document["frames"] if e["name"] not in names]
+        self._write(kept)
+        self._index = {entry["name"]: i for i, entry in enumerate(kept)}
+        for name in names:
+            self._cache.pop(name, None)
+
+    def _write(self, entries: list[dict]) -> None:
+        document = self._document | {"frames": entries}
+        write_atomically(self._path, json.dumps(document, indent=1) + "\n")
+        self._document = document
+
+    def load(self, names: tuple[str, ...]) -> dict[str, str]:
+        """Reads frames; why some of them cannot be used, by name.
+
+        All others are forgotten, so that memory stays flat.
+        """
+        before, self._cache = self._cache, {}
+        problems = {}
+        for name in names:
+            try:
+                self._cache[name] = before.get(name) or self._read(name)
+            except RemoSplatError as error:
+                problems[name] = str(error)
+        return problems
+
+    def capture(self, names: tuple[str, ...]) -> Capture:
+        """Loaded frames, as they were saved.
+
+        Args:
+            names: At least one.
+        """
+        frames = [self._cache[name] for name in names]
+        return assemble(self._path, frames)
+
+    def _read(self, name: str) -> Frame:
+        if name not in self._index:
+            raise FileError(self._path, f"there is no {name!r}")
+        return read_frame(self._path, self._document, self._index[name])
+
+    def poses(self, names: tuple[str, ...]) -> np.ndarray:
+        """Camera poses X_WC (OpenGL axes), shape (n, 4, 4)."""
+        matrices = [self._entry(name)["transform_matrix"] for name in names]
+        return np.array(matrices, float).reshape(-1, 4, 4)
+
+    def places(self, names: tuple[str, ...]) -> np.ndarray:
+        """The robot's configurations, shape (n, n_q)."""
+        return np.array([self._entry(name)["configuration"] for name in names])
+
+    def time(self, name: str) -> float:
+        """When a frame was taken, by the clock of its run [s]."""
+        return float(self._entry(name)["time"])
+
+    def _entry(self, name: str) -> dict:
+        return self._document["frames"][self._index[name]]

@@ -1,0 +1,68 @@
+"""Maps as files, `*.rsmap`: `write_map` and `open_map`.
+
+A control process has a new map, hierarchy and all, in about a millisecond: it
+is told the seal of the file by the mapping process, which has just written
+it, and maps the file into memory. A map that anybody else has written, or
+another run of the program, is read, checked and prepared anew; `array_file`
+and `map_parts` say how.
+"""
+
+from pathlib import Path
+
+from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
+from remosplat_drake.mapping.store.array_file import (
+    FileKind,
+    VersionError,
+    open_arrays,
+    write_arrays,
+)
+from remosplat_drake.mapping.store.map_parts import put_together, take_apart
+from remosplat_drake.signals.scene_map import SceneMap
+
+SUFFIX = ".rsmap"
+KIND = FileKind("map", b"RSMAP\r\n\0", 2)
+
+__all__ = ["KIND", "SUFFIX", "VersionError", "open_map", "write_map"]
+
+
+def write_map(path: str | Path, scene_map: SceneMap) -> str:
+    """Writes a map, whole or not at all.
+
+    Returns:
+        The seal, with which this run of the program may open the file.
+
+    Raises:
+        FileError: The file cannot be written, because the disk is full for
+            example, or the map holds what no file can: a field on a GPU.
+    """
+    path = Path(path)
+    try:
+        document, arrays = take_apart(scene_map)
+    except RemoSplatError as error:
+        raise FileError(path, f"this map fits in no file: {error}") from error
+    return write_arrays(path, KIND, document, arrays)
+
+
+def open_map(path: str | Path, seal: str | None = None) -> SceneMap:
+    """Opens a map.
+
+    Args:
+        path: The file.
+        seal: What `write_map` gave for it in this run of the program. The
+            map's arrays are views of the file then, which may be deleted or
+            replaced meanwhile, but not written into. None trusts nobody, and
+            takes some hundredths of a second.
+
+    Raises:
+        VersionError: The file is of another format.
+        FileError: It is missing, no map, cut off, or damaged.
+        FieldError: A field in it cannot be used.
+    """
+    path = Path(path)
+    file = open_arrays(path, KIND, seal)
+    try:
+        return put_together(file)
+    except (FileError, FieldError):
+        raise
+    except RemoSplatError as error:
+        raise FileError(path, f"holds no map: {error}") from error

@@ -1,5 +1,0 @@
-"""What goes over the wire: our own LCM types, and the names of channels.
-
-The Python beside each `.lcm` file is generated, `lcm-gen -p *.lcm` in this
-folder (lcm-gen comes with the development tools); it needs no LCM runtime.
-"""

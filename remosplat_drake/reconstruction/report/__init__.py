@@ -1,0 +1,1 @@
+"""How far a splat can be trusted, measured and told."""

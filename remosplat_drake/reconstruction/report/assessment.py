@@ -1,0 +1,225 @@
+"""Measures how far a splat can be trusted, against the capture it is from."""
+
+import dataclasses as dc
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
+from remosplat_drake.oracle.point_distance import PointDistanceField
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.reconstruction.coverage import make_coverage
+from remosplat_drake.reconstruction.measured_space import (
+    free_points,
+    measured_points,
+    scatter,
+)
+from remosplat_drake.reconstruction.report.floaters import (
+    Floaters,
+    find_floaters,
+)
+from remosplat_drake.reconstruction.report.pictures import (
+    Picture,
+    draw_pictures,
+    score_pictures,
+)
+from remosplat_drake.reconstruction.report.quality import summarize
+from remosplat_drake.reconstruction.report.quality_report import (
+    CAPTURE,
+    TRUTH,
+    CoverageSummary,
+    DistanceErrors,
+    FloaterSummary,
+    QualityReport,
+    judge,
+    reference_of,
+)
+from remosplat_drake.reconstruction.workspace import Workspace
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.signals.coverage import FREE, SURFACE, UNSEEN, Coverage
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+NEAREST, FARTHEST = 0.03, 0.5
+"""Distances at which fields are compared: no robot sphere has its centre
+nearer to a surface, and the controller looks no farther [m]."""
+
+_NOTHING = 1.0  # An oracle that sees nothing has measured this [m].
+_LISTED_FLOATERS = 100
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Assessment:
+    """A report and what its pictures are drawn from.
+
+    Attributes:
+        report: The numbers.
+        pictures: The views that were compared.
+        errors: Measured minus true distances by oracle, against the best
+            reference, each (n,) [m].
+        coverage: Of the workspace.
+        floaters: Those in the workspace.
+    """
+
+    report: QualityReport
+    pictures: tuple[Picture, ...]
+    errors: dict[str, np.ndarray]
+    coverage: Coverage
+    floaters: Floaters
+
+
+def assess(
+    splat_W: GaussianSplat,
+    capture: Capture,
+    compared: Sequence[int],
+    *,
+    truth: PrimitiveScene | None = None,
+    workspace: Workspace | None = None,
+    method: str = "unknown",
+    held_out: bool = True,
+    count: int = 5000,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda step: None,
+) -> Assessment:
+    """Measures a splat's images, distances, floaters and coverage.
+
+    Args:
+        splat_W: The splat, in the capture's world frame.
+        capture: All views, those that training used too.
+        compared: Indices of the views whose images are compared.
+        truth: The true geometry, where it is known.
+        workspace: Where distances matter; None: where most was captured.
+        method: How the splat was made, in words.
+        held_out: Whether training did without the compared views.
+        count: Points at which distances are compared, at most.
+        seed: Of the random points.
+        progress: Told what is done next.
+
+    Raises:
+        RemoSplatError: The capture shows no surface or no free space in the
+            workspace, or no view is to be compared.
+    """
+    if not len(compared):
+        raise RemoSplatError("no view of the capture is to be compared")
+    workspace = workspace or Workspace.of_capture(capture)
+    box = workspace.lower, workspace.upper
+    progress("collecting the measured surfaces")
+    known = _without(capture, compared) if held_out else capture
+    surface_W = measured_points(known, box[0] - FARTHEST, box[1] + FARTHEST)
+    references = _references(surface_W, truth)
+    progress("comparing distances")
+    distances, errors = _compare_distances(
+        splat_W, known, references, workspace, count, seed
+    )
+    progress("looking for floaters and unseen space")
+    floaters = find_floaters(splat_W, known, references[CAPTURE], *box)
+    coverage = make_coverage(known, surface_W, *box)
+    progress("rendering the compared views")
+    pictures = draw_pictures(splat_W, capture, compared)
+    report = QualityReport(
+        method=method,
+        splats=len(splat_W),
+        views=len(capture),
+        scatter=scatter(surface_W),
+        distances=distances,
+        images=score_pictures(pictures, capture, held_out),
+        floaters=_summarize_floaters(floaters),
+        coverage=_summarize_coverage(coverage),
+    )
+    best = errors[reference_of(report)]
+    return Assessment(_judged(report), pictures, best, coverage, floaters)
+
+
+def _judged(report: QualityReport) -> QualityReport:
+    """The report with the numbers and the words that follow from its own."""
+    best = reference_of(report)
+    report.map_error = max(
+        d.over for d in report.distances if d.reference == best
+    )
+    report.trust = judge(report)
+    return report
+
+
+def _references(
+    surface_W: np.ndarray, truth: PrimitiveScene | None
+) -> dict[str, DistanceField]:
+    """What distances are compared with, by name."""
+    if not len(surface_W):
+        raise RemoSplatError("the capture shows no surface in the workspace")
+    fields: dict[str, DistanceField] = {CAPTURE: PointDistanceField(surface_W)}
+    if truth is not None:
+        fields[TRUTH] = SignedDistanceField(truth)
+    return fields
+
+
+def _without(capture: Capture, held_out: Sequence[int]) -> Capture:
+    """What the splat was made from: of the rest it cannot know."""
+    used = np.ones(len(capture), bool)
+    used[list(held_out)] = False
+    return capture.select(used)
+
+
+def _compare_distances(
+    splat_W: GaussianSplat,
+    capture: Capture,
+    references: dict[str, DistanceField],
+    workspace: Workspace,
+    count: int,
+    seed: int,
+) -> tuple[list[DistanceErrors], dict[str, dict[str, np.ndarray]]]:
+    """Both oracles against all references, in space that cameras saw.
+
+    The radius of a sphere adds nothing to an error, so points will do.
+    """
+    p_W = free_points(
+        capture, count, workspace.lower, workspace.upper, FARTHEST, seed
+    )
+    expected = {}
+    near = np.ones(len(p_W), bool)
+    for name, field in references.items():
+        expected[name] = field.clearances(Spheres.at(p_W)).per_sphere(len(p_W))
+        near &= (expected[name] > NEAREST) & (expected[name] < FARTHEST)
+    if not near.any():
+        raise RemoSplatError("the capture shows no free space near a surface")
+    spheres = Spheres.at(p_W[near])
+    oracles = {
+        "sphere-to-ellipsoid": SphereToEllipsoidField(splat_W),
+        "depth rasterisation": DepthRasterizationField(
+            splat_W, nearest_only=True
+        ),
+    }
+    errors: dict[str, dict[str, np.ndarray]] = {r: {} for r in references}
+    for name, oracle in oracles.items():
+        measured = oracle.clearances(spheres).per_sphere(len(spheres))
+        measured = np.minimum(measured, _NOTHING)
+        for reference in references:
+            error = measured - expected[reference][near]
+            errors[reference][name] = error
+    rows = [
+        DistanceErrors(oracle, reference, **dc.asdict(summarize(error)))
+        for reference, by_oracle in errors.items()
+        for oracle, error in by_oracle.items()
+    ]
+    return rows, errors
+
+
+def _summarize_floaters(floaters: Floaters) -> FloaterSummary:
+    return FloaterSummary(
+        count=len(floaters),
+        worst=float(floaters.height.max(initial=0.0)),
+        p_WK=floaters.p_WK[:_LISTED_FLOATERS].round(4).tolist(),
+    )
+
+
+def _summarize_coverage(coverage: Coverage) -> CoverageSummary:
+    return CoverageSummary(
+        lower=coverage.lower.tolist(),
+        upper=coverage.upper.tolist(),
+        free=coverage.fraction(FREE),
+        surface=coverage.fraction(SURFACE),
+        unseen=coverage.fraction(UNSEEN),
+    )

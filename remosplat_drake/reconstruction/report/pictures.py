@@ -1,0 +1,95 @@
+"""Captured views and what a splat shows from there, side by side."""
+
+import dataclasses as dc
+from collections.abc import Sequence
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.report.image_quality import (
+    psnr,
+    structural_similarity,
+)
+from remosplat_drake.reconstruction.report.quality_report import ImageScores
+from remosplat_drake.reconstruction.report.splat_image import (
+    SplatImage,
+    SplatRenderer,
+)
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+_BEST_PSNR = 99.0  # Of equal images; JSON knows no infinity [dB].
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Picture:
+    """One captured view and what the splat shows from there.
+
+    Attributes:
+        view: Index in the capture.
+        rendered: The splat's image.
+        rgb: The captured colours, (h, w, 3), uint8.
+        depth: The captured depth, (h, w) [m]; 0 where unknown.
+    """
+
+    view: int
+    rendered: SplatImage
+    rgb: np.ndarray
+    depth: np.ndarray
+
+    @property
+    def depth_error(self) -> np.ndarray:
+        """Rendered minus captured, (h, w) [m]; NaN where either is unknown."""
+        known = (self.depth > 0) & (self.rendered.depth > 0)
+        return np.where(known, self.rendered.depth - self.depth, np.nan)
+
+
+def draw_pictures(
+    splat_W: GaussianSplat, capture: Capture, compared: Sequence[int]
+) -> tuple[Picture, ...]:
+    """What a splat shows from the views of those indices."""
+    renderer = SplatRenderer(splat_W)
+    return tuple(
+        Picture(
+            int(i),
+            renderer.render(capture.K[i], capture.X_WC[i], capture.size),
+            capture.rgb[i],
+            capture.depth[i],
+        )
+        for i in compared
+    )
+
+
+def score_pictures(
+    pictures: tuple[Picture, ...], capture: Capture, held_out: bool
+) -> ImageScores:
+    """The mean scores of some views; hidden pixels do not count."""
+    ratios, similarities, depth_errors = [], [], []
+    for picture in pictures:
+        hidden = (
+            None if capture.hidden is None else capture.hidden[picture.view]
+        )
+        rendered = np.clip(picture.rendered.color, 0, 1)
+        captured = picture.rgb / 255.0
+        ratio = psnr(rendered, captured, hidden)
+        ratios.append(min(ratio, _BEST_PSNR))
+        similarities.append(structural_similarity(rendered, captured, hidden))
+        error = picture.depth_error
+        depth_errors.append(np.abs(error[np.isfinite(error)]))
+    depth_error = np.concatenate(depth_errors)
+    median, percentile = (
+        np.percentile(depth_error, [50, 99]) if len(depth_error) else (0, 0)
+    )
+    return ImageScores(
+        views=len(pictures),
+        held_out=held_out,
+        psnr=_mean(ratios),
+        ssim=_mean(similarities),
+        depth_median=float(median),
+        depth_percentile_99=float(percentile),
+    )
+
+
+def _mean(scores: list[float]) -> float:
+    """Over the views that show anything; 0 if none does."""
+    known = [score for score in scores if np.isfinite(score)]
+    return float(np.mean(known)) if known else 0.0

@@ -1,0 +1,244 @@
+"""A quality report as one page of HTML, with its pictures inside."""
+
+import html
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.reconstruction.report.assessment import Assessment
+from remosplat_drake.reconstruction.report.pictures import Picture
+from remosplat_drake.reconstruction.report.quality_report import (
+    QualityReport,
+    page_path,
+    rounded_up,
+    write_report,
+)
+from remosplat_drake.reconstruction.report.report_pictures import (
+    color_image,
+    coverage_slices,
+    depth_error_image,
+    depth_error_limit,
+    depth_image,
+    error_histogram,
+)
+
+_MAX_VIEWS = 6
+_CAPTIONS = (
+    "captured",
+    "rendered",
+    "captured depth",
+    "rendered depth",
+    "depth error",
+)
+
+STYLE = """
+:root { --ink: #1f2933; --soft: #616e7c; --line: #d9e2ec; --wash: #f5f7fa; }
+body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink);
+       margin: 2.5em auto; max-width: 74em; padding: 0 1.5em; }
+h1 { font-size: 1.7em; margin: 0; }
+h2 { font-size: 1.2em; margin: 2.4em 0 .6em; padding-bottom: .25em;
+     border-bottom: 1px solid var(--line); }
+p { color: var(--soft); max-width: 62em; }
+.method { color: var(--soft); margin: .2em 0 1.4em; }
+.trust { background: var(--wash); border-left: .3em solid #2f6fae;
+         color: var(--ink); font-size: 1.08em; padding: .9em 1.2em; }
+.cards { display: grid; gap: .8em; margin: 1.4em 0;
+         grid-template-columns: repeat(auto-fit, minmax(10em, 1fr)); }
+.card { border: 1px solid var(--line); border-radius: .5em;
+        padding: .7em 1em; }
+.card b { display: block; font-size: 1.45em; font-weight: 600;
+          font-variant-numeric: tabular-nums; }
+.card span { color: var(--soft); font-size: .88em; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
+th, td { padding: .35em .9em; text-align: right; }
+th { color: var(--soft); font-weight: 600; }
+td:nth-child(-n+2), th:nth-child(-n+2) { text-align: left; }
+thead { border-bottom: 2px solid var(--line); }
+tbody tr + tr { border-top: 1px solid var(--line); }
+.view { display: grid; grid-template-columns: repeat(5, 1fr); gap: .35em;
+        margin: 0 0 .35em; }
+.captions { color: var(--soft); font-size: .85em; font-weight: 600; }
+img { display: block; width: 100%; border-radius: .2em; }
+.plot { margin-top: 1.4em; }
+.plot svg { max-width: 100%; height: auto; }
+"""
+
+
+def to_html(assessment: Assessment, title: str) -> str:
+    """One self-contained page.
+
+    Args:
+        assessment: What was measured.
+        title: Heading, the splat's name for example.
+    """
+    report = assessment.report
+    name = html.escape(title)
+    body = "\n".join(
+        [
+            f"<h1>{name}</h1>",
+            f'<p class="method">{html.escape(report.method)} ·'
+            f" {report.splats:,} splats · {report.views} views</p>",
+            f'<p class="trust">{html.escape(report.trust)}</p>',
+            _cards(report),
+            _distances(assessment),
+            _views(assessment),
+            _coverage(assessment),
+            _floaters(report),
+        ]
+    )
+    return (
+        "<!doctype html>\n"
+        f'<html lang="en"><head><meta charset="utf-8"><title>{name}</title>'
+        '<meta name="viewport" content="width=device-width">'
+        f"<style>{STYLE}</style></head>\n<body>\n{body}\n</body></html>\n"
+    )
+
+
+def write_assessment(
+    splat: Path, assessment: Assessment, folder: Path | None = None
+) -> Path:
+    """Writes NAME.quality.json and NAME.quality.html beside a splat file.
+
+    Args:
+        splat: The file that the assessment is about.
+        assessment: What was measured.
+        folder: Another folder to put them in.
+
+    Returns:
+        The page.
+
+    Raises:
+        FileError: The splat cannot be read or a file not written.
+    """
+    write_report(splat, assessment.report, folder)
+    page = (folder or splat.parent) / page_path(splat).name
+    write_atomically(page, to_html(assessment, splat.name))
+    return page
+
+
+def _cards(report: QualityReport) -> str:
+    images = report.images
+    cards = {
+        "largest over-estimate of a distance": rounded_up(report.map_error),
+        "median depth error of the pixels": _mm(images.depth_median),
+        "PSNR": f"{images.psnr:.1f} dB",
+        "SSIM": f"{images.ssim:.3f}",
+        "floaters": str(report.floaters.count),
+        "of the workspace never seen": f"{100 * report.coverage.unseen:.0f} %",
+    }
+    inner = "".join(
+        f'<div class="card"><b>{value}</b><span>{label}</span></div>'
+        for label, value in cards.items()
+    )
+    return f'<div class="cards">{inner}</div>'
+
+
+def _distances(assessment: Assessment) -> str:
+    names = {"capture": "the capture's depth", "truth": "the true geometry"}
+    rows = "".join(
+        f"<tr><td>{d.oracle}</td><td>{names.get(d.reference, d.reference)}</td>"
+        f"<td>{d.count:,}</td><td>{_mm(d.median)}</td>"
+        f"<td>{_mm(d.percentile_99)}</td><td>{_mm(d.over)}</td>"
+        f"<td>{_mm(d.under)}</td></tr>"
+        for d in assessment.report.distances
+    )
+    head = "".join(
+        f"<th>{cell}</th>"
+        for cell in (
+            "oracle",
+            "against",
+            "points",
+            "median",
+            "99 %",
+            "over by up to",
+            "under by up to",
+        )
+    )
+    return (
+        "<h2>Distances</h2>\n"
+        "<p>At random points of the workspace that cameras have looked"
+        " through, 3 to 50 cm from the nearest surface. An over-estimate hides"
+        " an obstacle; an under-estimate invents one. The capture's own depth"
+        " knows only what was seen, and its surfaces scatter by"
+        f" {_mm(assessment.report.scatter)}.</p>\n"
+        f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>\n"
+        f'<div class="plot">{error_histogram(assessment.errors)}</div>\n'
+        "<p>Right of 0 an obstacle seems farther than it is. The outermost"
+        " bars hold what is beyond them.</p>"
+    )
+
+
+def _views(assessment: Assessment) -> str:
+    images = assessment.report.images
+    used = (
+        "that the splat was made without"
+        if images.held_out
+        else "that the splat may have been made from"
+    )
+    pictures = assessment.pictures
+    shown = np.unique(
+        np.linspace(0, len(pictures) - 1, _MAX_VIEWS).round().astype(int)
+    )
+    limit = depth_error_limit([picture.depth_error for picture in pictures])
+    rows = "\n".join(_view(pictures[i], limit) for i in shown.tolist())
+    captions = "".join(f"<span>{caption}</span>" for caption in _CAPTIONS)
+    return (
+        "<h2>Captured and rendered</h2>\n"
+        f"<p>{len(shown)} of {images.views} views {used}. All of them: PSNR"
+        f" {images.psnr:.1f} dB, SSIM {images.ssim:.3f}, depth off by"
+        f" {_mm(images.depth_median)} in the median and"
+        f" {_mm(images.depth_percentile_99)} at 99 % of the pixels. Depth"
+        " errors: blue is too near, red too far, white none; full colour is"
+        f" {100 * limit:.0f} cm; grey is unknown.</p>\n"
+        f'<div class="view captions">{captions}</div>\n{rows}'
+    )
+
+
+def _view(picture: Picture, limit: float) -> str:
+    depths = picture.depth[picture.depth > 0]
+    limits = np.percentile(depths, [1, 99]) if len(depths) else (0, 1)
+    sources = (
+        color_image(picture.rgb / 255.0),
+        color_image(picture.rendered.color),
+        depth_image(picture.depth, limits),
+        depth_image(picture.rendered.depth, limits),
+        depth_error_image(picture.depth_error, limit),
+    )
+    images = "".join(
+        f'<img alt="view {picture.view}: {caption}" src="{source}">'
+        for caption, source in zip(_CAPTIONS, sources, strict=True)
+    )
+    return f'<div class="view">{images}</div>'
+
+
+def _coverage(assessment: Assessment) -> str:
+    coverage = assessment.report.coverage
+    return (
+        "<h2>What the cameras have seen</h2>\n"
+        f"<p>Of the workspace, {100 * coverage.free:.0f} % was seen to be free,"
+        f" {100 * coverage.surface:.0f} % is surface and"
+        f" {100 * coverage.unseen:.0f} % was never seen: out of view, hidden,"
+        " or inside things. Slices from above, at heights in W.</p>\n"
+        f'<div class="plot">{coverage_slices(assessment.coverage)}</div>'
+    )
+
+
+def _floaters(report: QualityReport) -> str:
+    floaters = report.floaters
+    if not floaters.count:
+        text = "None: no splat hangs where two cameras have looked through."
+    else:
+        worst = ", ".join(
+            "({:.2f}, {:.2f}, {:.2f})".format(*p) for p in floaters.p_WK[:5]
+        )
+        text = (
+            f"{floaters.count} splats hang where at least two cameras have"
+            " looked through. Near the worst of them a distance is"
+            f" {_mm(floaters.worst)} too small. The worst are at {worst} m."
+        )
+    return f"<h2>Floaters</h2>\n<p>{text}</p>"
+
+
+def _mm(length: float) -> str:
+    return f"{1e3 * length:.1f} mm"

@@ -1,0 +1,1 @@
+"""Surfels from depth images: gathered, thinned, refined."""

@@ -1,0 +1,59 @@
+"""Fewer surfels where several have moved onto the same place."""
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from remosplat_drake.reconstruction.surfels.surfels import Surfels
+
+_FAINT = 0.1
+"""A surfel with less than this part of another's weight is faint beside it."""
+
+
+def uncrowded(
+    surfels: Surfels, weight: np.ndarray, crowding: float
+) -> np.ndarray:
+    """Mask that drops, of surfels that fell together, the less known ones.
+
+    A faint one, about which the views say next to nothing, goes when a
+    well-known one is within its spacing: its normal is not to be trusted.
+
+    Args:
+        surfels: The surfels.
+        weight: How well each is known, shape (n,).
+        crowding: Surfels that face the same way are too many when nearer
+            than this fraction of their spacing.
+    """
+    # In the order of what is known about them, ties by index.
+    rank = np.empty(len(surfels), np.int64)
+    rank[np.argsort(-weight, kind="stable")] = np.arange(len(surfels))
+    pairs = KDTree(surfels.p_WK).query_pairs(
+        float(np.percentile(surfels.spacing, 99)), output_type="ndarray"
+    )
+    better = np.where(
+        rank[pairs[:, 0]] < rank[pairs[:, 1]], pairs[:, 0], pairs[:, 1]
+    )
+    worse = pairs.sum(axis=1) - better
+    apart = np.linalg.norm(surfels.p_WK[better] - surfels.p_WK[worse], axis=1)
+    apart /= surfels.spacing[worse]
+    cosine = (surfels.normal_W[better] * surfels.normal_W[worse]).sum(axis=1)
+    faint = weight[worse] < _FAINT * weight[better]
+    close = ((cosine > 0.7) & (apart < crowding)) | (faint & (apart < 1))
+    better, worse = better[close], worse[close]
+    keep = np.ones(len(surfels), bool)
+    for k in np.argsort(rank[better], kind="stable"):
+        if keep[better[k]]:
+            keep[worse[k]] = False
+    return keep
+
+
+def with_spacing(surfels: Surfels, kept: np.ndarray) -> Surfels:
+    """The kept surfels, with the spacing that they have now."""
+    p_WK, least = surfels.p_WK[kept], surfels.spacing[kept]
+    neighbors, _ = KDTree(p_WK).query(p_WK, k=min(4, len(p_WK)))
+    spacing = neighbors[:, 1:].mean(axis=1)
+    return Surfels(
+        p_WK,
+        surfels.normal_W[kept],
+        surfels.colors[kept],
+        np.clip(spacing, least, 1.5 * least),
+    )

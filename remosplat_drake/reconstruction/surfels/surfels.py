@@ -1,0 +1,191 @@
+"""Surfels from RGB-D images: where the training of a splat starts.
+
+Every pixel with a depth is a point on a surface, with a normal from its
+neighbours. Pooling those points in voxels gives an even cover of what the
+camera saw, as fine as a wanted number of surfels allows.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.surfels.normals import depth_normals
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+_FINE_RADIUS = 0.6
+"""Voxels are finest within this distance of the focus [m]."""
+
+_MAX_SAMPLES = 6_000_000
+"""Of long captures fewer pixels are used, for the sake of memory: 216 MB."""
+
+_LARGEST_VOXEL = 16.0
+"""Voxels grow up to this edge to keep to a number of surfels [m]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Surfels:
+    """n oriented, coloured points on surfaces.
+
+    Attributes:
+        p_WK: Centres, shape (n, 3) [m].
+        normal_W: Unit normals on the side the camera saw, shape (n, 3).
+        colors: RGB in [0, 1], shape (n, 3).
+        spacing: Mean distance to the three nearest others, shape (n,) [m].
+    """
+
+    p_WK: np.ndarray
+    normal_W: np.ndarray
+    colors: np.ndarray
+    spacing: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.p_WK)
+
+
+def surfels_from_capture(
+    capture: Capture,
+    count: int = 60_000,
+    focus: np.ndarray | None = None,
+    stride: int = 2,
+) -> Surfels:
+    """An even cover of the captured surfaces with at most `count` surfels.
+
+    Args:
+        capture: Posed RGB-D images.
+        count: The number of surfels to come close to from below.
+        focus: A point in W around which the cover is finest; its spacing
+            doubles with every doubling of the distance beyond 0.6 m. Without
+            it the cover is equally fine everywhere.
+        stride: Every stride-th row and column of the images is used; fewer
+            where that would be too many pixels.
+
+    Raises:
+        RemoSplatError: The capture has no depth with a normal.
+    """
+    pixels = capture.depth.size
+    stride = max(stride, int(np.ceil(np.sqrt(pixels / _MAX_SAMPLES))))
+    views = [_view_samples(capture, i, stride) for i in range(len(capture))]
+    samples = np.concatenate(views)
+    if not len(samples):
+        raise RemoSplatError("the capture has no depth to start from")
+    level = np.zeros(len(samples), np.int64)
+    if focus is not None:
+        distance = np.linalg.norm(samples[:, :3] - focus, axis=1)
+        doublings = np.log2(np.maximum(distance / _FINE_RADIUS, 1))
+        level = np.ceil(doublings).astype(np.int64)
+    voxel = _voxel_for(samples, level, count)
+    pooled = _pool(samples, _voxel_keys(samples, level, voxel))
+    p_WK, normal_W = pooled[:, :3], pooled[:, 3:6]
+    neighbors, _ = KDTree(p_WK).query(p_WK, k=min(4, len(p_WK)))
+    return Surfels(
+        p_WK=p_WK,
+        normal_W=normal_W / np.linalg.norm(normal_W, axis=1, keepdims=True),
+        colors=pooled[:, 6:],
+        spacing=neighbors[:, 1:].mean(axis=1),
+    )
+
+
+def splat_of_surfels(
+    surfels: Surfels, scale: float = 0.6, opacity: float = 0.95
+) -> GaussianSplat:
+    """One disc a surfel: a splat without training, which needs no GPU.
+
+    Args:
+        surfels: Where the discs are.
+        scale: Standard deviation of a disc over its surfel's spacing; with
+            0.6 discs overlap just enough for a view to find no gaps.
+        opacity: Of every disc.
+    """
+    n = len(surfels)
+    return GaussianSplat(
+        p_GK=surfels.p_WK,
+        quaternions=quaternions_onto(surfels.normal_W),
+        scales=np.repeat(scale * surfels.spacing[:, None], 2, axis=1),
+        opacities=np.full(n, opacity),
+        colors=surfels.colors,
+    )
+
+
+def quaternions_onto(normals: np.ndarray) -> np.ndarray:
+    """Shortest rotations of the z axis onto unit normals, (n, 4) wxyz."""
+    x, y, z = normals.T
+    zero = np.zeros_like(x)
+    quaternions = np.stack([1 + z, -y, x, zero], axis=1)
+    # Straight down there is no shortest rotation; half a turn about x will do.
+    quaternions[1 + z < 1e-8] = [0, 1, 0, 0]
+    return quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
+
+
+def _view_samples(capture: Capture, view: int, stride: int) -> np.ndarray:
+    """Rows [point, normal, colour] of a view's usable pixels, (m, 9)."""
+    pick = (slice(None, None, stride),) * 2
+    normal_C = depth_normals(capture.K[view], capture.depth[view])[pick]
+    samples = np.concatenate(
+        [
+            capture.points_W(view)[pick],
+            normal_C @ capture.X_WC[view, :3, :3].T,
+            capture.rgb[view][pick] / 255.0,
+        ],
+        axis=-1,
+    ).reshape(-1, 9)
+    return samples[np.isfinite(samples).all(axis=1)].astype(np.float32)
+
+
+def _voxel_for(samples: np.ndarray, level: np.ndarray, count: int) -> float:
+    """An edge that gives at most `count` voxels, and hardly fewer [m].
+
+    Surfaces fill voxels as the square of their size, which guesses well.
+    """
+
+    def found_with(voxel: float) -> int:
+        return len(np.unique(_voxel_keys(samples, level, voxel)))
+
+    fine, coarse = 0.001, 0.128
+    while coarse < _LARGEST_VOXEL and found_with(coarse) > count:
+        fine, coarse = coarse, 2 * coarse
+    voxel = np.sqrt(fine * coarse)
+    for _ in range(12):
+        found = found_with(voxel)
+        fine, coarse = (voxel, coarse) if found > count else (fine, voxel)
+        if 0.98 * count <= found <= count or coarse < 1.003 * fine:
+            break
+        guess = voxel * np.sqrt(found / (0.99 * count))
+        voxel = guess if fine < guess < coarse else np.sqrt(fine * coarse)
+    return coarse
+
+
+def _voxel_keys(
+    samples: np.ndarray, level: np.ndarray, voxel: float
+) -> np.ndarray:
+    """One integer a sample: its voxel, level and the way it faces.
+
+    The facing keeps the two sides of a thin board, and the faces that meet
+    at an edge, from being averaged into a surface that is not there.
+    """
+    cell = np.floor(samples[:, :3] / (voxel * 2.0**level)[:, None])
+    cell = cell.astype(np.int64) + (1 << 15)
+    normal = samples[:, 3:6]
+    axis = np.abs(normal).argmax(axis=1)
+    positive = np.take_along_axis(normal, axis[:, None], axis=1)[:, 0] > 0
+    face = 2 * axis + positive
+    key = cell[:, 0]
+    for part, size in (
+        (cell[:, 1], 1 << 16),
+        (cell[:, 2], 1 << 16),
+        (face, 8),
+        (level, 8),
+    ):
+        key = key * size + part
+    return key
+
+
+def _pool(samples: np.ndarray, keys: np.ndarray) -> np.ndarray:
+    """The mean of the samples that share a key, (n, 9)."""
+    _, group, counts = np.unique(keys, return_inverse=True, return_counts=True)
+    sums = np.stack(
+        [np.bincount(group, weights=column) for column in samples.T], axis=1
+    )
+    return sums / counts[:, None]

@@ -1,0 +1,151 @@
+"""What a splat is trained to: images, surfaces, free space, opaque discs.
+
+Images alone leave depth vague. So geometry is tied to the depth images twice.
+Seen from the discs: each one that a view can see must lie on the measured
+surface and face along its normal, and none may stand in space that the view
+looked through. Seen from the pixels: the disc that a ray ends at must pass
+through the point that was measured there.
+"""
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from remosplat_drake.reconstruction.training.discs import Discs
+from remosplat_drake.reconstruction.training.rasterization import (
+    NO_DISC,
+    Rendered,
+)
+from remosplat_drake.reconstruction.training.views import Views
+
+
+def photometric_loss(rendered: Rendered, views: Views) -> Tensor:
+    """0.8 L1 + 0.2 (1 - SSIM) (3DGS paper, eq. 7), where the scene is seen."""
+    image = rendered.image
+    target = torch.where(views.shown[..., None], views.rgb, image.detach())
+    l1 = (image - target).abs().mean()
+    return 0.8 * l1 + 0.2 * (1 - structural_similarity(image, target))
+
+
+def structural_similarity(a: Tensor, b: Tensor) -> Tensor:
+    """Mean SSIM of (v, h, w, 3) images in [0, 1] (Wang et al. 2004)."""
+    offset = torch.arange(11, device=a.device, dtype=a.dtype) - 5
+    window = torch.exp(-(offset**2) / (2 * 1.5**2))
+    window = (window / window.sum()).repeat(3, 1)
+
+    def blur(x: Tensor) -> Tensor:
+        x = F.conv2d(x, window[:, None, None, :], padding=(0, 5), groups=3)
+        return F.conv2d(x, window[:, None, :, None], padding=(5, 0), groups=3)
+
+    a, b = a.permute(0, 3, 1, 2), b.permute(0, 3, 1, 2)
+    mean_a, mean_b = blur(a), blur(b)
+    var_a = blur(a * a) - mean_a**2
+    var_b = blur(b * b) - mean_b**2
+    covariance = blur(a * b) - mean_a * mean_b
+    c1, c2 = 0.01**2, 0.03**2
+    ssim = ((2 * mean_a * mean_b + c1) * (2 * covariance + c2)) / (
+        (mean_a**2 + mean_b**2 + c1) * (var_a + var_b + c2)
+    )
+    return ssim.mean()
+
+
+def ray_splat_depth(discs: Discs, views: Views, median: Tensor) -> Tensor:
+    """Depth z at which rays meet the discs they end at, (v, h, w) [m].
+
+    Differentiable in centres and orientations; NaN where a ray ends nowhere
+    or runs along its disc.
+
+    Args:
+        discs: The discs.
+        views: The cameras.
+        median: Index of each pixel's disc, see `Rendered`, (v, h, w).
+    """
+    p_CK, normal_C = _in_cameras(discs, views)
+    view = torch.arange(len(views), device=median.device)[:, None, None]
+    index = median.clamp(min=0)
+    p, n = p_CK[view, index], normal_C[view, index]
+    slope = (n * views.rays_C).sum(-1)
+    meets = (median != NO_DISC) & (slope.abs() > 1e-6)
+    z = (n * p).sum(-1) / torch.where(meets, slope, 1)
+    return torch.where(meets, z, torch.nan)
+
+
+def depth_loss(
+    discs: Discs, views: Views, rendered: Rendered, margin: float
+) -> Tensor:
+    """Mean distance of measured points from the discs their rays end at [m].
+
+    It is the error of the ray-splat depth, resolved along the disc's normal:
+    at grazing rays a small tilt is a large depth. Errors beyond the margin
+    belong to another surface and count as the margin.
+    """
+    p_CK, normal_C = _in_cameras(discs, views)
+    known = (views.depth > 0) & (rendered.median != NO_DISC)
+    view, row, column = known.nonzero(as_tuple=True)
+    index = rendered.median[known]
+    p_CS = views.depth[known][:, None] * views.rays_C[view, row, column]
+    offset = (normal_C[view, index] * (p_CS - p_CK[view, index])).sum(-1)
+    return offset.abs().clamp(max=margin).sum() / max(len(index), 1)
+
+
+def disc_losses(
+    discs: Discs, views: Views, margin: float
+) -> tuple[Tensor, Tensor, Tensor]:
+    """How the discs disagree with depth images.
+
+    Args:
+        discs: The discs.
+        views: The depth images.
+        margin: A disc within this depth of the surface belongs to it; one
+            nearer to the camera hangs in free space [m].
+
+    Returns:
+        Sums over the discs divided by n, averaged over the views: distance to
+        the surface's tangent plane [m]; 1 - |cos| of the angle to its normal;
+        opacity in free space.
+    """
+    count = len(discs) * len(views)
+    height, width = views.depth.shape[1:]
+    p_CK, normal_C = _in_cameras(discs, views)
+    z = p_CK[..., 2]
+    pixel = torch.einsum("vij,vkj->vki", views.K[:, :2], p_CK.detach())
+    pixel = (pixel / z.detach().clamp(min=1e-3)[..., None]).floor().long()
+    column, row = pixel.unbind(-1)
+    inside = (z > 0.05) & (column > 0) & (column < width - 1)
+    inside &= (row > 0) & (row < height - 1)
+    view, disc = inside.nonzero(as_tuple=True)
+    place = (view, row[inside], column[inside])
+    depth, surface_C = views.depth[place], views.normal_C[place]
+    z = z[inside]
+
+    seen = (depth > 0) & ((z.detach() - depth).abs() < margin)
+    seen &= surface_C.abs().sum(-1) > 0
+    p_CS = depth[:, None] * views.rays_C[place]
+    height_over = ((p_CK[inside] - p_CS) * surface_C).sum(-1)
+    cosine = (normal_C[inside] * surface_C).sum(-1)
+
+    front = views.front[place]
+    in_front = (z.detach() < front - margin) & front.isfinite()
+    return (
+        height_over[seen].abs().sum() / count,
+        (1 - cosine[seen].abs()).sum() / count,
+        discs.opacity[disc[in_front]].sum() / count,
+    )
+
+
+def coverage_loss(rendered: Rendered, views: Views) -> Tensor:
+    """Mean transmittance of the pixels that show a surface; 0 without any."""
+    known = views.depth > 0
+    return (1 - rendered.alpha)[known].sum() / known.sum().clamp(min=1)
+
+
+def haze_loss(discs: Discs) -> Tensor:
+    """Zero when every disc is either opaque or gone."""
+    return (discs.opacity * (1 - discs.opacity)).mean()
+
+
+def _in_cameras(discs: Discs, views: Views) -> tuple[Tensor, Tensor]:
+    """Centres and normals of the discs in each C, (v, n, 3) both."""
+    R_CW, p_CW = views.X_CW[:, :3, :3], views.X_CW[:, :3, 3]
+    p_CK = torch.einsum("vij,kj->vki", R_CW, discs.p_WK) + p_CW[:, None]
+    return p_CK, torch.einsum("vij,kj->vki", R_CW, discs.normal_W)

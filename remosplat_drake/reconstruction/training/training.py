@@ -1,0 +1,307 @@
+"""Training a 2DGS splat from an RGB-D capture.
+
+The number of discs is fixed: depth already says where the surfaces are, so
+nothing has to be grown, and what the images or the depth contradict fades
+and is dropped at the end.
+"""
+
+import dataclasses as dc
+import hashlib
+import io
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from remosplat_drake.base.atomic_file import atomic_write
+from remosplat_drake.base.errors import FileError, RemoSplatError
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.surfels.seen_through import fill_holes
+from remosplat_drake.reconstruction.training import losses
+from remosplat_drake.reconstruction.training.discs import Discs
+from remosplat_drake.reconstruction.training.rasterization import (
+    Rasterizer,
+    rasterize,
+)
+from remosplat_drake.reconstruction.training.views import Views
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+
+@dc.dataclass(frozen=True)
+class TrainingConfig:
+    """Steps, weights and limits of the optimisation."""
+
+    # Optimisation steps at most, and images in each.
+    steps: int = 500
+    batch: int = 2
+    # Seed of the order of the images.
+    seed: int = 0
+    # A disc's standard deviations stay within these factors of the first.
+    # Discs that shrink at an edge hide it: distances become too large.
+    scale_limits: tuple[float, float] = (0.85, 1.2)
+    # Learning rates; that of the centres is in metres a step. Discs start
+    # where all depth images together have put them, and shall stay near.
+    center_rate: float = 2e-5
+    rotation_rate: float = 1e-4
+    scale_rate: float = 5e-3
+    opacity_rate: float = 3e-2
+    color_rate: float = 5e-3
+    # The centres' rate falls to this fraction, to hold what is found.
+    final_rate: float = 0.01
+    # Loss weights, beside 1 for the photometric loss.
+    depth_weight: float = 10.0
+    surface_weight: float = 100.0
+    normal_weight: float = 1.0
+    free_space_weight: float = 10.0
+    coverage_weight: float = 0.1
+    haze_weight: float = 0.1
+    # Depth within which a disc belongs to a measured surface [m].
+    margin: float = 0.02
+    # Discs below this opacity are dropped at the end.
+    min_opacity: float = 0.2
+    # Steps between two looks at the held-out views.
+    check_every: int = 100
+    # Training stops early when that many looks in a row have not lowered
+    # their loss by more than this fraction.
+    patience: int = 3
+    least_gain: float = 0.01
+
+
+@dc.dataclass(frozen=True)
+class Progress:
+    """How far training has come.
+
+    Attributes:
+        step: Steps done.
+        steps: Steps at most.
+        loss: Of the latest batch.
+        held_out: Loss of the held-out views at the latest look; NaN before,
+            or without such views.
+    """
+
+    step: int
+    steps: int
+    loss: float
+    held_out: float
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Trained:
+    """A trained splat.
+
+    Attributes:
+        splat: In the capture's world frame.
+        progress: How training ended.
+    """
+
+    splat: GaussianSplat
+    progress: Progress
+
+
+def train(
+    capture: Capture,
+    start: GaussianSplat,
+    config: TrainingConfig | None = None,
+    *,
+    held_out: np.ndarray | None = None,
+    checkpoint: Path | None = None,
+    report: Callable[[Progress], None] | None = None,
+    device: str = "cuda",
+    rasterizer: Rasterizer = rasterize,
+) -> Trained:
+    """Fits discs to a capture.
+
+    Args:
+        capture: Posed RGB-D images.
+        start: Where the discs start: a surfel splat in the capture's W.
+        config: See `TrainingConfig`.
+        held_out: Views, shape (n,), bool, that are not trained on but decide
+            when to stop; without them all steps are run.
+        checkpoint: A file that keeps the state at every look, and from which
+            an interrupted training of the same goes on.
+        report: Called every ten steps.
+        device: Where to compute; gsplat needs "cuda".
+        rasterizer: Draws the discs.
+
+    Raises:
+        MissingExtraError: gsplat is not installed.
+        RemoSplatError: There is no CUDA device.
+        FileError: The checkpoint is of another training, or unreadable.
+    """
+    config = config or TrainingConfig()
+    if device == "cuda" and not torch.cuda.is_available():
+        raise RemoSplatError("training a splat needs a CUDA device")
+    training = _Training(capture, start, config, held_out, device, rasterizer)
+    if checkpoint is not None and checkpoint.exists():
+        training.load(checkpoint)
+    while not training.is_finished:
+        training.step()
+        if training.progress.step % config.check_every == 0:
+            training.look()
+            if checkpoint is not None:
+                training.save(checkpoint)
+        if report is not None and training.progress.step % 10 == 0:
+            report(training.progress)
+    return Trained(training.discs.splat(config.min_opacity), training.progress)
+
+
+def train_without_holes(
+    capture: Capture, start: GaussianSplat, *arguments, **options
+) -> Trained:
+    """`train`, and discs put back where it lost a surface; see `fill_holes`."""
+    trained = train(capture, start, *arguments, **options)
+    return dc.replace(trained, splat=fill_holes(capture, trained.splat, start))
+
+
+class _Training:
+    """The state of the optimisation; all of it is in a checkpoint."""
+
+    def __init__(
+        self,
+        capture: Capture,
+        start: GaussianSplat,
+        config: TrainingConfig,
+        held_out: np.ndarray | None,
+        device: str,
+        rasterizer: Rasterizer,
+    ):
+        self._config, self._rasterizer = config, rasterizer
+        if held_out is None:
+            held_out = np.zeros(len(capture), bool)
+        self._views = Views.of_capture(capture.select(~held_out), device)
+        self._held_out = None
+        if held_out.any():
+            self._held_out = Views.of_capture(capture.select(held_out), device)
+        self._identity = _identity(capture, start, config, held_out)
+        self._order = np.random.default_rng(config.seed)
+        self.discs = Discs(start, config.scale_limits).to(device)
+        self._optimizer = torch.optim.Adam(
+            _rates(self.discs, config), eps=1e-15
+        )
+        self.progress = Progress(0, config.steps, math.nan, math.nan)
+        self._least, self._idle = math.inf, 0
+
+    @property
+    def is_finished(self) -> bool:
+        """All steps are done, or the last ones were in vain."""
+        return (
+            self.progress.step >= self._config.steps
+            or self._idle >= self._config.patience
+        )
+
+    def step(self):
+        """One step of Adam on a few views."""
+        config, step = self._config, self.progress.step
+        decay = config.final_rate ** (step / config.steps)
+        self._optimizer.param_groups[0]["lr"] = config.center_rate * decay
+        chosen = self._order.choice(
+            len(self._views), min(config.batch, len(self._views)), False
+        )
+        loss = self._loss(self._views[torch.as_tensor(chosen)])
+        self._optimizer.zero_grad(set_to_none=True)
+        loss.backward()
+        self._optimizer.step()
+        self.discs.clamp()
+        # Reading the loss waits for the device; do so only when it is shown.
+        shown = loss.item() if (step + 1) % 10 == 0 else self.progress.loss
+        self.progress = dc.replace(self.progress, step=step + 1, loss=shown)
+
+    @torch.no_grad()
+    def look(self):
+        """Measures the held-out views' loss and whether it still falls."""
+        if self._held_out is None:
+            return
+        each = [
+            self._loss(self._held_out[torch.tensor([i])]).item()
+            for i in range(len(self._held_out))
+        ]
+        loss = float(np.mean(each))
+        self.progress = dc.replace(self.progress, held_out=loss)
+        gained = loss < self._least * (1 - self._config.least_gain)
+        self._least = min(loss, self._least)
+        self._idle = 0 if gained else self._idle + 1
+
+    def _loss(self, views: Views) -> Tensor:
+        config, discs = self._config, self.discs
+        rendered = self._rasterizer(discs, views)
+        surface, normal, free_space = losses.disc_losses(
+            discs, views, config.margin
+        )
+        depth = losses.depth_loss(discs, views, rendered, config.margin)
+        return (
+            losses.photometric_loss(rendered, views)
+            + config.depth_weight * depth
+            + config.surface_weight * surface
+            + config.normal_weight * normal
+            + config.free_space_weight * free_space
+            + config.coverage_weight * losses.coverage_loss(rendered, views)
+            + config.haze_weight * losses.haze_loss(discs)
+        )
+
+    def save(self, path: Path):
+        """Writes everything that `load` needs; whole or not at all."""
+        buffer = io.BytesIO()
+        torch.save(
+            {
+                "identity": self._identity,
+                "discs": self.discs.state_dict(),
+                "optimizer": self._optimizer.state_dict(),
+                "order": self._order.bit_generator.state,
+                "progress": dc.asdict(self.progress),
+                "least": self._least,
+                "idle": self._idle,
+            },
+            buffer,
+        )
+        with atomic_write(path, "wb") as file:
+            file.write(buffer.getvalue())
+
+    def load(self, path: Path):
+        """Goes on where `save` was called."""
+        try:
+            state = torch.load(path, map_location="cpu", weights_only=True)
+            identity = state["identity"]
+        except Exception as error:  # torch raises many kinds.
+            raise FileError(path, "is no training checkpoint") from error
+        if identity != self._identity:
+            raise FileError(
+                path,
+                "is the checkpoint of another capture or other settings;"
+                " remove it to start afresh",
+            )
+        self.discs.load_state_dict(state["discs"])
+        self._optimizer.load_state_dict(state["optimizer"])
+        self._order.bit_generator.state = state["order"]
+        self.progress = Progress(**state["progress"])
+        self._least, self._idle = state["least"], state["idle"]
+
+
+def _rates(discs: Discs, config: TrainingConfig) -> list[dict]:
+    """Adam's parameter groups; the centres come first."""
+    return [
+        {"params": [discs.p_WK], "lr": config.center_rate},
+        {"params": [discs.quaternions], "lr": config.rotation_rate},
+        {"params": [discs.log_scales], "lr": config.scale_rate},
+        {"params": [discs.logits], "lr": config.opacity_rate},
+        {"params": [discs.colors], "lr": config.color_rate},
+    ]
+
+
+def _identity(
+    capture: Capture,
+    start: GaussianSplat,
+    config: TrainingConfig,
+    held_out: np.ndarray,
+) -> str:
+    """A digest of all that a training's course depends on."""
+    digest = hashlib.sha256(repr(config).encode())
+    arrays = [capture.X_WC, capture.K, capture.rgb, capture.depth]
+    if capture.hidden is not None:
+        arrays.append(capture.hidden)
+    for array in arrays:
+        digest.update(np.ascontiguousarray(array).tobytes())
+    digest.update(start.content_hash.encode() + held_out.tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,1 @@
+"""Spheres and convex pieces that enclose a robot's meshes."""

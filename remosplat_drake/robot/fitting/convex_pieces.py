@@ -1,0 +1,187 @@
+"""Cutting a link's mesh into convex collision shapes.
+
+Contact simulation wants a few convex shapes with few corners, and none of
+them may stand out of the spheres that the controller knows. So the mesh is
+cut where the spheres cut each other. What lies between these planes lies in
+one sphere, and so does its convex hull. Then hulls are joined as long as the
+spheres still enclose the result.
+"""
+
+import dataclasses as dc
+from itertools import combinations
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.robot.fitting.enclosure import standing_out
+from remosplat_drake.robot.fitting.link_spheres import LinkSpheres
+
+
+@dc.dataclass(frozen=True, eq=False)
+class ConvexPiece:
+    """A convex polyhedron in the link frame.
+
+    Attributes:
+        vertices: Shape (v, 3) [m].
+        triangles: Vertex indices, anticlockwise from outside, shape (t, 3).
+        volume: What is inside [m^3].
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    volume: float
+
+    @property
+    def surface(self) -> np.ndarray:
+        """The corners of its triangles, shape (t, 3, 3) [m]."""
+        return self.vertices[self.triangles]
+
+
+def convex_pieces(
+    surface: np.ndarray,
+    spheres: LinkSpheres,
+    tolerance: float,
+    filling: float = 0.2,
+) -> list[ConvexPiece]:
+    """Convex pieces that cover a surface and that the spheres enclose.
+
+    Args:
+        surface: Triangles in the link frame, shape (t, 3, 3) [m].
+        spheres: Of that link; they enclose the surface.
+        tolerance: How far the surface may stand out of the pieces [m]; it
+            saves corners.
+        filling: Two pieces are joined if their common hull adds at most this
+            share to their volume.
+
+    Raises:
+        RemoSplatError: The spheres do not enclose the surface.
+    """
+    out = standing_out(surface, spheres)
+    if out > 0:
+        raise RemoSplatError(
+            f"the mesh itself stands out of the spheres by {1e3 * out:.1f} mm"
+        )
+    parts = []
+    for i in range(len(spheres.radius)):
+        part = _in_cell(surface, spheres, i).reshape(-1, 3)
+        hull = _hull(part)
+        if hull is not None:
+            parts.append(part[hull.vertices])
+    parts = _joined(parts, spheres, filling)
+    return [_convex_piece(part, tolerance) for part in parts]
+
+
+def _in_cell(surface: np.ndarray, spheres: LinkSpheres, i: int) -> np.ndarray:
+    """What of the surface lies deeper in sphere i than in the others.
+
+    Depth is measured by a point's power, distance^2 - radius^2: two spheres
+    have the same on the plane in which they cut each other.
+    """
+    p_LS, square = spheres.p_LS, spheres.radius**2
+    part = surface
+    for j in range(len(square)):
+        if j != i and len(part):
+            normal = 2 * (p_LS[j] - p_LS[i])
+            offset = p_LS[j] @ p_LS[j] - p_LS[i] @ p_LS[i]
+            part = _below(part, normal, offset - square[j] + square[i])
+    return part
+
+
+def _below(part: np.ndarray, normal: np.ndarray, offset: float) -> np.ndarray:
+    """What of the triangles lies where normal . p <= offset, as triangles."""
+    height = part @ normal - offset
+    pieces = [part[(height <= 0).all(axis=1)]]
+    crossing = (height > 0).any(axis=1) & (height < 0).any(axis=1)
+    for corners, h in zip(part[crossing], height[crossing], strict=True):
+        polygon = []
+        for k in range(3):
+            a, b = corners[k - 1], corners[k]
+            if h[k - 1] * h[k] < 0:
+                polygon.append(a + (b - a) * h[k - 1] / (h[k - 1] - h[k]))
+            if h[k] <= 0:
+                polygon.append(b)
+        pieces += [
+            np.array([[polygon[0], polygon[k], polygon[k + 1]]])
+            for k in range(1, len(polygon) - 1)
+        ]
+    return np.concatenate(pieces)
+
+
+def _joined(
+    parts: list[np.ndarray], spheres: LinkSpheres, filling: float
+) -> list[np.ndarray]:
+    """Joins the two parts that fit each other best, again and again."""
+    volume = [_volume(part) for part in parts]
+    alive = list(range(len(parts)))
+    candidates = list(combinations(alive, 2))
+    joins: dict[tuple[int, int], float] = {}
+    while True:
+        for i, j in candidates:
+            both = np.vstack([parts[i], parts[j]])
+            added = _volume(both) / (volume[i] + volume[j]) - 1
+            hull = _hull(both)
+            if (
+                hull is not None
+                and added <= filling
+                and standing_out(hull.points[hull.simplices], spheres) <= 0
+            ):
+                joins[i, j] = added
+        if not joins:
+            return [parts[i] for i in alive]
+        i, j = min(joins, key=lambda pair: joins[pair])
+        alive = [k for k in alive if k not in (i, j)]
+        joins = {p: x for p, x in joins.items() if not {i, j} & set(p)}
+        new = len(parts)
+        parts.append(np.vstack([parts[i], parts[j]]))
+        volume.append(_volume(parts[-1]))
+        candidates = [(k, new) for k in alive]
+        alive.append(new)
+
+
+def _hull(p: np.ndarray) -> ConvexHull | None:
+    """The convex hull of points, or None if they are flat or too few."""
+    try:
+        return ConvexHull(p)
+    except (QhullError, ValueError):
+        return None
+
+
+def _volume(p: np.ndarray) -> float:
+    hull = _hull(p)
+    return 0.0 if hull is None else float(hull.volume)
+
+
+def _convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
+    """The hull of as few of the points as leave none so far outside it.
+
+    It starts with the outermost points along the axes and the diagonals; the
+    point that is farthest outside comes next.
+    """
+    p = p[ConvexHull(p).vertices]
+    heights = p @ np.vstack([np.eye(3), -np.eye(3), _DIAGONALS]).T
+    chosen = list(dict.fromkeys(heights.argmax(axis=0).tolist()))
+    while True:
+        hull = ConvexHull(p[chosen])
+        planes = hull.equations
+        above = (p @ planes[:, :3].T + planes[:, 3]).max(axis=1)
+        farthest = int(above.argmax())
+        if above[farthest] <= tolerance or farthest in chosen:
+            return _oriented(hull)
+        chosen.append(farthest)
+
+
+def _oriented(hull: ConvexHull) -> ConvexPiece:
+    used, triangles = np.unique(hull.simplices, return_inverse=True)
+    vertices = hull.points[used]
+    triangles = triangles.reshape(-1, 3)
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    inward = (normals * hull.equations[:, :3]).sum(axis=1) < 0
+    triangles[inward] = triangles[inward][:, ::-1]
+    return ConvexPiece(vertices, triangles, float(hull.volume))
+
+
+_DIAGONALS = np.array(
+    [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float
+)

@@ -1,0 +1,276 @@
+"""Fitting a few spheres around the links of any robot.
+
+For a sphere with centre c inside a body, the *bulge* r - depth(c) is how far
+it stands out of the body where the surface is nearest. A greedy set cover
+over many interior centres finds how many spheres a link needs at a given
+bulge; bisection on the bulge, scaled by how thick each link is, spends a
+total number of spheres evenly; then the centres move until the bulge cannot
+shrink further. Every surface point ends up inside a sphere.
+"""
+
+import dataclasses as dc
+from collections.abc import Callable
+
+import numpy as np
+from scipy import ndimage
+from scipy.spatial.distance import cdist
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.robot.fitting.link_spheres import (
+    LinkSpheres,
+    measure_bulge,
+)
+from remosplat_drake.robot.fitting.solid_grid import SolidGrid, make_solid_grid
+
+_MAX_CANDIDATES = 2000
+_MAX_POINTS = 4000
+_CELLS = 80
+_ROUNDS = 60
+
+# Spacing of surface points, in voxels, that leaves no hole in the shell.
+POINTS_PER_VOXEL = 2.5
+
+_STEPS = np.array(
+    [[x, y, z] for x in (0, -1, 1) for y in (0, -1, 1) for z in (0, -1, 1)],
+    float,
+)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class LinkSurface:
+    """What is to be covered on one link.
+
+    Attributes:
+        points: On the surface, in the link frame, shape (n, 3) [m].
+        solid: The body that they enclose, and what it is plugged into.
+        thickness: Largest depth of the body alone [m].
+        weight: Links with a larger weight get slimmer spheres.
+        floor: Whether the link stands on the plane z = 0; then no centre
+            goes below it.
+    """
+
+    points: np.ndarray
+    solid: SolidGrid
+    thickness: float
+    weight: float = 1.0
+    floor: bool = False
+
+
+def voxel_pitch(extent: np.ndarray) -> float:
+    """Voxel edge for a link whose bounding box has these edges [m]."""
+    return float(np.max(extent)) / _CELLS
+
+
+def make_link_surface(
+    points: np.ndarray, weight: float = 1.0, floor: bool = False
+) -> LinkSurface:
+    """A link as the fit needs it.
+
+    Args:
+        points: On the surface, shape (n, 3) [m], `POINTS_PER_VOXEL` dense.
+        weight: See `LinkSurface`.
+        floor: See `make_solid_grid`.
+
+    Raises:
+        RemoSplatError: There are no points.
+    """
+    if len(points) == 0:
+        raise RemoSplatError("a link has no geometry to fit spheres to")
+    pitch = voxel_pitch(np.ptp(points, axis=0))
+    solid = make_solid_grid(points, pitch, floor)
+    thickness = max(float(solid.depth.max()), pitch)
+    return LinkSurface(points, solid, thickness, weight, floor)
+
+
+def fit_spheres(
+    surfaces: dict[str, LinkSurface],
+    count: int,
+    seed: int = 0,
+    margin: float = 0.3,
+    restarts: int = 6,
+    on_progress: Callable[[str, int], None] = lambda link, spheres: None,
+) -> dict[str, LinkSpheres]:
+    """Fits at most `count` spheres to all links together.
+
+    Args:
+        surfaces: The links.
+        count: Number of spheres to spend; at least one a link.
+        seed: The result depends on nothing else.
+        margin: How deep inside the spheres the points must lie, in voxels
+            of their link.
+        restarts: How many other starts are refined for each link; the best
+            result stays.
+        on_progress: Called after each finished link.
+
+    Raises:
+        RemoSplatError: Too few spheres.
+    """
+    if count < len(surfaces):
+        raise RemoSplatError(
+            f"{count} spheres are too few for {len(surfaces)} links"
+        )
+    problems = {
+        link: _CoverProblem(surface, margin, np.random.default_rng(seed))
+        for link, surface in surfaces.items()
+    }
+    starts = _share(problems, count)
+    result = {}
+    for link, problem in problems.items():
+        result[link] = problem.solve(starts[link], restarts)
+        on_progress(link, len(result[link].radius))
+    return result
+
+
+class _CoverProblem:
+    """One link: points to cover, and centres to choose from."""
+
+    def __init__(
+        self, surface: LinkSurface, margin: float, rng: np.random.Generator
+    ):
+        self._all_points = surface.points
+        self._margin = margin * surface.solid.pitch
+        self._rng = rng
+        self._lowest = 0.0 if surface.floor else -np.inf
+        self._solid = surface.solid
+        self._thickness = surface.thickness
+        # A link that is four times as thick may bulge twice as much.
+        self.scale = np.sqrt(self._thickness) / surface.weight
+        self._points = _thin(surface.points, _MAX_POINTS, rng)
+        centres = _candidates(self._solid, rng)
+        self._centres = centres[centres[:, 2] >= self._lowest]
+        depth = self._solid.depth_at(self._centres)
+        # Bulge that each centre would need to cover each point.
+        self._need = cdist(self._centres, self._points).astype(np.float32)
+        self._need -= depth[:, None].astype(np.float32)
+
+    def greedy(
+        self, bulge: float, limit: int, randomness: float = 0.0
+    ) -> list[int] | None:
+        """Centres that cover all points, or None if `limit` are too few."""
+        # Numbers, not booleans: then counting is one fast matrix product.
+        covers = (self._need <= bulge - self._margin).astype(np.float32)
+        is_open = np.ones(covers.shape[1], np.float32)
+        chosen: list[int] = []
+        while is_open.any():
+            gain = covers @ is_open
+            if gain.max() == 0 or len(chosen) == limit:
+                return None
+            luck = 1 - randomness * self._rng.random(len(gain))
+            chosen.append(int((gain * luck).argmax()))
+            is_open[covers[chosen[-1]] > 0] = 0
+        return chosen
+
+    def solve(self, chosen: list[int], restarts: int) -> LinkSpheres:
+        """The best of several refinements from different starts."""
+        starts = [chosen]
+        count = len(chosen)
+        # Random covers of a little more bulge need no more spheres.
+        bulge = self._need[chosen].min(axis=0).max() + self._margin
+        for slack in np.linspace(1.0, 1.3, restarts):
+            start = self.greedy(slack * bulge, count, 0.3)
+            if start is not None:
+                starts.append(self._fill_up(start, count))
+        results = [self._refine(self._centres[start]) for start in starts]
+        return min(results, key=self._cost)
+
+    def _fill_up(self, chosen: list[int], count: int) -> list[int]:
+        """Adds centres where the bulge is largest."""
+        chosen = list(chosen)
+        while len(chosen) < count:
+            neediest = self._need[chosen].min(axis=0).argmax()
+            chosen.append(int(self._need[:, neediest].argmin()))
+        return chosen
+
+    def _cost(self, spheres: LinkSpheres) -> float:
+        bulge = measure_bulge(spheres, self._solid, 200)
+        return bulge.max + bulge.mean
+
+    def _refine(self, p_LS: np.ndarray) -> LinkSpheres:
+        """Moves centres until their bulges stop shrinking.
+
+        Two steps in turn, neither of which can raise the largest bulge: each
+        point goes to the sphere that covers it with the least bulge, and each
+        centre moves to where its points need the least.
+        """
+        p_LS = p_LS.copy()
+        step = 0.5 * self._thickness
+        for _ in range(_ROUNDS):
+            depth = self._solid.depth_at(p_LS)
+            owner = (cdist(self._points, p_LS) - depth).argmin(axis=1)
+            for i in range(len(p_LS)):
+                own = self._points[owner == i]
+                if len(own):
+                    p_LS[i] = self._better_centre(p_LS[i], own, step)
+            step = max(0.9 * step, 0.05 * self._solid.pitch)
+        return self._enclose(p_LS)
+
+    def _better_centre(
+        self, centre: np.ndarray, points: np.ndarray, step: float
+    ) -> np.ndarray:
+        trials = centre + step * _STEPS
+        trials[:, 2] = np.maximum(trials[:, 2], self._lowest)
+        depth = self._solid.depth_at(trials)
+        return trials[(cdist(trials, points).max(axis=1) - depth).argmin()]
+
+    def _enclose(self, p_LS: np.ndarray) -> LinkSpheres:
+        """The smallest radii with which all surface points are inside."""
+        depth = self._solid.depth_at(p_LS)
+        distance = cdist(self._all_points, p_LS)
+        owner = (distance - depth).argmin(axis=1)
+        radius = np.zeros(len(p_LS))
+        np.maximum.at(radius, owner, distance[np.arange(len(owner)), owner])
+        used = radius > 0
+        return LinkSpheres(p_LS[used], radius[used] + self._margin)
+
+
+def _share(
+    problems: dict[str, _CoverProblem], count: int
+) -> dict[str, list[int]]:
+    """Spends the spheres so that all links bulge alike for their size."""
+
+    def cover(scale: float) -> dict[str, list[int]] | None:
+        covers, left = {}, count
+        for link, problem in problems.items():
+            cover = problem.greedy(scale * problem.scale, left)
+            if cover is None:
+                return None
+            covers[link] = cover
+            left -= len(cover)
+        return covers
+
+    low, high = 0.0, 0.01
+    best = cover(high)
+    while best is None:
+        low, high = high, 2.0 * high
+        if high > 1e6:
+            raise RemoSplatError(f"{count} spheres cannot cover the links")
+        best = cover(high)
+    while high - low > 0.01 * high:
+        middle = 0.5 * (low + high)
+        found = cover(middle)
+        if found is None:
+            low = middle
+        else:
+            best, high = found, middle
+    return best
+
+
+def _candidates(solid: SolidGrid, rng: np.random.Generator) -> np.ndarray:
+    """Interior centres: the medial ridge first, then random voxels."""
+    interior = solid.depth > 0
+    if not interior.any():
+        interior = solid.depth >= 0
+    ridge = interior & (solid.depth >= ndimage.maximum_filter(solid.depth, 3))
+    p_ridge = solid.origin + solid.pitch * np.argwhere(ridge)
+    p_rest = solid.origin + solid.pitch * np.argwhere(interior & ~ridge)
+    p_ridge = _thin(p_ridge, _MAX_CANDIDATES // 2, rng)
+    p_rest = _thin(p_rest, _MAX_CANDIDATES - len(p_ridge), rng)
+    return np.vstack([p_ridge, p_rest])
+
+
+def _thin(
+    points: np.ndarray, most: int, rng: np.random.Generator
+) -> np.ndarray:
+    if len(points) <= most:
+        return points
+    return points[np.sort(rng.choice(len(points), most, replace=False))]

@@ -1,0 +1,226 @@
+"""Gaussian splats as PLY files: INRIA 3DGS, 2DGS and their dialects.
+
+A splat's PLY holds raw network parameters: log scales, logit opacities,
+quaternions wxyz of any length and spherical-harmonics coefficients. This
+module is the border: outside it only activated values exist.
+"""
+
+import math
+import re
+import textwrap
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+from plyfile import PlyData, PlyElement, PlyParseError
+
+from remosplat_drake.base.atomic_file import atomic_write
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.splat.activation import (
+    checked_splat,
+    exponential,
+    logit,
+    sigmoid,
+)
+from remosplat_drake.splat.gaussian_splat import SH_C0, GaussianSplat
+
+_BLOCK = 4096
+_LONGEST_HEADER = 2**16
+_ELEMENT = re.compile(rb"^element[ \t]+(\S+)[ \t]+([-+]?\d+)\s*$", re.M)
+_LIST = re.compile(rb"^property[ \t]+list\b[^\n]*?(\S+)\s*$", re.M)
+_POSITION = ("x", "y", "z")
+_NORMAL = ("nx", "ny", "nz")
+_COLOR = ("f_dc_0", "f_dc_1", "f_dc_2")
+_OPACITY = ("opacity",)
+_ROTATION = ("rot_0", "rot_1", "rot_2", "rot_3")
+
+
+def read_ply(path: str | Path) -> GaussianSplat:
+    """Reads a 2DGS (two scales) or 3DGS (three scales) splat.
+
+    The properties may come in any order, with or without normals and higher
+    harmonics, in binary of either byte order or in ASCII (slow). Scales and
+    opacities that underflow are raised to the smallest normal float.
+
+    Raises:
+        FileError: The file is missing, truncated, no PLY, no splat, empty,
+            or holds a value that no splat can have; it names the row.
+    """
+    path = Path(path)
+    vertices = _read_vertices(path)
+    names = vertices.dtype.names or ()
+    scales = _numbered(path, names, "scale_")
+    if len(scales) > 3:
+        raise FileError(path, f"{len(scales)} scales a splat; expected 2 or 3")
+    rest = _numbered(path, names, "f_rest_")
+    bands = math.isqrt(len(rest) // 3 + 1)
+    if len(rest) != 3 * (bands**2 - 1):
+        raise FileError(
+            path,
+            f"{len(rest)} f_rest properties; expected 0, 9, 24, 45 or 72",
+        )
+    scales = scales if len(scales) > 1 else ("scale_0", "scale_1")
+    required = (*_POSITION, *_COLOR, *_OPACITY, *scales, *_ROTATION)
+    missing = [name for name in required if name not in names]
+    if missing:
+        raise FileError(
+            path, f"no Gaussian splat: property {', '.join(missing)} is missing"
+        )
+    # f_rest is channel-major: all of red, then green, then blue.
+    harmonics = _columns(path, vertices, rest).reshape(
+        len(vertices), 3, len(rest) // 3
+    )
+    return checked_splat(
+        path,
+        p_GK=_columns(path, vertices, _POSITION),
+        quaternions=_columns(path, vertices, _ROTATION),
+        scales=exponential(_columns(path, vertices, scales)),
+        opacities=sigmoid(_columns(path, vertices, _OPACITY)[:, 0]),
+        colors=0.5 + SH_C0 * _columns(path, vertices, _COLOR),
+        sh_rest=harmonics.transpose(0, 2, 1),
+    )
+
+
+def write_ply(
+    path: str | Path, splat: GaussianSplat, with_normals: bool = True
+) -> None:
+    """Writes a splat in INRIA's property order, binary little-endian.
+
+    The file appears whole or not at all. A surfel splat keeps its two scales,
+    as the 2DGS reference code writes it.
+
+    Args:
+        path: The file to write or replace.
+        splat: The splat; opacities of 1 are stored as the nearest finite logit.
+        with_normals: Write INRIA's nx, ny, nz, which are always zero there.
+            Some viewers expect the columns.
+
+    Raises:
+        FileError: The file cannot be written.
+    """
+    n = len(splat)
+    harmonics = splat.sh_rest.transpose(0, 2, 1)
+    rest = harmonics.reshape(n, 3 * splat.sh_rest.shape[1])
+    blocks = {
+        _POSITION: splat.p_GK,
+        _NORMAL: np.zeros((n, 3)),
+        _COLOR: (splat.colors - 0.5) / SH_C0,
+        tuple(f"f_rest_{i}" for i in range(rest.shape[1])): rest,
+        _OPACITY: logit(splat.opacities)[:, None],
+        ("scale_0", "scale_1", "scale_2")[: splat.scales.shape[1]]: np.log(
+            splat.scales
+        ),
+        _ROTATION: splat.quaternions,
+    }
+    if not with_normals:
+        del blocks[_NORMAL]
+    table = np.concatenate(list(blocks.values()), axis=1).astype("<f4")
+    names = [name for block in blocks for name in block]
+    rows = table.view([(name, "<f4") for name in names])[:, 0]
+    document = PlyData([PlyElement.describe(rows, "vertex")], byte_order="<")
+    with atomic_write(Path(path), "wb") as stream:
+        document.write(stream)
+
+
+def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
+    """The tables of a PLY by the names of its elements.
+
+    Raises:
+        FileError: The file is missing, truncated, no PLY, holds more than it
+            announces, or a property is a list.
+    """
+    try:
+        _check_header(path)
+        # What overflows in a text file is found not to be finite later.
+        with _open_ply(path) as stream, np.errstate(over="ignore"):
+            document = PlyData.read(stream)
+            trailing = bool(stream.read().strip())
+    except MemoryError as error:
+        raise FileError(
+            path, "announces more rows than memory holds"
+        ) from error
+    except (OSError, PlyParseError, ValueError) as error:
+        problem = textwrap.shorten(str(error), 120)
+        raise FileError(path, f"unreadable as PLY: {problem}") from error
+    if trailing:
+        count = document.elements[-1].count if document.elements else 0
+        raise FileError(
+            path, f"holds more data than the {count} rows it announces"
+        )
+    return {element.name: element.data for element in document.elements}
+
+
+def _check_header(path: Path) -> None:
+    """Checks what the header announces, before any memory is asked for.
+
+    What is no header at all is left to plyfile's own words.
+    """
+    with path.open("rb") as stream:
+        header = stream.read(_LONGEST_HEADER).partition(b"end_header")[0]
+    largest = path.stat().st_size
+    for element, count in _ELEMENT.findall(header):
+        # A row of the least type takes a byte.
+        if not 0 <= float(count) <= largest:
+            name = element.decode("ascii", "replace")
+            problem = f"announces {count.decode()} rows of {name}"
+            raise FileError(path, textwrap.shorten(problem, 120))
+    listed = _LIST.search(header)
+    if listed is not None:
+        name = listed[1].decode("ascii", "replace")
+        raise FileError(path, f"property {name} is a list, not a number")
+
+
+def _read_vertices(path: Path) -> np.ndarray:
+    """The rows of the file's vertex element."""
+    elements = read_ply_elements(path)
+    if "vertex" not in elements:
+        raise FileError(path, "no splats: the PLY has no element 'vertex'")
+    if not len(elements["vertex"]):
+        raise FileError(path, "holds no splats")
+    return elements["vertex"]
+
+
+def _open_ply(path: Path) -> IO:
+    """Opens the file as its format line asks: plyfile closes what it wraps."""
+    with path.open("rb") as stream:
+        is_text = b"format ascii" in stream.read(64)
+    return path.open(encoding="ascii") if is_text else path.open("rb")
+
+
+def _numbered(
+    path: Path, names: tuple[str, ...], prefix: str
+) -> tuple[str, ...]:
+    """The properties prefix0, prefix1, ..., which must have no gap."""
+    pattern = re.compile(re.escape(prefix) + r"\d+")
+    count = sum(bool(pattern.fullmatch(name)) for name in names)
+    numbered = tuple(f"{prefix}{i}" for i in range(count))
+    for name in numbered:
+        if name not in names:
+            raise FileError(path, f"property {name} is missing")
+    return numbered
+
+
+def _columns(
+    path: Path, vertices: np.ndarray, names: tuple[str, ...]
+) -> np.ndarray:
+    """Named columns as an (N, len(names)) float32 table of finite numbers."""
+    for name in names:
+        dtype = vertices.dtype[name]
+        if dtype.kind != "f":
+            raise FileError(
+                path, f"property {name} has type {dtype.name}; expected float"
+            )
+    table = np.empty((len(vertices), len(names)), np.float32)
+    # Blocks of rows stay in the cache while their columns are picked.
+    for start in range(0, len(table), _BLOCK):
+        rows = slice(start, start + _BLOCK)
+        block = vertices[rows]
+        for column, name in enumerate(names):
+            table[rows, column] = block[name]
+        bad = ~np.isfinite(table[rows])
+        if bad.any():
+            row, column = np.argwhere(bad)[0]
+            raise FileError(
+                path, f"row {start + row}: {names[column]} is not finite"
+            )
+    return table

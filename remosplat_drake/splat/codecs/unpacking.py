@@ -1,0 +1,94 @@
+"""Limits on what a compressed splat file may unpack to.
+
+A file of a kilobyte can announce, and even hold, gigabytes. So every reader
+of a compressed format asks here before it unpacks anything.
+"""
+
+import struct
+import zipfile
+import zlib
+from pathlib import Path
+
+from remosplat_drake.base.errors import FileError
+
+ZIP_DAMAGES = (
+    zipfile.BadZipFile,
+    zlib.error,
+    struct.error,
+    NotImplementedError,
+    RuntimeError,
+    ValueError,
+    OSError,
+    EOFError,
+)
+"""What zipfile raises where an archive is damaged, encrypted or exotic."""
+
+MAX_SPLATS = 2**24
+"""As many as any trained scene has; each takes 50 to 350 bytes of memory."""
+
+_ALWAYS_ALLOWED = 2**26
+"""Bytes that any file may unpack to: a uniform picture packs very tightly."""
+
+_MAX_RATIO = 1000
+"""Beyond those, real data never packs as tightly as this."""
+
+
+def read_whole(path: Path) -> bytes:
+    """The bytes of a file.
+
+    Raises:
+        FileError: It cannot be read.
+    """
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise FileError(path, error.strerror or str(error)) from error
+
+
+def check_count(path: Path, count: int) -> None:
+    """Checks the number of splats that a file announces.
+
+    Raises:
+        FileError: It is none, or more than a scene can have.
+    """
+    if count < 1:
+        raise FileError(path, "holds no splats")
+    if count > MAX_SPLATS:
+        raise FileError(
+            path, f"announces {count} splats; at most {MAX_SPLATS} are read"
+        )
+
+
+def check_unpacked_size(path: Path, packed: int, unpacked: int) -> None:
+    """Checks how much larger a part of a file becomes by unpacking it.
+
+    Args:
+        path: The file, for the error.
+        packed: The part's size in the file [bytes].
+        unpacked: The size that it announces [bytes].
+
+    Raises:
+        FileError: It would become implausibly large.
+    """
+    if unpacked > max(_ALWAYS_ALLOWED, _MAX_RATIO * packed):
+        raise FileError(
+            path,
+            f"{packed} bytes announce {unpacked} unpacked bytes: damaged, or"
+            " made to fill the memory",
+        )
+
+
+def gunzip_at_most(path: Path, data: bytes, size: int) -> bytes:
+    """The first `size` bytes, or fewer, of gzipped data.
+
+    Raises:
+        FileError: The data is damaged or ends early.
+    """
+    stream = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
+    try:
+        unpacked = stream.decompress(data, size)
+    except zlib.error as error:
+        raise FileError(path, f"damaged: {error}") from error
+    if len(unpacked) < size and not stream.eof:
+        raise FileError(path, "truncated: its compressed data ends early")
+    return unpacked

@@ -1,1 +1,0 @@
-"""The hardware station: the real robot behind the ports of every station."""

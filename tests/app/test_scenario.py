@@ -1,0 +1,384 @@
+"""Scenarios: how they are named, laid over each other, and refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform
+
+from remosplat_drake.app.scenario import (
+    DEFAULT_SCENARIO,
+    LoadScenario,
+    shipped_scenarios,
+)
+from remosplat_drake.app.world import load_world
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.commands.main import main
+from remosplat_drake.oracle.oracle_config import DepthRasterization, GroundTruth
+from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.scene.rmmi import write_rmmi
+from remosplat_drake.splat.formats import write_splat
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+TWO = """
+First:
+  time_limit: 3
+Second:
+  time_limit: 4
+  oracle: !GroundTruth {rows: per_primitive}
+  controller: {gains: paper, verify: true, servo: {gain: 3.5}}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path) -> Path:
+    """A folder with scenarios and one scene, a box at the origin's right."""
+    (tmp_path / "two.yaml").write_text(TWO)
+    box = Box(RigidTransform([0, 1, 0.5]), np.array([0.2, 0.2, 0.2]))
+    write_rmmi(tmp_path / "scene.json", PrimitiveScene(boxes=(box,)))
+    return tmp_path
+
+
+# Names
+
+
+def test_a_file_stands_for_its_first_entry(folder):
+    scenario = LoadScenario(str(folder / "two.yaml"))
+    assert scenario.time_limit == 3
+    assert scenario.source == f"{folder}/two.yaml:First"
+    assert scenario.folder == folder
+
+
+def test_an_entry_is_chosen_by_name(folder):
+    assert LoadScenario(f"{folder}/two.yaml:Second").time_limit == 4
+
+
+def test_folders_and_files_may_have_colons_in_their_names(folder):
+    deep = folder / "run 12:30"
+    deep.mkdir()
+    file = deep / "a:b.yaml"
+    file.write_text(TWO)
+    scenario = LoadScenario(f"{file}:Second")
+    assert (scenario.time_limit, scenario.name) == (4, "Second")
+    assert scenario.folder == deep
+    assert LoadScenario(str(file)).time_limit == 3
+    with pytest.raises(RemoSplatError, match=r"b\.yaml: unknown scenario 'No'"):
+        LoadScenario(f"{file}:No")
+
+
+def test_a_name_may_have_a_colon_in_it(folder):
+    (folder / "odd.yaml").write_text('"At 12:30": {time_limit: 7}\n')
+    scenario = LoadScenario(f"{folder}/odd.yaml:At 12:30")
+    assert (scenario.time_limit, scenario.name) == (7, "At 12:30")
+
+
+def test_shipped_scenarios_are_found_by_name():
+    shipped = shipped_scenarios()
+    if not shipped:
+        pytest.skip("no scenario files are installed")
+    assert DEFAULT_SCENARIO in shipped
+    assert LoadScenario().source.endswith(f":{DEFAULT_SCENARIO}")
+    for name, path in shipped.items():
+        assert LoadScenario(name).source == f"{path}:{name}"
+
+
+# Values
+
+
+def test_what_nobody_says_keeps_its_default(folder):
+    scenario = LoadScenario(str(folder / "two.yaml"))
+    assert scenario.control_period == 0.01
+    assert scenario.controller.gains == "tuned"
+    assert scenario.robot.spheres == "covering"
+
+
+def test_fields_are_laid_over_the_named_gain_set(folder):
+    controller = LoadScenario(f"{folder}/two.yaml:Second").controller
+    assert controller.gains == "paper"
+    assert controller.verify  # The paper's is off.
+    assert controller.servo.gain == 3.5
+    # The paper's, not the tuned defaults.
+    assert controller.servo.max_speed == 0.5
+    assert controller.velocity_cost.weight == 0.01
+    assert not controller.velocity_limits.acceleration
+    assert not controller.self_collision.enabled
+
+
+def test_text_from_the_shell_is_laid_over_the_file(folder):
+    scenario = LoadScenario(
+        f"{folder}/two.yaml:Second",
+        "{time_limit: 1.5, controller: {servo: {max_speed: 0.1}},"
+        " oracle: !DepthRasterization {resolution: 40}}",
+    )
+    assert scenario.time_limit == 1.5
+    assert scenario.controller.servo.max_speed == 0.1
+    assert scenario.controller.servo.gain == 3.5
+    assert scenario.oracle == DepthRasterization(resolution=40)
+
+
+def test_the_gain_set_may_come_from_the_shell(folder):
+    controller = LoadScenario(
+        str(folder / "two.yaml"), "{controller: {gains: paper}}"
+    ).controller
+    assert controller.velocity_cost.weight == 0.01
+    assert not controller.verify
+
+
+def test_an_oracle_is_chosen_by_its_tag(folder):
+    oracle = LoadScenario(f"{folder}/two.yaml:Second").oracle
+    assert oracle == GroundTruth(rows="per_primitive")
+
+
+@pytest.mark.parametrize(
+    ("oracle", "file"),
+    [
+        (
+            "!SphereToEllipsoid"
+            " {min_opacity: 0, bisection_steps: 3, threads: 2}",
+            "disc.ply",
+        ),
+        ("!DepthRasterization {resolution: 20, threads: 2}", "disc.spz"),
+    ],
+)
+def test_an_oracle_is_built_with_its_parameters(folder, oracle, file):
+    disc = GaussianSplat(
+        p_GK=np.array([[1.0, 0, 0.9]]),
+        quaternions=np.array([[1.0, 0, 0, 0]]),
+        scales=np.array([[0.3, 0.3]]),
+        opacities=np.array([0.95]),
+        colors=np.array([[0.5, 0.5, 0.5]]),
+    )
+    write_splat(folder / file, disc)
+    text = f"{{scene: {{splat: {file}}}, oracle: {oracle}}}"
+    world = load_world(LoadScenario(str(folder / "two.yaml"), text))
+    assert world.splat_W is not None
+    assert len(world.splat_W) == 1
+    spheres = world.robot.spheres_at(world.q0)
+    assert 0 < world.field.clearances(spheres, 0.5).minimum() < 0.5
+
+
+def test_numbers_may_be_written_as_people_do(folder):
+    scenario = LoadScenario(
+        str(folder / "two.yaml"), "{control_period: 1e-3, time_limit: 2}"
+    )
+    assert scenario.control_period == 1e-3
+    assert scenario.time_limit == 2.0
+
+
+def test_files_are_relative_to_the_scenarios_folder(folder, monkeypatch):
+    monkeypatch.chdir("/")
+    scenario = LoadScenario(
+        str(folder / "two.yaml"),
+        "{scene: {truth: scene.json}, oracle: !GroundTruth {}}",
+    )
+    world = load_world(scenario)
+    assert world.truth is not None
+    assert len(world.truth) == 1
+    np.testing.assert_array_equal(world.q0[:3], np.zeros(3))
+    np.testing.assert_array_equal(world.q0[3:], world.robot.home)
+
+
+# Bad input: text laid over a good scenario, and what the one line must say.
+
+SCENE = "scene: {truth: scene.json}, oracle: !GroundTruth {}"
+TARGET = "targets: [{translation: [0.6, 0, 0.6]}]"
+
+BAD_FIELDS = {
+    "unknown key": ("{time_limits: 5}", ["time_limits", "time_limit"]),
+    "unknown nested key": (
+        "{controller: {servo: {gian: 1}}}",
+        ["controller.servo.gian", "gain"],
+    ),
+    "wrong type": ("{time_limit: [1]}", ["time_limit", "number"]),
+    "text for a number": ("{time_limit: soon}", ["time_limit", "soon"]),
+    "number for a switch": (
+        "{controller: {verify: 1}}",
+        ["controller.verify", "true or false"],
+    ),
+    "NaN": ("{control_period: .nan}", ["control_period", "finite"]),
+    "infinite": ("{time_limit: .inf}", ["time_limit", "finite"]),
+    "quoted number": ("{time_limit: '2'}", ["time_limit", "'2'"]),
+    "unknown oracle": (
+        "{oracle: !GroundTruht {}}",
+        ["oracle", "GroundTruht", "GroundTruth"],
+    ),
+    "unknown station": (
+        "{station: !Hardwear {}}",
+        ["station", "Hardwear", "KinematicStation"],
+    ),
+    "unknown gain set": (
+        "{controller: {gains: papre}}",
+        ["controller.gains", "papre", "paper"],
+    ),
+    "unknown solver": (
+        "{controller: {solver: clarable}}",
+        ["--scenario-text:1", "controller.solver", "clarable", "clarabel"],
+    ),
+    "negative period": (
+        "{control_period: -0.01}",
+        ["--scenario-text:1", "control_period", "[0.001, 1]"],
+    ),
+    "no time": ("{time_limit: 0}", ["time_limit", "positive"]),
+    "negative gain": (
+        "{controller: {servo: {gain: -1}}}",
+        ["controller.servo.gain", "positive"],
+    ),
+    "stopping beyond influence": (
+        "{controller: {collision: {stopping: 0.6}}}",
+        ["controller.collision.influence", "0.6"],
+    ),
+    "guidance that starts too far away": (
+        "{controller: {collision: {stopping: 0.15}}}",
+        ["controller.guidance.enabled", "collision.stopping", "0.15"],
+    ),
+    "tiers that do not fall": (
+        "{controller: {guidance: {tiers: [0.01, 0.02]}}}",
+        ["controller.guidance.tiers", "0.021"],
+    ),
+    "a tier that touches": (
+        "{controller: {guidance: {tiers: [0.01, 0.0]}}}",
+        ["controller.guidance.tiers", "positive"],
+    ),
+    "no time to look ahead": (
+        "{controller: {guidance: {budget_ms: 0}}}",
+        ["controller.guidance.budget_ms", "positive"],
+    ),
+    "no rotation": (
+        "{targets: [{rotation: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}]}",
+        ["targets[0].rotation", "rotation matrix"],
+    ),
+    "stretched rotation": (
+        "{targets: [{}, {rotation: [[2, 0, 0], [0, 1, 0], [0, 0, 1]]}]}",
+        ["targets[1].rotation", "rotation matrix"],
+    ),
+    "two rotations": (
+        "{targets: [{rpy_deg: [0, 0, 0],"
+        " rotation: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}]}",
+        ["targets[0]", "not both"],
+    ),
+    "short translation": (
+        "{targets: [{translation: [1, 2]}]}",
+        ["targets[0].translation", "3 entries"],
+    ),
+    "unknown arrival rule": (
+        "{arrival: {rule: txet}}",
+        ["arrival.rule", "txet", "text"],
+    ),
+    "no tolerance": ("{arrival: {position: 0}}", ["arrival.position"]),
+    "short base pose": (
+        "{robot: {base_pose: [0, 0]}}",
+        ["robot.base_pose", "3 entries"],
+    ),
+    "not YAML": ("{time_limit: [", ["not YAML"]),
+    "not a mapping": ("[1, 2]", ["mapping"]),
+}
+
+BAD_WORLDS = {
+    "missing splat": (
+        "{scene: {splat: nowhere.ply}}",
+        ["two.yaml", "scene.splat", "nowhere.ply", "no such file"],
+    ),
+    "a folder for a splat": ("{scene: {splat: .}}", ["folder", "meta.json"]),
+    "missing truth": (
+        "{scene: {truth: nowhere.json}}",
+        ["two.yaml", "scene.truth", "nowhere.json", "no such file"],
+    ),
+    "no splat at all": ("{}", ["oracle", "scene.splat"]),
+    "no truth at all": ("{oracle: !GroundTruth {}}", ["oracle", "scene.truth"]),
+    "unknown rows": (
+        "{scene: {truth: scene.json}, oracle: !GroundTruth {rows: all}}",
+        ["oracle.rows", "per_primitive"],
+    ),
+    "unknown robot": (
+        f"{{{SCENE}, robot: {{model: franky}}}}",
+        ["franky", "frankie"],
+    ),
+    "unknown spheres": (
+        f"{{{SCENE}, robot: {{spheres: covring}}}}",
+        ["spheres", "covring", "covering"],
+    ),
+    "start in the scene": (
+        f"{{{SCENE}, robot: {{base_pose: [0, 0.9, 0]}}}}",
+        ["two.yaml", "robot.base_pose", "inside the scene", "mm"],
+    ),
+    "short arm": (
+        f"{{{SCENE}, robot: {{arm: [0, 0]}}}}",
+        ["robot.arm", "7 numbers"],
+    ),
+    "arm beyond its limits": (
+        f"{{{SCENE}, robot: {{arm: [0, 0, 0, 1, 0, 0, 0]}}}}",
+        ["robot.arm", "panda_joint4", "limits"],
+    ),
+    "gripper that does not move": (
+        f"{{{SCENE}, {TARGET}, station: !KinematicStation {{hand_speed: 0}}}}",
+        ["station.hand_speed", "positive"],
+    ),
+    "camera without pixels": (
+        f"{{{SCENE}, {TARGET}, wrist_camera: {{width: 0}}}}",
+        ["wrist_camera.width", "[1, 8192]"],
+    ),
+    "no target": (f"{{{SCENE}}}", ["targets", "none given"]),
+}
+
+
+@pytest.mark.parametrize("case", BAD_FIELDS)
+def test_an_unusable_field_is_named(folder, case):
+    text, mentions = BAD_FIELDS[case]
+    with pytest.raises(RemoSplatError) as caught:
+        LoadScenario(str(folder / "two.yaml"), text)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert all(mention in message for mention in mentions), message
+
+
+@pytest.mark.parametrize("case", [*BAD_FIELDS, *BAD_WORLDS])
+def test_the_command_line_says_it_in_one_line(folder, capfd, case):
+    text, mentions = {**BAD_FIELDS, **BAD_WORLDS}[case]
+    code = main(
+        [
+            "run",
+            str(folder / "two.yaml"),
+            "--headless",
+            "--scenario-text",
+            text,
+        ]
+    )
+    assert code == 2
+    lines = capfd.readouterr().err.strip().splitlines()
+    message = lines[-1]
+    assert message.startswith("remosplat: ")
+    assert all(mention in message for mention in mentions), message
+    assert not [line for line in lines if "Traceback" in line]
+    # A first run may announce that it compiles; nothing else speaks.
+    assert len([line for line in lines if "compil" not in line]) == 1
+
+
+@pytest.mark.parametrize(
+    ("spec", "mentions"),
+    [
+        ("nowhere.yaml", ["nowhere.yaml", "no such file"]),
+        ("{folder}/two.yaml:Secnd", ["two.yaml", "Secnd", "Second"]),
+        ("TabelReach", ["TabelReach"]),
+        ("{folder}/empty.yaml", ["empty.yaml", "empty"]),
+        ("{folder}/list.yaml", ["list.yaml", "mapping"]),
+        ("{folder}/binary.yaml", ["binary.yaml", "not a text file"]),
+        ("{folder}/none.yaml", ["none.yaml", "no scenarios"]),
+    ],
+)
+def test_a_scenario_that_cannot_be_found(folder, spec, mentions):
+    (folder / "empty.yaml").write_text("# nothing\n")
+    (folder / "list.yaml").write_text("- one\n")
+    (folder / "none.yaml").write_text("{}\n")
+    (folder / "binary.yaml").write_bytes(b"\xff\xfe\x00\xd8")
+    with pytest.raises(RemoSplatError) as caught:
+        LoadScenario(spec.format(folder=folder))
+    message = str(caught.value)
+    assert "\n" not in message
+    assert all(mention in message for mention in mentions), message
+
+
+def test_errors_name_the_line_of_the_file(folder):
+    file = folder / "bad.yaml"
+    file.write_text("Bad:\n  time_limit: 3\n  controler: {}\n")
+    with pytest.raises(RemoSplatError, match=r"bad\.yaml:3: controler"):
+        LoadScenario(str(file))

@@ -1,0 +1,119 @@
+"""The message about the first, slow start."""
+
+import io
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from remosplat_drake.app import warm_up
+from remosplat_drake.app.scenario import DEFAULT_SCENARIO, LoadScenario
+from remosplat_drake.app.warm_up import compile_kernels
+from remosplat_drake.app.world import load_world
+from remosplat_drake.oracle.unknown_space import UnknownSpaceField
+
+
+@pytest.fixture
+def console() -> Console:
+    return Console(file=io.StringIO())
+
+
+def said(console: Console) -> bool:
+    warm_up.announce(console)
+    return "compiling" in console.file.getvalue()  # pyright: ignore
+
+
+def test_it_is_said_until_the_kernels_are_compiled(
+    console, tmp_path, monkeypatch
+):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    assert said(console)
+    warm_up.remember()
+    assert not said(Console(file=io.StringIO()))
+
+
+def test_a_cache_that_cannot_be_written_stops_nobody(
+    console, tmp_path, monkeypatch
+):
+    (tmp_path / "cache").write_text("a file where the folder should be")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    warm_up.remember()
+    assert said(console)
+
+
+# Runs a scenario, and prints how often its ticks made numba load or compile.
+IN_TICKS = """
+import sys
+from numba.core import event
+from remosplat_drake.diagram import MakeDiagram
+from remosplat_drake.scenario import LoadScenario
+from remosplat_drake.simulation import run
+from remosplat_drake.warm_up import compile_kernels
+from remosplat_drake.world import load_world
+
+class Count(event.Listener):
+    total = 0
+    def on_start(self, event):
+        self.total += 1
+    def on_end(self, event):
+        pass
+
+scenario = LoadScenario(sys.argv[1], sys.argv[2])
+world = load_world(scenario)
+compile_kernels(scenario, world)
+application = MakeDiagram(scenario, world)
+count = Count()
+event.register("numba:compiler_lock", count)
+totals = []
+run(application, on_progress=lambda *_: totals.append(count.total))
+assert len(totals) > 50
+print(totals[-1])
+"""
+
+
+def loads_in_ticks(text: str, environment: dict[str, str]) -> int:
+    """How often numba is at work while the default scenario runs."""
+    result = subprocess.run(
+        [sys.executable, "-c", IN_TICKS, DEFAULT_SCENARIO, text],
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return int(result.stdout)
+
+
+@pytest.mark.parametrize(
+    "oracle",
+    [
+        "!SphereToEllipsoid {}",
+        "!DepthRasterization {}",
+        "!GroundTruth {rows: per_primitive}",
+    ],
+)
+def test_no_tick_loads_a_kernel(oracle):
+    """Past the things on the table, with look-ahead, as far as the target."""
+    assert loads_in_ticks(f"oracle: {oracle}", {}) == 0
+
+
+def test_a_live_map_has_its_kernels_too(monkeypatch):
+    """Those of what nobody has seen; its loop is another one."""
+    scenario = LoadScenario("StudioLive", "mapping: {unknown: obstacle}")
+    asked = []
+    clearances = UnknownSpaceField.clearances
+
+    def noting(self, spheres, max_distance=np.inf):
+        asked.append(len(spheres))
+        return clearances(self, spheres, max_distance)
+
+    monkeypatch.setattr(UnknownSpaceField, "clearances", noting)
+    compile_kernels(scenario, load_world(scenario, blank=True))
+    assert asked
+
+
+@pytest.mark.slow
+def test_no_tick_of_the_very_first_run_compiles(tmp_path):
+    assert loads_in_ticks("{}", {"NUMBA_CACHE_DIR": str(tmp_path)}) == 0

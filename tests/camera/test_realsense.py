@@ -1,0 +1,167 @@
+"""Images from librealsense's own software device: no camera is needed."""
+
+import sys
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
+from remosplat_drake.camera.realsense import (
+    RealSenseCamera,
+    camera_matrix,
+    distortion_of,
+    realsense_module,
+    rgbd_image,
+)
+from remosplat_drake.capture.undistortion import distort
+
+WIDTH, HEIGHT = 64, 48
+BASELINE = 0.05
+UNIT = 0.00025
+"""As of a D405; most models count millimetres."""
+
+
+def test_without_the_package_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyrealsense2", None)
+    with pytest.raises(MissingExtraError, match=r"\[realsense\]"):
+        realsense_module()
+
+
+class SoftwareCamera:
+    """Feeds librealsense frames; the colour lens sits beside the depth's."""
+
+    def __init__(self, rs):
+        self.rs = rs
+        self.device = rs.software_device()
+        self.depth = self.device.add_sensor("Depth")
+        self.color = self.device.add_sensor("Color")
+        self.depth.add_read_only_option(rs.option.depth_units, UNIT)
+        self.depth_stream = self.depth.add_video_stream(
+            self.stream(0, rs.stream.depth, rs.format.z16, 2)
+        )
+        self.color_stream = self.color.add_video_stream(
+            self.stream(1, rs.stream.color, rs.format.rgb8, 3)
+        )
+        beside = rs.extrinsics()
+        beside.rotation = np.eye(3).ravel().tolist()
+        beside.translation = [BASELINE, 0, 0]
+        self.depth_stream.register_extrinsics_to(self.color_stream, beside)
+        self.device.create_matcher(rs.matchers.default)
+        self.syncer = rs.syncer()
+        for sensor, stream in self.sensors():
+            sensor.open(stream)
+            sensor.start(self.syncer)
+
+    def sensors(self):
+        return (self.depth, self.depth_stream), (self.color, self.color_stream)
+
+    def stream(self, uid, kind, format, bytes_per_pixel):
+        stream = self.rs.video_stream()
+        stream.uid, stream.type, stream.fmt = uid, kind, format
+        stream.width, stream.height, stream.fps = WIDTH, HEIGHT, 30
+        stream.bpp = bytes_per_pixel
+        stream.intrinsics = intrinsics(self.rs)
+        return stream
+
+    def frames(self, depth, rgb):
+        """A pair; the matcher may let single images pass at first."""
+        for number in range(20):
+            for (sensor, stream), pixels, size in zip(
+                self.sensors(), (depth, rgb), (2, 3), strict=True
+            ):
+                frame = self.rs.software_video_frame()
+                frame.pixels, frame.bpp = pixels, size
+                frame.stride = WIDTH * size
+                frame.timestamp = 1000.0 + 33.0 * number
+                frame.domain = self.rs.timestamp_domain.system_time
+                frame.frame_number = number
+                frame.profile = stream.as_video_stream_profile()
+                frame.depth_units = UNIT
+                sensor.on_video_frame(frame)
+            frames = self.syncer.wait_for_frames(2000)
+            if frames.size() == 2:
+                return frames
+        raise AssertionError("librealsense matched no two images")
+
+    def stop(self):
+        for sensor, _ in self.sensors():
+            sensor.stop()
+            sensor.close()
+
+
+def intrinsics(rs, model="inverse_brown_conrady", coefficients=(0.0,) * 5):
+    values = rs.intrinsics()
+    values.width, values.height = WIDTH, HEIGHT
+    values.fx, values.fy, values.ppx, values.ppy = 60.0, 61.0, 31.5, 23.5
+    values.model = getattr(rs.distortion, model)
+    values.coeffs = list(coefficients)
+    return values
+
+
+@pytest.fixture(scope="module")
+def rs() -> ModuleType:
+    try:
+        return realsense_module()
+    except MissingExtraError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="module")
+def frames(rs):
+    """A wall at 1 m with a hole, and colours that count columns."""
+    camera = SoftwareCamera(rs)
+    depth = np.full((HEIGHT, WIDTH), round(1 / UNIT), np.uint16)
+    depth[10:20, 30:40] = 0
+    rgb = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
+    rgb[..., 0] = np.arange(WIDTH)
+    yield camera.frames(depth, rgb)
+    camera.stop()
+
+
+def test_depth_is_metric_and_aligned_to_colour(rs, frames):
+    image = rgbd_image(rs.align(rs.stream.color).process(frames))
+    assert image.depth.dtype == np.float32
+    known = image.depth > 0
+    np.testing.assert_allclose(image.depth[known], 1, rtol=1e-6)
+    np.testing.assert_array_equal(image.rgb[5, :, 0], np.arange(WIDTH))
+    # From depth to colour, points at 1 m move by f * baseline = 3 columns;
+    # columns at the border that the depth camera does not see are unknown.
+    row, column = np.argwhere(~known[:, 8:-8]).mean(axis=0)
+    np.testing.assert_allclose(row, 14.5, atol=0.6)
+    np.testing.assert_allclose(column + 8, 34.5 + 60 * BASELINE, atol=0.6)
+    assert 1 <= image.time < 2
+    assert image.distortion is None
+    np.testing.assert_allclose(image.K[:2, 2], [32, 24])
+
+
+def test_images_stay_when_librealsense_reuses_its_memory(rs, frames):
+    image = rgbd_image(rs.align(rs.stream.color).process(frames))
+    assert image.rgb.flags.owndata
+
+
+@pytest.mark.parametrize("model", ["brown_conrady", "inverse_brown_conrady"])
+def test_the_lens_is_librealsenses(rs, model):
+    """A point of a D455's colour camera, projected by both."""
+    lens = intrinsics(rs, model, (-0.055, 0.066, 0.0004, -0.0007, -0.021))
+    distortion = distortion_of(lens)
+    assert distortion is not None
+    K = camera_matrix(lens)
+    xy = distort(distortion, np.array([0.4, -0.3]))
+    expected = rs.rs2_project_point_to_pixel(lens, [0.4, -0.3, 1.0])
+    np.testing.assert_allclose(
+        K[[0, 1], [0, 1]] * xy + K[:2, 2],
+        np.array(expected) + 0.5,
+        atol=0.01,
+    )
+
+
+def test_a_fisheye_is_refused(rs):
+    lens = intrinsics(rs, "kannala_brandt4", (0.1,) * 5)
+    with pytest.raises(RemoSplatError, match="cannot undistort"):
+        distortion_of(lens)
+
+
+def test_a_missing_camera_is_told(rs):
+    with pytest.raises(RemoSplatError, match=r"(no|unknown) RealSense camera"):
+        RealSenseCamera(serial="000000000000")

@@ -1,0 +1,127 @@
+"""The wrist camera's stand-in: its images over the wire, and its pose."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+from drake import lcmt_image_array, lcmt_panda_status
+from pydrake.lcm import DrakeLcm
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.lcm import LcmSubscriberSystem
+from pydrake.systems.sensors import LcmImageArrayToImages
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
+from robot_process import free_url, running
+
+from remosplat_drake.camera.simulated_camera import (
+    HeardConfiguration,
+    SimulatedCamera,
+)
+from remosplat_drake.hardware.wire.channels import (
+    BASE_STATUS,
+    PANDA_STATUS,
+    WRIST_CAMERA,
+)
+from remosplat_drake.hardware.wire.messages.base_status import base_status
+
+
+def arm_status(joints) -> bytes:
+    message = lcmt_panda_status()
+    message.num_joints = len(joints)
+    for name in message.__slots__:
+        if name.startswith("joint_"):
+            setattr(message, name, list(joints))
+    return message.encode()
+
+
+def base(pose) -> bytes:
+    message = base_status()
+    message.pose = list(pose)
+    return message.encode()
+
+
+def test_a_configuration_needs_arm_and_base():
+    heard = HeardConfiguration()
+    heard.receive(PANDA_STATUS, arm_status(range(7)))
+    assert heard.q is None
+    heard.receive(BASE_STATUS, base((1, 2, 3)))
+    assert heard.q is not None
+    np.testing.assert_array_equal(heard.q, [1, 2, 3, *range(7)])
+
+
+def test_broken_statuses_are_ignored():
+    heard = HeardConfiguration()
+    heard.receive(BASE_STATUS, b"nonsense")
+    heard.receive(BASE_STATUS, base((0, math.nan, 0)))
+    heard.receive(PANDA_STATUS, arm_status(range(6)))
+    heard.receive(PANDA_STATUS, arm_status([math.inf] * 7))
+    assert heard.q is None
+
+
+class Viewer:
+    """Reads images as the hardware station does."""
+
+    def __init__(self, url: str):
+        self._lcm = DrakeLcm(url)
+        builder = DiagramBuilder()
+        subscriber = builder.AddSystem(
+            LcmSubscriberSystem.Make(
+                WRIST_CAMERA,
+                lcmt_image_array,
+                self._lcm,
+                use_cpp_serializer=True,
+            )
+        )
+        self._images = builder.AddSystem(LcmImageArrayToImages())
+        builder.Connect(
+            subscriber.get_output_port(), self._images.get_input_port()
+        )
+        self._diagram = builder.Build()
+        self._context = self._diagram.CreateDefaultContext()
+
+    def ready(self) -> bool:
+        """Whether images have come; waits a little."""
+        return self._lcm.HandleSubscriptions(10) > 0
+
+    def wait(self) -> tuple[np.ndarray, np.ndarray]:
+        """The next colour and depth image."""
+        end = time.monotonic() + 60
+        while not self.ready():
+            assert time.monotonic() < end
+        self._diagram.ExecuteInitializationEvents(self._context)
+        context = self._images.GetMyContextFromRoot(self._context)
+        return tuple(
+            self._images.GetOutputPort(name).Eval(context).data.copy()
+            for name in ("color_image", "depth_image")
+        )
+
+
+def test_images_arrive_and_show_where_the_robot_is(frankie, scene):
+    url = free_url()
+    viewer = Viewer(url)
+    q = np.array([0, 0, 0, *frankie.home])
+    config = WristCameraConfig(width=64, height=48)
+    camera = SimulatedCamera(config, frankie, scene, DrakeLcm(url))
+    camera.take(q, 1_000_000)
+    color, depth = viewer.wait()
+    assert color.shape == (48, 64, 4)
+    assert depth.shape == (48, 64, 1)
+    away = q - [3.0, *[0.0] * 9]
+    camera.take(away, 2_000_000)
+    _, depth_away = viewer.wait()
+    assert np.isfinite(depth).any()
+    assert not np.array_equal(depth, depth_away)
+
+
+@pytest.mark.slow
+def test_the_process_sends_images_once_it_hears_a_robot():
+    url = free_url()
+    lcm, viewer = DrakeLcm(url), Viewer(url)
+    with running("camera-sim", "TableReach", "--lcm-url", url, "--rate", "10"):
+        end = time.monotonic() + 60
+        while time.monotonic() < end:
+            lcm.Publish(PANDA_STATUS, arm_status([0, -0.3, 0, -2.2, 0, 2, 0.8]))
+            lcm.Publish(BASE_STATUS, base((0, 0, 0)))
+            if viewer.ready():
+                return
+    pytest.fail("no image came")

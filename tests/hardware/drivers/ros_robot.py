@@ -1,0 +1,76 @@
+"""A base that speaks ROS, as the tests of both bridges see it."""
+
+import subprocess
+import time
+from collections.abc import Callable
+
+import pytest
+from pydrake.lcm import DrakeLcm
+
+from remosplat_drake.base.clock import wall_utime
+from remosplat_drake.hardware.wire.channels import BASE_COMMAND, BASE_STATUS
+from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.messages.base_command import base_command
+from remosplat_drake.hardware.wire.messages.base_status import base_status
+
+
+class Station:
+    """The station's end of the wire."""
+
+    def __init__(self, url: str):
+        self._lcm = DrakeLcm(url)
+        self._inbox = Inbox(self._lcm, [BASE_STATUS])
+
+    def send(self, forward: float, yaw_rate: float) -> None:
+        """Sends one command, freshly stamped."""
+        message = base_command()
+        message.utime = wall_utime()
+        message.forward, message.yaw_rate = forward, yaw_rate
+        self._lcm.Publish(BASE_COMMAND, message.encode())
+
+    def statuses(self) -> list[base_status]:
+        """What has come since the last call."""
+        return [base_status.decode(data) for _, data in self._inbox.fetch()]
+
+
+def check_bridge(
+    bridge: subprocess.Popen[str],
+    station: Station,
+    commands: list[tuple[float, float]],
+    send_odometry: Callable[[float, float], None],
+) -> None:
+    """Drives a base through a bridge: there, back, and its watchdog.
+
+    Args:
+        bridge: The bridge's process.
+        station: The other end.
+        commands: Grows by what arrives at the base (forward, yaw rate).
+        send_odometry: Sends a pose x and a speed as the base would.
+    """
+    statuses: list[base_status] = []
+
+    def exchange(done: Callable[[], bool], command=None) -> None:
+        end = time.monotonic() + 60
+        while not done():
+            assert bridge.poll() is None, "the bridge ended"
+            assert time.monotonic() < end, "the bridge did not do it in time"
+            if command is not None:
+                station.send(*command)
+            send_odometry(1.5, 0.3)
+            statuses.extend(station.statuses())
+            time.sleep(0.01)
+
+    exchange(lambda: len(statuses) > 5)
+    assert statuses[-1].pose[0] == 1.5
+    assert statuses[-1].forward == 0.3
+    assert not commands, "a bridge that hears nothing says nothing"
+
+    exchange(lambda: len(commands) > 5, (0.4, -0.2))
+    assert commands[-1] == pytest.approx((0.4, -0.2))
+    exchange(lambda: commands[-1] == pytest.approx((1.0, 0.4)), (2.0, 0.8))
+    # The station falls silent: zeros, and then silence.
+    exchange(lambda: commands[-1] == (0.0, 0.0))
+    time.sleep(0.6)
+    commands.clear()
+    time.sleep(0.2)
+    assert not commands

@@ -1,0 +1,131 @@
+"""ROS 2 without ROS: bytes that another decoder reads, and a bridge."""
+
+import numpy as np
+import pytest
+from robot_process import free_url, running
+from ros_robot import Station, check_bridge
+
+from remosplat_drake.base.clock import wall_utime
+
+pytest.importorskip("cyclonedds", reason="needs the extra ros2")
+rosbags_typesys = pytest.importorskip(
+    "rosbags.typesys", reason="needs rosbags, an independent decoder"
+)
+
+from cyclonedds.core import Policy, Qos
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+
+from remosplat_drake.hardware.drivers import ros2_messages as ros
+
+DOMAIN = 77
+
+
+@pytest.fixture(scope="module")
+def store():
+    return rosbags_typesys.get_typestore(rosbags_typesys.Stores.ROS2_HUMBLE)
+
+
+def odometry(x: float = 1.5, forward: float = 0.3) -> ros.Odometry:
+    message = ros.Odometry(child_frame_id="base_link")
+    utime = wall_utime()
+    message.header.stamp = ros.Time(
+        utime // 1_000_000, 1000 * (utime % 1_000_000)
+    )
+    message.header.frame_id = "map"
+    message.pose.pose.position.x = x
+    message.pose.covariance = [float(i) for i in range(36)]
+    message.twist.twist.linear.x = forward
+    message.twist.covariance = [-float(i) for i in range(36)]
+    return message
+
+
+def test_a_twist_is_read_by_another_decoder(store):
+    twist = ros.Twist(ros.Vector3(0.5, 1, 2), ros.Vector3(3, 4, -0.25))
+    data = twist.serialize()
+    assert data[:4] == bytes([0, 1, 0, 0])
+    read = store.deserialize_cdr(data, "geometry_msgs/msg/Twist")
+    assert (read.linear.x, read.linear.y, read.linear.z) == (0.5, 1, 2)
+    assert (read.angular.x, read.angular.y, read.angular.z) == (3, 4, -0.25)
+    assert bytes(store.serialize_cdr(read, read.__msgtype__)) == data
+
+
+def test_an_odometry_is_read_by_another_decoder_and_back(store):
+    message = odometry()
+    data = message.serialize()
+    read = store.deserialize_cdr(data, "nav_msgs/msg/Odometry")
+    assert read.header.stamp.sec == message.header.stamp.sec
+    assert read.header.stamp.nanosec == message.header.stamp.nanosec
+    assert (read.header.frame_id, read.child_frame_id) == ("map", "base_link")
+    assert read.pose.pose.position.x == 1.5
+    assert read.pose.pose.orientation.w == 1.0
+    np.testing.assert_array_equal(read.pose.covariance, np.arange(36.0))
+    assert read.twist.twist.linear.x == 0.3
+    np.testing.assert_array_equal(read.twist.covariance, -np.arange(36.0))
+    again = bytes(store.serialize_cdr(read, read.__msgtype__))
+    assert ros.Odometry.deserialize(again) == message
+
+
+@pytest.mark.parametrize(
+    ("message", "name"),
+    [
+        (ros.Twist, "geometry_msgs::msg::dds_::Twist_"),
+        (ros.Odometry, "nav_msgs::msg::dds_::Odometry_"),
+        (ros.Header, "std_msgs::msg::dds_::Header_"),
+        (ros.Time, "builtin_interfaces::msg::dds_::Time_"),
+    ],
+)
+def test_types_have_the_names_that_ros_gives_them(message, name):
+    assert message.__idl_typename__.replace(".", "::") == name
+
+
+def test_topics_have_the_names_that_ros_gives_them():
+    assert ros.dds_topic("/frankie/cmd_vel") == "rt/frankie/cmd_vel"
+    assert ros.dds_topic("odom") == "rt/odom"
+
+
+class Robot:
+    """A base on DDS: hears `cmd_vel`, tells its odometry."""
+
+    def __init__(self):
+        participant = DomainParticipant(DOMAIN)
+        self._reader = DataReader(
+            participant,
+            Topic(participant, "rt/frankie/cmd_vel", ros.Twist),
+            qos=Qos(
+                Policy.Reliability.Reliable(10_000_000),
+                Policy.History.KeepLast(50),
+            ),
+        )
+        self._writer = DataWriter(
+            participant,
+            Topic(participant, "rt/frankie/odom", ros.Odometry),
+            qos=Qos(Policy.Reliability.BestEffort),
+        )
+
+    def send(self, x: float, forward: float) -> None:
+        self._writer.write(odometry(x, forward))
+
+    def received(self) -> list[tuple[float, float]]:
+        return [(s.linear.x, s.angular.z) for s in self._reader.take(N=50)]
+
+
+@pytest.mark.slow
+def test_a_base_is_driven_through_the_bridge():
+    url = free_url()
+    robot, commands = Robot(), []
+
+    def exchange(x: float, forward: float) -> None:
+        robot.send(x, forward)
+        commands.extend(robot.received())
+
+    with running(
+        "base-driver", "ros2", "--lcm-url", url, "--domain", str(DOMAIN)
+    ) as bridge:
+        check_bridge(bridge, Station(url), commands, exchange)
+        robot.received()
+        bridge.terminate()
+        assert bridge.wait(20) == 0
+    assert set(robot.received()) == {(0.0, 0.0)}

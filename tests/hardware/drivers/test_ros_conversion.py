@@ -1,0 +1,90 @@
+"""Between LCM and ROS: by hand, and against rotations of Drake's."""
+
+import math
+from types import SimpleNamespace as Fields
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydrake.math import RollPitchYaw
+
+from remosplat_drake.hardware.drivers.ros_conversion import (
+    Odometry,
+    read_odometry,
+    stamp_utime,
+    status_of,
+    write_twist,
+    yaw_of,
+)
+from remosplat_drake.hardware.wire.messages.base_status import base_status
+
+
+@pytest.mark.parametrize(
+    ("quaternion", "yaw"),
+    [
+        ((0, 0, 0, 1), 0.0),
+        ((0, 0, 1, 0), math.pi),
+        ((0, 0, math.sqrt(0.5), math.sqrt(0.5)), math.pi / 2),
+        ((0, 0, -0.2, -0.2), math.pi / 2),
+    ],
+)
+def test_yaw_of_a_quaternion(quaternion, yaw):
+    assert yaw_of(*quaternion) == pytest.approx(yaw)
+
+
+def test_a_quaternion_of_zeros_has_no_yaw():
+    assert math.isnan(yaw_of(0, 0, 0, 0))
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-3.1, 3.1))
+def test_yaw_is_that_of_roll_pitch_yaw(roll, pitch, yaw):
+    R = RollPitchYaw(roll, pitch, yaw).ToQuaternion()
+    assert yaw_of(R.x(), R.y(), R.z(), R.w()) == pytest.approx(yaw, abs=1e-6)
+
+
+def test_stamps_of_both_versions():
+    assert stamp_utime(Fields(secs=12, nsecs=3_456_789)) == 12_003_456
+    assert stamp_utime(Fields(sec=12, nanosec=3_456_789)) == 12_003_456
+
+
+def test_an_odometry_message_becomes_a_status():
+    message = Fields(
+        header=Fields(stamp=Fields(secs=1, nsecs=5000)),
+        pose=Fields(
+            pose=Fields(
+                position=Fields(x=1.0, y=2.0, z=0.0),
+                orientation=Fields(x=0.0, y=0.0, z=1.0, w=1.0),
+            )
+        ),
+        twist=Fields(
+            twist=Fields(linear=Fields(x=0.3), angular=Fields(z=-0.2))
+        ),
+    )
+    status = status_of(read_odometry(message), now=7)
+    assert status is not None
+    assert status.utime == 1_000_005
+    assert status.pose == pytest.approx([1.0, 2.0, math.pi / 2])
+    assert (status.forward, status.yaw_rate) == (0.3, -0.2)
+    assert status.mode == base_status.MOVING
+    assert status.battery < 0
+
+
+def test_odometry_without_a_stamp_is_stamped_on_arrival():
+    status = status_of(Odometry(0, (0.0, 0.0, 0.0), 0.0, 0.0), now=7)
+    assert status is not None
+    assert status.utime == 7
+    assert status.mode == base_status.READY
+
+
+def test_odometry_that_is_not_finite_is_no_status():
+    assert status_of(Odometry(1, (0.0, math.nan, 0.0), 0.0, 0.0), 7) is None
+
+
+def test_a_twist_has_only_what_a_base_can_do():
+    zeros = Fields(x=0.0, y=0.0, z=0.0)
+    message = Fields(linear=zeros, angular=Fields(x=0.0, y=0.0, z=0.0))
+    write_twist(message, 0.4, -0.1)
+    assert (message.linear.x, message.angular.z) == (0.4, -0.1)
+    assert (message.linear.y, message.linear.z) == (0.0, 0.0)
+    assert (message.angular.x, message.angular.y) == (0.0, 0.0)

@@ -1,0 +1,101 @@
+"""The base's messages, and its pose between two of them."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from remosplat_drake.hardware.wire.base import (
+    decode_base_status,
+    encode_base_command,
+    extrapolated_pose,
+)
+from remosplat_drake.hardware.wire.messages.base_command import base_command
+from remosplat_drake.hardware.wire.messages.base_status import base_status
+from remosplat_drake.hardware.wire.packets import BrokenMessage
+
+T = 1_700_000_000.5
+
+
+def status(**fields) -> bytes:
+    message = base_status()
+    message.utime = round(T * 1e6)
+    message.pose = [1.0, 2.0, 0.5]
+    message.forward, message.yaw_rate = 0.3, -0.1
+    message.mode = base_status.MOVING
+    message.battery = 0.5
+    for name, value in fields.items():
+        setattr(message, name, value)
+    return message.encode()
+
+
+def test_a_command_is_written():
+    command = base_command.decode(encode_base_command(np.array([0.2, -1]), T))
+    assert command.utime == 1_700_000_000_500_000
+    assert (command.forward, command.yaw_rate) == (0.2, -1.0)
+
+
+def test_a_status_is_read():
+    state = decode_base_status(status(protective_stop=1))
+    np.testing.assert_array_equal(state.pose, [1.0, 2.0, 0.5])
+    np.testing.assert_array_equal(state.velocity, [0.3, -0.1])
+    assert state.stamp == T
+    assert state.mode == base_status.MOVING
+    assert state.protective_stop and not state.emergency_stop
+    assert state.battery == 0.5
+
+
+@pytest.mark.parametrize(
+    ("data", "problem"),
+    [
+        (status(pose=[0.0, np.nan, 0.0]), r"pose\[1\] is nan"),
+        (status(yaw_rate=np.inf), r"velocity\[1\] is inf"),
+        (status(mode=9), "mode is 9"),
+        (status()[:20], "is not a whole base_status"),
+        (base_command().encode(), "is not a whole base_status"),
+    ],
+)
+def test_a_broken_status_is_named(data, problem):
+    with pytest.raises(BrokenMessage, match=problem):
+        decode_base_status(data)
+
+
+def test_a_quarter_circle():
+    """1 m of radius: from the origin along x, turning left, to (1, 1)."""
+    pose = extrapolated_pose(np.zeros(3), np.array([1.0, 1.0]), math.pi / 2)
+    np.testing.assert_allclose(pose, [1, 1, math.pi / 2], atol=1e-15)
+
+
+def test_straight_ahead():
+    pose = extrapolated_pose(
+        np.array([1.0, 2.0, math.pi / 2]), np.array([0.5, 0.0]), 0.1
+    )
+    np.testing.assert_allclose(pose, [1, 2.05, math.pi / 2], atol=1e-15)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    st.floats(-3, 3), st.floats(-0.5, 0.5), st.floats(-2, 2), st.floats(0, 0.3)
+)
+def test_two_halves_make_the_whole(yaw, forward, yaw_rate, duration):
+    pose, velocity = np.array([0.1, -0.2, yaw]), np.array([forward, yaw_rate])
+    half = extrapolated_pose(pose, velocity, duration / 2)
+    np.testing.assert_allclose(
+        extrapolated_pose(half, velocity, duration / 2),
+        extrapolated_pose(pose, velocity, duration),
+        atol=1e-15,
+    )
+
+
+def test_it_is_where_the_controller_expects_it(frankie):
+    """The same arc as the robot model's own integration."""
+    q = np.concatenate([[0.3, -0.1, 0.8], frankie.home])
+    u = np.zeros(frankie.n_u)
+    u[:2] = 0.4, -0.7
+    np.testing.assert_allclose(
+        extrapolated_pose(q[:3], u[:2], 0.1),
+        frankie.advance(q, u, 0.1)[:3],
+        atol=1e-12,
+    )
