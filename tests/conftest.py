@@ -20,7 +20,7 @@ from remosplat_drake.capture.rendering.synthetic import (
     render_capture,
     survey_poses,
 )
-from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 # CI tries the same examples each time; elsewhere each run tries new ones.
@@ -64,13 +64,13 @@ def rendering() -> None:
 @pytest.fixture(scope="session")
 def frankie() -> RobotModel:
     """The mobile manipulator with its covering spheres, on the floor."""
-    return load_robot_model("frankie", floor_height=0.03)
+    return load_robot("frankie", floor_height=0.03)
 
 
 @pytest.fixture(scope="session")
 def three_link() -> RobotModel:
     """An arm in the x-z plane on a fixed base, small enough to work by hand."""
-    return load_robot_model(THREE_LINK)
+    return load_robot(THREE_LINK)
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
-from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.scenario_text import scenario_text
 from remosplat_drake.app.stages import (
     AddController,
@@ -72,7 +72,7 @@ def make_session(folder: Path, duration: float) -> LoggedSession:
 
     The second map lacks half of the table.
     """
-    scenario = LoadScenario(
+    scenario = load_scenario(
         "TableReach", "{controller: {guidance: {enabled: false}}}"
     )
     world = load_world(scenario)

@@ -4,16 +4,16 @@ import subprocess
 import sys
 from pathlib import Path
 
-from remosplat_drake.app.diagram import Application, MakeDiagram
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.diagram import Application, build
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import RunResult, run
 from remosplat_drake.app.world import load_world
 
 
 def load_application(spec: str | Path, text: str = "") -> Application:
     """The diagram of a scenario, with `text` laid over it."""
-    scenario = LoadScenario(str(spec), text)
-    return MakeDiagram(scenario, load_world(scenario))
+    scenario = load_scenario(str(spec), text)
+    return build(scenario, load_world(scenario))
 
 
 def run_scenario(spec: str | Path, text: str = "") -> RunResult:

@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
-from remosplat_drake.app.diagram import MakeDiagram
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.diagram import build
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import load_world
 from remosplat_drake.benchmark.scene_generators import generate
@@ -254,9 +254,9 @@ def test_the_whole_diagram_keeps_it_too(tmp_path, family, seed):
         "  control_period: 0.05\n"
         "  time_limit: 4\n"
     )
-    scenario = LoadScenario(str(file))
+    scenario = load_scenario(str(file))
     world = load_world(scenario)
-    application = MakeDiagram(scenario, world)
+    application = build(scenario, world)
     result = run(application)
     trajectory = result.trajectory
     assert len(trajectory) > 20

@@ -15,7 +15,7 @@ from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.reconstruction.report.quality import summarize
-from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.splat.codecs.ply import read_ply
 
 TRUTHS = {
@@ -81,7 +81,7 @@ def test_no_distance_is_over_estimated_by_the_stopping_distance(
     shared_data, frankie, name
 ):
     truth = SignedDistanceField(
-        read_rmmi(shared_data / "rmmi_scenes" / TRUTHS[name])
+        read_scene(shared_data / "rmmi_scenes" / TRUTHS[name])
     )
     splat_W = read_ply(shared_data / "splats" / f"{name}.ply")
     states = free_states(frankie, truth, 60)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from runs import SAY_STARTED, assert_one_line, command_line, remosplat
 
-from remosplat_drake.app.scenario import DEFAULT_SCENARIO, LoadScenario
+from remosplat_drake.app.scenario import DEFAULT_SCENARIO, load_scenario
 from remosplat_drake.splat.codecs.ply import write_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -164,7 +164,7 @@ def test_a_folder_cannot_be_a_page(tmp_path):
 
 
 def shipped_splat() -> bytes:
-    scenario = LoadScenario(DEFAULT_SCENARIO)
+    scenario = load_scenario(DEFAULT_SCENARIO)
     uri = scenario.scene.splat.removeprefix("package://remosplat_drake/")
     return (Path(__file__).parents[1] / uri).read_bytes()
 
@@ -192,15 +192,15 @@ def test_a_broken_splat_is_one_line(tmp_path, case):
 MEASURED = """
 import json, resource, sys, time
 start = time.perf_counter()
-from remosplat_drake.scenario import LoadScenario
-from remosplat_drake.world import load_world
-from remosplat_drake.diagram import MakeDiagram
-from remosplat_drake.simulation import run
-scenario = LoadScenario(sys.argv[1])
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.world import load_world
+from remosplat_drake.app.diagram import build
+from remosplat_drake.app.simulation import run
+scenario = load_scenario(sys.argv[1])
 load_start = time.perf_counter()
 world = load_world(scenario)
 loaded = time.perf_counter()
-result = run(MakeDiagram(scenario, world))
+result = run(build(scenario, world))
 memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 print(json.dumps({
     "splats": len(world.splat_W), "load_s": loaded - load_start,

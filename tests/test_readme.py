@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.resources import models_dir
 from remosplat_drake.commands.main import COMMANDS, main
@@ -139,7 +139,7 @@ def test_every_scenario_loads(folder, example):
     file = folder / "example.yaml"
     file.write_text(example)
     for name in re.findall(r"^(\w+):", example, re.M):
-        world = load_world(LoadScenario(f"{file}:{name}"))
+        world = load_world(load_scenario(f"{file}:{name}"))
         assert world.splat_W is not None
 
 
@@ -147,7 +147,7 @@ def test_every_tag_is_one_of_a_scenario(folder):
     for tag in set(re.findall(r"!([A-Z]\w+)", README)):
         field = "station" if tag.endswith("Station") else "oracle"
         text = f"{{{field}: !{tag} {{}}}}"
-        scenario = LoadScenario(override=text)
+        scenario = load_scenario(override=text)
         assert type(getattr(scenario, field)).__name__ == tag
 
 

@@ -5,8 +5,8 @@ from runs import load_application, run_scenario
 
 from remosplat_drake.app.scenario import (
     DEFAULT_SCENARIO,
-    LoadScenario,
     find_scenario,
+    load_scenario,
     shipped_scenarios,
 )
 from remosplat_drake.app.simulation import REACHED, TIME_LIMIT, run
@@ -25,7 +25,7 @@ def true_clearances(world: World, trajectory: Trajectory) -> list[float]:
     ]
 
 
-MAPPED = [n for n in shipped_scenarios() if LoadScenario(n).scene.splat]
+MAPPED = [n for n in shipped_scenarios() if load_scenario(n).scene.splat]
 """Their maps are there from the start."""
 
 

@@ -27,7 +27,7 @@ class Watch:
             wanted.add(name)
 sys.meta_path.insert(0, Watch())
 import remosplat_drake
-from remosplat_drake import resources
+from remosplat_drake.base import resources
 from remosplat_drake.commands.main import main
 code = main(sys.argv[1:])
 print(json.dumps({

@@ -45,7 +45,7 @@ class Application(ControlLoop):
     log: TrajectoryLog | None = None
 
 
-def MakeDiagram(
+def build(
     scenario: Scenario,
     world: World,
     page: MeshcatPage | None = None,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.world import World, load_world, true_scenes
 from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.mapping.store.map_file import open_map
@@ -137,7 +137,7 @@ def load_recorded_run(folder: Path, number: int | None = None) -> RecordedRun:
     log = read_log(run / LOG)
     if not len(log):
         raise FileError(run / LOG, "holds no ticks")
-    scenario = LoadScenario(str(folder / SCENARIO_FILE))
+    scenario = load_scenario(str(folder / SCENARIO_FILE))
     world = load_world(scenario, blank=True)
     n_q = log.rows["q"].shape[1]
     if n_q != world.robot.n_q:

@@ -189,7 +189,7 @@ class Scenario(Config):
 
 
 @reads_file
-def LoadScenario(
+def load_scenario(
     spec: str | None = None,
     override: str = "",
     defaults: Scenario | None = None,

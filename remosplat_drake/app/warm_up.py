@@ -15,7 +15,7 @@ from pydrake.systems.analysis import Simulator
 from rich.console import Console
 
 from remosplat_drake import __version__
-from remosplat_drake.app.diagram import MakeDiagram
+from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import PoseConfig, Scenario
 from remosplat_drake.app.world import World
 from remosplat_drake.base import resources
@@ -83,7 +83,7 @@ def compile_kernels(scenario: Scenario, world: World) -> None:
         around = UnknownSpaceField(unseen, p_WE - 0.5 * _ROOM, 1.0)
         field = CompositeDistanceField([field, around])
     beside = World(world.robot, splat_W, truth, field, world.q0)
-    simulator = Simulator(MakeDiagram(scenario, beside).diagram)
+    simulator = Simulator(build(scenario, beside).diagram)
     simulator.AdvanceTo((TICKS - 0.5) * scenario.control_period)
 
 

@@ -12,9 +12,9 @@ from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -60,14 +60,14 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
     """
     where = scenario.source
     check_ranges(scenario, where)
-    robot = load_robot_model(
+    robot = load_robot(
         scenario.robot.model,
         scenario.robot.spheres,
         scenario.scene.floor_height,
     )
     truth = None
     if scenario.scene.truth:
-        truth = read_rmmi(_scene_file(scenario, "truth"))
+        truth = read_scene(_scene_file(scenario, "truth"))
     splat_W, cropped_W = _load_splat(scenario)
     if splat_W is None and blank:
         splat_W = GaussianSplat.empty()
@@ -93,7 +93,7 @@ def true_scenes(scenario: Scenario, world: World) -> tuple[PrimitiveScene, ...]:
         return ()
     if not scenario.scene.truth_later:
         return (world.truth,)
-    return world.truth, read_rmmi(_scene_file(scenario, "truth_later"))
+    return world.truth, read_scene(_scene_file(scenario, "truth_later"))
 
 
 def target_poses(

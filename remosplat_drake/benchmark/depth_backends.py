@@ -146,9 +146,9 @@ def _percentiles(times: list[float]) -> tuple[float, float]:
 def random_states(count: int, seed: int) -> Iterator[Spheres]:
     """The spheres of Frankie in random states before and in the scene."""
     from remosplat_drake.benchmark.robot_states import BASE_LOWER, BASE_UPPER
-    from remosplat_drake.robot.robot_model import load_robot_model
+    from remosplat_drake.robot.robot_model import load_robot
 
-    robot = load_robot_model("frankie", floor_height=0.03)
+    robot = load_robot("frankie", floor_height=0.03)
     rng = np.random.default_rng(seed)
     lower, upper = robot.position_lower.copy(), robot.position_upper.copy()
     lower[:3], upper[:3] = BASE_LOWER, BASE_UPPER

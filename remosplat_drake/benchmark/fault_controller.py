@@ -20,12 +20,12 @@ import numpy as np
 from pydrake.systems.framework import Context
 
 from remosplat_drake.app import warm_up
-from remosplat_drake.app.diagram import Application, MakeDiagram
+from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.hardware_run import (
     prepare_for_hardware,
     run_on_hardware,
 )
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.safety.supervisor_system import STOP_BUTTON
@@ -163,7 +163,7 @@ def main() -> None:
     parser.add_argument("--scenario-text", default="")
     parser.add_argument("--page", action="store_true")
     arguments = parser.parse_args()
-    scenario = LoadScenario(override=arguments.scenario_text)
+    scenario = load_scenario(override=arguments.scenario_text)
     prepare_for_hardware(scenario, arguments.url)
     world = load_world(scenario)
     warm_up.compile_kernels(scenario, world)
@@ -176,7 +176,7 @@ def main() -> None:
     page = MeshcatPage() if arguments.page else None
     if page is not None:
         _log(page=page.url)
-    application = MakeDiagram(
+    application = build(
         scenario, dc.replace(world, field=field), page, hardware=True
     )
     injector = FaultInjector(application, field, arguments.fault)

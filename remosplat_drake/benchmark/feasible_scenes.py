@@ -20,7 +20,7 @@ from remosplat_drake.benchmark.scene_generators import (
     GENERATOR_VERSION,
     generate,
 )
-from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
 
 ROBOT, FLOOR_HEIGHT = "frankie", 0.03
 """Who must reach the goals; and below that height [m] its floor links see
@@ -38,7 +38,7 @@ def feasible_seeds(
         criteria: The filter.
         folder: Where decisions are kept.
     """
-    robot = load_robot_model(ROBOT, criteria.spheres, FLOOR_HEIGHT)
+    robot = load_robot(ROBOT, criteria.spheres, FLOOR_HEIGHT)
     path = folder / f"feasible-{family}-{_digest(robot, criteria)}.json"
     decisions = _read(path)
     known = len(decisions)

@@ -30,7 +30,7 @@ from remosplat_drake.benchmark.formatting import format_rate
 from remosplat_drake.benchmark.jobs import Job, JobList
 from remosplat_drake.benchmark.reaching_task import BenchmarkCase
 from remosplat_drake.benchmark.tables import Table
-from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 SPHERE_SETS = ("paper", "covering")
@@ -206,7 +206,7 @@ def _rates(
 
 @cache
 def _robot(spheres: str) -> RobotModel:
-    return load_robot_model(ROBOT, spheres, FLOOR_HEIGHT)
+    return load_robot(ROBOT, spheres, FLOOR_HEIGHT)
 
 
 def _head(question: GoalQuestion) -> GoalVerdict:

@@ -10,7 +10,7 @@ from itertools import islice
 
 import numpy as np
 
-from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.benchmark.primitive_surfels import surfel_splat
 from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.benchmark.timing import Case
@@ -30,7 +30,7 @@ from remosplat_drake.controller.guidance.selection_rule import (
 from remosplat_drake.controller.tick import ReactiveLaw, run_tick
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.pose_error import pose_error
-from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.task.arrival import has_arrived
 
@@ -77,9 +77,9 @@ def guidance_cases() -> list[Case]:
 
 
 def _make_task() -> _Task:
-    scenario = LoadScenario(None)
+    scenario = load_scenario(None)
     scene = generate(*STUCK)
-    robot = load_robot_model(
+    robot = load_robot(
         scenario.robot.model,
         scenario.robot.spheres,
         scenario.scene.floor_height,

@@ -8,7 +8,7 @@ from types import TracebackType
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context
 
-from remosplat_drake.app.diagram import MakeDiagram
+from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.simulation import supervision_of
 from remosplat_drake.app.teleop_session import open_teleoperation
@@ -71,7 +71,7 @@ class LiveSession:
         assert teleoperation.mapping is not None
         self.process: MappingProcess = teleoperation.mapping
         try:
-            self._application = MakeDiagram(
+            self._application = build(
                 scenario, world, page, teleoperation=teleoperation
             )
         except BaseException:

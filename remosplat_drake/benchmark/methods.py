@@ -19,7 +19,7 @@ from remosplat_drake.benchmark.custom_controller import (
     source_digest,
 )
 from remosplat_drake.oracle.oracle_config import GroundTruth
-from remosplat_drake.robot.robot_model import load_robot_model
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.safety.gates import open_gates
 from remosplat_drake.station.station_config import KinematicStation
 
@@ -194,4 +194,4 @@ def _load(path: Path, entry: str, override: str) -> Scenario:
 
 def _check_robot(scenario: Scenario) -> None:
     """Finds out before anything runs whether the robot is there."""
-    load_robot_model(scenario.robot.model, scenario.robot.spheres)
+    load_robot(scenario.robot.model, scenario.robot.spheres)

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from remosplat_drake.app.diagram import MakeDiagram
+from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.simulation import REACHED, run
 from remosplat_drake.app.world import World
@@ -30,7 +30,7 @@ from remosplat_drake.reconstruction.report.quality import (
 )
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -108,7 +108,7 @@ class Trial:
 def scene_from_files(splat: str, truth: str) -> NoiseScene:
     """A scene of files, in a common frame W."""
     path = resolve(splat)
-    return NoiseScene(path.stem, read_splat(path), read_rmmi(resolve(truth)))
+    return NoiseScene(path.stem, read_splat(path), read_scene(resolve(truth)))
 
 
 def demo_scenes(floaters: int, seed: int) -> Iterator[NoiseScene]:
@@ -116,7 +116,7 @@ def demo_scenes(floaters: int, seed: int) -> Iterator[NoiseScene]:
     for name in DEMOS:
         folder = models_dir() / "scenes" / name
         splat_W = read_splat(folder / "splat.ply")
-        truth = read_rmmi(folder / "scene.json")
+        truth = read_scene(folder / "scene.json")
         yield NoiseScene(name, splat_W, truth)
         noisy = with_floaters(
             splat_W, SignedDistanceField(truth), floaters, seed
@@ -170,7 +170,7 @@ def run_trial(
         control_period=PERIOD, time_limit=TIME_LIMIT, source=scene.name
     )
     world = World(robot, scene.splat_W, scene.truth, field, q0)
-    result = run(MakeDiagram(scenario, world))
+    result = run(build(scenario, world))
     clearance = result.metrics.truth_clearance_min
     return Trial(
         reached=result.outcome == REACHED,

@@ -7,7 +7,7 @@ from pathlib import Path
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context
 
-from remosplat_drake.app.diagram import Application, MakeDiagram
+from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.simulation import supervision_of
 from remosplat_drake.app.teleop_session import open_teleoperation
@@ -70,7 +70,7 @@ def operate(
     assert teleoperation.mapping is not None
     application = None
     try:
-        application = MakeDiagram(scenario, world, teleoperation=teleoperation)
+        application = build(scenario, world, teleoperation=teleoperation)
         person = RandomOperator(
             seed, list(scenario.teleop.poses), teleoperation.scenes
         )

@@ -9,7 +9,7 @@ import shutil
 from pathlib import Path
 from time import perf_counter
 
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.benchmark.operated_run import operate
 from remosplat_drake.benchmark.operator_judge import judge
@@ -71,7 +71,7 @@ def run_operator(trial: OperatorTrial) -> OperatorResult:
     if folder.exists():
         shutil.rmtree(folder)
     folder.parent.mkdir(parents=True, exist_ok=True)
-    scenario = LoadScenario(trial.scenario, trial.text)
+    scenario = load_scenario(trial.scenario, trial.text)
     world = load_world(scenario, blank=True)
     run = operate(scenario, world, folder, trial.seed, trial.duration)
     result = dc.replace(

@@ -25,7 +25,7 @@ from remosplat_drake.benchmark.scan_config import (
     load_scan,
     scan_names,
 )
-from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -72,7 +72,7 @@ class ScanCase:
         )
         x, y, yaw = config.start
         if not isinstance(config.truth, CaptureTruth):
-            solids = read_rmmi(self._path(config.truth.file, "truth.file"))
+            solids = read_scene(self._path(config.truth.file, "truth.file"))
             return solid_task(
                 dc.replace(solids, X_WE_target=X_WT, X_WB_start=(x, y, yaw))
             )

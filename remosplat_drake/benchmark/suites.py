@@ -30,7 +30,7 @@ from remosplat_drake.benchmark.scene_generators import (
 )
 from remosplat_drake.benchmark.splat_record import read_record
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.splat.codecs.ply import read_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -68,7 +68,7 @@ class SceneCase:
         """
         if not self.file:
             return generate(self.family, self.seed)
-        scene = read_rmmi(self.file)
+        scene = read_scene(self.file)
         if scene.X_WE_target is None or scene.X_WB_start is None:
             raise FileError(self.file, "has no target or no robot_base")
         return scene

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterator
 from itertools import cycle, pairwise
 
-from remosplat_drake.app.diagram import MakeDiagram
-from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.diagram import build
+from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.benchmark.timing import Case
@@ -26,12 +26,12 @@ def tick_cases(
         scenario_name: As on the command line; None for the default one.
         group: What the cases' names begin with.
     """
-    scenario = LoadScenario(scenario_name)
+    scenario = load_scenario(scenario_name)
     world = load_world(scenario)
     ticks = _recorded_ticks(scenario, world)
     laws = {}
     for verify in (False, True):
-        config = LoadScenario(scenario_name).controller
+        config = load_scenario(scenario_name).controller
         config.verify = verify
         laws[verify] = ReactiveLaw.make(
             config, world.robot, scenario.control_period
@@ -93,7 +93,7 @@ def _over(
 
 def _recorded_ticks(scenario: Scenario, world: World) -> list[Tick]:
     """The ticks of a headless run, as the controller saw them."""
-    application = MakeDiagram(scenario, world)
+    application = build(scenario, world)
     run(application)
     ticks = []
     reports = application.recorder.reports

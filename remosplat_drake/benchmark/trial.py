@@ -8,7 +8,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake import __version__
-from remosplat_drake.app.diagram import MakeDiagram
+from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import PoseConfig, Scenario
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World
@@ -35,7 +35,7 @@ from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.recording.metrics import path_length, status_counts
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.pose_error import PoseError
-from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.tick_report import BRAKING, RELAXED
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -140,7 +140,7 @@ def _make_world(
     task: ReachingTask,
     splat_W: GaussianSplat | None,
 ) -> World:
-    robot = load_robot_model(
+    robot = load_robot(
         scenario.robot.model,
         scenario.robot.spheres,
         scenario.scene.floor_height,
@@ -163,7 +163,7 @@ def _drive(
     until = _ArrivedByEveryRule(scenario)
     if not method.controller:
         scenario = dc.replace(scenario, targets=[_pose(task.X_WE_target)])
-        return run(MakeDiagram(scenario, world), until=until).trajectory
+        return run(build(scenario, world), until=until).trajectory
     X_WT = task.X_WE_target.GetAsMatrix4()
     dt = scenario.control_period
     make = load_controller(method.controller)

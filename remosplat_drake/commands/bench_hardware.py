@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.real_time import LoopQuality, Spread
@@ -21,7 +21,7 @@ _FAILED = 1
 def run_faults(console: Console) -> int:
     """Runs the fault campaign; 1 if something was not as it should be."""
     _check_wire()
-    world = load_world(LoadScenario())
+    world = load_world(load_scenario())
     results = [
         run_case(case, world) for case in _tracked(CASES, "breaking things")
     ]

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.teleop_session import check_mappable
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.atomic_file import atomic_write
@@ -56,7 +56,7 @@ def run(console: Console, arguments: argparse.Namespace) -> int:
         RemoSplatError: A session cannot be begun, or makes no map.
     """
     spec = arguments.scenario or SCENARIO
-    check_mappable(LoadScenario(spec))
+    check_mappable(load_scenario(spec))
     console.print(load())
     numbers: dict = {}
     with Progress(console=Console(stderr=True), transient=True) as progress:
@@ -89,7 +89,7 @@ def run(console: Console, arguments: argparse.Namespace) -> int:
 
 def _scenario(spec: str) -> Scenario:
     """The scenario; as with a real robot nothing looks ahead in a tick."""
-    scenario = LoadScenario(spec)
+    scenario = load_scenario(spec)
     scenario.controller.guidance.asynchronous = True
     return scenario
 

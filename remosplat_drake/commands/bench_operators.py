@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.teleop_session import check_mappable
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.benchmark import operators
@@ -56,7 +56,7 @@ def run(console: Console, arguments: argparse.Namespace) -> int:
             raise FieldError("bench", f"--{name}", f"must be at least {least}")
     check_seed("bench", arguments)
     for name in operators.SCENARIOS:
-        check_mappable(LoadScenario(name))
+        check_mappable(load_scenario(name))
     trials = operators.make_trials(
         arguments.count, arguments.minutes, arguments.seed, arguments.output
     )

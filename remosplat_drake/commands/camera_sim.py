@@ -6,7 +6,7 @@ import time
 
 from rich.console import Console
 
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.clock import wall_utime
 from remosplat_drake.base.stop_signals import stop_signals
@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Sends images until Ctrl-C, once arm and base have been heard."""
-    scenario = LoadScenario(arguments.scenario)
+    scenario = load_scenario(arguments.scenario)
     world = load_world(scenario, blank=True)
     lcm = open_wire(arguments.lcm_url)
     camera = SimulatedCamera(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.clock import Pacer, go_first
@@ -70,7 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
     schedule = [parse_fault(text) for text in arguments.fault]
     if arguments.record:
         check_writable(arguments.record)
-    scenario = LoadScenario(arguments.scenario)
+    scenario = load_scenario(arguments.scenario)
     world = load_world(scenario, blank=True)
     plant = _plant(scenario, world)
     go_first()

@@ -8,7 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 from rich.console import Console
 
 from remosplat_drake.app.map_knowledge import examine_map, target_places
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.commands.gate_keeping import describe
@@ -91,7 +91,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Writes the picture, and shows the page if it is asked for."""
     console = Console(stderr=True)
-    scenario = LoadScenario(arguments.scenario, arguments.scenario_text)
+    scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     world = load_world(scenario)
     if world.splat_W is None:
         raise FieldError(scenario.source, "scene.splat", "inspect needs one")

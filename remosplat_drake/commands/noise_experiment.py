@@ -14,7 +14,7 @@ from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.benchmark import noise_experiment as experiment
 from remosplat_drake.benchmark import noise_report as report
-from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.visualization.depth_views import save_picture
 
 QUICK_STATES, QUICK_STARTS = 20, 1
@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
     _check(arguments)
     console = Console(stderr=True)
     warm_up.announce(console)
-    robot = load_robot_model("frankie", floor_height=SceneConfig().floor_height)
+    robot = load_robot("frankie", floor_height=SceneConfig().floor_height)
     results = report.Results(arguments.output / "results.json")
     for scene in _scenes(arguments):
         _measure(robot, scene, results, arguments, console)

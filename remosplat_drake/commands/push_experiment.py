@@ -15,9 +15,9 @@ from rich.progress import Progress
 from rich.table import Table
 
 from remosplat_drake.app import warm_up
-from remosplat_drake.app.diagram import MakeDiagram
+from remosplat_drake.app.diagram import build
 from remosplat_drake.app.recorded_run import RecordedRun, load_recorded_run
-from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.scenario_text import scenario_text
 from remosplat_drake.app.simulation import INTERRUPTED
 from remosplat_drake.app.teleop_session import (
@@ -118,7 +118,7 @@ def _load(arguments: argparse.Namespace) -> tuple[Scenario, World]:
     Raises:
         RemoSplatError: A file is unusable, or the truth is not known.
     """
-    scenario = LoadScenario(
+    scenario = load_scenario(
         arguments.scenario, f"{{mapping: {{latency: {LATENCY}}}}}"
     )
     if not scenario.scene.truth:
@@ -162,7 +162,7 @@ def _record(
     teleoperation = open_teleoperation(scenario, world, folder, hardware=False)
     log = None
     try:
-        application = MakeDiagram(scenario, world, teleoperation=teleoperation)
+        application = build(scenario, world, teleoperation=teleoperation)
         log = application.log
         result, _ = drive(application, console, rate=0.0, patience=_PATIENCE)
     finally:

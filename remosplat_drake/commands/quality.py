@@ -28,7 +28,7 @@ from remosplat_drake.reconstruction.report.quality_report import (
 )
 from remosplat_drake.reconstruction.report.report_page import write_assessment
 from remosplat_drake.reconstruction.workspace import Workspace
-from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.splat.formats import read_splat
 
 COMPARED = 8
@@ -100,7 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
     for path in (report_path(splat_path), page_path(splat_path)):
         check_writable(folder / path.name)
     splat = read_splat(splat_path)
-    truth = read_rmmi(resolve(arguments.truth)) if arguments.truth else None
+    truth = read_scene(resolve(arguments.truth)) if arguments.truth else None
     workspace = None
     if arguments.focus is not None:
         workspace = Workspace.around(np.array(arguments.focus), arguments.reach)

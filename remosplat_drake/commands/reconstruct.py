@@ -40,7 +40,7 @@ from remosplat_drake.reconstruction.surfels.point_cloud import (
 )
 from remosplat_drake.reconstruction.workspace import Workspace
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.splat.formats import format_of_name, write_splat
 
 _LEAST_COUNT = 100
@@ -226,9 +226,9 @@ def _reconstruct(
 
 def _truth(arguments: argparse.Namespace) -> PrimitiveScene | None:
     if arguments.truth:
-        return read_rmmi(resolve(arguments.truth))
+        return read_scene(resolve(arguments.truth))
     path = resolve(arguments.capture) / TRUTH
-    return None if arguments.floor or not path.is_file() else read_rmmi(path)
+    return None if arguments.floor or not path.is_file() else read_scene(path)
 
 
 def _workspace(capture: Capture, arguments: argparse.Namespace) -> Workspace:

@@ -41,7 +41,7 @@ from remosplat_drake.commands.flags import (
 )
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.scene.rmmi import read_rmmi, write_rmmi
+from remosplat_drake.scene.rmmi import read_scene, write_rmmi
 from remosplat_drake.signals.distance_field import DistanceField
 
 
@@ -188,7 +188,7 @@ def _primitive_scene(name: str) -> PrimitiveScene | None:
     if seed.isdecimal() and family.isidentifier():
         return generate(family, int(seed))
     path = resolve(name)
-    return read_rmmi(path) if path.suffix.lower() == ".json" else None
+    return read_scene(path) if path.suffix.lower() == ".json" else None
 
 
 def _solid_subject(arguments: argparse.Namespace) -> _Subject:

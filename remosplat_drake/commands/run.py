@@ -12,10 +12,10 @@ from rich.table import Table
 from rich.text import Text
 
 from remosplat_drake.app import warm_up
-from remosplat_drake.app.diagram import Application, MakeDiagram
+from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.hardware_run import prepare_for_hardware
 from remosplat_drake.app.map_knowledge import examine_map, target_places
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import INTERRUPTED, REACHED, RunResult
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.atomic_file import atomic_write, check_writable
@@ -105,7 +105,7 @@ def run(arguments: argparse.Namespace) -> int:
     console = Console(stderr=True)
     _check_outputs(arguments)
     check_accepted(arguments)
-    scenario = LoadScenario(arguments.scenario, arguments.scenario_text)
+    scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     if arguments.hardware:
         if arguments.realtime_rate is not None:
             raise RemoSplatError("--realtime-rate: not with --hardware")
@@ -120,9 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
     page = None
     if arguments.save_html or not arguments.headless:
         page = MeshcatPage(port=arguments.port)
-    application = MakeDiagram(
-        scenario, world, page, hardware=arguments.hardware
-    )
+    application = build(scenario, world, page, hardware=arguments.hardware)
     if arguments.graphviz:
         with atomic_write(arguments.graphviz) as file:
             file.write(application.diagram.GetGraphvizString(max_depth=1))

@@ -7,7 +7,7 @@ from rich.table import Table
 
 from remosplat_drake.app.scenario import (
     DEFAULT_SCENARIO,
-    LoadScenario,
+    load_scenario,
     shipped_scenarios,
 )
 
@@ -22,7 +22,7 @@ def run(arguments: argparse.Namespace) -> int:
     del arguments  # Unused.
     table = Table("scenario", "oracle", "station", "spheres", "gains", "scene")
     for name in shipped_scenarios():
-        scenario = LoadScenario(name)
+        scenario = load_scenario(name)
         table.add_row(
             name + (" (default)" if name == DEFAULT_SCENARIO else ""),
             type(scenario.oracle).__name__,

@@ -12,7 +12,7 @@ from remosplat_drake.base.errors import FieldError
 from remosplat_drake.benchmark.contact_sheet import Section, contact_sheet
 from remosplat_drake.benchmark.scene_picture import SceneView, robot_solids
 from remosplat_drake.benchmark.suites import SceneCase, load_suite
-from remosplat_drake.robot.robot_model import load_robot_model
+from remosplat_drake.robot.robot_model import load_robot
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     console = Console(stderr=True)
     with console.status("choosing scenes"):
         cases = load_suite(arguments.suite, arguments.scenes)
-    robot = robot_solids(load_robot_model("frankie"))
+    robot = robot_solids(load_robot("frankie"))
     view = SceneView(robot, arguments.width, arguments.width * 3 // 4)
     with Progress(console=console, transient=True) as progress:
         task = progress.add_task("drawing", total=len(cases))

@@ -15,7 +15,7 @@ from remosplat_drake.reconstruction.report.quality_report import (
     rounded_up,
 )
 from remosplat_drake.reconstruction.workspace import Workspace
-from remosplat_drake.robot.robot_model import load_robot_model
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.suggestion import NEAR, suggest_task
 
@@ -51,7 +51,7 @@ def write_scenario(
         RemoSplatError: There is no room, or the file cannot be written.
     """
     task = suggest_task(
-        load_robot_model("frankie", floor_height=0.03),
+        load_robot("frankie", floor_height=0.03),
         SphereToEllipsoidField(splat_W),
         workspace.lower,
         workspace.upper,

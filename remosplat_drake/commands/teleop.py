@@ -10,10 +10,10 @@ from pathlib import Path
 from rich.console import Console
 
 from remosplat_drake.app import warm_up
-from remosplat_drake.app.diagram import Application, MakeDiagram
+from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.hardware_run import prepare_for_hardware
 from remosplat_drake.app.map_knowledge import examine_map, saved_places
-from remosplat_drake.app.scenario import LONGEST_RUN, LoadScenario, Scenario
+from remosplat_drake.app.scenario import LONGEST_RUN, Scenario, load_scenario
 from remosplat_drake.app.simulation import INTERRUPTED, TIME_LIMIT
 from remosplat_drake.app.teleop_session import (
     check_mappable,
@@ -184,7 +184,7 @@ def _begin(
             scenario.teleop.trajectory = str(arguments.trajectory.resolve())
         with ExitStack() as undo:
             undo.callback(teleoperation.close)
-            application = MakeDiagram(
+            application = build(
                 scenario,
                 world,
                 page,
@@ -217,7 +217,7 @@ def _load_scenario(arguments: argparse.Namespace) -> Scenario:
                 " leave the name out, or choose another folder"
             )
         spec = str(folder / SCENARIO_FILE)
-    scenario = LoadScenario(spec or DEFAULT_SCENARIO, arguments.scenario_text)
+    scenario = load_scenario(spec or DEFAULT_SCENARIO, arguments.scenario_text)
     operator = scenario.teleop
     sources = arguments.trajectory, operator.trajectory, operator.pose_stream
     if arguments.headless and not any(sources):

@@ -371,7 +371,7 @@ class RobotModel:
 
 
 @reads_file
-def load_robot_model(
+def load_robot(
     name: str | Path,
     spheres: str = "covering",
     floor_height: float = -np.inf,

@@ -25,7 +25,7 @@ ROTATION_TOLERANCE = 1e-3
 
 
 @reads_file
-def read_rmmi(path: str | Path) -> PrimitiveScene:
+def read_scene(path: str | Path) -> PrimitiveScene:
     """Reads a scene; its name is the file's stem.
 
     `target` and `robot_base` may be absent, and are then None.

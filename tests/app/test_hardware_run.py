@@ -19,7 +19,7 @@ from robot_process import Client, free_url, robot_process
 from runs import assert_one_line, command_line, remosplat
 
 from remosplat_drake.app import warm_up
-from remosplat_drake.app.diagram import MakeDiagram
+from remosplat_drake.app.diagram import build
 from remosplat_drake.app.hardware_limits import (
     NARROWER,
     REQUIRED,
@@ -31,7 +31,7 @@ from remosplat_drake.app.hardware_run import (
     prepare_for_hardware,
     run_on_hardware,
 )
-from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.simulation import REACHED, STOPPED
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import FieldError
@@ -60,14 +60,14 @@ PATIENT = """{
 
 
 def make_application(url: str, follow_dwell: float = 2.0, **hardware: float):
-    scenario = LoadScenario("TableReach", PATIENT)
+    scenario = load_scenario("TableReach", PATIENT)
     scenario.supervisor.follow_dwell = follow_dwell
     for name, value in hardware.items():
         setattr(scenario.hardware, name, value)
     prepare_for_hardware(scenario, url)
     world = load_world(scenario)
     warm_up.compile_kernels(scenario, world)
-    return MakeDiagram(scenario, world, hardware=True)
+    return build(scenario, world, hardware=True)
 
 
 @pytest.fixture
@@ -293,7 +293,7 @@ def test_bad_flags_are_named(arguments, mention):
     ],
 )
 def test_what_disarms_a_gate_is_for_simulations_only(text, field):
-    scenario = LoadScenario("TableReach", f"{{{text}}}")
+    scenario = load_scenario("TableReach", f"{{{text}}}")
     with pytest.raises(FieldError) as caught:
         prepare_for_hardware(scenario, None)
     assert field in caught.value.field
@@ -318,7 +318,7 @@ def has(config, field: str) -> bool:
 
 
 def test_the_program_learns_the_bases_limits():
-    scenario = LoadScenario(
+    scenario = load_scenario(
         "TableReach",
         "{hardware: {base_forward_upper: 0.1, base_yaw_rate: 0.3},"
         " controller: {velocity_limits: {max_yaw_rate: 0.2}}}",

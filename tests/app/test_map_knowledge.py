@@ -17,8 +17,8 @@ from remosplat_drake.app.map_knowledge import (
     target_places,
 )
 from remosplat_drake.app.scenario import (
-    LoadScenario,
     Scenario,
+    load_scenario,
     shipped_scenarios,
 )
 from remosplat_drake.app.world import load_world
@@ -54,7 +54,7 @@ def splat(tmp_path) -> Path:
 
 
 def scenario(splat: Path, text: str = "") -> Scenario:
-    return LoadScenario(str(splat.with_name("a.yaml")), text)
+    return load_scenario(str(splat.with_name("a.yaml")), text)
 
 
 def error_gates(splat: Path, text: str = "") -> list[Gate]:
@@ -209,13 +209,13 @@ def test_most_of_what_is_there_must_count(ignored, opacity, told):
 
 
 def examined(spec: str, text: str = "") -> MapKnowledge:
-    asked = LoadScenario(spec, text)
+    asked = load_scenario(spec, text)
     world = load_world(asked)
     places = target_places(asked, world) | saved_places(asked)
     return examine_map(asked, world, places)
 
 
-MAPPED = [n for n in shipped_scenarios() if LoadScenario(n).scene.splat]
+MAPPED = [n for n in shipped_scenarios() if load_scenario(n).scene.splat]
 
 
 @pytest.mark.parametrize("name", MAPPED)
@@ -226,12 +226,12 @@ def test_shipped_scenarios_have_nothing_wrong(name):
 
 
 def test_targets_and_saved_poses_are_places():
-    asked = LoadScenario("TableTour")
+    asked = load_scenario("TableTour")
     assert list(target_places(asked, load_world(asked))) == [
         "target 1",
         "target 2",
     ]
-    poses = saved_places(LoadScenario("TableTeleop"))
+    poses = saved_places(load_scenario("TableTeleop"))
     np.testing.assert_array_equal(poses["pose 'over the table'"], [1, 0, 0.95])
 
 

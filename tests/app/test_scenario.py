@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.app.scenario import (
     DEFAULT_SCENARIO,
-    LoadScenario,
+    load_scenario,
     shipped_scenarios,
 )
 from remosplat_drake.app.world import load_world
@@ -43,14 +43,14 @@ def folder(tmp_path) -> Path:
 
 
 def test_a_file_stands_for_its_first_entry(folder):
-    scenario = LoadScenario(str(folder / "two.yaml"))
+    scenario = load_scenario(str(folder / "two.yaml"))
     assert scenario.time_limit == 3
     assert scenario.source == f"{folder}/two.yaml:First"
     assert scenario.folder == folder
 
 
 def test_an_entry_is_chosen_by_name(folder):
-    assert LoadScenario(f"{folder}/two.yaml:Second").time_limit == 4
+    assert load_scenario(f"{folder}/two.yaml:Second").time_limit == 4
 
 
 def test_folders_and_files_may_have_colons_in_their_names(folder):
@@ -58,17 +58,17 @@ def test_folders_and_files_may_have_colons_in_their_names(folder):
     deep.mkdir()
     file = deep / "a:b.yaml"
     file.write_text(TWO)
-    scenario = LoadScenario(f"{file}:Second")
+    scenario = load_scenario(f"{file}:Second")
     assert (scenario.time_limit, scenario.name) == (4, "Second")
     assert scenario.folder == deep
-    assert LoadScenario(str(file)).time_limit == 3
+    assert load_scenario(str(file)).time_limit == 3
     with pytest.raises(RemoSplatError, match=r"b\.yaml: unknown scenario 'No'"):
-        LoadScenario(f"{file}:No")
+        load_scenario(f"{file}:No")
 
 
 def test_a_name_may_have_a_colon_in_it(folder):
     (folder / "odd.yaml").write_text('"At 12:30": {time_limit: 7}\n')
-    scenario = LoadScenario(f"{folder}/odd.yaml:At 12:30")
+    scenario = load_scenario(f"{folder}/odd.yaml:At 12:30")
     assert (scenario.time_limit, scenario.name) == (7, "At 12:30")
 
 
@@ -77,23 +77,23 @@ def test_shipped_scenarios_are_found_by_name():
     if not shipped:
         pytest.skip("no scenario files are installed")
     assert DEFAULT_SCENARIO in shipped
-    assert LoadScenario().source.endswith(f":{DEFAULT_SCENARIO}")
+    assert load_scenario().source.endswith(f":{DEFAULT_SCENARIO}")
     for name, path in shipped.items():
-        assert LoadScenario(name).source == f"{path}:{name}"
+        assert load_scenario(name).source == f"{path}:{name}"
 
 
 # Values
 
 
 def test_what_nobody_says_keeps_its_default(folder):
-    scenario = LoadScenario(str(folder / "two.yaml"))
+    scenario = load_scenario(str(folder / "two.yaml"))
     assert scenario.control_period == 0.01
     assert scenario.controller.gains == "tuned"
     assert scenario.robot.spheres == "covering"
 
 
 def test_fields_are_laid_over_the_named_gain_set(folder):
-    controller = LoadScenario(f"{folder}/two.yaml:Second").controller
+    controller = load_scenario(f"{folder}/two.yaml:Second").controller
     assert controller.gains == "paper"
     assert controller.verify  # The paper's is off.
     assert controller.servo.gain == 3.5
@@ -105,7 +105,7 @@ def test_fields_are_laid_over_the_named_gain_set(folder):
 
 
 def test_text_from_the_shell_is_laid_over_the_file(folder):
-    scenario = LoadScenario(
+    scenario = load_scenario(
         f"{folder}/two.yaml:Second",
         "{time_limit: 1.5, controller: {servo: {max_speed: 0.1}},"
         " oracle: !DepthRasterization {resolution: 40}}",
@@ -117,7 +117,7 @@ def test_text_from_the_shell_is_laid_over_the_file(folder):
 
 
 def test_the_gain_set_may_come_from_the_shell(folder):
-    controller = LoadScenario(
+    controller = load_scenario(
         str(folder / "two.yaml"), "{controller: {gains: paper}}"
     ).controller
     assert controller.velocity_cost.weight == 0.01
@@ -125,7 +125,7 @@ def test_the_gain_set_may_come_from_the_shell(folder):
 
 
 def test_an_oracle_is_chosen_by_its_tag(folder):
-    oracle = LoadScenario(f"{folder}/two.yaml:Second").oracle
+    oracle = load_scenario(f"{folder}/two.yaml:Second").oracle
     assert oracle == GroundTruth(rows="per_primitive")
 
 
@@ -150,7 +150,7 @@ def test_an_oracle_is_built_with_its_parameters(folder, oracle, file):
     )
     write_splat(folder / file, disc)
     text = f"{{scene: {{splat: {file}}}, oracle: {oracle}}}"
-    world = load_world(LoadScenario(str(folder / "two.yaml"), text))
+    world = load_world(load_scenario(str(folder / "two.yaml"), text))
     assert world.splat_W is not None
     assert len(world.splat_W) == 1
     spheres = world.robot.spheres_at(world.q0)
@@ -158,7 +158,7 @@ def test_an_oracle_is_built_with_its_parameters(folder, oracle, file):
 
 
 def test_numbers_may_be_written_as_people_do(folder):
-    scenario = LoadScenario(
+    scenario = load_scenario(
         str(folder / "two.yaml"), "{control_period: 1e-3, time_limit: 2}"
     )
     assert scenario.control_period == 1e-3
@@ -167,7 +167,7 @@ def test_numbers_may_be_written_as_people_do(folder):
 
 def test_files_are_relative_to_the_scenarios_folder(folder, monkeypatch):
     monkeypatch.chdir("/")
-    scenario = LoadScenario(
+    scenario = load_scenario(
         str(folder / "two.yaml"),
         "{scene: {truth: scene.json}, oracle: !GroundTruth {}}",
     )
@@ -325,7 +325,7 @@ BAD_WORLDS = {
 def test_an_unusable_field_is_named(folder, case):
     text, mentions = BAD_FIELDS[case]
     with pytest.raises(RemoSplatError) as caught:
-        LoadScenario(str(folder / "two.yaml"), text)
+        load_scenario(str(folder / "two.yaml"), text)
     message = str(caught.value)
     assert "\n" not in message
     assert all(mention in message for mention in mentions), message
@@ -371,7 +371,7 @@ def test_a_scenario_that_cannot_be_found(folder, spec, mentions):
     (folder / "none.yaml").write_text("{}\n")
     (folder / "binary.yaml").write_bytes(b"\xff\xfe\x00\xd8")
     with pytest.raises(RemoSplatError) as caught:
-        LoadScenario(spec.format(folder=folder))
+        load_scenario(spec.format(folder=folder))
     message = str(caught.value)
     assert "\n" not in message
     assert all(mention in message for mention in mentions), message
@@ -381,4 +381,4 @@ def test_errors_name_the_line_of_the_file(folder):
     file = folder / "bad.yaml"
     file.write_text("Bad:\n  time_limit: 3\n  controler: {}\n")
     with pytest.raises(RemoSplatError, match=r"bad\.yaml:3: controler"):
-        LoadScenario(str(file))
+        load_scenario(str(file))

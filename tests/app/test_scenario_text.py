@@ -4,16 +4,16 @@ import dataclasses as dc
 
 import pytest
 
-from remosplat_drake.app.scenario import LoadScenario, shipped_scenarios
+from remosplat_drake.app.scenario import load_scenario, shipped_scenarios
 from remosplat_drake.app.scenario_text import scenario_text
 
 
 @pytest.mark.parametrize("name", shipped_scenarios())
 def test_what_is_read_is_what_was_written(name, tmp_path):
-    scenario = LoadScenario(name)
+    scenario = load_scenario(name)
     path = tmp_path / "copy.yaml"
     path.write_text(scenario_text(scenario, name))
-    again = LoadScenario(f"{path}:{name}")
+    again = load_scenario(f"{path}:{name}")
     again.source = scenario.source
     assert dc.asdict(again) == dc.asdict(scenario)
 
@@ -24,8 +24,8 @@ def test_relative_files_become_absolute(tmp_path):
     file = folder / "mine.yaml"
     (folder / "scene.json").write_text("{}")
     file.write_text("Mine: {scene: {truth: scene.json}}\n")
-    scenario = LoadScenario(str(file))
+    scenario = load_scenario(str(file))
     text = scenario_text(scenario, "Mine")
     copy = tmp_path / "copy.yaml"
     copy.write_text(text)
-    assert LoadScenario(str(copy)).scene.truth == str(folder / "scene.json")
+    assert load_scenario(str(copy)).scene.truth == str(folder / "scene.json")

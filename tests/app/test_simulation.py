@@ -8,8 +8,8 @@ import pytest
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
-from remosplat_drake.app.diagram import Application, MakeDiagram
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.diagram import Application, build
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import (
     INTERRUPTED,
     REACHED,
@@ -58,8 +58,8 @@ def folder(tmp_path, frankie) -> Path:
 
 
 def make_application(folder: Path, name: str, text: str = "") -> Application:
-    scenario = LoadScenario(f"{folder}/test.yaml:{name}", text)
-    return MakeDiagram(scenario, load_world(scenario))
+    scenario = load_scenario(f"{folder}/test.yaml:{name}", text)
+    return build(scenario, load_world(scenario))
 
 
 def check_consistent(result: RunResult, application: Application) -> None:

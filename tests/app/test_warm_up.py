@@ -10,7 +10,7 @@ import pytest
 from rich.console import Console
 
 from remosplat_drake.app import warm_up
-from remosplat_drake.app.scenario import DEFAULT_SCENARIO, LoadScenario
+from remosplat_drake.app.scenario import DEFAULT_SCENARIO, load_scenario
 from remosplat_drake.app.warm_up import compile_kernels
 from remosplat_drake.app.world import load_world
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
@@ -48,11 +48,11 @@ def test_a_cache_that_cannot_be_written_stops_nobody(
 IN_TICKS = """
 import sys
 from numba.core import event
-from remosplat_drake.diagram import MakeDiagram
-from remosplat_drake.scenario import LoadScenario
-from remosplat_drake.simulation import run
-from remosplat_drake.warm_up import compile_kernels
-from remosplat_drake.world import load_world
+from remosplat_drake.app.diagram import build
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.simulation import run
+from remosplat_drake.app.warm_up import compile_kernels
+from remosplat_drake.app.world import load_world
 
 class Count(event.Listener):
     total = 0
@@ -61,10 +61,10 @@ class Count(event.Listener):
     def on_end(self, event):
         pass
 
-scenario = LoadScenario(sys.argv[1], sys.argv[2])
+scenario = load_scenario(sys.argv[1], sys.argv[2])
 world = load_world(scenario)
 compile_kernels(scenario, world)
-application = MakeDiagram(scenario, world)
+application = build(scenario, world)
 count = Count()
 event.register("numba:compiler_lock", count)
 totals = []
@@ -101,7 +101,7 @@ def test_no_tick_loads_a_kernel(oracle):
 
 def test_a_live_map_has_its_kernels_too(monkeypatch):
     """Those of what nobody has seen; its loop is another one."""
-    scenario = LoadScenario("StudioLive", "mapping: {unknown: obstacle}")
+    scenario = load_scenario("StudioLive", "mapping: {unknown: obstacle}")
     asked = []
     clearances = UnknownSpaceField.clearances
 

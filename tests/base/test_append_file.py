@@ -32,7 +32,7 @@ def test_what_exists_is_not_written_over(tmp_path):
 _LIMITED = """
 import resource, sys
 from pathlib import Path
-from remosplat_drake.recording.append_file import AppendFile
+from remosplat_drake.base.append_file import AppendFile
 resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 file = AppendFile(Path(sys.argv[1]))
 for _ in range(3):

@@ -13,8 +13,8 @@ import pytest
 from annotated_types import Ge, Gt, Interval, Le, Len, Lt
 
 import remosplat_drake
-from remosplat_drake.app.diagram import MakeDiagram
-from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.diagram import build
+from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.ranges import (
@@ -246,7 +246,7 @@ def test_a_gain_from_python_is_refused():
 
 
 def test_a_field_that_is_assigned_later_is_found_where_it_is_used(frankie):
-    scenario = LoadScenario("TableReach")
+    scenario = load_scenario("TableReach")
     scenario.supervisor.max_status_age = 1e9
     match = "TableReach: supervisor.max_status_age: must lie in"
     with pytest.raises(FieldError, match=match):
@@ -270,11 +270,11 @@ def test_a_field_that_is_assigned_later_is_found_where_it_is_used(frankie):
 
 
 def test_a_built_world_is_not_enough():
-    scenario = LoadScenario("TableGroundTruth")
+    scenario = load_scenario("TableGroundTruth")
     world = load_world(scenario)
     scenario.controller.velocity_cost.weight = 0.0
     with pytest.raises(FieldError, match=r"controller\.velocity_cost\.weight"):
-        MakeDiagram(scenario, world)
+        build(scenario, world)
 
 
 @pytest.mark.parametrize("dt", [0.0, -0.01, 0.2, math.nan])
@@ -312,7 +312,7 @@ def test_verified_control_has_a_longest_period(frankie, dt):
 )
 def test_numbers_that_disarm_gates(text, field):
     with pytest.raises(FieldError) as caught:
-        LoadScenario("TableReach", text)
+        load_scenario("TableReach", text)
     assert caught.value.where == "--scenario-text:1"
     assert field in caught.value.field
     assert len(str(caught.value)) < 200

@@ -83,7 +83,7 @@ def test_libusb_is_there_for_those_that_link_against_it():
     """In a process of its own: what is loaded stays loaded."""
     program = (
         "import ctypes\n"
-        "from remosplat_drake import system_libraries\n"
+        "from remosplat_drake.base import system_libraries\n"
         "system_libraries._load_libusb()\n"
         "ctypes.CDLL('libusb-1.0.so.0')"
     )

@@ -12,7 +12,7 @@ from remosplat_drake.benchmark.result import SUCCESS
 from remosplat_drake.benchmark.runner import run_trials
 from remosplat_drake.benchmark.suites import SceneCase
 from remosplat_drake.benchmark.trial import Trial, run_trial
-from remosplat_drake.robot.robot_model import load_robot_model
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Cylinder, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi
 
@@ -25,7 +25,7 @@ def importable(monkeypatch):
 @pytest.fixture
 def case(tmp_path) -> SceneCase:
     """A post far away, and a target 30 cm ahead of the hand."""
-    robot = load_robot_model("frankie", "paper", 0.03)
+    robot = load_robot("frankie", "paper", 0.03)
     X_WE = robot.end_effector_pose(np.array([0.0, 0.0, 0.0, *robot.home]))
     X_WE[0, 3] += 0.3
     scene = PrimitiveScene(

@@ -18,7 +18,7 @@ from remosplat_drake.benchmark.goal_bound import (
 )
 from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.benchmark.suites import SceneCase
-from remosplat_drake.robot.robot_model import load_robot_model
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi
 
@@ -27,7 +27,7 @@ def slab_below_target(gap: float) -> PrimitiveScene:
     """A slab whose top is so far below the hand's lowest sphere."""
     scene = generate("table", 0)
     assert scene.X_WE_target is not None
-    robot = load_robot_model("frankie", "paper")
+    robot = load_robot("frankie", "paper")
     q = np.zeros(robot.n_q)
     X_WE = robot.end_effector_pose(q)
     hand = robot.spheres_at(q).select(robot.leading_spheres)
@@ -47,7 +47,7 @@ def test_the_largest_clearance_that_the_goal_allows(gap, expected):
     # At the target itself the gap is the clearance; the tolerance there is
     # 20 mm, and turning the hand gains nothing on one side without loss on
     # the other.
-    robot = load_robot_model("frankie", "paper", 0.03)
+    robot = load_robot("frankie", "paper", 0.03)
     assert largest_held(robot, slab_below_target(gap)) == expected
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from remosplat_drake.app.scenario import LoadScenario, Scenario
+from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.benchmark.live_map_cases import (
     FULL,
@@ -29,7 +29,7 @@ controller: {guidance: {enabled: false}}
 
 
 def live_scenario(text: str = "") -> Scenario:
-    return LoadScenario("StudioLive", QUICKLY + text)
+    return load_scenario("StudioLive", QUICKLY + text)
 
 
 def session(scenario: Scenario, folder: Path) -> LiveSession:

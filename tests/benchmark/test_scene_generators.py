@@ -12,7 +12,7 @@ from remosplat_drake.benchmark.scene_generators import (
     target_clearance,
 )
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.scene.rmmi import read_scene
 
 PUBLISHED = {"table": "table_new", "bookshelf": "bookshelf_cage"}
 
@@ -56,7 +56,7 @@ def test_unknown_family_names_the_valid_ones():
 @pytest.mark.parametrize("family", PUBLISHED_FAMILIES)
 def test_published_scenes_lie_in_our_ranges(shared_data, family):
     folder = shared_data / "rmmi_scenes" / PUBLISHED[family]
-    scenes = [read_rmmi(p) for p in sorted(folder.glob("*_[0-9]*.json"))]
+    scenes = [read_scene(p) for p in sorted(folder.glob("*_[0-9]*.json"))]
     published = np.array([_numbers(scene) for scene in scenes])
     ours = np.array([_numbers(generate(family, s)) for s in range(500)])
     assert published.shape == ours.shape

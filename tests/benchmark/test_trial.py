@@ -16,11 +16,11 @@ from remosplat_drake.benchmark.result import (
 )
 from remosplat_drake.benchmark.suites import SURFEL, SceneCase
 from remosplat_drake.benchmark.trial import Trial, run_trial
-from remosplat_drake.robot.robot_model import load_robot_model
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Cylinder, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi
 
-ROBOT = load_robot_model("frankie", "paper", 0.03)
+ROBOT = load_robot("frankie", "paper", 0.03)
 HOME = np.array([0.0, 0.0, 0.0, *ROBOT.home])
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from remosplat_drake.app.map_knowledge import find_map_error, map_error_gates
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.resources import models_dir
 from remosplat_drake.capture.formats import read_capture
@@ -60,7 +60,7 @@ def test_the_scenario_runs(made, capsys):
     # So few and small views do not make a splat that suffices.
     flags = ["--headless", "--scenario-text", text, "--accept", "map-error"]
     assert main(["run", scenario, *flags]) in (0, 1)
-    world = load_world(LoadScenario(scenario))
+    world = load_world(load_scenario(scenario))
     assert world.splat_W is not None
     assert (
         world.field.clearances(world.robot.spheres_at(world.q0)).minimum() > 0.1
@@ -73,7 +73,7 @@ def test_the_scenario_carries_the_verdict(made, tmp_path):
     moved = tmp_path / made.name
     shutil.copy(made, moved)
     shutil.copy(made.with_suffix(".yaml"), tmp_path)
-    scenario = LoadScenario(str(moved.with_suffix(".yaml")))
+    scenario = load_scenario(str(moved.with_suffix(".yaml")))
     error = find_map_error(scenario)
     assert error.largest is not None
     assert report.map_error <= error.largest < report.map_error + 1.001e-4
@@ -106,7 +106,7 @@ def written(folder, made, tmp_path_factory):
     ],
 )
 def test_its_stopping_distance_is_safe(written, map_error, stopping):
-    scenario = LoadScenario(str(written(map_error)))
+    scenario = load_scenario(str(written(map_error)))
     if stopping == 0.050:
         # As far from the scene as the target may be: nothing would arrive.
         (gate,) = map_error_gates(scenario, find_map_error(scenario))

@@ -9,7 +9,7 @@ from remosplat_drake.commands.main import main
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.scene.rmmi import read_rmmi, write_rmmi
+from remosplat_drake.scene.rmmi import read_scene, write_rmmi
 
 SMALL = ["--views", "3", "--width", "64", "--height", "48"]
 
@@ -29,7 +29,7 @@ def points_of(folder) -> np.ndarray:
 def test_a_generated_scene_comes_with_its_truth(tmp_path):
     folder = tmp_path / "capture"
     assert main(["render-capture", "posts:1", str(folder), *SMALL]) == 0
-    truth = read_rmmi(folder / "truth.json")
+    truth = read_scene(folder / "truth.json")
     assert truth.content_hash == generate("posts", 1).content_hash
     distance = SignedDistanceField(truth).clearances(
         Spheres.at(points_of(folder))
@@ -44,7 +44,7 @@ def test_the_floor_is_part_of_the_truth(tmp_path):
     scene = str(tmp_path / "scene.json")
     flags = ["--floor", "--noise", "kinect", "--radius", "1.5"]
     assert main(["render-capture", scene, str(folder), *flags, *SMALL]) == 0
-    truth = read_rmmi(folder / "truth.json")
+    truth = read_scene(folder / "truth.json")
     assert len(truth.boxes) == 2
     assert truth.boxes[-1].top == 0
 

@@ -8,7 +8,7 @@ import pytest
 import yaml
 from runs import remosplat
 
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.scenario_text import scenario_text
 from remosplat_drake.commands.main import USER_ERROR, main
 from remosplat_drake.mapping.store.map_file import KIND, open_map, write_map
@@ -95,7 +95,7 @@ def test_a_script_scans_drives_and_goes_back_a_map(session, script, frankie):
     again, _ = recorded(session, 2)
     assert set(again.rows["map_version"]) == {1}
     made = Session.open(session)
-    assert not LoadScenario(str(session / SCENARIO_FILE)).teleop.trajectory
+    assert not load_scenario(str(session / SCENARIO_FILE)).teleop.trajectory
     assert made.head_map is not None
     assert len(open_map(made.head_map).frames) == 3
     assert main(["replay", str(session), "--run", "1", "--no-hold"]) == 0
@@ -113,7 +113,7 @@ def test_without_a_page_a_stop_is_the_end(session, script, capsys):
 
 def studio() -> str:
     """The scenario's file in a session's folder."""
-    return scenario_text(LoadScenario("StudioLive"), "StudioLive")
+    return scenario_text(load_scenario("StudioLive"), "StudioLive")
 
 
 def refuse(capsys, *arguments) -> str:

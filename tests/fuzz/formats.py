@@ -13,7 +13,7 @@ from capture import capture_writers as writers
 from pydrake.math import RigidTransform
 from splat.toy_splats import random_splat
 
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.base import resources
 from remosplat_drake.benchmark.methods import load_methods
 from remosplat_drake.capture.formats import read_capture
@@ -46,11 +46,11 @@ from remosplat_drake.recording.trajectory import (
     make_trajectory,
     save_trajectory,
 )
-from remosplat_drake.robot.robot_model import load_robot_model
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.robot.visuals import load_visuals
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
-from remosplat_drake.scene.rmmi import read_rmmi, write_rmmi
+from remosplat_drake.scene.rmmi import read_scene, write_rmmi
 from remosplat_drake.signals.coverage import Coverage
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.signals.tick_report import TickReport
@@ -267,17 +267,17 @@ def _read_session(folder: Path) -> object:
 def _load_all_scenarios(folder: Path) -> list:
     path = folder / "s.yaml"
     return [
-        LoadScenario(f"{path}:{name}") for name in ("TableReach", "TableTour")
+        load_scenario(f"{path}:{name}") for name in ("TableReach", "TableTour")
     ]
 
 
 OTHERS = {
     "rmmi": Format(
         lambda folder: write_rmmi(folder / "s.json", _SCENE),
-        lambda folder: read_rmmi(folder / "s.json"),
+        lambda folder: read_scene(folder / "s.json"),
     ),
     "robot": Format(
-        _make_robot, lambda folder: load_robot_model(folder / "three_link.yaml")
+        _make_robot, lambda folder: load_robot(folder / "three_link.yaml")
     ),
     "visuals": Format(
         _copied(resources.models_dir() / "frankie" / "visuals.yaml"),

@@ -2,7 +2,7 @@
 
 import pytest
 
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.benchmark.hardware_processes import wire_works
 
@@ -17,4 +17,4 @@ def wire() -> None:
 @pytest.fixture(scope="session")
 def table() -> World:
     """The default scenario's world, with its true geometry."""
-    return load_world(LoadScenario())
+    return load_world(load_scenario())

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 import remosplat_drake
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.commands.main import COMMANDS, main
 from remosplat_drake.hardware.hardware_config import check_lcm_url
 from remosplat_drake.hardware.wire import channels
 
 PAGE = (
-    Path(remosplat_drake.__file__).parent / "drivers" / "README.md"
+    Path(remosplat_drake.__file__).parent / "hardware" / "drivers" / "README.md"
 ).read_text()
 BLOCKS = re.findall(r"^```sh\n(.*?)^```", PAGE, re.M | re.S)
 LINES = [shlex.split(line) for block in BLOCKS for line in block.splitlines()]
@@ -37,7 +37,7 @@ def test_every_command_is_one(line, monkeypatch):
         if name == "--lcm-url":
             check_lcm_url(value)
         elif name == "--scenario-text":
-            LoadScenario(override=value)
+            load_scenario(override=value)
 
 
 def test_the_steps_are_numbered():

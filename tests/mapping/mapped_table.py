@@ -10,12 +10,12 @@ from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
-from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.camera.robot_camera import RobotCamera
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.mapping.mapping_job import MappingJob
@@ -61,7 +61,7 @@ class UnreliableCamera(RobotCamera):
 @cache
 def table_world() -> World:
     """The default scenario's world, with its true geometry."""
-    return load_world(LoadScenario())
+    return load_world(load_scenario())
 
 
 def make_camera(world: World) -> RobotCamera:

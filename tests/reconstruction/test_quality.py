@@ -11,7 +11,7 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.reconstruction.report.quality import distance_quality
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-from remosplat_drake.scene.rmmi import read_rmmi
+from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.splat.codecs.ply import read_ply
 
 
@@ -19,7 +19,7 @@ from remosplat_drake.splat.codecs.ply import read_ply
 def test_demo_splats_measure_true_distances(name):
     """The bounds leave a fifth of room over what was measured."""
     folder = models_dir() / "scenes" / name
-    scene = read_rmmi(folder / "scene.json")
+    scene = read_scene(folder / "scene.json")
     splat = read_ply(folder / "splat.ply")
     assert splat.opacities.min() >= 0.2
     quality = distance_quality(

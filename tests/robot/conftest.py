@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
 
 THREE_LINK = Path(__file__).resolve().parents[1] / "data" / "three_link.yaml"
 
@@ -12,4 +12,4 @@ THREE_LINK = Path(__file__).resolve().parents[1] / "data" / "three_link.yaml"
 @pytest.fixture(scope="session", params=["frankie", str(THREE_LINK)])
 def robot(request) -> RobotModel:
     """Frankie (mobile, with hand) and an arm on a fixed base without hand."""
-    return load_robot_model(request.param)
+    return load_robot(request.param)

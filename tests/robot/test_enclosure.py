@@ -27,7 +27,7 @@ from remosplat_drake.robot.fitting.model_surfaces import (
 )
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_description import load_robot_description
-from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.robot.self_collision import self_collision_pairs
 from remosplat_drake.robot.visuals import load_visuals
 
@@ -84,7 +84,7 @@ def meshes(robot: str) -> dict[str, np.ndarray]:
 
 def worst_mm(robot: str, spheres: str) -> dict[str, float]:
     """How far the shapes of each link stand out of a set of spheres."""
-    model = load_robot_model(robot, spheres).spheres
+    model = load_robot(robot, spheres).spheres
     return {
         link: 1e3
         * max(
@@ -120,7 +120,7 @@ def test_a_bar_stands_out_of_the_neck_between_two_spheres():
 
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_every_link_that_has_shapes_has_spheres(robot):
-    spheres = load_robot_model(robot, "covering").spheres
+    spheres = load_robot(robot, "covering").spheres
     assert set(spheres.links) == set(shapes(robot))
 
 
@@ -131,7 +131,7 @@ def test_the_spheres_enclose_all_collision_shapes(robot):
 
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_the_spheres_enclose_all_meshes(robot):
-    spheres = load_robot_model(robot, "covering").spheres
+    spheres = load_robot(robot, "covering").spheres
     for link, triangles in meshes(robot).items():
         assert standing_out(triangles, spheres.on_link(link)) <= 0, link
 
@@ -172,7 +172,7 @@ def test_fingertips_stay_slim():
     fingers = ("panda_leftfinger", "panda_rightfinger")
     options = SurfaceOptions(links=(*fingers, "panda_hand"))
     surfaces = model_surfaces(model, options, 17)
-    spheres = load_robot_model("frankie", "covering").spheres
+    spheres = load_robot("frankie", "covering").spheres
     for link in fingers:
         bulge = measure_bulge(spheres.on_link(link), surfaces[link].solid)
         assert bulge.max < 0.012
@@ -237,7 +237,7 @@ def contacts_and_distances(robot: RobotModel, n: int, seed: int):
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_no_link_touches_another_unseen(robot):
     """Wherever shapes overlap, the spheres do; and many arms fold up."""
-    seen = list(contacts_and_distances(load_robot_model(robot), 400, 3))
+    seen = list(contacts_and_distances(load_robot(robot), 400, 3))
     assert len(seen) > 100
     for links, depth, distance in seen:
         assert distance < 0, (links, depth)
@@ -246,7 +246,7 @@ def test_no_link_touches_another_unseen(robot):
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_no_link_touches_the_one_after_next(robot):
     """So no collision filter has to hide such contacts from the stations."""
-    model = load_robot_model(robot)
+    model = load_robot(robot)
     body, tree = Body(model), model.tree
     q_home = np.r_[np.zeros(model.n_q - len(model.home)), model.home]
     rng = np.random.default_rng(5)

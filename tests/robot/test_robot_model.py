@@ -12,7 +12,7 @@ from pydrake.multibody.tree import JacobianWrtVariable
 from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_description import load_robot_description
-from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.robot.sphere_model import SphereModel
 
 THREE_LINK = Path(__file__).resolve().parents[1] / "data" / "three_link.yaml"
@@ -191,7 +191,7 @@ def test_advance_leaves_its_arguments_alone(robot):
 
 def test_quarter_circle_of_the_base():
     """At pi/2 m/s and pi/2 rad/s for 1 s, on a circle of radius 1 m."""
-    robot = load_robot_model("frankie")
+    robot = load_robot("frankie")
     u = np.zeros(9)
     u[:2] = np.pi / 2
     q = robot.advance(np.zeros(10), u, 1.0)
@@ -199,7 +199,7 @@ def test_quarter_circle_of_the_base():
 
 
 def test_straight_line_of_the_base():
-    robot = load_robot_model("frankie")
+    robot = load_robot("frankie")
     u = np.zeros(9)
     u[0] = 0.5
     q0 = np.zeros(10)
@@ -212,7 +212,7 @@ def test_straight_line_of_the_base():
 
 def test_three_link_arm_by_hand():
     """Arm stretched along x at height 1: the tip is past the tilted roll."""
-    robot = load_robot_model(THREE_LINK)
+    robot = load_robot(THREE_LINK)
     c, s = np.cos(0.3), np.sin(0.3)
     X_WE = robot.end_effector_pose(np.zeros(3))
     np.testing.assert_allclose(
@@ -237,7 +237,7 @@ def test_sizes(robot):
 
 
 def test_floor_links_ignore_the_floor():
-    robot = load_robot_model("frankie", floor_height=0.03)
+    robot = load_robot("frankie", floor_height=0.03)
     on_base = robot.spheres.on_links({"base_link"})
     spheres = robot.spheres_at(np.r_[0, 0, 0, robot.home])
     assert (spheres.ignore_below[on_base] == 0.03).all()
@@ -246,12 +246,12 @@ def test_floor_links_ignore_the_floor():
 
 def test_unknown_robot_names_the_known_ones():
     with pytest.raises(FileError, match="did you mean 'frankie'"):
-        load_robot_model("franky")
+        load_robot("franky")
 
 
 def test_unknown_sphere_set_names_the_known_ones():
     with pytest.raises(FieldError, match="covering, paper"):
-        load_robot_model("frankie", spheres="coarse")
+        load_robot("frankie", spheres="coarse")
 
 
 @pytest.mark.parametrize(
@@ -267,7 +267,7 @@ def test_unknown_sphere_set_names_the_known_ones():
 def test_bad_descriptions_name_the_field(change, message):
     description = dc.replace(load_robot_description(THREE_LINK), **change)
     with pytest.raises(RemoSplatError, match=message):
-        RobotModel(description, load_robot_model(THREE_LINK).spheres)
+        RobotModel(description, load_robot(THREE_LINK).spheres)
 
 
 def test_spheres_on_an_unknown_link_name_the_links():
@@ -290,4 +290,4 @@ def test_a_bad_model_is_named(tmp_path, old, new, problem):
     assert old in model.read_text()
     model.write_text(model.read_text().replace(old, new))
     with pytest.raises(FileError, match=problem):
-        load_robot_model(tmp_path / THREE_LINK.name)
+        load_robot(tmp_path / THREE_LINK.name)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
-from remosplat_drake.app.diagram import Application, MakeDiagram
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.diagram import Application, build
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import load_world
 from remosplat_drake.benchmark.scene_generators import generate
@@ -38,8 +38,8 @@ def folder(tmp_path) -> Path:
 
 
 def make_application(folder: Path, text: str = "") -> Application:
-    scenario = LoadScenario(f"{folder}/test.yaml", text)
-    return MakeDiagram(scenario, load_world(scenario))
+    scenario = load_scenario(f"{folder}/test.yaml", text)
+    return build(scenario, load_world(scenario))
 
 
 class Stepper:

@@ -9,7 +9,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
-from remosplat_drake.scene.rmmi import read_rmmi, write_rmmi
+from remosplat_drake.scene.rmmi import read_scene, write_rmmi
 
 DOCUMENT = {
     "cubes": [{"position": [1.5, 0.0, 0.5], "scale": [0.5, 2.0, 0.03]}],
@@ -25,7 +25,7 @@ def _write(path, document):
 
 
 def test_reads_every_field(tmp_path):
-    scene = read_rmmi(_write(tmp_path / "toy.json", DOCUMENT))
+    scene = read_scene(_write(tmp_path / "toy.json", DOCUMENT))
     assert scene.name == "toy"
     assert scene.boxes[0].X_WP.translation().tolist() == [1.5, 0, 0.5]
     assert scene.boxes[0].half_extents.tolist() == [0.5, 2.0, 0.03]
@@ -43,7 +43,7 @@ def test_round_trip(tmp_path):
         X_WB_start=(0.5, -0.5, 2.0),
     )
     write_rmmi(tmp_path / "a.json", scene)
-    again = read_rmmi(tmp_path / "a.json")
+    again = read_scene(tmp_path / "a.json")
     assert again.content_hash == scene.content_hash
     assert again.X_WB_start == pytest.approx(scene.X_WB_start)
     assert again.X_WE_target.IsNearlyEqualTo(scene.X_WE_target, 1e-15)
@@ -52,7 +52,7 @@ def test_round_trip(tmp_path):
 
 def test_task_may_be_absent(tmp_path):
     document = {"cubes": [], "cylinders": []}
-    scene = read_rmmi(_write(tmp_path / "a.json", document))
+    scene = read_scene(_write(tmp_path / "a.json", document))
     assert scene.X_WE_target is None
     assert scene.X_WB_start is None
 
@@ -61,7 +61,7 @@ def test_rounded_rotation_is_made_orthonormal(tmp_path):
     document = copy.deepcopy(DOCUMENT)
     document["target"][0][:2] = [1.0, 0.0047]
     document["target"][1][:2] = [0.0047, -1.0]
-    scene = read_rmmi(_write(tmp_path / "a.json", document))
+    scene = read_scene(_write(tmp_path / "a.json", document))
     R = scene.X_WE_target.rotation().matrix()
     np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-15)
 
@@ -106,7 +106,7 @@ def test_names_the_bad_field_in_one_line(tmp_path, edit, field):
     edit(document)
     path = _write(tmp_path / "bad.json", document)
     with pytest.raises(FieldError, match=f"bad.json: .*{field}") as caught:
-        read_rmmi(path)
+        read_scene(path)
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 500
 
@@ -118,12 +118,12 @@ def test_rejects_what_is_not_a_json_object(tmp_path, text):
     path = tmp_path / "bad.json"
     path.write_bytes(text.encode("latin-1"))
     with pytest.raises(FileError, match=r"bad\.json"):
-        read_rmmi(path)
+        read_scene(path)
 
 
 def test_names_a_missing_file(tmp_path):
     with pytest.raises(FileError, match=r"none\.json"):
-        read_rmmi(tmp_path / "none.json")
+        read_scene(tmp_path / "none.json")
 
 
 def test_refuses_to_write_what_the_format_cannot_say(tmp_path):
@@ -137,5 +137,5 @@ def test_refuses_to_write_what_the_format_cannot_say(tmp_path):
 def test_reads_all_published_scenes(shared_data):
     paths = sorted((shared_data / "rmmi_scenes").glob("*/*_[0-9]*.json"))
     assert len(paths) == 1000
-    sizes = {len(read_rmmi(path)) for path in paths}
+    sizes = {len(read_scene(path)) for path in paths}
     assert sizes == {5, 7}

@@ -7,7 +7,7 @@ import pytest
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Diagram
 
-from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.station.station_config import kinematic_simulator_config
 
 THREE_LINK = Path(__file__).resolve().parents[1] / "data" / "three_link.yaml"
@@ -15,12 +15,12 @@ THREE_LINK = Path(__file__).resolve().parents[1] / "data" / "three_link.yaml"
 
 @pytest.fixture(scope="session")
 def frankie() -> RobotModel:
-    return load_robot_model("frankie")
+    return load_robot("frankie")
 
 
 @pytest.fixture(scope="session")
 def three_link() -> RobotModel:
-    return load_robot_model(THREE_LINK)
+    return load_robot(THREE_LINK)
 
 
 class Harness:

@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.stages import AddController, AddOracle, MakeStation
 from remosplat_drake.app.world import load_world
 from remosplat_drake.camera.mount import CameraMount
@@ -25,7 +25,7 @@ class Operated:
     """A shipped scenario's robot with an `OperatorTarget`."""
 
     def __init__(self, spec: str, config: TeleopConfig, text: str = ""):
-        scenario = LoadScenario(spec, text)
+        scenario = load_scenario(spec, text)
         self.world = load_world(scenario)
         robot, q0 = self.world.robot, self.world.q0
         self.mount = CameraMount(robot, RigidTransform())

@@ -8,7 +8,7 @@ import page_messages
 import pytest
 from pydrake.geometry import Meshcat
 
-from remosplat_drake.robot.robot_model import RobotModel, load_robot_model
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.visualization.page import MeshcatPage
 
 
@@ -19,7 +19,7 @@ def page() -> MeshcatPage:
 
 @pytest.fixture(scope="session")
 def frankie() -> RobotModel:
-    return load_robot_model("frankie")
+    return load_robot("frankie")
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydrake.systems.framework import DiagramBuilder
 
-from remosplat_drake.robot.robot_model import load_robot_model
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.visualization import robot_view
 from remosplat_drake.visualization.robot_view import AddRobotView
 
@@ -59,6 +59,6 @@ def test_primitives_stand_in_for_absent_meshes(page, frankie, without_meshes):
 
 
 def test_arm_on_a_fixed_base_without_visuals(page):
-    robot = load_robot_model(THREE_LINK)
+    robot = load_robot(THREE_LINK)
     draw(robot, page.meshcat, robot.home)
     assert page.meshcat.HasPath("/remosplat/robot/three_link/forearm")

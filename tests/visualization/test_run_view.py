@@ -11,7 +11,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.robot.robot_model import load_robot_model
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.tick_report import OPTIMAL, RELAXED, TickReport
 from remosplat_drake.visualization.clearance_lines import TIGHT
@@ -116,7 +116,7 @@ def test_serves_the_buttons(page, frankie, q, click, is_visible):
 def test_publishes_at_its_own_rate_in_a_diagram(page, monkeypatch):
     polls = []
     monkeypatch.setattr(page, "poll", lambda: polls.append(None))
-    robot = load_robot_model(THREE_LINK)  # No base, so no trace of it.
+    robot = load_robot(THREE_LINK)  # No base, so no trace of it.
     builder = DiagramBuilder()
     dut = RunView.AddToBuilder(builder, page=page, robot=robot)
     for port in ("configuration", "report"):

@@ -7,8 +7,8 @@ import pytest
 from browser import find_chromium, open_browser
 from pydrake.math import RigidTransform
 
-from remosplat_drake.app.diagram import Application, MakeDiagram
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.diagram import Application, build
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import load_world
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
@@ -37,8 +37,8 @@ def application(page, tmp_path, monkeypatch) -> Application:
     box = Box(RigidTransform([-0.8, 0, 0.5]), np.array([0.1, 0.5, 0.5]))
     write_rmmi(tmp_path / "scene.json", PrimitiveScene(boxes=(box,)))
     (tmp_path / "test.yaml").write_text(FAR)
-    scenario = LoadScenario(f"{tmp_path}/test.yaml")
-    return MakeDiagram(scenario, load_world(scenario), page)
+    scenario = load_scenario(f"{tmp_path}/test.yaml")
+    return build(scenario, load_world(scenario), page)
 
 
 class Steps:

@@ -11,7 +11,7 @@ import pytest
 from browser import open_browser
 from screenshot import find_chromium
 
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import REACHED
 from remosplat_drake.app.world import load_world
 from remosplat_drake.benchmark.hardware_processes import (
@@ -81,7 +81,7 @@ def test_a_click_stops_the_robot_and_only_a_click_releases_it(tmp_path):
         end(stand_in)
     assert log.latest("outcome") == REACHED
     run = TrueRun.read(motion)
-    stop = judge_stop(run.until(released), clicked, load_robot())
+    stop = judge_stop(run.until(released), clicked, monitored_robot())
     # A browser without a graphics card takes seconds for a click here.
     assert stop.stays
     assert np.abs(run.since(released).u).max() > 0.1
@@ -99,5 +99,5 @@ def click_until(tab, selector: str, tap: WireTap, done: Callable[[], bool]):
     raise AssertionError(f"nothing came of clicks on {selector}")
 
 
-def load_robot():
-    return load_world(LoadScenario()).robot
+def monitored_robot():
+    return load_world(load_scenario()).robot

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from remosplat_drake.app.diagram import Application, MakeDiagram
-from remosplat_drake.app.scenario import LoadScenario
+from remosplat_drake.app.diagram import Application, build
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import REACHED, TIME_LIMIT, RunResult, run
 from remosplat_drake.app.world import load_world
 from remosplat_drake.benchmark.scene_generators import generate
@@ -43,7 +43,7 @@ def application(tmp_path):
     def make(
         guidance: str, limit: float = 12.0, scene: tuple[str, int] = STUCK
     ) -> Application:
-        return MakeDiagram(*_load(tmp_path, guidance, limit, scene))
+        return build(*_load(tmp_path, guidance, limit, scene))
 
     return make
 
@@ -60,7 +60,7 @@ def _load(folder: Path, guidance: str, limit: float, scene: tuple[str, int]):
         f"  time_limit: {limit}\n"
         f"  controller: {{guidance: {guidance}}}\n"
     )
-    scenario = LoadScenario(str(file))
+    scenario = load_scenario(str(file))
     return scenario, load_world(scenario)
 
 
@@ -187,7 +187,7 @@ def test_without_guidance_there_is_no_selector(application):
 
 
 def test_the_rule_has_every_candidate_of_every_tier(frankie):
-    config = LoadScenario(None, "{}").controller
+    config = load_scenario(None, "{}").controller
     config.guidance.tiers = [0.010]
     rule = make_selection_rule(config, frankie, lambda error: False)
     assert [[g.name for g in tier] for tier in rule.candidates] == [

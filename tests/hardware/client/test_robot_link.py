@@ -12,8 +12,7 @@ from drake import (
 from pydrake.lcm import DrakeLcm
 from pydrake.systems.analysis import Simulator
 from robot_process import free_url
-from test_base_wire import status as base_message
-from test_panda_wire import status as arm_message
+from wire_messages import arm_message, base_message
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.hardware.client.hardware_station import HardwareStation

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 from drake import lcmt_panda_status
-from test_base_wire import status as base_message
-from test_panda_wire import status as arm_message
+from wire_messages import arm_message, base_message
 
 from remosplat_drake.hardware.client.measurement import (
     Measurement,

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from wire_messages import base_message
 
 from remosplat_drake.hardware.wire.base import (
     decode_base_status,
@@ -19,18 +20,6 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage
 T = 1_700_000_000.5
 
 
-def status(**fields) -> bytes:
-    message = base_status()
-    message.utime = round(T * 1e6)
-    message.pose = [1.0, 2.0, 0.5]
-    message.forward, message.yaw_rate = 0.3, -0.1
-    message.mode = base_status.MOVING
-    message.battery = 0.5
-    for name, value in fields.items():
-        setattr(message, name, value)
-    return message.encode()
-
-
 def test_a_command_is_written():
     command = base_command.decode(encode_base_command(np.array([0.2, -1]), T))
     assert command.utime == 1_700_000_000_500_000
@@ -38,7 +27,7 @@ def test_a_command_is_written():
 
 
 def test_a_status_is_read():
-    state = decode_base_status(status(protective_stop=1))
+    state = decode_base_status(base_message(protective_stop=1))
     np.testing.assert_array_equal(state.pose, [1.0, 2.0, 0.5])
     np.testing.assert_array_equal(state.velocity, [0.3, -0.1])
     assert state.stamp == T
@@ -50,10 +39,10 @@ def test_a_status_is_read():
 @pytest.mark.parametrize(
     ("data", "problem"),
     [
-        (status(pose=[0.0, np.nan, 0.0]), r"pose\[1\] is nan"),
-        (status(yaw_rate=np.inf), r"velocity\[1\] is inf"),
-        (status(mode=9), "mode is 9"),
-        (status()[:20], "is not a whole base_status"),
+        (base_message(pose=[0.0, np.nan, 0.0]), r"pose\[1\] is nan"),
+        (base_message(yaw_rate=np.inf), r"velocity\[1\] is inf"),
+        (base_message(mode=9), "mode is 9"),
+        (base_message()[:20], "is not a whole base_status"),
         (base_command().encode(), "is not a whole base_status"),
     ],
 )
