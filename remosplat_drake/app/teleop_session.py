@@ -16,7 +16,7 @@ from remosplat_drake.app.teleop_stages import Teleoperation
 from remosplat_drake.app.world import World, true_scenes
 from remosplat_drake.base.errors import FieldError, MissingExtraError
 from remosplat_drake.camera.lcm_camera import LcmCamera
-from remosplat_drake.camera.robot_camera import RobotCamera
+from remosplat_drake.camera.rendered_camera import RenderedCamera
 from remosplat_drake.camera.wrist_camera import WristCamera
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.mapping.known_space import (
@@ -195,4 +195,4 @@ def _camera_maker(
     config = scenario.wrist_camera or WristCameraConfig()
     if hardware:
         return partial(LcmCamera, config, world.robot, scenario.hardware)
-    return partial(RobotCamera, config, world.robot, world.truth)
+    return partial(RenderedCamera, config, world.robot, world.truth)

@@ -14,7 +14,6 @@ from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.world import World
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.camera.mount import CameraMount
-from remosplat_drake.camera.station_camera import hand_eye
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.mapping.mapping_config import OBSTACLE
@@ -129,7 +128,7 @@ def _mount(scenario: Scenario, world: World) -> CameraMount | None:
     if not scenario.mapping.enabled:
         return None
     camera = scenario.wrist_camera or WristCameraConfig()
-    return CameraMount(world.robot, hand_eye(camera), camera.frame)
+    return CameraMount(world.robot, camera.hand_eye(), camera.frame)
 
 
 def ConnectSupervision(builder: DiagramBuilder, loop: ControlLoop) -> None:

@@ -1,4 +1,4 @@
-"""`CameraScene`: the robot among what it sees, to be rendered."""
+"""`CameraScene`: a robot and a scene that are rendered, never simulated."""
 
 import dataclasses as dc
 
@@ -17,10 +17,14 @@ from remosplat_drake.station.station_config import DynamicStation
 class CameraScene:
     """A plant that is only looked at, in a diagram that is never simulated.
 
+    Both simulated cameras outside of a station's diagram render with it:
+    `RenderedCamera` and `CameraSim`.
+
     Attributes:
-        plant: Poses robot and scene.
+        plant: The plant that poses robot and scene.
         joints: Index of each of the robot's positions in the plant's.
-        images: The camera's ports, by the station's names.
+        images: The camera's output ports by their names in
+            `signals.station_ports`.
     """
 
     plant: MultibodyPlant
@@ -34,13 +38,13 @@ class CameraScene:
         robot: RobotModel,
         scene: PrimitiveScene | None,
     ) -> "CameraScene":
-        """Adds the plant and the camera.
+        """Adds plant, scene graph and camera to a diagram.
 
         Args:
-            builder: Of the diagram.
-            config: The camera.
+            builder: Builder of the diagram.
+            config: Mount, lens and range of the camera.
             robot: The robot that carries it.
-            scene: What it sees.
+            scene: The solids that it sees besides the robot; None for none.
 
         Raises:
             RemoSplatError: A setting is unusable.
@@ -56,12 +60,12 @@ class CameraScene:
         return CameraScene(body.plant, joints, images)
 
     def place(self, root: Context, q: np.ndarray, time: float) -> None:
-        """Puts the robot somewhere.
+        """Puts the robot into a configuration, and sets the images' time.
 
         Args:
-            root: The diagram's context.
+            root: Context of the whole diagram.
             q: The robot's configuration, shape (n_q,).
-            time: Stamp of the images [s].
+            time: Time at which the images are taken [s].
         """
         root.SetTime(time)
         context = self.plant.GetMyMutableContextFromRoot(root)

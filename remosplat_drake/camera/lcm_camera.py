@@ -1,4 +1,4 @@
-"""`LcmCamera`: the real wrist camera as a source of frames."""
+"""`LcmCamera`: the wrist camera of the real robot, heard by LCM."""
 
 import dataclasses as dc
 import time as clock
@@ -13,12 +13,7 @@ from pydrake.systems.sensors import LcmImageArrayToImages
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.camera.motion_history import MotionHistory
 from remosplat_drake.camera.mount import CameraMount
-from remosplat_drake.camera.sources import RgbdImage, place
-from remosplat_drake.camera.station_camera import (
-    camera_matrix,
-    hand_eye,
-    rgbd_image,
-)
+from remosplat_drake.camera.rgbd_image import RgbdImage, from_drake
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.hardware.hardware_config import HardwareConfig
@@ -33,14 +28,15 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 PATIENCE = 2.0
-"""A camera without an image for so long is silent [s]."""
+"""Time without an image after which a camera counts as silent [s]."""
 
 
 class LcmCamera:
-    """Listens to images and statuses; an image's pose is that of its stamp.
+    """A `WristCamera` that listens to images and to the robot's statuses.
 
-    It is a `WristCamera` of the live map. A frame is the first image that
-    arrives after it was asked for, so that the robot may have come to rest.
+    An image's pose follows from where the robot was at the image's stamp. A
+    frame is the first image that arrives after it was asked for, so that the
+    robot may have come to rest.
     """
 
     def __init__(
@@ -52,15 +48,15 @@ class LcmCamera:
         """Joins the wire.
 
         Args:
-            config: The camera: intrinsics and hand-eye calibration.
+            config: The camera's intrinsics and hand-eye transform.
             robot: The robot that carries it.
-            hardware: Names the wire and its channels.
+            hardware: The LCM URL and the names of the channels.
 
         Raises:
             RemoSplatError: A setting is unusable.
         """
         self._config = config
-        self._mount = CameraMount(robot, hand_eye(config), config.frame)
+        self._mount = CameraMount(robot, config.hand_eye(), config.frame)
         self._history = MotionHistory(len(robot.home), robot.n_base > 0)
         names = hardware.channels
         self._names = names
@@ -72,7 +68,7 @@ class LcmCamera:
         self._image: bytes | None = None
 
     def listen(self) -> None:
-        """Takes in what has arrived."""
+        """Takes in the images and statuses that have arrived."""
         for channel, data in self._inbox.fetch():
             if channel == self._names.wrist_camera:
                 self._image = data
@@ -82,7 +78,7 @@ class LcmCamera:
                 self._history.hear_base(data)
 
     def show(self, scene: PrimitiveScene) -> None:
-        """Cannot change the world.
+        """Refuses: what a real camera sees cannot be changed.
 
         Raises:
             RemoSplatError: Always.
@@ -90,11 +86,24 @@ class LcmCamera:
         raise RemoSplatError("what a real camera sees cannot be changed")
 
     def frame(self, q: np.ndarray, time: float) -> Frame:
-        """The next image; see `WristCamera`. Its pose is not taken from q."""
+        """Waits for the next image, and gives it its pose.
+
+        Args:
+            q: Not used: the pose follows from the statuses around the
+                image's stamp.
+            time: When the frame was asked for, by the diagram's clock [s].
+
+        Returns:
+            The frame, with its time by the diagram's clock [s].
+
+        Raises:
+            RemoSplatError: The camera is silent or sends something else, or
+                the robot's statuses do not say where it was.
+        """
         asked = clock.time()
         image = self._next_image()
         self._hear_until(image.time)
-        frame = place(image, self._history.at(image.time), self._mount)
+        frame = self._mount.frame(image, self._history.at(image.time))
         return dc.replace(frame, time=time + image.time - asked)
 
     def _next_image(self) -> RgbdImage:
@@ -117,7 +126,7 @@ class LcmCamera:
 
 
 class _Decoder:
-    """Reads a message as Drake does, on a wire of its own."""
+    """Decodes and decompresses image messages with Drake's own systems."""
 
     def __init__(self):
         self._wire = DrakeLcm("memq://")
@@ -163,4 +172,5 @@ class _Decoder:
                     f" pixels; wrist_camera says {size[0]}x{size[1]}"
                 )
         stamp = from_utime(message.header.utime)
-        return rgbd_image(color, depth, camera_matrix(config), stamp)
+        K = config.intrinsics().intrinsic_matrix()
+        return from_drake(color, depth, K, stamp)

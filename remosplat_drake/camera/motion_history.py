@@ -12,20 +12,23 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.hardware.wire.panda import decode_panda_status
 
 _LENGTH = 1000
-"""Statuses of each part that are kept: seconds."""
+"""Number of statuses of each part that are kept; they span seconds."""
 
 _MAX_GAP = 0.12
-"""Between two statuses a moving robot is not followed any longer [s]."""
+"""Longest time between two statuses over which a motion is interpolated [s]."""
 
 _STANDING = 1e-3
-"""A robot that moved less between two statuses stood still [rad], [m]."""
+"""Largest change between two statuses of a robot that stood still [rad, m]."""
 
 
 class MotionHistory:
-    """The last statuses of arm and base, by their drivers' stamps."""
+    """Interpolates the robot's configuration in the recent past.
+
+    It keeps the last statuses of arm and base, by their drivers' stamps.
+    """
 
     def __init__(self, n_arm: int, has_base: bool):
-        """Nothing has been heard.
+        """Starts without any status.
 
         Args:
             n_arm: Number of the arm's joints.
@@ -36,13 +39,13 @@ class MotionHistory:
         self._base = _Track("the base") if has_base else None
 
     def hear_arm(self, data: bytes) -> None:
-        """Takes a status of the arm; a broken one is ignored."""
+        """Takes in an encoded status of the arm; a broken one is ignored."""
         with contextlib.suppress(BrokenMessage):
             arm = decode_panda_status(data, self._n_arm)
             self._arm.append(arm.stamp, arm.q)
 
     def hear_base(self, data: bytes) -> None:
-        """Takes a status of the base; a broken one is ignored."""
+        """Takes in an encoded status of the base; a broken one is ignored."""
         if self._base is None:
             return
         with contextlib.suppress(BrokenMessage):
@@ -51,18 +54,25 @@ class MotionHistory:
 
     @property
     def newest(self) -> float:
-        """Until when all parts have been heard of [s]; -inf: one has not."""
+        """Latest stamp up to which arm and base have both been heard [s].
+
+        It is -inf while one of them has never been heard.
+        """
         tracks = [self._arm] if self._base is None else [self._arm, self._base]
         return min(track.newest for track in tracks)
 
     def at(self, time: float) -> np.ndarray:
-        """The configuration at a time, interpolated, shape (n_q,).
+        """Interpolates the configuration at a time.
 
         Args:
             time: Wall clock of the drivers [s].
 
+        Returns:
+            The configuration q, shape (n_q,) [m, rad].
+
         Raises:
-            RemoSplatError: A part was silent then.
+            RemoSplatError: Arm or base was silent then, or moved through a
+                gap between two statuses.
         """
         joints = self._arm.at(time)
         if self._base is None:
@@ -71,7 +81,7 @@ class MotionHistory:
 
 
 class _Track:
-    """Positions of one part."""
+    """Stamped positions of one part of the robot."""
 
     def __init__(self, name: str):
         self._name = name
@@ -103,6 +113,6 @@ class _Track:
         return q + (time - start) / (end - start) * step
 
     def _step(self, after: int) -> np.ndarray:
-        """From the position before to this one; angles go the short way."""
+        """The change since the position before; angles take the short way."""
         step = self._positions[after] - self._positions[after - 1]
         return (step + np.pi) % (2 * np.pi) - np.pi

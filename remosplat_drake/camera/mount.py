@@ -1,22 +1,26 @@
-"""`CameraMount`: a camera on the robot, its pose and what it sees of itself."""
+"""`CameraMount`: where the camera is, and what it sees of its own robot."""
 
 import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.camera.rgbd_image import RgbdImage
 from remosplat_drake.camera.robot_mask import robot_mask
+from remosplat_drake.capture.frames import Frame
+from remosplat_drake.capture.undistortion import Distortion, undistort
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
 
 
 class CameraMount:
-    """A camera C fixed to a frame F of a robot.
+    """A camera C that is fixed to a frame F of a robot.
 
     Attributes:
         robot: The robot; its spheres must cover it.
-        X_FC: Hand-eye transform: the camera (OpenCV axes) in F, 4x4.
-        margin: By which the robot's spheres are inflated [m].
+        X_FC: Hand-eye transform, the camera's pose (OpenCV axes) in F, shape
+            (4, 4).
+        margin: How much the robot's spheres are inflated to hide it [m].
     """
 
     def __init__(
@@ -29,10 +33,10 @@ class CameraMount:
         """Looks the frame up in the robot's model.
 
         Args:
-            robot: The robot.
+            robot: The robot that carries the camera.
             X_FC: The hand-eye transform.
-            frame: Name of F.
-            margin: By which the robot's spheres are inflated [m].
+            frame: Name of the frame F in the robot's model.
+            margin: How much the robot's spheres are inflated to hide it [m].
 
         Raises:
             RemoSplatError: The robot has no such frame.
@@ -50,13 +54,45 @@ class CameraMount:
         self._X_LF = frame_F.GetFixedPoseInBodyFrame().GetAsMatrix4()
 
     def pose(self, q: np.ndarray) -> np.ndarray:
-        """The camera's pose X_WC at configuration q, a 4x4 matrix."""
+        """Returns the camera's pose X_WC at configuration q, shape (4, 4)."""
         X_WL = self.robot.body_poses(q)[self._body]
         return X_WL @ self._X_LF @ self.X_FC
 
     def mask(
         self, q: np.ndarray, K: np.ndarray, depth: np.ndarray
     ) -> np.ndarray:
-        """Pixels that may show the robot at q; see `robot_mask`."""
+        """Finds the pixels that may show the robot itself.
+
+        Args:
+            q: The robot's configuration, shape (n_q,).
+            K: Intrinsic matrix, shape (3, 3) [pixels].
+            depth: Depth z in C, shape (h, w) [m]; 0 where it is unknown.
+
+        Returns:
+            A mask of shape (h, w), True where `robot_mask` hides a pixel.
+        """
         spheres = self.robot.spheres_at(q)
         return robot_mask(spheres, K, self.pose(q), depth, self.margin)
+
+    def frame(self, image: RgbdImage, q: np.ndarray) -> Frame:
+        """Gives an image its pose, hides the robot and undoes distortion.
+
+        Args:
+            image: What the camera saw.
+            q: The robot's configuration when it did, shape (n_q,).
+        """
+        rgb, depth, outside = image.rgb, image.depth, None
+        if image.distortion not in (None, Distortion()):
+            rgb, depth, outside = undistort(
+                image.distortion, image.K, rgb, depth, None
+            )
+        hidden = self.mask(q, image.K, depth)
+        return Frame(
+            name=f"the frame at {image.time:.3f} s",
+            K=image.K,
+            X_WC=self.pose(q),
+            rgb=rgb,
+            depth=np.where(hidden, np.float32(0), depth),
+            hidden=hidden if outside is None else hidden | outside,
+            time=image.time,
+        )

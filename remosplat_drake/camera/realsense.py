@@ -1,20 +1,24 @@
-"""Intel RealSense cameras through librealsense (extra `realsense`)."""
+"""`RealSenseCamera`: Intel RealSense by USB (optional extra `realsense`).
+
+Nothing in a run opens one: `live_frames` takes captures with it, and a driver
+of your own may publish its images by LCM for `LcmCamera`.
+"""
 
 import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.base.system_libraries import import_optional
-from remosplat_drake.camera.sources import RgbdImage
+from remosplat_drake.camera.rgbd_image import RgbdImage
 from remosplat_drake.capture.undistortion import Distortion
 
 _TIMEOUT = 2000
-"""How long to wait for an image [ms]."""
+"""Longest wait for an image [ms]."""
 
 
 class RealSenseCamera:
-    """A running RealSense camera; depth is aligned to colour.
+    """A streaming RealSense camera, with its depth aligned to its colour.
 
-    It is a context manager, and stops streaming at the end.
+    It is a context manager that stops streaming at the end.
     """
 
     def __init__(
@@ -27,10 +31,10 @@ class RealSenseCamera:
         """Starts streaming.
 
         Args:
-            width: Of the images [pixels].
-            height: Of the images [pixels].
-            fps: Images a second.
-            serial: Which camera; None: any.
+            width: Width of both images [pixels].
+            height: Height of both images [pixels].
+            fps: Images per second [Hz].
+            serial: Serial number of the camera; None takes any.
 
         Raises:
             MissingExtraError: pyrealsense2 is not installed.
@@ -61,27 +65,29 @@ class RealSenseCamera:
         self.stop()
 
     def image(self) -> RgbdImage:
-        """Waits for the next image; its time is librealsense's.
+        """Waits for the next image.
+
+        Its time is librealsense's timestamp [s].
 
         Raises:
-            RemoSplatError: None arrives.
+            RemoSplatError: No image arrives within two seconds.
         """
         try:
             frames = self._pipeline.wait_for_frames(_TIMEOUT)
         except RuntimeError as error:
             raise RemoSplatError(f"RealSense camera: {error}") from error
-        return rgbd_image(self._align.process(frames))
+        return from_realsense(self._align.process(frames))
 
     def stop(self):
         """Stops streaming."""
         self._pipeline.stop()
 
 
-def rgbd_image(frames) -> RgbdImage:
-    """An image from a librealsense frameset with depth aligned to colour.
+def from_realsense(frames) -> RgbdImage:
+    """Turns an aligned frameset of librealsense into an `RgbdImage`.
 
     Args:
-        frames: `pyrealsense2.composite_frame`.
+        frames: A `pyrealsense2.composite_frame` with depth aligned to colour.
 
     Raises:
         RemoSplatError: Colour or depth is missing, the two are not aligned,
@@ -101,16 +107,17 @@ def rgbd_image(frames) -> RgbdImage:
     return RgbdImage(
         rgb=rgb,
         depth=steps.astype(np.float32) * np.float32(depth.get_units()),
-        K=camera_matrix(intrinsics),
+        K=matrix_of(intrinsics),
         time=1e-3 * color.get_timestamp(),
         distortion=distortion_of(intrinsics),
     )
 
 
-def camera_matrix(intrinsics) -> np.ndarray:
-    """K from `pyrealsense2.intrinsics`, (3, 3) [pixels].
+def matrix_of(intrinsics) -> np.ndarray:
+    """Turns `pyrealsense2.intrinsics` into a matrix K, shape (3, 3) [pixels].
 
-    There the centre of the first pixel is (0, 0); here it is (0.5, 0.5).
+    In librealsense the centre of the first pixel is (0, 0); here it is
+    (0.5, 0.5), as in `Capture`.
     """
     return np.array(
         [
@@ -122,11 +129,14 @@ def camera_matrix(intrinsics) -> np.ndarray:
 
 
 def distortion_of(intrinsics) -> Distortion | None:
-    """The lens of `pyrealsense2.intrinsics`; None for a pinhole camera.
+    """Turns `pyrealsense2.intrinsics` into the distortion of a lens.
 
     The inverse and the modified Brown-Conrady model differ from
     `Distortion` in the second order of the tangential terms only: by less
     than a hundredth of a pixel for the coefficients of real cameras.
+
+    Returns:
+        The distortion; None for a pinhole camera.
 
     Raises:
         RemoSplatError: The lens is of another kind, such as a fisheye.
@@ -152,7 +162,7 @@ def _check_connected(rs, serial: str | None):
 
 
 def realsense_module():
-    """The package `pyrealsense2`.
+    """Imports the package `pyrealsense2`.
 
     Raises:
         MissingExtraError: It is not installed.

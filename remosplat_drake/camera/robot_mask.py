@@ -17,7 +17,7 @@ def robot_mask(
     depth: np.ndarray,
     margin: float = 0.02,
 ) -> np.ndarray:
-    """Pixels that may show the robot, (h, w) bool.
+    """Finds the pixels that may show the robot.
 
     A pixel is hidden if its ray meets an inflated sphere nearer than the
     measured point and a margin beyond it, or anywhere if nothing was
@@ -25,13 +25,16 @@ def robot_mask(
     it: that sphere hides only points that it contains.
 
     Args:
-        spheres: The robot in W, which its spheres must cover.
-        K: Intrinsic matrix [pixels]; see `Capture`.
-        X_WC: Camera pose (OpenCV axes), a 4x4 matrix.
-        depth: z in C, shape (h, w) [m]; 0 where unknown.
-        margin: By which spheres are inflated, and how far a measured point
-            may lie in front of the robot [m]: errors of kinematics,
+        spheres: The robot's spheres in W; they must cover it.
+        K: Intrinsic matrix, shape (3, 3) [pixels]; see `Capture`.
+        X_WC: Camera pose (OpenCV axes), shape (4, 4).
+        depth: Depth z in C, shape (h, w) [m]; 0 where it is unknown.
+        margin: How much spheres are inflated, and how far a measured point
+            may lie in front of the robot [m]: the errors of kinematics,
             calibration and depth together.
+
+    Returns:
+        A mask of shape (h, w), True where a pixel may show the robot.
     """
     height, width = depth.shape
     x = (np.arange(width) + 0.5 - K[0, 2]) / K[0, 0]

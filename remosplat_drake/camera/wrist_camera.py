@@ -1,4 +1,4 @@
-"""`WristCamera`: what the mapping process takes its pictures with."""
+"""`WristCamera`: what a camera of the live map must be able to do."""
 
 from typing import Protocol
 
@@ -9,30 +9,37 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 
 class WristCamera(Protocol):
-    """A camera that the robot carries, simulated or real."""
+    """A camera with which the mapping process takes its pictures.
+
+    `RenderedCamera` and `LcmCamera` are such cameras. Their poses are X_WC
+    with OpenCV axes, and their frames have the robot's own pixels hidden.
+    """
 
     def frame(self, q: np.ndarray, time: float) -> Frame:
-        """What it sees now, with its pose, the robot hidden.
+        """Takes a posed RGB-D frame of what the camera sees now.
 
         Args:
             q: The robot's configuration when the frame was asked for, shape
                 (n_q,).
-            time: When that was, by the diagram's clock [s].
+            time: When the frame was asked for, by the diagram's clock [s].
 
         Returns:
-            A frame whose time is of the diagram's clock too.
+            The frame; its time is by the diagram's clock, too.
 
         Raises:
-            RemoSplatError: It sees nothing; says why.
+            RemoSplatError: There is no frame; the text says why.
         """
         ...
 
     def listen(self) -> None:
-        """Takes in what has arrived; called many times a second."""
+        """Takes in what has arrived; it is called many times a second."""
         ...
 
     def show(self, scene: PrimitiveScene) -> None:
-        """Changes what there is to see.
+        """Changes the scene that a simulated camera sees.
+
+        Args:
+            scene: The solids that are there from now on.
 
         Raises:
             RemoSplatError: The camera is a real one.

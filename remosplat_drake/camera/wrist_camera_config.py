@@ -1,4 +1,4 @@
-"""`WristCameraConfig`: the camera that the robot carries, also simulated."""
+"""`WristCameraConfig`: mount and lens of the camera that the robot carries."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -37,29 +37,53 @@ _NEAR_PLANE = 0.01
 
 @dc.dataclass
 class WristCameraConfig(Config):
-    """An RGB-D camera fixed to the robot; it renders only when asked."""
+    """An RGB-D camera that is fixed to the robot.
 
-    # Frame of the robot model, with axes x right, y down, z forward.
+    In a simulated station it renders only when somebody reads its ports.
+    """
+
+    # Name of the robot model's frame F that carries the camera; its axes are
+    # those of the image, x right, y down, z forward (OpenCV).
     frame: str = "wrist_camera"
-    # Hand-eye calibration: the camera in that frame [m], [deg].
+    # Position of the camera in the frame F [m]: the translation of the
+    # hand-eye transform X_FC.
     translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
+    # Roll, pitch and yaw of the camera in the frame F [deg]: the rotation of
+    # the hand-eye transform X_FC.
     rpy_deg: RollPitchYawDeg = dc.field(default_factory=lambda: [0.0] * 3)
-    # Image size [pixel].
+    # Width of the colour and the depth image [pixels].
     width: Annotated[int, Interval(ge=1, le=8192)] = 320
+    # Height of the colour and the depth image [pixels].
     height: Annotated[int, Interval(ge=1, le=8192)] = 240
     # Vertical field of view [deg].
     fov_y_deg: Annotated[float, Interval(gt=0, lt=180)] = 58.0
-    # Depths outside are reported as 0 (too close) and inf (too far) [m].
+    # Smallest depth that is measured [m]; nearer surfaces are reported as 0.
     min_depth: Annotated[float, Interval(gt=0, le=10)] = 0.05
+    # Largest depth that is measured [m]; farther surfaces are reported as
+    # inf.
     max_depth: Annotated[float, Interval(gt=0, le=100)] = 5.0
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Yields an error where the range of depths is empty."""
         if not self.max_depth > self.min_depth:
             yield (
                 "max_depth",
                 f"must exceed min_depth {self.min_depth}, got {self.max_depth}",
             )
+
+    def hand_eye(self) -> RigidTransform:
+        """Returns the hand-eye transform X_FC, the camera's pose in F."""
+        return RigidTransform(
+            RollPitchYaw(np.deg2rad(self.rpy_deg)), self.translation
+        )
+
+    def intrinsics(self) -> CameraInfo:
+        """Returns image size and pinhole intrinsics of both images.
+
+        `intrinsics().intrinsic_matrix()` is K, shape (3, 3) [pixels]. Drake's
+        renderer counts from the image's corner, as `Capture` does.
+        """
+        return CameraInfo(self.width, self.height, np.deg2rad(self.fov_y_deg))
 
     def AddToStation(
         self,
@@ -67,10 +91,20 @@ class WristCameraConfig(Config):
         plant: MultibodyPlant,
         scene_graph: SceneGraph,
     ) -> dict[str, OutputPort]:
-        """Adds the simulated camera to a station; see `StationCamera`.
+        """Adds the simulated camera to a station's diagram.
+
+        Args:
+            builder: Builder of the station.
+            plant: The finalized plant with the robot.
+            scene_graph: The geometry that is rendered.
+
+        Returns:
+            The camera's output ports, by their names in
+            `signals.station_ports`.
 
         Raises:
-            RemoSplatError: A setting is unusable.
+            RemoSplatError: A setting is unusable, or the robot has no frame
+                of the given name.
         """
         check_ranges(self, field="wrist_camera")
         if not plant.HasFrameNamed(self.frame):
@@ -78,16 +112,13 @@ class WristCameraConfig(Config):
                 f"wrist_camera.frame: the robot has no frame {self.frame!r}"
             )
         frame_F = plant.GetFrameByName(self.frame)
-        X_FC = RigidTransform(
-            RollPitchYaw(np.deg2rad(self.rpy_deg)), self.translation
-        )
         if not scene_graph.HasRenderer(_RENDERER):
             with libraries_named("a simulated wrist camera"):
                 engine = MakeRenderEngineVtk(RenderEngineVtkParams())
             scene_graph.AddRenderer(_RENDERER, engine)
         core = RenderCameraCore(
             _RENDERER,
-            CameraInfo(self.width, self.height, np.deg2rad(self.fov_y_deg)),
+            self.intrinsics(),
             ClippingRange(_NEAR_PLANE, self.max_depth + 1.0),
             RigidTransform(),
         )
@@ -95,7 +126,7 @@ class WristCameraConfig(Config):
             "wrist_camera",
             RgbdSensor(
                 plant.GetBodyFrameIdOrThrow(frame_F.body().index()),
-                frame_F.GetFixedPoseInBodyFrame() @ X_FC,
+                frame_F.GetFixedPoseInBodyFrame() @ self.hand_eye(),
                 ColorRenderCamera(core, False),
                 DepthRenderCamera(
                     core, DepthRange(self.min_depth, self.max_depth)

@@ -10,9 +10,9 @@ from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.clock import wall_utime
 from remosplat_drake.base.stop_signals import stop_signals
-from remosplat_drake.camera.simulated_camera import (
+from remosplat_drake.camera.camera_sim import (
+    CameraSim,
     HeardConfiguration,
-    SimulatedCamera,
 )
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.commands.wire import (
@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario)
     world = load_world(scenario, blank=True)
     lcm = open_wire(arguments.lcm_url)
-    camera = SimulatedCamera(
+    camera = CameraSim(
         scenario.wrist_camera or WristCameraConfig(),
         world.robot,
         world.truth,

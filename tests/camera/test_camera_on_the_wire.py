@@ -17,9 +17,9 @@ from pydrake.systems.sensors import (
     ImageToLcmImageArrayT,
     PixelType,
 )
-from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from robot_process import free_url
 
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire import channels

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from drake import lcmt_panda_status
 from pydrake.lcm import DrakeLcm
-from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from robot_process import free_url
 
 from remosplat_drake.base.clock import wall_utime
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.camera import lcm_camera
+from remosplat_drake.camera.camera_sim import CameraSim
 from remosplat_drake.camera.lcm_camera import LcmCamera
 from remosplat_drake.camera.motion_history import MotionHistory
-from remosplat_drake.camera.robot_camera import RobotCamera
-from remosplat_drake.camera.simulated_camera import SimulatedCamera
+from remosplat_drake.camera.rendered_camera import RenderedCamera
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire.channels import BASE_STATUS, PANDA_STATUS
 from remosplat_drake.hardware.wire.messages.base_status import base_status
@@ -80,7 +80,7 @@ class Robot:
     def _run(self):
         # The renderer belongs to the thread that makes it.
         lcm = DrakeLcm(self._url)
-        camera = SimulatedCamera(CONFIG, self._frankie, self._scene, lcm)
+        camera = CameraSim(CONFIG, self._frankie, self._scene, lcm)
         while not self._end.wait(0.02):
             now = wall_utime()
             lcm.Publish(PANDA_STATUS, arm(self._q[3:], now))
@@ -105,7 +105,7 @@ def test_its_frames_are_those_of_the_simulated_camera(frankie, scene):
     camera = LcmCamera(CONFIG, frankie, hardware)
     with Robot(frankie, scene, q, hardware.lcm_url):
         frame = camera.frame(np.zeros(10), 100.0)
-    expected = RobotCamera(CONFIG, frankie, scene).frame(q, 100.0)
+    expected = RenderedCamera(CONFIG, frankie, scene).frame(q, 100.0)
     assert frame.time is not None and abs(frame.time - 100) < 60
     np.testing.assert_allclose(frame.X_WC, expected.X_WC, atol=1e-9)
     np.testing.assert_array_equal(frame.depth, expected.depth)

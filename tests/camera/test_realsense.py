@@ -9,10 +9,10 @@ import pytest
 from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
 from remosplat_drake.camera.realsense import (
     RealSenseCamera,
-    camera_matrix,
     distortion_of,
+    from_realsense,
+    matrix_of,
     realsense_module,
-    rgbd_image,
 )
 from remosplat_drake.capture.undistortion import distort
 
@@ -120,7 +120,7 @@ def frames(rs):
 
 
 def test_depth_is_metric_and_aligned_to_colour(rs, frames):
-    image = rgbd_image(rs.align(rs.stream.color).process(frames))
+    image = from_realsense(rs.align(rs.stream.color).process(frames))
     assert image.depth.dtype == np.float32
     known = image.depth > 0
     np.testing.assert_allclose(image.depth[known], 1, rtol=1e-6)
@@ -136,7 +136,7 @@ def test_depth_is_metric_and_aligned_to_colour(rs, frames):
 
 
 def test_images_stay_when_librealsense_reuses_its_memory(rs, frames):
-    image = rgbd_image(rs.align(rs.stream.color).process(frames))
+    image = from_realsense(rs.align(rs.stream.color).process(frames))
     assert image.rgb.flags.owndata
 
 
@@ -146,7 +146,7 @@ def test_the_lens_is_librealsenses(rs, model):
     lens = intrinsics(rs, model, (-0.055, 0.066, 0.0004, -0.0007, -0.021))
     distortion = distortion_of(lens)
     assert distortion is not None
-    K = camera_matrix(lens)
+    K = matrix_of(lens)
     xy = distort(distortion, np.array([0.4, -0.3]))
     expected = rs.rs2_project_point_to_pixel(lens, [0.4, -0.3, 1.0])
     np.testing.assert_allclose(

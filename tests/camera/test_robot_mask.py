@@ -5,12 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform
-from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.camera.mount import CameraMount
 from remosplat_drake.camera.robot_mask import robot_mask
-from remosplat_drake.camera.station_camera import camera_matrix, hand_eye
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.capture.rendering.synthetic import render_capture
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.station.simulated_station import MakeSimulatedStation
@@ -91,7 +90,7 @@ def looks_at_robot(robot, config, q, scene):
     port = station.GetOutputPort("wrist_camera.depth")
     depth = port.Eval(context).data[..., 0].copy()
     depth[~np.isfinite(depth)] = 0
-    mount = CameraMount(robot, hand_eye(config))
+    mount = CameraMount(robot, config.hand_eye())
     alone = render_capture(
         scene,
         [RigidTransform(mount.pose(q))],
@@ -119,7 +118,7 @@ def test_no_pixel_of_the_robot_survives(frankie, scene, translation, rpy_deg):
     q = np.r_[-0.2, 0.1, 0.3, frankie.home]
     depth, alone, mount = looks_at_robot(frankie, config, q, scene)
     robot = (depth > 0) & ((depth < alone - 1e-3) | (alone == 0))
-    hidden = mount.mask(q, camera_matrix(config), depth)
+    hidden = mount.mask(q, config.intrinsics().intrinsic_matrix(), depth)
     assert not (robot & ~hidden).any()
     shown = (depth > 0) & ~robot
     if not any(rpy_deg):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
-from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.station.scene_geometry import BOX_COLOUR

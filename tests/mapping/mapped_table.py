@@ -14,7 +14,7 @@ import numpy as np
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.camera.robot_camera import RobotCamera
+from remosplat_drake.camera.rendered_camera import RenderedCamera
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.mapping.mapping_config import MappingConfig
@@ -40,11 +40,11 @@ LARGEST = {3000.0: 1_000, 4000.0: 40_000}
 than a frame has, or more, but less than a map. Until the next picture."""
 
 
-class UnreliableCamera(RobotCamera):
+class UnreliableCamera(RenderedCamera):
     """Silent at one time, somewhere else at another; and fills the disk."""
 
     def frame(self, q: np.ndarray, time: float) -> Frame:
-        """See `RobotCamera.frame`."""
+        """See `RenderedCamera.frame`."""
         if time == SILENT:
             raise RemoSplatError("the wrist camera is silent")
         _, most = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -64,7 +64,7 @@ def table_world() -> World:
     return load_world(load_scenario())
 
 
-def make_camera(world: World) -> RobotCamera:
+def make_camera(world: World) -> RenderedCamera:
     """A camera before the table; its process is as urgent as the tests."""
     # Where the tests may not do that, they take longer on a busy computer.
     with contextlib.suppress(PermissionError):

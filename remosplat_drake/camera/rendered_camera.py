@@ -1,16 +1,11 @@
-"""`RobotCamera`: a simulated wrist camera as a source of frames."""
+"""`RenderedCamera`: a simulated wrist camera in the mapping process."""
 
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder
 
 from remosplat_drake.camera.camera_scene import CameraScene
 from remosplat_drake.camera.mount import CameraMount
-from remosplat_drake.camera.sources import place
-from remosplat_drake.camera.station_camera import (
-    camera_matrix,
-    hand_eye,
-    rgbd_image,
-)
+from remosplat_drake.camera.rgbd_image import from_drake
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.robot.robot_model import RobotModel
@@ -18,11 +13,11 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals import station_ports as ports
 
 
-class RobotCamera:
-    """Renders the true scene and the robot in it; then hides the robot.
+class RenderedCamera:
+    """A `WristCamera` that renders the true scene with the robot in it.
 
-    It is a `WristCamera` of the live map, and knows nothing of a simulation
-    but the configurations that it is told.
+    It runs beside a simulation, in the mapping process, and knows nothing of
+    it but the configurations that it is told. Frames have the robot hidden.
     """
 
     def __init__(
@@ -34,21 +29,21 @@ class RobotCamera:
         """Builds the scene and the camera.
 
         Args:
-            config: The camera.
+            config: Mount, lens and range of the camera.
             robot: The robot that carries it.
-            scene: What it sees.
+            scene: The solids that it sees besides the robot; None for none.
 
         Raises:
             RemoSplatError: A setting is unusable.
         """
         self._config = config
         self._robot = robot
-        self._K = camera_matrix(config)
-        self._mount = CameraMount(robot, hand_eye(config), config.frame)
+        self._K = config.intrinsics().intrinsic_matrix()
+        self._mount = CameraMount(robot, config.hand_eye(), config.frame)
         self.show(scene)
 
     def show(self, scene: PrimitiveScene | None) -> None:
-        """Changes what there is to see."""
+        """Shows another scene from now on; None for an empty one."""
         builder = DiagramBuilder()
         self._scene = CameraScene.AddToBuilder(
             builder, self._config, self._robot, scene
@@ -57,17 +52,21 @@ class RobotCamera:
         self._root = self._diagram.CreateDefaultContext()
 
     def listen(self) -> None:
-        """Nothing arrives by itself."""
+        """Does nothing: this camera has nothing to take in between frames."""
 
     def frame(self, q: np.ndarray, time: float) -> Frame:
-        """What the camera sees at configuration q; see `WristCamera`."""
+        """Renders what the camera sees at a configuration.
+
+        Args:
+            q: The robot's configuration, shape (n_q,).
+            time: Time of the frame, by the diagram's clock [s].
+        """
         self._scene.place(self._root, q, time)
         color, depth = (
             self._scene.images[name].Eval(self._camera_context)
             for name in (ports.WRIST_CAMERA_RGB, ports.WRIST_CAMERA_DEPTH)
         )
-        image = rgbd_image(color, depth, self._K, time)
-        return place(image, q, self._mount)
+        return self._mount.frame(from_drake(color, depth, self._K, time), q)
 
     @property
     def _camera_context(self):

@@ -4,9 +4,9 @@ import dataclasses as dc
 
 import numpy as np
 from pydrake.math import RigidTransform
-from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 
-from remosplat_drake.camera.robot_camera import RobotCamera
+from remosplat_drake.camera.rendered_camera import RenderedCamera
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.capture.capture import back_project
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
@@ -21,7 +21,7 @@ def start(frankie) -> np.ndarray:
 
 
 def test_it_measures_the_true_surfaces(frankie, scene):
-    camera = RobotCamera(CONFIG, frankie, scene)
+    camera = RenderedCamera(CONFIG, frankie, scene)
     camera.listen()
     frame = camera.frame(start(frankie), TIME)
     assert frame.time == TIME
@@ -33,14 +33,14 @@ def test_it_measures_the_true_surfaces(frankie, scene):
 
 
 def test_its_own_arm_is_hidden(frankie, scene):
-    camera = RobotCamera(CONFIG, frankie, scene)
+    camera = RenderedCamera(CONFIG, frankie, scene)
     frame = camera.frame(start(frankie), TIME)
     assert frame.hidden is not None
     assert not frame.depth[frame.hidden].any()
 
 
 def test_it_sees_what_has_been_put_there(frankie, scene):
-    camera = RobotCamera(CONFIG, frankie, scene)
+    camera = RenderedCamera(CONFIG, frankie, scene)
     before = camera.frame(start(frankie), TIME)
     p_WP = (before.X_WC @ [0, 0, 0.3, 1])[:3]
     box = Box(RigidTransform(p_WP), np.full(3, 0.05))

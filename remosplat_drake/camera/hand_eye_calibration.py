@@ -1,9 +1,13 @@
-"""Hand-eye calibration from nothing but what the camera saw.
+"""Hand-eye calibration from the images alone, without a calibration board.
 
 A camera C is fixed to a frame F of the robot. If its pose in F is believed
 wrongly, each image is placed wrongly in a way that depends on how the robot
 held the camera, and surfaces come out double. The right hand-eye transform
 X_FC is the one with which overlapping images agree.
+
+`refine_hand_eye` is for programs of your own: nothing in a run calls it.
+`live_frames` takes the images; the transform that is found goes into a
+scenario as `wrist_camera.translation` and `wrist_camera.rpy_deg`.
 """
 
 import dataclasses as dc
@@ -21,19 +25,22 @@ from remosplat_drake.capture.checks.overlap import (
 )
 
 _MIN_COSINE = np.cos(np.deg2rad(60))
-"""Between the viewing directions of images that are compared."""
+"""Least cosine between the viewing directions of images that are compared."""
 
 _STEPS = 3
-"""Of Gauss and Newton in each round."""
+"""Number of Gauss-Newton steps in each round."""
 
 _DELTA = 2e-3
-"""For derivatives [m, rad]; noise of single pixels drowns smaller ones."""
+"""Step of the finite differences [m, rad]; noise of single pixels drowns the
+effect of smaller ones."""
 
 _RIDGE = 1e-9
-"""Of what the images tell: damps what they do not."""
+"""Regularization, as a share of the information matrix' trace: it damps the
+directions that the images do not tell."""
 
 _POINTS, _MIN_POINTS = 2000, 100
-"""Points of an image that are compared, and of all that must be."""
+"""Points of an image that are compared, and how many of all images at least
+must be comparable."""
 
 _OUTLIERS = (0.2, 0.1, 0.05, 0.03, 0.02, 0.02)
 """Points whose depths differ by a larger fraction belong to different
@@ -52,7 +59,8 @@ class HandEyeFit:
     """A refined hand-eye transform.
 
     Attributes:
-        X_FC: The camera's pose in the frame that carries it, 4x4.
+        X_FC: The camera's pose (OpenCV axes) in the frame F that carries it,
+            shape (4, 4).
         capture: The same images at the poses that follow from it.
     """
 
@@ -75,8 +83,11 @@ def refine_hand_eye(
             the robot's own X_WF. The camera must have turned about two axes
             at least: turning about one leaves the translation along it
             unknown.
-        X_FC: The transform that gave these poses, 4x4.
-        seed: Of the choice of points.
+        X_FC: The hand-eye transform that gave these poses, shape (4, 4).
+        seed: Seed of the random choice of points.
+
+    Returns:
+        The refined transform, and the capture at its poses.
 
     Raises:
         RemoSplatError: The camera turned too little, or too few images
@@ -111,7 +122,7 @@ def _gauss_newton_step(
     x: np.ndarray,
     outlier: float,
 ) -> np.ndarray:
-    """A step towards agreement, (6,), with Cauchy's weights."""
+    """A robust Gauss-Newton step, shape (6,), with Cauchy's weights."""
     r = residuals(x)
     J = np.stack(
         [

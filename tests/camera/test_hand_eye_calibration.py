@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from scipy.spatial.transform import Rotation
 
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.camera.hand_eye import refine_hand_eye
+from remosplat_drake.camera.hand_eye_calibration import refine_hand_eye
 from remosplat_drake.capture.checks.overlap import measure_overlap
 from remosplat_drake.capture.rendering.camera_poses import look_at
 from remosplat_drake.capture.rendering.synthetic import render_capture

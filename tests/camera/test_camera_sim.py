@@ -10,13 +10,13 @@ from pydrake.lcm import DrakeLcm
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.lcm import LcmSubscriberSystem
 from pydrake.systems.sensors import LcmImageArrayToImages
-from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from robot_process import free_url, running
 
-from remosplat_drake.camera.simulated_camera import (
+from remosplat_drake.camera.camera_sim import (
+    CameraSim,
     HeardConfiguration,
-    SimulatedCamera,
 )
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.hardware.wire.channels import (
     BASE_STATUS,
     PANDA_STATUS,
@@ -101,7 +101,7 @@ def test_images_arrive_and_show_where_the_robot_is(frankie, scene):
     viewer = Viewer(url)
     q = np.array([0, 0, 0, *frankie.home])
     config = WristCameraConfig(width=64, height=48)
-    camera = SimulatedCamera(config, frankie, scene, DrakeLcm(url))
+    camera = CameraSim(config, frankie, scene, DrakeLcm(url))
     camera.take(q, 1_000_000)
     color, depth = viewer.wait()
     assert color.shape == (48, 64, 4)

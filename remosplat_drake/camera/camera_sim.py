@@ -1,4 +1,7 @@
-"""`SimulatedCamera`: the wrist camera and its driver, as one system."""
+"""`CameraSim`: stands in for the wrist camera's driver, on the LCM wire.
+
+`remosplat camera-sim` runs it in a process of its own, beside `hardware-sim`.
+"""
 
 import contextlib
 
@@ -26,8 +29,8 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals import station_ports as ports
 
 
-class SimulatedCamera:
-    """Renders what the camera would see where the statuses say it is.
+class CameraSim:
+    """Renders the wrist camera's images and publishes them by LCM.
 
     Images are compressed: raw ones overflow the usual buffers of sockets.
     """
@@ -42,10 +45,10 @@ class SimulatedCamera:
         """Builds the scene and the camera.
 
         Args:
-            config: The camera.
+            config: Mount, lens and range of the camera.
             robot: The robot that carries it.
-            scene: What it sees.
-            lcm: Where the images go.
+            scene: The solids that it sees besides the robot; None for none.
+            lcm: Where the images are published.
 
         Raises:
             RemoSplatError: A setting is unusable.
@@ -73,11 +76,11 @@ class SimulatedCamera:
         self._root = builder.Build().CreateDefaultContext()
 
     def take(self, q: np.ndarray, utime: int) -> None:
-        """Renders and sends one colour and one depth image.
+        """Renders and publishes one colour and one depth image.
 
         Args:
             q: The robot's configuration, shape (n_q,).
-            utime: Stamp of the images, wall clock [us].
+            utime: Stamp of the images: wall clock of the Unix epoch [us].
         """
         self._scene.place(self._root, q, utime / MICROSECONDS)
         context = self._publisher.GetMyContextFromRoot(self._root)
@@ -85,15 +88,20 @@ class SimulatedCamera:
 
 
 class HeardConfiguration:
-    """The configuration that the statuses of base and arm amount to."""
+    """The robot's latest configuration, put together from LCM statuses."""
 
     def __init__(self):
-        """Nothing has been heard."""
+        """Starts without any status."""
         self._pose: np.ndarray | None = None
         self._joints: np.ndarray | None = None
 
     def receive(self, channel: str, data: bytes) -> None:
-        """Takes a status from the wire; a broken one is ignored."""
+        """Takes in a message; broken ones and other channels are ignored.
+
+        Args:
+            channel: The LCM channel that it came on.
+            data: The encoded message.
+        """
         with contextlib.suppress(BrokenMessage):
             if channel == BASE_STATUS:
                 self._pose = decode_base_status(data).pose
@@ -102,7 +110,10 @@ class HeardConfiguration:
 
     @property
     def q(self) -> np.ndarray | None:
-        """(x, y, yaw, arm), shape (10,); None before both were heard."""
+        """Configuration (x, y, yaw, arm), shape (10,) [m, rad].
+
+        It is None until base and arm have both been heard.
+        """
         if self._pose is None or self._joints is None:
             return None
         return np.concatenate([self._pose, self._joints])

@@ -5,10 +5,10 @@ import dataclasses as dc
 import numpy as np
 import pytest
 from pydrake.systems.sensors import ImageDepth32F, ImageRgba8U
-from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 
-from remosplat_drake.camera.sources import collect
-from remosplat_drake.camera.station_camera import rgbd_image, station_frames
+from remosplat_drake.camera.live_frames import collect, station_frames
+from remosplat_drake.camera.rgbd_image import from_drake
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.capture.checks.inspection import inspect_capture
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
@@ -88,7 +88,7 @@ def test_depths_out_of_range_are_unknown():
     color, depth = ImageRgba8U(2, 2), ImageDepth32F(2, 2)
     color.mutable_data[:] = np.arange(16).reshape(2, 2, 4)
     depth.mutable_data[..., 0] = [[0, 1.5], [np.inf, np.nan]]
-    image = rgbd_image(color, depth, np.eye(3), 0.5)
+    image = from_drake(color, depth, np.eye(3), 0.5)
     np.testing.assert_array_equal(image.depth, [[0, 1.5], [0, 0]])
     np.testing.assert_array_equal(image.rgb[1, 0], [8, 9, 10])
     # Drake's buffers change with the next image; ours stay.

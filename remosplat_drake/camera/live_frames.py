@@ -1,0 +1,126 @@
+"""Captures from a live camera on a robot, without a live map.
+
+A program of your own takes them with any camera and any robot:
+
+    mount = CameraMount(robot, config.hand_eye(), config.frame)
+    with RealSenseCamera() as camera:
+        source = RobotFrames(
+            image=camera.image, configuration=measured_q, mount=mount
+        )
+        capture = collect(source, count=12, move=go_to_view)
+
+`station_frames` is the same for the wrist camera of a simulated station. The
+images of such a capture are what `hand_eye_calibration` wants.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from pydrake.systems.framework import Context, Diagram
+
+from remosplat_drake.camera.mount import CameraMount
+from remosplat_drake.camera.rgbd_image import RgbdImage, from_drake
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.frames import Frame, assemble
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals import station_ports as ports
+
+
+class FrameSource(Protocol):
+    """Whatever can tell what it sees now, and from where."""
+
+    def frame(self) -> Frame:
+        """Takes the latest posed image; what is not the scene is hidden."""
+        ...
+
+
+class RobotFrames:
+    """A `FrameSource`: the images of a camera that a robot carries."""
+
+    def __init__(
+        self,
+        *,
+        image: Callable[[], RgbdImage],
+        configuration: Callable[[float], np.ndarray],
+        mount: CameraMount,
+    ):
+        """Puts a camera and a robot together.
+
+        Args:
+            image: Returns the camera's latest image.
+            configuration: Returns the measured configuration q, shape
+                (n_q,), at a time of the image's clock [s]. An image is older
+                than the latest measurement, and an arm at 0.5 m/s that is
+                20 ms late puts walls 10 mm off.
+            mount: Where the camera sits on the robot.
+        """
+        self._image = image
+        self._configuration = configuration
+        self._mount = mount
+
+    def frame(self) -> Frame:
+        """Takes the latest image, with its pose X_WC and the robot hidden."""
+        image = self._image()
+        return self._mount.frame(image, self._configuration(image.time))
+
+
+def station_frames(
+    station: Diagram,
+    context: Context,
+    robot: RobotModel,
+    config: WristCameraConfig,
+    margin: float = 0.02,
+) -> RobotFrames:
+    """Makes a source of frames of a simulated station's wrist camera.
+
+    Args:
+        station: A station with a wrist camera and the ports of
+            `signals.station_ports`.
+        context: The station's own context; frames follow its state.
+        robot: The station's robot.
+        config: The camera as it is believed to be: its intrinsics, and a
+            hand-eye transform that need not be the true one.
+        margin: How much the robot's spheres are inflated to hide it [m].
+
+    Raises:
+        RemoSplatError: The robot has no such camera frame.
+    """
+    K = config.intrinsics().intrinsic_matrix()
+    color = station.GetOutputPort(ports.WRIST_CAMERA_RGB)
+    depth = station.GetOutputPort(ports.WRIST_CAMERA_DEPTH)
+    joints = [station.GetOutputPort(ports.arm_position(robot.description))]
+    if robot.n_base:
+        joints.insert(0, station.GetOutputPort(ports.BASE_POSE))
+    return RobotFrames(
+        image=lambda: from_drake(
+            color.Eval(context), depth.Eval(context), K, context.get_time()
+        ),
+        # Evaluated together with the image, so it is of the same time.
+        configuration=lambda _: np.concatenate(
+            [port.Eval(context) for port in joints]
+        ),
+        mount=CameraMount(robot, config.hand_eye(), config.frame, margin),
+    )
+
+
+def collect(
+    source: FrameSource,
+    count: int,
+    move: Callable[[int], None] = lambda i: None,
+) -> Capture:
+    """Takes several frames, and returns them as one capture.
+
+    Args:
+        source: Where the frames come from.
+        count: Number of frames, at least one.
+        move: Called with i before frame i is taken; it moves the robot, or
+            waits.
+    """
+    frames = []
+    for i in range(count):
+        move(i)
+        frames.append(source.frame())
+    return assemble(Path("live frames"), frames)

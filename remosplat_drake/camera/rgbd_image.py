@@ -1,0 +1,55 @@
+"""`RgbdImage`: what a camera saw and when, whatever kind of camera it is."""
+
+import dataclasses as dc
+
+import numpy as np
+from pydrake.systems.sensors import ImageDepth32F, ImageRgba8U
+
+from remosplat_drake.capture.undistortion import Distortion
+
+
+@dc.dataclass(frozen=True, eq=False)
+class RgbdImage:
+    """Colours and depths of one camera at one time, on one pixel grid.
+
+    Copying returns the object itself.
+
+    Attributes:
+        rgb: Colours, shape (h, w, 3), uint8.
+        depth: Depth z in the camera frame C (OpenCV axes), shape (h, w),
+            float32 [m]; 0 where it is unknown.
+        K: Intrinsic matrix, shape (3, 3) [pixels]; the image's corner is at
+            (0, 0), as in `Capture`.
+        time: When the image was taken, by its camera's clock [s].
+        distortion: Distortion of the lens; None for a pinhole camera.
+    """
+
+    rgb: np.ndarray
+    depth: np.ndarray
+    K: np.ndarray
+    time: float
+    distortion: Distortion | None = None
+
+    def __deepcopy__(self, memo) -> "RgbdImage":
+        return self
+
+
+def from_drake(
+    color: ImageRgba8U, depth: ImageDepth32F, K: np.ndarray, time: float
+) -> RgbdImage:
+    """Turns images of Drake's `RgbdSensor` into an `RgbdImage`.
+
+    Args:
+        color: The colour image; its alpha channel is dropped.
+        depth: The depth image [m]; depths out of the sensor's range, which
+            Drake reports as 0 or inf, become unknown.
+        K: Intrinsic matrix of both images, shape (3, 3) [pixels].
+        time: When they were taken [s].
+    """
+    z = depth.data[..., 0]
+    return RgbdImage(
+        rgb=color.data[..., :3].copy(),
+        depth=np.where(np.isfinite(z), z, np.float32(0)),
+        K=K,
+        time=time,
+    )
