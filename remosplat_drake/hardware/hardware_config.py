@@ -1,4 +1,4 @@
-"""`HardwareConfig`: where the robot's drivers are, and what they may do."""
+"""`HardwareConfig`: where the robot's drivers are, and what is safe to send."""
 
 import dataclasses as dc
 import ipaddress
@@ -13,23 +13,30 @@ from remosplat_drake.base.ranges import Config
 from remosplat_drake.hardware.wire import channels as wire
 
 ChannelName = Annotated[str, Len(1, 63)]
-"""LCM takes no longer names."""
+"""Name of an LCM channel: 1 to 63 characters."""
 
 
 @dc.dataclass
 class ChannelNames(Config):
-    """The LCM channels of one robot."""
+    """Names of one robot's LCM channels, each different from all others."""
 
+    # Channel of the arm's velocity commands, lcmt_panda_command.
     arm_command: ChannelName = wire.PANDA_COMMAND
+    # Channel of the arm's statuses, lcmt_panda_status.
     arm_status: ChannelName = wire.PANDA_STATUS
+    # Channel of the gripper's commands, lcmt_schunk_wsg_command.
     hand_command: ChannelName = wire.PANDA_HAND_COMMAND
+    # Channel of the gripper's statuses, lcmt_schunk_wsg_status.
     hand_status: ChannelName = wire.PANDA_HAND_STATUS
+    # Channel of the mobile base's velocity commands, base_command.
     base_command: ChannelName = wire.BASE_COMMAND
+    # Channel of the mobile base's odometry and stops, base_status.
     base_status: ChannelName = wire.BASE_STATUS
+    # Channel of the wrist camera's images, lcmt_image_array.
     wrist_camera: ChannelName = wire.WRIST_CAMERA
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Yields an error for each name that is given twice."""
         names = dc.asdict(self)
         for field, name in names.items():
             if list(names.values()).count(name) > 1:
@@ -38,35 +45,42 @@ class ChannelNames(Config):
 
 @dc.dataclass
 class HardwareConfig(Config):
-    """The real robot, behind LCM."""
+    """The real robot: the LCM wire to its drivers, and limits on commands."""
 
-    # Where the messages are: ttl=1 reaches the local network, ttl=0 this
-    # machine only.
+    # URL of the LCM network. The multicast time to live decides how far
+    # messages go: ttl=1 reaches the local network, ttl=0 this machine only.
     lcm_url: str = "udpm://239.255.76.67:7667?ttl=1"
+    # Names of the LCM channels.
     channels: ChannelNames = dc.field(default_factory=ChannelNames)
-    # How long to wait for the first status of each driver [s].
+    # Longest wait for the first status of each driver [s].
     connect_timeout: Annotated[float, Interval(gt=0, le=600)] = 10.0
-    # Ages at which a status is stale and the robot is stopped [s].
+    # Age at which a status of the arm is stale and the robot is stopped [s].
     arm_status_expiry: Annotated[float, Interval(gt=0, le=1)] = (
         wire.STATUS_EXPIRY
     )
+    # Age at which a status of the base is stale and the robot is stopped
+    # [s]. Up to this age its odometry is extrapolated.
     base_status_expiry: Annotated[float, Interval(gt=0, le=1)] = (
         wire.BASE_STATUS_EXPIRY
     )
-    # A status whose content has not changed for so long while the robot
-    # should be moving is frozen [s].
+    # Time after which a status whose content does not change while the robot
+    # should be moving counts as frozen, and the robot is stopped [s].
     frozen_after: Annotated[float, Interval(gt=0, le=1)] = 0.2
-    # Speeds of the base: a command outside is scaled as a whole. Its rear is
-    # not watched by safety-rated sensors, so it may only creep backwards
-    # [m/s, rad/s].
+    # Greatest speed of the base backwards, not positive [m/s]; a command
+    # beyond it is scaled as a whole. Safety-rated sensors do not watch the
+    # base's rear, so that it may only creep.
     base_forward_lower: Annotated[float, Interval(ge=-2, le=0)] = -0.25
+    # Greatest speed of the base forward [m/s]; a command beyond it is scaled
+    # as a whole.
     base_forward_upper: Annotated[float, Interval(gt=0, le=2)] = 0.5
+    # Greatest turning rate of the base, either way [rad/s]; a command beyond
+    # it is scaled as a whole.
     base_yaw_rate: Annotated[float, Interval(gt=0, le=4)] = 0.87
-    # Time between two commands to the hand [s].
+    # Shortest time between two commands to the hand [s].
     hand_period: Annotated[float, Interval(ge=0.01, le=10)] = 0.1
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Yields an error where the LCM URL is unusable."""
         try:
             check_lcm_url(self.lcm_url)
         except RemoSplatError as error:
@@ -74,7 +88,15 @@ class HardwareConfig(Config):
 
 
 def check_lcm_url(url: str) -> None:
-    """Raises `RemoSplatError` where LCM would print a line and stay deaf."""
+    """Checks an LCM URL, with which LCM itself would only stay deaf.
+
+    Args:
+        url: For example `udpm://239.255.76.67:7667?ttl=0`, or `memq://` for
+            messages within one object.
+
+    Raises:
+        RemoSplatError: It is no multicast address with a port.
+    """
     if url.startswith("memq://"):
         return
     match = re.fullmatch(r"udpm://([\d.]+):(\d+)(\?ttl=\d+)?", url)

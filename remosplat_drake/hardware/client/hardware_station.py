@@ -15,13 +15,14 @@ from remosplat_drake.station.export import export_ports
 
 
 class HardwareStation(Diagram):
-    """A station with the ports of `ports.station_ports`, and nothing else.
+    """The real robot as a diagram with the ports of every station.
 
-    It hears when it is told to `receive`, and sends a command when it is
+    Its ports are those of `signals.station_ports`, and no others. It hears
+    the drivers when it is told to `receive`, and sends a command when it is
     told to publish (`ForcedPublish`); never otherwise. See `RemoteRobot`.
 
     Attributes:
-        link: The wire to the robot.
+        link: The LCM connection to the robot's drivers.
     """
 
     def __init__(
@@ -34,9 +35,9 @@ class HardwareStation(Diagram):
         """Builds the station and opens the wire.
 
         Args:
-            config: Where the drivers are.
+            config: LCM URL, channels and expiry times of the drivers.
             robot: The robot; its description names the ports.
-            wrist_camera: Whether the station has the camera's ports.
+            wrist_camera: Whether the station has the wrist camera's ports.
 
         Raises:
             RemoSplatError: The wire cannot be opened.
@@ -56,10 +57,10 @@ class HardwareStation(Diagram):
         self.set_name("station")
 
     def receive(self, root: Context) -> None:
-        """Takes what the link has heard onto the ports.
+        """Takes the packets that the link has heard onto the ports.
 
         Args:
-            root: Context of the whole diagram, between two steps.
+            root: Context of the whole diagram, between two steps of it.
         """
         self._robot.receive(self._robot.GetMyMutableContextFromRoot(root))
 

@@ -21,14 +21,14 @@ class Mailbox:
     present one; `RobotLink.flush` is how to get at the newest.
 
     Attributes:
-        channel: The channel.
-        data: The latest packet; None before the first one.
-        received: When it was handed over, by the wall clock [s].
-        count: How many packets there were.
+        channel: Name of the LCM channel.
+        data: The latest packet, encoded; None before the first one.
+        received: When it was handed over, by our wall clock [s].
+        count: Number of packets so far.
     """
 
     def __init__(self, lcm: DrakeLcm, channel: str):
-        """Subscribes."""
+        """Subscribes to a channel."""
         self.channel = channel
         self.data: bytes | None = None
         self.received = 0.0
@@ -37,7 +37,7 @@ class Mailbox:
 
     @property
     def stamp(self) -> float:
-        """Wall clock of the sender when it sent the latest packet [s].
+        """Stamp of the latest packet, by the sender's wall clock [s].
 
         Every status begins with its stamp, after LCM's fingerprint; it is
         read without decoding the rest. NaN before the first packet.

@@ -1,4 +1,4 @@
-"""`Measurement`: the latest of everything that the drivers told."""
+"""`Measurement`: the latest state of arm, base and gripper from the wire."""
 
 import dataclasses as dc
 import math
@@ -21,12 +21,12 @@ class Measurement:
     leaves the state before it in place; its stream says what was wrong.
 
     Attributes:
-        arm: The arm.
-        arm_stream: Its statuses.
-        base: The base.
-        base_stream: Its statuses.
-        hand: The gripper.
-        counts: Packets so far, from arm, base and gripper.
+        arm: Latest good state of the arm.
+        arm_stream: Timing and faults of the arm's status channel.
+        base: Latest good state of the base.
+        base_stream: Timing and faults of the base's status channel.
+        hand: Latest good state of the gripper.
+        counts: Numbers of packets so far, from arm, base and gripper.
         moving_since: Since when the arm has been told to move, by our wall
             clock [s]; infinite while it is told to stand.
     """
@@ -50,14 +50,14 @@ def with_arm_status(
     n: int,
     config: HardwareConfig,
 ) -> Measurement:
-    """The measurement after a packet from the arm.
+    """Returns the measurement after a status packet from the arm.
 
     Args:
-        measurement: The latest one.
-        data: The packet.
+        measurement: The measurement before.
+        data: The encoded packet.
         received: When it came, by our wall clock [s].
-        n: Number of joints that the arm has.
-        config: Expiry times.
+        n: Number of the arm's joints.
+        config: The expiry times.
     """
     stream, before = measurement.arm_stream, measurement.arm
     try:
@@ -87,7 +87,14 @@ def with_base_status(
     received: float,
     config: HardwareConfig,
 ) -> Measurement:
-    """The measurement after a packet from the base; see the arm's."""
+    """Returns the measurement after a status packet from the base.
+
+    Args:
+        measurement: The measurement before.
+        data: The encoded packet.
+        received: When it came, by our wall clock [s].
+        config: The expiry times.
+    """
     stream = measurement.base_stream
     try:
         base = decode_base_status(data)
@@ -103,9 +110,10 @@ def with_base_status(
 
 
 def with_hand_status(measurement: Measurement, data: bytes) -> Measurement:
-    """The measurement after a packet from the gripper; broken ones are lost.
+    """Returns the measurement after a status packet from the gripper.
 
-    Nothing that keeps the robot safe rests on the gripper's width.
+    A broken packet is ignored: nothing that keeps the robot safe rests on
+    the gripper's width.
     """
     try:
         return dc.replace(measurement, hand=decode_hand_status(data))

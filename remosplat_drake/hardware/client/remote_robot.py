@@ -1,4 +1,4 @@
-"""`RemoteRobot`: the ports of a station, at the near end of a wire."""
+"""`RemoteRobot`: the ports of a station, for a robot at the end of a wire."""
 
 import dataclasses as dc
 
@@ -27,7 +27,7 @@ from remosplat_drake.station.commands import CommandInputs
 
 
 class RemoteRobot(LeafSystem):
-    """A robot whose drivers are elsewhere.
+    """A robot whose drivers are other processes, reached by LCM.
 
     .. pydrake_system::
 
@@ -47,9 +47,11 @@ class RemoteRobot(LeafSystem):
     The context's time is the wall clock, in seconds of the Unix epoch.
     Nothing happens on its own: `receive` takes what the link has heard into
     the state (initialization does, too), a forced publish sends the commands.
-    A loop that has stopped ticking falls silent, and the drivers stop.
+    A loop that has stopped ticking falls silent, and the drivers' watchdogs
+    stop the robot.
 
-    Names are those of `ports.station_ports`. `base.pose_measured` is the
+    Names are those of `signals.station_ports`; a fixed robot has no `base`
+    ports, one without a gripper no `hand` ports. `base.pose_measured` is the
     odometry, extrapolated to the context's time. Before the first status of
     a part its outputs are NaN. A command that is not finite is replaced by
     zeros, one beyond the base's limits is scaled to them, and `status` says so.
@@ -61,9 +63,9 @@ class RemoteRobot(LeafSystem):
         """Declares state and ports.
 
         Args:
-            robot: The robot.
-            link: The wire to it.
-            config: Expiry times and channels.
+            robot: The robot; its description names the ports.
+            link: The LCM connection to its drivers.
+            config: The expiry times and the channels' names.
         """
         super().__init__()
         self._robot = robot
@@ -105,13 +107,15 @@ class RemoteRobot(LeafSystem):
         return context.get_abstract_state(int(self._cell)).get_value()
 
     def receive(self, context: Context) -> None:
-        """Takes what the link has heard into the state, between two steps.
+        """Takes the packets that the link has heard into the state.
+
+        It is called between two steps of the diagram.
 
         An event of each step would do the same, but copy the state of the
         whole diagram every time.
 
         Args:
-            context: The system's own.
+            context: The system's own context.
         """
         value = context.get_mutable_abstract_state(int(self._cell))
         value.set_value(self._link.updated(value.get_value()))

@@ -1,4 +1,4 @@
-"""`RobotLink`: the LCM end of a robot, packets in and commands out."""
+"""`RobotLink`: the LCM connection to a robot, statuses in, commands out."""
 
 import dataclasses as dc
 import math
@@ -28,29 +28,34 @@ from remosplat_drake.hardware.wire.panda import encode_panda_command
 from remosplat_drake.robot.robot_model import RobotModel
 
 ARM_PERIOD = 1e-3
-"""Time between two statuses of the arm [s]."""
+"""Period of the arm's statuses [s]."""
 
 _MOVING = 0.02
 """Joint rate from which the arm is expected to move measurably [rad/s]."""
 
 
 class RobotLink:
-    """Talks to the drivers of one robot.
+    """Talks to the drivers of one robot by LCM.
 
     It outlives the diagram: when that fails, whoever runs it can still bring
     the robot to rest.
 
     Attributes:
-        lcm: Where the messages are.
-        arm: The arm's statuses.
-        base: The base's statuses; None for a fixed robot.
-        hand: The gripper's statuses; None for a robot without one.
-        u: The command that was sent last, shape (n_u,).
-        sent: When that was, by the wall clock [s]; -inf before the first.
+        lcm: The LCM network.
+        arm: Mailbox of the arm's statuses.
+        base: Mailbox of the base's statuses; None for a fixed robot.
+        hand: Mailbox of the gripper's statuses; None for a robot without
+            one.
+        u: The command that was sent last, shape (n_u,) [m/s, rad/s].
+        sent: When it was sent, by our wall clock [s]; -inf before the first.
     """
 
     def __init__(self, config: HardwareConfig, robot: RobotModel):
-        """Opens the wire; nothing is sent.
+        """Subscribes to the drivers' statuses; nothing is sent.
+
+        Args:
+            config: LCM URL, channels, expiry times and the base's limits.
+            robot: The robot.
 
         Raises:
             FieldError: A value of the configuration is unusable.
@@ -78,11 +83,11 @@ class RobotLink:
         )
 
     def take_out(self) -> None:
-        """Takes out the packets that wait, so that newer ones are kept."""
+        """Empties Drake's subscriptions, so that they keep newer packets."""
         self.lcm.HandleSubscriptions(0)
 
     def flush(self, timeout: float) -> bool:
-        """Gets the newest packets.
+        """Fetches the newest packets into the mailboxes.
 
         Those that waited in Drake's subscriptions are the oldest since the
         last call. They are taken out first; unless the arm's status among
@@ -90,7 +95,7 @@ class RobotLink:
         at most.
 
         Args:
-            timeout: How long to wait for the arm [s].
+            timeout: Longest wait for the arm [s].
 
         Returns:
             Whether the arm was heard within the timeout.
@@ -134,7 +139,7 @@ class RobotLink:
             }
 
     def updated(self, measurement: Measurement) -> Measurement:
-        """The measurement with the packets that it does not know yet."""
+        """Adds the packets that a measurement does not know yet to it."""
         n = len(self._robot.description.arm.joints)
         boxes = (self.arm, self.base, self.hand)
         counts = tuple(box.count if box else 0 for box in boxes)
@@ -162,10 +167,10 @@ class RobotLink:
         )
 
     def command_problem(self, u: np.ndarray) -> str:
-        """Why a command must not be sent as it is; empty if it may.
+        """Says why a command must not be sent as it is; empty if it may.
 
         Args:
-            u: Velocities, shape (n_u,).
+            u: Base and arm velocities, shape (n_u,) [m/s, rad/s].
         """
         found = excess(u, self._lower, self._upper)
         if found is None:
@@ -178,12 +183,12 @@ class RobotLink:
         )
 
     def send(self, u: np.ndarray) -> None:
-        """Sends a command to base and arm, stamped now.
+        """Sends a velocity command to base and arm, stamped now.
 
         Args:
-            u: Velocities, shape (n_u,); scaled as a whole to the base's
-                limits, and replaced by zeros where not finite. Either is a
-                fault, for which the station's status has a reason.
+            u: Velocities, shape (n_u,) [m/s, rad/s]; scaled as a whole to the
+                base's limits, and replaced by zeros where not finite. Either
+                is a fault, for which the station's status has a reason.
         """
         if not np.isfinite(u).all():
             u = np.zeros_like(u)
@@ -202,7 +207,12 @@ class RobotLink:
             self._moving_since = now
 
     def send_hand(self, width: float, force: float) -> None:
-        """Sends a command to the gripper if one is due."""
+        """Sends a command to the gripper, at most one each `hand_period`.
+
+        Args:
+            width: Opening to go to [m].
+            force: Bound on the gripping force [N].
+        """
         now = time.time()
         if now - self._hand_sent >= self._config.hand_period:
             self._hand_sent = now

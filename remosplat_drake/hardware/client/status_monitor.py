@@ -26,16 +26,16 @@ _STANDS = {"guiding", "reflex", "user_stopped", "automatic_error_recovery"}
 def station_status(
     measurement: Measurement, config: HardwareConfig, has_base: bool, now: float
 ) -> StationStatus:
-    """The status that the measurement amounts to at a time.
+    """Decides whether the robot is there and may move.
 
-    Its age is that of the arm's state. The base's odometry is slower, is
-    extrapolated to now, and has a limit of its own.
+    The status' age is that of the arm's state. The base's odometry is
+    slower, is extrapolated to now, and has an expiry of its own.
 
     Args:
-        measurement: The latest from the drivers.
-        config: Expiry times and channels.
-        has_base: Whether the robot has a base.
-        now: Wall clock [s].
+        measurement: The latest states from the drivers.
+        config: Expiry times, and the channels to name in reasons.
+        has_base: Whether the robot has a mobile base.
+        now: Our wall clock [s].
     """
     arm, base = measurement.arm, measurement.base
     reason = _arm_problem(measurement, config, now)

@@ -1,4 +1,4 @@
-"""What is known about a stream of stamped messages, and what is wrong."""
+"""Whether a stream of stamped messages is fresh, frozen, late or broken."""
 
 import dataclasses as dc
 import math
@@ -6,16 +6,17 @@ import math
 
 @dc.dataclass(frozen=True)
 class Stream:
-    """The history of a channel, in a few numbers.
+    """The history of one status channel, in a few numbers.
 
     Attributes:
-        stamp: Of the latest good message, by the sender's wall clock [s].
+        stamp: Stamp of the latest good message, by the sender's wall clock
+            [s].
         received: When the latest message came, by our wall clock [s].
         jump: How far the sender's clock was set, by the latest message that
             showed it [s]; 0 if it was never set.
         changed: When the content of a message last differed from the one
             before, by our wall clock [s].
-        broken: What is wrong with the latest message; empty if it is good.
+        broken: What is wrong with the latest message; empty if nothing is.
     """
 
     stamp: float = -math.inf
@@ -27,10 +28,11 @@ class Stream:
 
 @dc.dataclass(frozen=True)
 class StreamLimits:
-    """When a stream is no longer to be trusted.
+    """When a stream of messages is no longer to be trusted.
 
     Attributes:
-        expiry: Age, past or future, at which a stamp is stale [s].
+        expiry: Difference from our clock, into the past or the future, at
+            which a stamp is stale [s].
         frozen_after: How long the content may stay the same while it should
             be changing [s].
     """
@@ -42,17 +44,17 @@ class StreamLimits:
 def advanced(
     stream: Stream, stamp: float, received: float, changed: bool, expiry: float
 ) -> Stream:
-    """The stream after another good message.
+    """Returns a stream's history after another good message.
 
     A clock that was set shows as stamps that advance by another amount than
     the time between their arrivals.
 
     Args:
-        stream: The stream so far.
-        stamp: Of the new message [s].
-        received: When it came [s].
-        changed: Whether its content differs from the latest one's.
-        expiry: Jumps that are smaller do no harm [s].
+        stream: The history so far.
+        stamp: Stamp of the new message, by the sender's wall clock [s].
+        received: When it came, by our wall clock [s].
+        changed: Whether its content differs from that of the message before.
+        expiry: Size from which on a jump of the clock is noted [s].
     """
     first = math.isinf(stream.stamp)
     jump = (stamp - stream.stamp) - (received - stream.received)
@@ -65,20 +67,27 @@ def advanced(
 
 
 def broken(stream: Stream, received: float, problem: str) -> Stream:
-    """The stream after a message that cannot be used."""
+    """Returns a stream's history after a message that cannot be used.
+
+    Args:
+        stream: The history so far.
+        received: When the message came, by our wall clock [s].
+        problem: What is wrong with it.
+    """
     return dc.replace(stream, received=received, broken=problem)
 
 
 def stream_problem(
     stream: Stream, now: float, limits: StreamLimits, should_change: bool
 ) -> str:
-    """What is wrong with a stream, in a few words; empty if nothing is.
+    """Says in a few words what is wrong with a stream; empty if nothing is.
 
     Args:
-        stream: The stream.
-        now: Wall clock [s].
-        limits: What may be.
-        should_change: Whether the robot was told to move.
+        stream: The stream's history.
+        now: Our wall clock [s].
+        limits: When a stream is stale or frozen.
+        should_change: Whether the content should be changing by now, because
+            the robot has been told to move.
     """
     if math.isinf(stream.received):
         return "nothing came yet"

@@ -1,4 +1,4 @@
-"""The base driver's rules for `BASE_COMMAND`.
+"""The mobile base driver's rules for `BASE_COMMAND`: watchdog and clamping.
 
 Two watchdogs guard the base: stamps expire as the arm's do, and a base that
 hears nothing for 0.2 s stops whatever the stamps said. A command beyond the
@@ -21,12 +21,14 @@ from remosplat_drake.hardware.wire.packets import (
 )
 
 WATCHDOG = 0.2
-"""Silence after which the base stops [s]."""
+"""Time without a command after which the base stops [s]."""
 
 
 @dc.dataclass(frozen=True)
 class BaseMaxima:
-    """What the LD-60's ROS node is configured to carry out.
+    """Greatest velocities that the base carries out.
+
+    The defaults are those of the LD-60's ROS node.
 
     Attributes:
         forward: Greatest speed forward [m/s].
@@ -42,14 +44,17 @@ class BaseMaxima:
 def clamped(
     forward: float, yaw_rate: float, maxima: BaseMaxima
 ) -> tuple[float, float]:
-    """A command within the maxima, scaled as a whole so that its arc stays.
+    """Scales a command as a whole into the maxima, so that its arc stays.
 
     A command that is not finite becomes a stop.
 
     Args:
-        forward: Speed asked for [m/s].
-        yaw_rate: Turning rate asked for [rad/s].
-        maxima: The bounds.
+        forward: Commanded speed forward [m/s].
+        yaw_rate: Commanded turning rate [rad/s].
+        maxima: The greatest velocities.
+
+    Returns:
+        Speed forward and turning rate [m/s, rad/s].
     """
     u = np.array([forward, yaw_rate])
     if not np.isfinite(u).all():
@@ -62,7 +67,11 @@ def clamped(
 
 
 class BaseCommands:
-    """The latest command, for as long as it counts."""
+    """The base's latest velocity command, until it expires.
+
+    Attributes:
+        received: Number of good commands so far.
+    """
 
     def __init__(
         self,
@@ -73,9 +82,11 @@ class BaseCommands:
         """Starts without a command.
 
         Args:
-            maxima: Bounds on what is carried out.
-            expiry: How far a stamp may be from the driver's clock [s].
-            watchdog: Silence after which the base stops [s].
+            maxima: Greatest velocities that are carried out; None takes
+                the LD-60's.
+            expiry: Greatest difference between a stamp and the driver's
+                clock [s].
+            watchdog: Time without a command after which the base stops [s].
         """
         self._maxima = maxima or BaseMaxima()
         self._expiry = expiry
@@ -86,11 +97,11 @@ class BaseCommands:
         self.received = 0
 
     def receive(self, data: bytes, time: float) -> None:
-        """Takes a message from the wire; one that is none is ignored.
+        """Takes in a message; a broken one is ignored.
 
         Args:
             data: The encoded `base_command`.
-            time: A clock that never jumps [s].
+            time: Time now, by a clock that never jumps [s].
         """
         try:
             message = decode(base_command, data)
@@ -104,11 +115,14 @@ class BaseCommands:
         self.received += 1
 
     def velocity(self, now: int, time: float) -> tuple[float, float]:
-        """Forward speed and yaw rate to aim for [m/s, rad/s].
+        """Returns the velocity to aim for; zero once the command expired.
 
         Args:
             now: The driver's wall clock [us].
-            time: The clock that `receive` was given [s].
+            time: Time now, by the clock that `receive` was given [s].
+
+        Returns:
+            Speed forward and turning rate [m/s, rad/s].
         """
         silence = time - self._arrival
         expired = is_expired(self._utime, now, self._expiry)

@@ -1,4 +1,4 @@
-"""What connecting to a Franka controller can run into."""
+"""Connecting to a Franka controller: is it there, and what does it say?"""
 
 import socket
 
@@ -9,14 +9,16 @@ _PATIENCE = 3.0
 
 
 def check_reachable(host: str, hand: bool = False) -> None:
-    """Libfranka alone would wait for minutes for a host that is not there.
+    """Checks that a Franka controller answers.
+
+    Libfranka alone would wait for minutes for a host that is not there.
 
     Args:
         host: Name or address of the arm's controller.
-        hand: Whether the hand is wanted, which has a port of its own.
+        hand: Whether to ask for the hand, which has a TCP port of its own.
 
     Raises:
-        RemoSplatError: Nobody answers.
+        RemoSplatError: Nobody answers within three seconds.
     """
     port = _HAND_PORT if hand else _ARM_PORT
     try:
@@ -29,5 +31,5 @@ def check_reachable(host: str, hand: bool = False) -> None:
 
 
 def one_line(error: Exception) -> str:
-    """What an error of libfranka says, without its line breaks."""
+    """Returns the text of an error of libfranka without line breaks."""
     return " ".join(str(error).split())

@@ -1,4 +1,4 @@
-"""`HandDriver`: `PANDA_HAND_COMMAND` and its status for a Franka hand."""
+"""`HandDriver`: serves `PANDA_HAND_COMMAND` with a Franka hand."""
 
 import math
 import threading
@@ -19,14 +19,18 @@ from remosplat_drake.hardware.wire.inbox import Inbox
 
 
 class FrankaHand(Protocol):
-    """A hand that moves when told, and what it measures."""
+    """What `HandDriver` needs of a Franka hand, real or simulated."""
 
     def width(self) -> float:
-        """Opening of the fingers [m]."""
+        """Returns the opening of the fingers [m]."""
         ...
 
     def go_to(self, width: float, force: float) -> None:
-        """Moves the fingers [m, N]; returns when they have stopped.
+        """Moves the fingers, and returns when they have stopped.
+
+        Args:
+            width: Opening to go to [m].
+            force: Bound on the gripping force [N].
 
         Raises:
             RemoSplatError: They did not move as told.
@@ -35,7 +39,7 @@ class FrankaHand(Protocol):
 
 
 class HandDriver:
-    """Commands in, motions and statuses out, a tenth of a second a `step`.
+    """Hears commands, moves the hand and publishes statuses, at 10 Hz.
 
     A command is carried out once: equal ones after it are ignored, and of
     those that come during a motion the last one counts.
@@ -45,8 +49,8 @@ class HandDriver:
         """Subscribes; the fingers stay where they are.
 
         Args:
-            lcm: The station's wire.
-            hand: The hand.
+            lcm: The LCM network.
+            hand: The hand under control.
         """
         self._lcm = lcm
         self._hand = hand
@@ -58,7 +62,7 @@ class HandDriver:
         self._last = (math.nan, 0)
 
     def step(self, now: int) -> None:
-        """Hears, moves and tells.
+        """Runs one period: hears commands, starts a motion, publishes.
 
         Args:
             now: Wall clock [us].

@@ -1,4 +1,4 @@
-"""The hand's messages, which are those of Schunk's gripper: millimetres."""
+"""The Franka hand's messages: those of Schunk's gripper, in millimetres."""
 
 import math
 
@@ -13,7 +13,14 @@ _MILLIMETRES = 1e3
 
 
 def read_command(data: bytes) -> tuple[float, float] | None:
-    """Width and force of a command [m, N]; None if it is broken."""
+    """Decodes a command to the hand.
+
+    Args:
+        data: The encoded lcmt_schunk_wsg_command.
+
+    Returns:
+        Width and force [m, N]; None if the message is broken.
+    """
     try:
         message = decode(lcmt_schunk_wsg_command, data)
     except BrokenMessage:
@@ -23,11 +30,11 @@ def read_command(data: bytes) -> tuple[float, float] | None:
 
 
 def hand_status(width: float, rate: float, now: int) -> lcmt_schunk_wsg_status:
-    """The status message of a hand.
+    """Makes the status message of a hand.
 
     Args:
         width: Opening of the fingers [m].
-        rate: Its rate [m/s].
+        rate: Rate of the opening [m/s].
         now: Wall clock [us].
     """
     message = lcmt_schunk_wsg_status()

@@ -19,20 +19,22 @@ from remosplat_drake.hardware.wire.packets import (
 )
 
 JOINTS = 7
+"""Number of the Panda's joints."""
 
 
 class CommandError(RemoSplatError):
-    """A message that makes the driver give up, as the real one does."""
+    """A command that makes the driver exit, as drake-franka-driver does."""
 
     def __init__(self, field: str, problem: str):
         super().__init__(f"{PANDA_COMMAND}: {field}: {problem}")
 
 
 def checked_velocity(message: lcmt_panda_command) -> np.ndarray:
-    """The joint rates of a velocity command, shape (7,) [rad/s].
+    """Returns the joint rates of a velocity command, shape (7,) [rad/s].
 
     Raises:
-        CommandError: It is not one.
+        CommandError: The message is no finite velocity command of seven
+            joints.
     """
     mode = int(PandaControlMode.kVelocity)
     if message.control_mode_expected != mode:
@@ -57,13 +59,19 @@ def checked_velocity(message: lcmt_panda_command) -> np.ndarray:
 
 
 class PandaCommands:
-    """The latest command, for as long as it counts."""
+    """The arm's latest velocity command, until it expires.
+
+    Attributes:
+        received: Number of commands so far.
+        expired: How often a command has expired without a successor.
+    """
 
     def __init__(self, expiry: float = COMMAND_EXPIRY):
         """Starts without a command.
 
         Args:
-            expiry: How far a stamp may be from the driver's clock [s].
+            expiry: Greatest difference between a stamp and the driver's
+                clock [s].
         """
         self._expiry = expiry
         self._velocity: np.ndarray | None = None
@@ -72,10 +80,10 @@ class PandaCommands:
         self.expired = 0
 
     def receive(self, data: bytes) -> None:
-        """Takes a message from the wire.
+        """Takes in an encoded lcmt_panda_command.
 
         Raises:
-            CommandError: It is no velocity command.
+            CommandError: The message is no velocity command.
         """
         try:
             message = decode(lcmt_panda_command, data)
@@ -86,10 +94,13 @@ class PandaCommands:
         self.received += 1
 
     def velocity(self, now: int) -> np.ndarray:
-        """The joint rates to aim for, shape (7,); zeros without a command.
+        """Returns the joint rates to aim for; zeros once the command expired.
 
         Args:
             now: The driver's wall clock [us].
+
+        Returns:
+            Joint rates, shape (7,) [rad/s].
         """
         if self._velocity is None:
             return np.zeros(JOINTS)

@@ -1,4 +1,4 @@
-"""`PandaDriver`: `PANDA_COMMAND` and `PANDA_STATUS` for an arm of libfranka.
+"""`PandaDriver`: serves `PANDA_COMMAND` with a Franka Panda arm, at 1 kHz.
 
 It keeps drake-franka-driver's rules. Between the wire and the arm stands the
 same filter as in libfranka's velocity mode.
@@ -24,10 +24,10 @@ from remosplat_drake.hardware.wire.inbox import Inbox
 
 
 class FrankaArm(Protocol):
-    """An arm that takes joint rates, and what it tells."""
+    """What `PandaDriver` needs of an arm: joint rates in, states out."""
 
     def state(self) -> Any:
-        """The latest `RobotState`, with the attributes of libfranka's."""
+        """Returns the latest `RobotState`, with libfranka's attributes."""
         ...
 
     def set_velocity(self, velocity: np.ndarray) -> None:
@@ -35,19 +35,19 @@ class FrankaArm(Protocol):
         ...
 
     def problem(self) -> str:
-        """Why the arm has stopped by itself; empty while it has not."""
+        """Says why the arm has stopped by itself; empty while it has not."""
         ...
 
 
 class PandaDriver:
-    """Commands in, joint rates and statuses out, a millisecond a `step`."""
+    """Hears commands, sets joint rates and publishes statuses, at 1 kHz."""
 
     def __init__(self, lcm: DrakeLcmInterface, arm: FrankaArm):
         """Subscribes; nothing moves before a command comes.
 
         Args:
-            lcm: The station's wire.
-            arm: The arm, under control.
+            lcm: The LCM network.
+            arm: The arm under control.
         """
         self._lcm = lcm
         self._arm = arm
@@ -56,13 +56,13 @@ class PandaDriver:
         self._command: JointCommand = AT_REST
 
     def step(self, now: int) -> None:
-        """Hears, moves and tells.
+        """Runs one millisecond: hears commands, sets rates, publishes.
 
         Args:
             now: Wall clock [us].
 
         Raises:
-            CommandError: A message was no velocity command.
+            CommandError: A message was no velocity command; stop the arm.
         """
         for _, data in self._inbox.fetch():
             self._commands.receive(data)
@@ -71,7 +71,11 @@ class PandaDriver:
         self._lcm.Publish(PANDA_STATUS, status.encode())
 
     def brake(self) -> bool:
-        """One millisecond of a ramp to zero; whether the arm stands."""
+        """Runs one millisecond of a ramp to zero velocity.
+
+        Returns:
+            Whether the commanded rates have come to zero.
+        """
         self._advance(np.zeros(JOINTS))
         return not np.abs(self._command.velocity).max() > 1e-4
 
@@ -83,14 +87,14 @@ class PandaDriver:
 def panda_status(
     state: Any, command: JointCommand, now: int
 ) -> lcmt_panda_status:
-    """The message that drake-franka-driver would make of a robot's state.
+    """Makes the status message that drake-franka-driver would make.
 
     Desired rates and accelerations are the driver's own: an arm under torque
     control knows none.
 
     Args:
-        state: A `RobotState`.
-        command: What the driver has commanded.
+        state: A `RobotState` of libfranka.
+        command: The driver's latest command to the joints.
         now: Wall clock [us].
     """
     status = lcmt_panda_status()

@@ -1,4 +1,4 @@
-"""What the Panda lets a 1 kHz velocity command do: libfranka's filter.
+"""Rate limits of the Panda's velocity commands: libfranka's 1 kHz filter.
 
 The limits are those of Franka's table for the Panda (FER), not of the FR3.
 Derivatives are backward differences over one tick, as the robot takes them.
@@ -13,23 +13,23 @@ TICK = 1e-3
 """Period of the robot's control loop [s]."""
 
 LOW_PASS = 30.0
-"""Cutoff of the low pass before the limiter, as drake-franka-driver sets it
-[Hz]."""
+"""Cutoff frequency of the low-pass filter before the limiter [Hz], as
+drake-franka-driver sets it."""
 
 POSITION_LOWER = np.array(
     [-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973]
 )
-"""Lower ends of the joints [rad]."""
+"""Lower position limits of the joints, shape (7,) [rad]."""
 
 POSITION_UPPER = np.array(
     [2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973]
 )
-"""Upper ends of the joints [rad]."""
+"""Upper position limits of the joints, shape (7,) [rad]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class RateLimits:
-    """Bounds on a joint command, each of shape (7,).
+    """Bounds on joint velocity commands, each of shape (7,).
 
     Attributes:
         velocity: Bounds on |qd| [rad/s].
@@ -47,7 +47,7 @@ PANDA = RateLimits(
     acceleration=np.array([15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0]),
     jerk=np.array([7500.0, 3750, 5000, 6250, 7500, 10000, 10000]),
 )
-"""A command beyond these makes the robot abort its motion."""
+"""The Panda's own limits: a command beyond them makes it abort the motion."""
 
 _MARGIN = 1e-3
 _LOST_PACKETS = 3
@@ -65,7 +65,7 @@ extrapolates three lost packets stays within its bounds."""
 
 @dc.dataclass(frozen=True, eq=False)
 class JointCommand:
-    """The command of one tick.
+    """The velocity command to the joints in one tick.
 
     Attributes:
         velocity: Commanded joint rates, shape (7,) [rad/s].
@@ -83,11 +83,11 @@ AT_REST = JointCommand(np.zeros(7), np.zeros(7))
 def low_pass(
     target: np.ndarray, previous: np.ndarray, cutoff: float = LOW_PASS
 ) -> np.ndarray:
-    """One tick of a first-order low pass.
+    """Advances a first-order low-pass filter by one tick.
 
     Args:
-        target: What is asked for, shape (n,).
-        previous: The previous output, shape (n,).
+        target: The filter's input, shape (n,).
+        previous: The filter's previous output, shape (n,).
         cutoff: Cutoff frequency [Hz].
     """
     gain = TICK / (TICK + 1.0 / (2.0 * math.pi * cutoff))
@@ -97,16 +97,16 @@ def low_pass(
 def limit_rate(
     target: np.ndarray, last: JointCommand, limits: RateLimits = LIMITER
 ) -> JointCommand:
-    """The command closest to a target that one tick allows.
+    """Returns the command closest to a target that one tick allows.
 
     Near the greatest velocity the acceleration is bounded in proportion to
     what is left of the velocity. The command then approaches its bound with
     a jerk that never exceeds its own. The law is libfranka's.
 
     Args:
-        target: Joint rates asked for, finite, shape (7,) [rad/s].
+        target: Wanted joint rates, finite, shape (7,) [rad/s].
         last: The command of the tick before, within the limits.
-        limits: The bounds.
+        limits: Bounds on velocity, acceleration and jerk.
     """
     slope = limits.jerk / limits.acceleration
     upper = np.minimum(
@@ -125,5 +125,10 @@ def limit_rate(
 
 
 def next_command(target: np.ndarray, last: JointCommand) -> JointCommand:
-    """Low pass, then limiter: what the robot is told in the next tick."""
+    """Filters and limits a target: what the robot is told in the next tick.
+
+    Args:
+        target: Wanted joint rates, finite, shape (7,) [rad/s].
+        last: The command of the tick before, within the limits.
+    """
     return limit_rate(low_pass(target, last.velocity), last)

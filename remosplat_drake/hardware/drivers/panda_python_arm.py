@@ -19,7 +19,7 @@ from remosplat_drake.hardware.drivers.franka_host import (
 
 
 class PandaPythonArm:
-    """An arm under control, until `close`."""
+    """A `FrankaArm` under joint velocity control, until `close`."""
 
     def __init__(self, host: str):
         """Connects and takes control; the arm stands still.
@@ -53,7 +53,7 @@ class PandaPythonArm:
             raise RemoSplatError(f"{host}: {one_line(error)}") from error
 
     def state(self) -> Any:
-        """The latest `RobotState`."""
+        """Returns the latest `RobotState` of libfranka."""
         return self._panda.get_state()
 
     def set_velocity(self, velocity: np.ndarray) -> None:
@@ -61,7 +61,7 @@ class PandaPythonArm:
         self._controller.set_control(velocity)
 
     def problem(self) -> str:
-        """Why the arm has stopped by itself; empty while it has not."""
+        """Says why the arm has stopped by itself; empty while it has not."""
         try:
             self._panda.raise_error()
         except RuntimeError as error:
@@ -69,5 +69,5 @@ class PandaPythonArm:
         return ""
 
     def close(self) -> None:
-        """Gives up control; the arm should stand."""
+        """Gives up control; the arm should stand still by then."""
         self._panda.stop_controller()

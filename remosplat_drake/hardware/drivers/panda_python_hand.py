@@ -13,7 +13,7 @@ _NARROWER = 1e-3
 
 
 class PandaPythonHand:
-    """A hand that has found its zero."""
+    """A `FrankaHand` that has been homed and is ready to move."""
 
     def __init__(self, host: str):
         """Connects; the fingers open once to find their range.
@@ -36,7 +36,7 @@ class PandaPythonHand:
             raise RemoSplatError(f"{host}: {one_line(error)}") from error
 
     def width(self) -> float:
-        """Opening of the fingers [m].
+        """Returns the opening of the fingers [m].
 
         Raises:
             RemoSplatError: The connection is lost.
@@ -51,7 +51,7 @@ class PandaPythonHand:
 
         Args:
             width: Opening to go to [m].
-            force: Of the grip [N].
+            force: Gripping force [N].
 
         Raises:
             RemoSplatError: The hand refuses, or the connection is lost.

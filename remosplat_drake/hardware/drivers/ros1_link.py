@@ -19,14 +19,14 @@ DEBIAN_PACKAGES = "/usr/lib/python3/dist-packages"
 
 
 class Ros1Link:
-    """A node that writes `cmd_vel` and reads `odom`."""
+    """A `RosLink` by rospy: a node that writes cmd_vel and reads odom."""
 
     def __init__(self, command_topic: str, odometry_topic: str):
         """Joins ROS; the environment says where its master is.
 
         Args:
-            command_topic: Of geometry_msgs/Twist.
-            odometry_topic: Of nav_msgs/Odometry.
+            command_topic: Topic of the geometry_msgs/Twist commands.
+            odometry_topic: Topic of the nav_msgs/Odometry measurements.
 
         Raises:
             RemoSplatError: There is no rospy, or no master answers.
@@ -64,13 +64,13 @@ class Ros1Link:
         )
 
     def publish(self, forward: float, yaw_rate: float) -> None:
-        """Sends a Twist [m/s, rad/s]."""
+        """Sends a Twist with these speeds [m/s, rad/s]."""
         self._publisher.publish(write_twist(self._twist(), forward, yaw_rate))
 
     def fetch(self) -> list[Odometry]:
-        """Odometry that has come since the last call, oldest first."""
+        """Returns the odometry since the last call, oldest first."""
         return self._queue.fetch()
 
     def close(self) -> None:
-        """Leaves ROS."""
+        """Shuts the ROS node down."""
         self._rospy.signal_shutdown("done")

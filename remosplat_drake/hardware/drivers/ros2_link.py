@@ -9,14 +9,14 @@ from remosplat_drake.hardware.drivers.ros_conversion import (
 
 
 class Ros2Link:
-    """A DDS participant that writes `cmd_vel` and reads `odom`."""
+    """A `RosLink` by DDS: a participant that writes cmd_vel and reads odom."""
 
     def __init__(self, command_topic: str, odometry_topic: str, domain: int):
         """Joins a ROS 2 domain.
 
         Args:
-            command_topic: Of geometry_msgs/msg/Twist.
-            odometry_topic: Of nav_msgs/msg/Odometry.
+            command_topic: Topic of the geometry_msgs/msg/Twist commands.
+            odometry_topic: Topic of the nav_msgs/msg/Odometry measurements.
             domain: The robot's ROS_DOMAIN_ID.
 
         Raises:
@@ -54,11 +54,11 @@ class Ros2Link:
             raise RemoSplatError(f"DDS domain {domain}: {error}") from error
 
     def publish(self, forward: float, yaw_rate: float) -> None:
-        """Sends a Twist [m/s, rad/s]."""
+        """Sends a Twist with these speeds [m/s, rad/s]."""
         self._writer.write(write_twist(self._twist(), forward, yaw_rate))
 
     def fetch(self) -> list[Odometry]:
-        """Odometry that has come since the last call, oldest first."""
+        """Returns the odometry since the last call, oldest first."""
         return [
             read_odometry(sample)
             for sample in self._reader.take(N=10)
@@ -66,4 +66,4 @@ class Ros2Link:
         ]
 
     def close(self) -> None:
-        """Leaves ROS: the participant goes with this object."""
+        """Does nothing: the DDS participant goes with this object."""

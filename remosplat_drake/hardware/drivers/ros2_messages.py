@@ -16,7 +16,7 @@ from cyclonedds.idl.types import array, float64, int32, uint32
 
 
 def dds_topic(topic: str) -> str:
-    """The DDS name of a ROS 2 topic."""
+    """Returns the DDS name of a ROS 2 topic: `rt/cmd_vel` for `/cmd_vel`."""
     return f"rt/{topic.strip('/')}"
 
 
@@ -27,7 +27,7 @@ def _zeros36() -> list[float]:
 @dc.dataclass
 @final
 class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
-    """Seconds and nanoseconds of the Unix epoch."""
+    """builtin_interfaces/Time: seconds and nanoseconds of the Unix epoch."""
 
     sec: int32 = 0
     nanosec: uint32 = 0
@@ -36,7 +36,7 @@ class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
 @dc.dataclass
 @final
 class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
-    """When and in which frame."""
+    """std_msgs/Header: when and in which frame something was measured."""
 
     stamp: Time = dc.field(default_factory=Time)
     frame_id: str = ""
@@ -45,7 +45,7 @@ class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
 @dc.dataclass
 @final
 class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
-    """A vector."""
+    """geometry_msgs/Vector3: a vector."""
 
     x: float64 = 0.0
     y: float64 = 0.0
@@ -55,7 +55,7 @@ class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
 @dc.dataclass
 @final
 class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
-    """A velocity [m/s, rad/s]."""
+    """geometry_msgs/Twist: linear and angular velocity [m/s, rad/s]."""
 
     linear: Vector3 = dc.field(default_factory=Vector3)
     angular: Vector3 = dc.field(default_factory=Vector3)
@@ -64,7 +64,7 @@ class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
 @dc.dataclass
 @final
 class Point(IdlStruct, typename="geometry_msgs::msg::dds_::Point_"):
-    """A position [m]."""
+    """geometry_msgs/Point: a position [m]."""
 
     x: float64 = 0.0
     y: float64 = 0.0
@@ -74,7 +74,7 @@ class Point(IdlStruct, typename="geometry_msgs::msg::dds_::Point_"):
 @dc.dataclass
 @final
 class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
-    """A rotation."""
+    """geometry_msgs/Quaternion: a rotation."""
 
     x: float64 = 0.0
     y: float64 = 0.0
@@ -85,7 +85,7 @@ class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
 @dc.dataclass
 @final
 class Pose(IdlStruct, typename="geometry_msgs::msg::dds_::Pose_"):
-    """A position and a rotation."""
+    """geometry_msgs/Pose: a position and a rotation."""
 
     position: Point = dc.field(default_factory=Point)
     orientation: Quaternion = dc.field(default_factory=Quaternion)
@@ -96,7 +96,7 @@ class Pose(IdlStruct, typename="geometry_msgs::msg::dds_::Pose_"):
 class PoseWithCovariance(
     IdlStruct, typename="geometry_msgs::msg::dds_::PoseWithCovariance_"
 ):
-    """A pose, and how sure it is."""
+    """geometry_msgs/PoseWithCovariance: a pose and its 6x6 covariance."""
 
     pose: Pose = dc.field(default_factory=Pose)
     covariance: array[float64, 36] = dc.field(default_factory=_zeros36)
@@ -107,7 +107,7 @@ class PoseWithCovariance(
 class TwistWithCovariance(
     IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovariance_"
 ):
-    """A velocity, and how sure it is."""
+    """geometry_msgs/TwistWithCovariance: a velocity and its covariance."""
 
     twist: Twist = dc.field(default_factory=Twist)
     covariance: array[float64, 36] = dc.field(default_factory=_zeros36)
@@ -116,7 +116,7 @@ class TwistWithCovariance(
 @dc.dataclass
 @final
 class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
-    """Where a base is and how fast it goes."""
+    """nav_msgs/Odometry: where a base is and how fast it goes."""
 
     header: Header = dc.field(default_factory=Header)
     child_frame_id: str = ""

@@ -1,4 +1,4 @@
-"""`RosBase`: the bridge between `BASE_*` and a base that speaks ROS."""
+"""`RosBase`: serves `BASE_COMMAND` with a mobile base that speaks ROS."""
 
 import math
 from collections import deque
@@ -18,44 +18,44 @@ PERIOD = 0.01
 """Period of the bridge's loop [s]."""
 
 FAREWELL = 0.5
-"""How long zeros are sent after the last velocity that was none [s]. Then the
-bridge is silent, so that others, a joystick say, may drive the base."""
+"""How long zeros are sent after the last velocity that was not zero [s]. Then
+the bridge is silent, so that others, a joystick say, may drive the base."""
 
 
 class RosLink(Protocol):
-    """One version of ROS: a `cmd_vel` to write and an `odom` to read."""
+    """What `RosBase` needs of ROS 1 or 2: cmd_vel to write, odom to read."""
 
     def publish(self, forward: float, yaw_rate: float) -> None:
-        """Sends a Twist [m/s, rad/s]."""
+        """Sends a Twist with these speeds [m/s, rad/s]."""
         ...
 
     def fetch(self) -> list[Odometry]:
-        """Odometry that has come since the last call, oldest first."""
+        """Returns the odometry since the last call, oldest first."""
         ...
 
     def close(self) -> None:
-        """Leaves ROS."""
+        """Leaves the ROS network."""
         ...
 
 
 class OdometryQueue:
-    """Odometry on its way from a thread of ROS to the bridge's loop."""
+    """Hands odometry from a thread of ROS over to the bridge's loop."""
 
     def __init__(self):
         """Starts empty."""
         self._messages: deque[Odometry] = deque(maxlen=100)
 
     def put(self, odometry: Odometry) -> None:
-        """Adds one; the oldest gives way if nobody fetches them."""
+        """Adds a message; beyond 100 that wait, the oldest are dropped."""
         self._messages.append(odometry)
 
     def fetch(self) -> list[Odometry]:
-        """Takes all, oldest first."""
+        """Takes out all messages that wait, oldest first."""
         return [self._messages.popleft() for _ in range(len(self._messages))]
 
 
 class RosBase:
-    """Commands from LCM to ROS, odometry from ROS to LCM."""
+    """Passes velocity commands from LCM to ROS, and odometry back."""
 
     def __init__(
         self,
@@ -66,9 +66,10 @@ class RosBase:
         """Subscribes; nothing is sent before a command comes.
 
         Args:
-            lcm: The station's wire.
-            link: The robot's ROS.
-            maxima: Bounds on what is asked of the base.
+            lcm: The LCM network.
+            link: The connection to the base's ROS topics.
+            maxima: Greatest velocities that are asked of the base; None
+                takes the LD-60's.
         """
         self._lcm = lcm
         self._link = link
@@ -81,7 +82,7 @@ class RosBase:
 
         Args:
             now: Wall clock [us].
-            t: A clock that never jumps [s].
+            t: Time now, by a clock that never jumps [s].
         """
         for _, data in self._inbox.fetch():
             self._commands.receive(data, t)

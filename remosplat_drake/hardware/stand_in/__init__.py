@@ -1,1 +1,7 @@
-"""A robot that is not there: simulated drivers, and all that may fail."""
+"""A robot that is not there: simulated devices with the drivers' own rules.
+
+`HardwareSim` runs `SimulatedPanda`, `SimulatedHand` and `SimulatedBase` on the
+rigid bodies of a `RobotPlant`, a millisecond a step, behind the same LCM
+messages as the real robot. `faults` breaks it on a schedule or on request, and
+`TrueMotion` writes down what it truly did.
+"""

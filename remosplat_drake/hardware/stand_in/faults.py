@@ -16,10 +16,11 @@ from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.hardware.wire.packets import BrokenMessage, decode
 
 CHANNEL = "HARDWARE_SIM_FAULT"
-"""lcmt_drake_signal: names of faults with their values, to begin now; the
-name `recover` ends all of them and presses every reset button."""
+"""Channel of lcmt_drake_signal messages that name faults to begin now, with
+their values; `recover` ends all of them and presses every reset button."""
 
 RECOVER = "recover"
+"""Name of the request that ends every fault."""
 
 FAULTS = {
     "status-stops": "the arm's statuses stop; the arm goes on",
@@ -35,6 +36,7 @@ FAULTS = {
     "base-emergency-stop": "the base stops until `recover`",
     RECOVER: "ends every fault and releases every stop",
 }
+"""Names of all faults, and what each does, in words for `--help`."""
 
 _DEFAULTS = {"status-joints": 6.0, "clock-jump": 1.0, "packet-loss": 0.5}
 
@@ -46,13 +48,15 @@ _PATTERN = re.compile(
 
 @dc.dataclass(frozen=True)
 class Fault:
-    """One thing that goes wrong.
+    """A fault of the simulated robot, and when it is present.
 
     Attributes:
         name: A key of `FAULTS`.
-        value: How much, where that has a meaning.
-        start: When it begins, after the first command [s].
-        end: When it ends [s]; infinite for never.
+        value: Size of the fault, in the unit that `FAULTS` says; 0 where it
+            has none.
+        start: When it begins, after the robot's first command [s].
+        end: When it ends, after the robot's first command [s]; infinite for
+            never.
     """
 
     name: str
@@ -62,10 +66,10 @@ class Fault:
 
 
 def parse_fault(text: str) -> Fault:
-    """Reads NAME[=VALUE]@START[+DURATION].
+    """Reads a fault that is written NAME[=VALUE]@START[+DURATION].
 
     Raises:
-        FieldError: It is not written so, or there is no such fault.
+        FieldError: The text has another form, or there is no such fault.
     """
     match = _PATTERN.fullmatch(text)
     if match is None:
@@ -84,7 +88,10 @@ def parse_fault(text: str) -> Fault:
 
 
 def requested_faults(data: bytes) -> list[Fault]:
-    """The faults that a message on `CHANNEL` names; unknown ones left out."""
+    """Decodes the faults that a message on `CHANNEL` asks for.
+
+    Unknown names are left out; a broken message asks for none.
+    """
     try:
         message = decode(lcmt_drake_signal, data)
     except BrokenMessage:
@@ -97,29 +104,29 @@ def requested_faults(data: bytes) -> list[Fault]:
 
 
 class FaultSchedule:
-    """Which faults are present, and which have just begun."""
+    """Keeps track of which faults are present."""
 
     def __init__(self, faults: Sequence[Fault] = ()):
-        """Nothing has begun yet.
+        """Starts before any fault.
 
         Args:
-            faults: What shall happen and when.
+            faults: The faults that shall happen, each at its time.
         """
         self._waiting = sorted(faults, key=lambda fault: fault.start)
         self._active: dict[str, Fault] = {}
 
     def begin(self, fault: Fault) -> None:
-        """Adds a fault, or ends all of them if it is `recover`."""
+        """Begins a fault now, or ends all of them if it is `recover`."""
         if fault.name == RECOVER:
             self._active.clear()
         else:
             self._active[fault.name] = fault
 
     def advance(self, t: float) -> list[Fault]:
-        """Begins what is due and ends what is over.
+        """Begins the faults that are due, and ends those that are over.
 
         Args:
-            t: Time since the first command [s]; negative before it.
+            t: Time since the robot's first command [s].
 
         Returns:
             The faults that begin now.
@@ -136,13 +143,13 @@ class FaultSchedule:
         return name in self._active
 
     def value(self, name: str, otherwise: float) -> float:
-        """The value of a fault, or another one while it is absent."""
+        """Returns a fault's value, or `otherwise` while it is absent."""
         fault = self._active.get(name)
         return otherwise if fault is None else fault.value
 
 
 def spoil(status: lcmt_panda_status, faults: FaultSchedule) -> None:
-    """Writes the faults of a status into it."""
+    """Spoils the arm's status in place, as the present faults demand."""
     if "status-nan" in faults:
         status.joint_position = [math.nan, *status.joint_position[1:]]
     if "status-joints" in faults:

@@ -22,10 +22,15 @@ from remosplat_drake.hardware.wire.inbox import Inbox
 
 
 class HardwareSim:
-    """Arm, base and hand with their drivers, a millisecond a `step`.
+    """A simulated arm, base and hand with their drivers, in 1 ms steps.
 
-    The order within a step is that of the real control loop: hear, decide,
-    move, tell.
+    The order within a step is that of the real control loop: hear commands,
+    decide, move, publish statuses.
+
+    Attributes:
+        panda: The arm and its driver.
+        base: The mobile base and its driver.
+        hand: The gripper and its driver.
     """
 
     def __init__(
@@ -37,9 +42,9 @@ class HardwareSim:
         """Subscribes; nothing is sent before the first step.
 
         Args:
-            plant: The robot's bodies.
-            lcm: The wire.
-            schedule: What shall go wrong.
+            plant: The robot's rigid bodies and motors.
+            lcm: The LCM network.
+            schedule: The faults that shall happen.
         """
         self._plant = plant
         self._lcm = lcm
@@ -63,14 +68,15 @@ class HardwareSim:
 
     @property
     def time(self) -> float:
-        """The robot's own clock, from 0 [s]."""
+        """The robot's own clock, which starts at 0 [s]."""
         return self._ticks * TICK
 
     def step(self) -> None:
         """Runs one millisecond of the robot.
 
         Raises:
-            CommandError: The arm's driver would give up.
+            CommandError: A message to the arm was no velocity command, at
+                which the real driver exits.
         """
         t = self.time
         self._hear(t)

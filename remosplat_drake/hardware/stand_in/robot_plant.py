@@ -1,4 +1,4 @@
-"""`RobotPlant`: the dynamic station's body, driven from outside of Drake."""
+"""`RobotPlant`: the dynamic station's rigid bodies, stepped from outside."""
 
 import numpy as np
 from pydrake.multibody.tree import ModelInstanceIndex
@@ -24,7 +24,7 @@ _RUNNING = StationStatus()
 
 
 class RobotPlant:
-    """The robot's bodies and motors, in steps of a millisecond.
+    """The robot's rigid bodies and motors, in steps of a millisecond.
 
     It obeys the same law as the dynamic station, but the law is called once a
     step and not by Drake through ports: half the time of a step otherwise
@@ -41,13 +41,13 @@ class RobotPlant:
         """Builds the bodies; the robot stands still.
 
         Args:
-            config: Of the station.
+            config: Physics of the dynamic station.
             robot: A Panda with a hand on a mobile base.
-            scene: What the robot may bump into.
+            scene: The solids that the robot may bump into; None for none.
             q0: Configuration to start from, shape (n_q,).
 
         Raises:
-            RemoSplatError: It is another kind of robot.
+            RemoSplatError: The robot is of another kind.
         """
         _check_kind(robot)
         builder = DiagramBuilder()
@@ -92,9 +92,10 @@ class RobotPlant:
 
         Args:
             t: Time at the end of the step [s].
-            base: Forward speed and yaw rate, shape (2,) [m/s, rad/s].
-            arm: Joint rates, shape (7,) [rad/s].
-            hand: Width and bound on the force, shape (2,) [m, N].
+            base: Commanded speed forward and turning rate, shape (2,)
+                [m/s, rad/s].
+            arm: Commanded joint rates, shape (7,) [rad/s].
+            hand: Commanded width and bound on the force, shape (2,) [m, N].
         """
         command = StationCommand(
             np.concatenate([base, arm]), hand[0], hand[1], _RUNNING
@@ -116,12 +117,12 @@ class RobotPlant:
 
     @property
     def q(self) -> np.ndarray:
-        """The configuration (x, y, yaw, arm), shape (n_q,)."""
+        """Configuration (x, y, yaw, arm), shape (n_q,) [m, rad]."""
         return self._q[: self._robot.n_q]
 
     @property
     def arm(self) -> ArmMeasurement:
-        """What the arm's sensors say."""
+        """Positions, rates and torques that the arm's sensors measure."""
         joints = slice(self._robot.n_q - JOINTS, self._robot.n_q)
         return ArmMeasurement(
             self._q[joints],
@@ -132,14 +133,14 @@ class RobotPlant:
 
     @property
     def base_velocity(self) -> np.ndarray:
-        """Forward speed and yaw rate, shape (2,) [m/s, rad/s]."""
+        """True speed forward and turning rate, shape (2,) [m/s, rad/s]."""
         x_dot, y_dot, yaw_rate = self._v[:3]
         yaw = self._q[2]
         return np.array([x_dot * np.cos(yaw) + y_dot * np.sin(yaw), yaw_rate])
 
     @property
     def hand(self) -> np.ndarray:
-        """Width of the hand and its rate, shape (2,) [m, m/s]."""
+        """True opening of the hand and its rate, shape (2,) [m, m/s]."""
         n = self._robot.n_q
         return np.array([self._q[n:].sum(), self._v[n:].sum()])
 

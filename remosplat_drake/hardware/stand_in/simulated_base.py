@@ -6,14 +6,14 @@ from remosplat_drake.hardware.drivers.base_commands import BaseCommands
 from remosplat_drake.hardware.wire.messages.base_status import base_status
 
 ACCELERATION = np.array([1.0, np.pi])
-"""What the base accelerates and brakes with, forward and about its axis
+"""Acceleration of the base, and its deceleration, forward and about its axis
 [m/s^2, rad/s^2]."""
 
 PROTECTIVE_STOP = 2.0
 """How long a protective stop lasts before the motors return [s]."""
 
 POSE_PERIOD = 0.027
-"""Time between two statuses: the pose comes at 37 Hz at best [s]."""
+"""Time between two statuses [s]: the pose comes at 37 Hz at best."""
 
 TWIST_PERIOD = 0.1
 """Time between two measurements of the speed [s]."""
@@ -22,10 +22,15 @@ _STANDSTILL = 1e-3
 
 
 class SimulatedBase:
-    """Commands in, speeds and statuses out, a millisecond a call.
+    """The mobile base and its driver: commands in, speeds and statuses out.
 
     A protective stop ends by itself and the base then follows the commands
-    it hears; an emergency stop needs `recover`, the button on the robot.
+    it hears; an emergency stop is latched until `recover`, the button on the
+    robot.
+
+    Attributes:
+        commands: The driver's latest velocity command.
+        emergency_stop: Whether an emergency stop is latched.
     """
 
     def __init__(self):
@@ -38,21 +43,24 @@ class SimulatedBase:
         self._next_status = self._next_twist = 0.0
 
     def protective_stop(self, t: float) -> None:
-        """Something entered the scanner's field at time t [s]."""
+        """Begins a protective stop at time t [s], as its laser scanner does."""
         self._protective_until = t + PROTECTIVE_STOP
 
     def recover(self) -> None:
-        """The emergency stop is released and the ON button pressed."""
+        """Releases the emergency stop, as a person presses the ON button."""
         self.emergency_stop = False
         self._protective_until = -np.inf
 
     def step(self, now: int, t: float, dt: float) -> np.ndarray:
-        """Forward speed and yaw rate of the next step, shape (2,).
+        """Advances the base's velocity by one step.
 
         Args:
             now: The driver's wall clock [us].
             t: The robot's clock, which never jumps [s].
             dt: Length of the step [s].
+
+        Returns:
+            Speed forward and turning rate, shape (2,) [m/s, rad/s].
         """
         target = np.array(self.commands.velocity(now, t))
         if self.emergency_stop or t < self._protective_until:
@@ -66,13 +74,16 @@ class SimulatedBase:
     def status(
         self, now: int, t: float, pose: np.ndarray, twist: np.ndarray
     ) -> base_status | None:
-        """The status message if one is due, with the speed measured last.
+        """Returns the status message if one is due, else None.
+
+        Its speed is the one that was measured last, at 10 Hz.
 
         Args:
             now: The driver's wall clock [us].
             t: The robot's clock [s].
-            pose: x, y, yaw, shape (3,) [m, m, rad].
-            twist: Forward speed and yaw rate, shape (2,) [m/s, rad/s].
+            pose: True x, y and yaw, shape (3,) [m, m, rad].
+            twist: True speed forward and turning rate, shape (2,)
+                [m/s, rad/s].
         """
         if t >= self._next_twist:
             self._next_twist += TWIST_PERIOD

@@ -1,4 +1,4 @@
-"""`SimulatedHand`: the Franka hand and its driver."""
+"""`SimulatedHand`: the Franka hand's driver, without its fingers."""
 
 import numpy as np
 from drake import lcmt_schunk_wsg_status
@@ -11,10 +11,13 @@ from remosplat_drake.hardware.drivers.hand_messages import (
 
 
 class SimulatedHand:
-    """Holds the latest width; reports ten times a second.
+    """Keeps the latest command to the gripper, and reports at 10 Hz.
 
     A command moves the fingers once and then counts until another one comes,
     as the hand's driver has it: there is no expiry.
+
+    Attributes:
+        command: Commanded width and bound on the force, shape (2,) [m, N].
     """
 
     def __init__(self, width: float, force: float = 10.0):
@@ -28,7 +31,7 @@ class SimulatedHand:
         self._next_status = 0.0
 
     def receive(self, data: bytes) -> None:
-        """Takes a message from the wire; one that is none is ignored."""
+        """Takes in an encoded command; a broken one is ignored."""
         command = read_command(data)
         if command is not None:
             self.command = np.array(command)
@@ -36,12 +39,12 @@ class SimulatedHand:
     def status(
         self, now: int, t: float, state: np.ndarray
     ) -> lcmt_schunk_wsg_status | None:
-        """The status message if one is due.
+        """Returns the status message if one is due, else None.
 
         Args:
             now: The driver's wall clock [us].
             t: The robot's clock [s].
-            state: Width and its rate, shape (2,) [m, m/s].
+            state: Opening of the fingers and its rate, shape (2,) [m, m/s].
         """
         if t < self._next_status:
             return None

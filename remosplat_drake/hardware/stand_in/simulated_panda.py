@@ -20,12 +20,12 @@ from remosplat_drake.hardware.drivers.panda_limits import (
 )
 
 COLLISION_TORQUE = 20.0
-"""External torque on a joint that makes the arm stop: the threshold in
-libfranka's own examples [N m]."""
+"""External torque on a joint that makes the arm stop [N m]: the threshold in
+libfranka's own examples."""
 
 
 class RobotMode(IntEnum):
-    """`robot_mode` of lcmt_panda_status, as libfranka numbers it."""
+    """Values of lcmt_panda_status.robot_mode, as libfranka numbers them."""
 
     OTHER = 0
     IDLE = 1
@@ -38,13 +38,13 @@ class RobotMode(IntEnum):
 
 @dc.dataclass(frozen=True, eq=False)
 class ArmMeasurement:
-    """What the arm's sensors say, each of shape (7,).
+    """What the arm's sensors measure, each of shape (7,).
 
     Attributes:
         position: Joint positions [rad].
         velocity: Joint rates [rad/s].
         torque: Motor torques [N m].
-        external: Torques of what touches the arm [N m].
+        external: Torques on the joints by what touches the arm [N m].
     """
 
     position: np.ndarray
@@ -54,10 +54,16 @@ class ArmMeasurement:
 
 
 class SimulatedPanda:
-    """Commands in, joint rates and statuses out, a millisecond a call.
+    """The arm and its driver: commands in, joint rates and statuses out.
 
     A collision or a joint at the end of its range is a reflex: the arm brakes
     and stays where it is, whatever it is told, until `recover`.
+
+    Attributes:
+        commands: The driver's latest velocity command.
+        mode: The arm's mode; it obeys commands in `MOVE` only.
+        success_rate: Share of the latest packets that reached the arm, as
+            statuses report it.
     """
 
     def __init__(self):
@@ -69,7 +75,7 @@ class SimulatedPanda:
         self._ticks = 0
 
     def stop(self, mode: RobotMode) -> None:
-        """Makes the arm brake and ignore commands, for example by a reflex."""
+        """Makes the arm brake and ignore commands, in the given mode."""
         self.mode = mode
 
     def recover(self) -> None:
@@ -77,11 +83,14 @@ class SimulatedPanda:
         self.mode = RobotMode.MOVE
 
     def step(self, now: int, measured: ArmMeasurement) -> np.ndarray:
-        """The joint rates of the next millisecond, shape (7,) [rad/s].
+        """Advances the arm's command by one millisecond.
 
         Args:
             now: The driver's wall clock [us].
-            measured: The arm now.
+            measured: What the arm's sensors measure now.
+
+        Returns:
+            Joint rates, shape (7,) [rad/s].
         """
         target = self.commands.velocity(now)
         if self.mode == RobotMode.MOVE and violates(measured, target):
@@ -93,7 +102,7 @@ class SimulatedPanda:
         return self._command.velocity
 
     def status(self, now: int, measured: ArmMeasurement) -> lcmt_panda_status:
-        """The status message, filled as drake-franka-driver fills it."""
+        """Makes the status message, filled as drake-franka-driver fills it."""
         message = lcmt_panda_status()
         message.utime = now
         message.num_joints = JOINTS
@@ -115,9 +124,14 @@ class SimulatedPanda:
 
 
 def violates(measured: ArmMeasurement, target: np.ndarray) -> bool:
-    """Whether the arm would stop by reflex: a collision, or a joint's end.
+    """Tells whether the arm would stop by a reflex.
 
-    A joint beyond its end may move back.
+    It does at a collision, and where a joint beyond its position limit is
+    told to go on; it may move back.
+
+    Args:
+        measured: What the arm's sensors measure.
+        target: Commanded joint rates, shape (7,) [rad/s].
     """
     q = measured.position
     beyond = ((q < POSITION_LOWER) & (target < 0)) | (

@@ -1,4 +1,4 @@
-"""`TrueMotion`: what the simulated robot truly did, for those who judge it."""
+"""`TrueMotion`: ground truth of the simulated robot's motion, as a file."""
 
 from pathlib import Path
 
@@ -13,10 +13,10 @@ PERIOD = 0.01
 
 
 class TrueMotion:
-    """Samples the plant's configuration and velocity, a hundred a second."""
+    """Samples the plant's true configuration and velocity, at 100 Hz."""
 
     def __init__(self, plant: RobotPlant):
-        """Starts empty."""
+        """Starts without samples."""
         self._plant = plant
         self._next = 0.0
         self._utime: list[int] = []
@@ -24,7 +24,7 @@ class TrueMotion:
         self._u: list[np.ndarray] = []
 
     def sample(self, t: float) -> None:
-        """Keeps a sample if one is due at the robot's time t [s]."""
+        """Takes a sample if one is due at the robot's time t [s]."""
         if t < self._next:
             return
         self._next += PERIOD
@@ -36,6 +36,10 @@ class TrueMotion:
         )
 
     def save(self, path: Path) -> None:
-        """Writes utime (n,) [us], q (n, 10) and u (n, 9), atomically."""
+        """Writes the samples as a NumPy .npz archive, atomically.
+
+        Its arrays are utime (n,) [us], q (n, 10) [m, rad] and u (n, 9)
+        [m/s, rad/s].
+        """
         with atomic_write(path, "wb") as file:
             np.savez(file, utime=self._utime, q=self._q, u=self._u)

@@ -1,4 +1,7 @@
-"""The base on the wire: base_command out, base_status in."""
+"""The mobile base on the wire: base_command out, base_status in.
+
+`extrapolated_pose` is the odometry extrapolation of control ticks.
+"""
 
 import dataclasses as dc
 import math
@@ -21,7 +24,7 @@ MODE_NAMES = {
     base_status.STOPPED: "stopped",
     base_status.FAULT: "fault",
 }
-"""The base's modes, in words."""
+"""Names of the base's modes, by their numbers in base_status."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -29,11 +32,12 @@ class BaseState:
     """What the base's driver measured; copying returns the object itself.
 
     Attributes:
-        pose: x, y, yaw in the map [m, m, rad], shape (3,).
-        velocity: Forward speed and yaw rate [m/s, rad/s], shape (2,).
-        stamp: Wall clock of the driver [s].
+        pose: x, y and yaw in the map, shape (3,) [m, m, rad].
+        velocity: Speed forward and turning rate, shape (2,) [m/s, rad/s].
+        stamp: When it was measured, by the driver's wall clock [s].
         mode: A key of `MODE_NAMES`.
-        protective_stop: Whether the safety scanner holds the motors.
+        protective_stop: Whether the safety scanner holds the motors; it
+            ends by itself.
         emergency_stop: Whether an emergency stop is latched.
         battery: Charge left, 0 to 1; negative when unknown.
     """
@@ -51,10 +55,10 @@ class BaseState:
 
 
 def encode_base_command(u: np.ndarray, time: float) -> bytes:
-    """A velocity command.
+    """Encodes a velocity command to the base.
 
     Args:
-        u: Forward speed and yaw rate [m/s, rad/s], shape (2,).
+        u: Speed forward and turning rate, shape (2,) [m/s, rad/s].
         time: Wall clock now [s].
     """
     message = base_command()
@@ -64,7 +68,7 @@ def encode_base_command(u: np.ndarray, time: float) -> bytes:
 
 
 def decode_base_status(data: bytes) -> BaseState:
-    """The base's state, checked.
+    """Decodes and checks a status of the base.
 
     Raises:
         BrokenMessage: The packet is not a status of a base.
@@ -88,14 +92,18 @@ def decode_base_status(data: bytes) -> BaseState:
 def extrapolated_pose(
     pose: np.ndarray, velocity: np.ndarray, duration: float
 ) -> np.ndarray:
-    """Where a unicycle is after an arc at constant velocity, exactly.
+    """Extrapolates odometry: the exact arc of a unicycle.
 
     Odometry comes at 10 to 37 Hz; a control tick wants the pose of now.
 
     Args:
-        pose: x, y, yaw [m, m, rad].
-        velocity: Forward speed and yaw rate [m/s, rad/s].
-        duration: Length of the arc [s].
+        pose: Measured x, y and yaw, shape (3,) [m, m, rad].
+        velocity: Speed forward and turning rate, which are held constant,
+            shape (2,) [m/s, rad/s].
+        duration: Time to extrapolate over [s].
+
+    Returns:
+        x, y and yaw at the end of the arc, shape (3,) [m, m, rad].
     """
     x, y, yaw = pose
     forward, yaw_rate = velocity

@@ -21,7 +21,8 @@ WRIST_CAMERA = "WRIST_CAMERA"
 """lcmt_image_array: an RGB and a depth image of the wrist camera."""
 
 COMMAND_EXPIRY = 0.1
-"""Age, past or future, at which a driver drops a command [s]."""
+"""Difference between a command's stamp and the driver's clock, in the past or
+the future, at which the driver drops the command [s]."""
 STATUS_EXPIRY = 0.05
 """Age of the arm's status at which the station calls it stale [s]."""
 BASE_STATUS_EXPIRY = 0.25

@@ -1,4 +1,4 @@
-"""A command within the base's limits, scaled as a whole."""
+"""Commands beyond the base's limits, and their scaling into them."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ import numpy as np
 def scaled_command(
     u: np.ndarray, lower: np.ndarray, upper: np.ndarray
 ) -> np.ndarray:
-    """The longest multiple of a command that is within limits.
+    """Scales a command as a whole until it is within its limits.
 
     Cutting single entries would turn the robot off the path that was checked
     for clearance; a multiple stays on it.
@@ -15,6 +15,9 @@ def scaled_command(
         u: The command, shape (n_u,).
         lower: Lower bounds, none positive, shape (n_u,).
         upper: Upper bounds, none negative, shape (n_u,).
+
+    Returns:
+        The longest multiple within the bounds, shape (n_u,).
     """
     bounds = np.where(u < 0, lower, upper)
     beyond = np.abs(u) > np.abs(bounds)
@@ -22,20 +25,24 @@ def scaled_command(
 
 
 TOLERANCE = 1e-3
-"""What solvers may leave beyond a bound, relative to it."""
+"""How far solvers may leave a command beyond a bound, relative to it."""
 
 
 def excess(
     u: np.ndarray, lower: np.ndarray, upper: np.ndarray
 ) -> tuple[int, float] | None:
-    """The first entry of a command beyond its bounds, and its bound.
+    """Finds the first entry of a command that is beyond its bounds.
 
-    The program knows the bounds: but for rounding, nothing is beyond them.
+    The controller's program knows the bounds: but for rounding, nothing is
+    beyond them.
 
     Args:
         u: The command, shape (n_u,).
         lower: Lower bounds, none positive, shape (n_u,).
         upper: Upper bounds, none negative, shape (n_u,).
+
+    Returns:
+        The entry's index and its bound; None if there is none.
     """
     bounds = np.where(u < 0, lower, upper)
     slack = TOLERANCE * np.maximum(np.abs(bounds), TOLERANCE)
@@ -46,7 +53,16 @@ def excess(
 def command_bounds(
     n_u: int, base_lower: list[float], base_upper: list[float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Bounds on the whole command from those on its first entries."""
+    """Makes bounds on a whole command from those on its first entries.
+
+    Args:
+        n_u: Length of the command.
+        base_lower: Lower bounds on the first entries.
+        base_upper: Upper bounds on the first entries.
+
+    Returns:
+        Lower and upper bounds, shape (n_u,) each, infinite for the rest.
+    """
     lower, upper = np.full(n_u, -np.inf), np.full(n_u, np.inf)
     lower[: len(base_lower)] = base_lower
     upper[: len(base_upper)] = base_upper

@@ -1,4 +1,4 @@
-"""The gripper on the wire: lcmt_schunk_wsg_command out, ..._status in."""
+"""The gripper on the wire: lcmt_schunk_wsg_command and _status messages."""
 
 import dataclasses as dc
 
@@ -18,8 +18,8 @@ class HandState:
     """What the gripper's driver measured; copying returns the object itself.
 
     Attributes:
-        width: Opening and its rate [m, m/s], shape (2,).
-        stamp: Wall clock of the driver [s].
+        width: Opening of the fingers and its rate, shape (2,) [m, m/s].
+        stamp: When it was measured, by the driver's wall clock [s].
     """
 
     width: np.ndarray
@@ -30,10 +30,10 @@ class HandState:
 
 
 def encode_hand_command(width: float, force: float, time: float) -> bytes:
-    """A command to the gripper.
+    """Encodes a command to the gripper.
 
     Args:
-        width: Opening [m]; millimetres on the wire.
+        width: Opening to go to [m]; it travels in millimetres.
         force: Bound on the gripping force [N].
         time: Wall clock now [s].
     """
@@ -45,7 +45,7 @@ def encode_hand_command(width: float, force: float, time: float) -> bytes:
 
 
 def decode_hand_status(data: bytes) -> HandState:
-    """The gripper's state, checked.
+    """Decodes and checks a status of the gripper.
 
     Raises:
         BrokenMessage: The packet is not a status of a gripper.

@@ -1,20 +1,20 @@
-"""`Inbox`: what a driver has received since it last looked."""
+"""`Inbox`: the LCM packets that a driver has not looked at yet."""
 
 from pydrake.lcm import DrakeLcmInterface
 
 
 class Inbox:
-    """Collects encoded messages, in the order of their arrival.
+    """Collects encoded LCM messages, in the order of their arrival.
 
     A driver that looks every millisecond hears everything; Drake keeps one
     message a channel and drops what comes after it until it is fetched.
     """
 
     def __init__(self, lcm: DrakeLcmInterface, channels: list[str]):
-        """Subscribes.
+        """Subscribes to channels.
 
         Args:
-            lcm: Where to listen.
+            lcm: The LCM network.
             channels: Names of the channels.
         """
         self._lcm = lcm
@@ -26,10 +26,13 @@ class Inbox:
         return lambda data: self._waiting.append((channel, bytes(data)))
 
     def fetch(self, timeout: float = 0.0) -> list[tuple[str, bytes]]:
-        """Pairs (channel, message), oldest first.
+        """Takes out the messages that have arrived.
 
         Args:
-            timeout: How long to wait for the first one [s].
+            timeout: Longest wait for the first message [s].
+
+        Returns:
+            Pairs of a channel's name and an encoded message, oldest first.
         """
         self._lcm.HandleSubscriptions(round(1e3 * timeout))
         messages, self._waiting[:] = list(self._waiting), []

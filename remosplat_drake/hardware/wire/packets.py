@@ -11,32 +11,39 @@ import numpy as np
 
 
 class BrokenMessage(ValueError):
-    """A message that must not be used; its text says what is wrong."""
+    """A message that must not be used; the text says what is wrong."""
 
 
 def to_utime(time: float) -> int:
-    """A wall clock time [s] as microseconds."""
+    """Turns a wall clock time [s] into a stamp in microseconds."""
     return round(time * 1e6)
 
 
 def from_utime(utime: int) -> float:
-    """Microseconds as a wall clock time [s], good to 0.3 microseconds."""
+    """Turns a stamp in microseconds into a wall clock time [s].
+
+    It is good to 0.3 microseconds.
+    """
     return utime * 1e-6
 
 
 def is_expired(utime: int, now: int, expiry: float) -> bool:
-    """Whether a stamp is too far from the clock, into the past or future.
+    """Tells whether a stamp is too far from now, in the past or the future.
 
     Args:
         utime: The stamp [us].
         now: The reader's wall clock [us].
-        expiry: How far it may be [s].
+        expiry: Greatest difference between the two [s].
     """
     return abs(now - utime) > to_utime(expiry)
 
 
 def decode(message_type, data: bytes):
-    """The message in a packet.
+    """Decodes the message in a packet.
+
+    Args:
+        message_type: An LCM type, such as `lcmt_panda_status`.
+        data: The encoded packet.
 
     Raises:
         BrokenMessage: The packet holds another type or is cut short.
@@ -49,7 +56,15 @@ def decode(message_type, data: bytes):
 
 
 def finite_vector(name: str, values, size: int) -> np.ndarray:
-    """A field of a message as an array of known length.
+    """Checks a field of a message that is a list of numbers.
+
+    Args:
+        name: Name of the field, for the error's text.
+        values: The numbers.
+        size: How many there must be.
+
+    Returns:
+        The numbers, shape (size,).
 
     Raises:
         BrokenMessage: The length is wrong or a number is not finite.
@@ -65,10 +80,14 @@ def finite_vector(name: str, values, size: int) -> np.ndarray:
 
 
 def finite_number(name: str, value: float) -> float:
-    """A field of a message as a number.
+    """Checks a field of a message that is a number.
+
+    Args:
+        name: Name of the field, for the error's text.
+        value: The number.
 
     Raises:
-        BrokenMessage: It is not finite.
+        BrokenMessage: The number is not finite.
     """
     if not math.isfinite(value):
         raise BrokenMessage(f"{name} is {value}")

@@ -19,6 +19,7 @@ from remosplat_drake.hardware.wire.packets import (
 )
 
 VELOCITY_MODE = lcmt_panda_status.CONTROL_MODE_VELOCITY
+"""The control mode that commands expect of the driver."""
 
 MODE_NAMES = {
     lcmt_panda_status.kOther: "other",
@@ -29,7 +30,7 @@ MODE_NAMES = {
     lcmt_panda_status.kUserStopped: "user_stopped",
     lcmt_panda_status.kAutomaticErrorRecovery: "automatic_error_recovery",
 }
-"""The arm's modes, by libfranka's names."""
+"""Libfranka's names of the arm's modes, by their numbers."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -37,13 +38,13 @@ class PandaState:
     """What the arm's driver measured; copying returns the object itself.
 
     Attributes:
-        q: Joint positions [rad], shape (n,).
-        v: Joint rates [rad/s], shape (n,).
-        stamp: Wall clock of the driver [s].
+        q: Joint positions, shape (n,) [rad].
+        v: Joint rates, shape (n,) [rad/s].
+        stamp: When it was measured, by the driver's wall clock [s].
         robot_stamp: The robot's own clock [s]; 0 where it is not told.
         robot_mode: A key of `MODE_NAMES`.
-        success_rate: Share of the last 100 packets that reached the robot;
-            0 while nothing is commanded.
+        success_rate: Share of the last 100 packets that reached the robot,
+            0 to 1; 0 while nothing is commanded.
     """
 
     q: np.ndarray
@@ -58,10 +59,10 @@ class PandaState:
 
 
 def encode_panda_command(v: np.ndarray, time: float) -> bytes:
-    """A velocity command.
+    """Encodes a velocity command to the arm.
 
     Args:
-        v: Joint rates [rad/s], shape (n,).
+        v: Joint rates, shape (n,) [rad/s].
         time: Wall clock now [s].
     """
     message = lcmt_panda_command()
@@ -73,11 +74,11 @@ def encode_panda_command(v: np.ndarray, time: float) -> bytes:
 
 
 def decode_panda_status(data: bytes, n: int) -> PandaState:
-    """The arm's state, checked.
+    """Decodes and checks a status of the arm.
 
     Args:
-        data: A packet.
-        n: Number of joints that the arm has.
+        data: The encoded packet.
+        n: Number of the arm's joints.
 
     Raises:
         BrokenMessage: The packet is not a status of such an arm.
