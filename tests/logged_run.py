@@ -19,11 +19,11 @@ from remosplat_drake.app.stages import (
 )
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.mapping.store.map_file import write_map
+from remosplat_drake.mapping.store.run_folders import new_run
 from remosplat_drake.mapping.store.session import Session, Version
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
-from remosplat_drake.recording.run_folders import new_run
-from remosplat_drake.recording.session_log import TrajectoryLog
 from remosplat_drake.recording.trajectory import Trajectory
+from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.station.connections import AddConfiguration, ConnectCommand

@@ -23,7 +23,7 @@ from remosplat_drake.app.teleop_stages import (
 from remosplat_drake.app.world import World
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.mapping.live_map import LiveMap
-from remosplat_drake.recording.session_log import TrajectoryLog
+from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.views import AddViews

@@ -11,6 +11,7 @@ from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.world import World, load_world, true_scenes
 from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.mapping.store.map_file import open_map
+from remosplat_drake.mapping.store.run_folders import find_run
 from remosplat_drake.mapping.store.session import SCENARIO_FILE, Session
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.recording.events import REQUEST, Event, read_events
@@ -18,9 +19,8 @@ from remosplat_drake.recording.operator_trace import (
     OperatorTrace,
     trace_operator,
 )
-from remosplat_drake.recording.run_folders import find_run
 from remosplat_drake.recording.run_log import NO_MAP, RunLog, read_log
-from remosplat_drake.recording.session_log import EVENTS, LOG
+from remosplat_drake.recording.trajectory_log import EVENTS, LOG
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.visualization.replay import ReplayedMap

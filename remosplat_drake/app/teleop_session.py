@@ -28,9 +28,9 @@ from remosplat_drake.mapping.mapping_job import MappingJob
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.mapping.messages import Build
 from remosplat_drake.mapping.store.map_file import VersionError, open_map
+from remosplat_drake.mapping.store.run_folders import RUNS, new_run
 from remosplat_drake.mapping.store.session import SESSION_FILE, Session
 from remosplat_drake.oracle.oracle_config import GroundTruth, make_field
-from remosplat_drake.recording.run_folders import RUNS, new_run
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_tiles import make_tiles

@@ -18,14 +18,14 @@ from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.mapping.mapping_config import OBSTACLE
 from remosplat_drake.mapping.mapping_process import MappingProcess
-from remosplat_drake.recording.session_log import TrajectoryLog
+from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.teleop.command_merger import CommandMerger
 from remosplat_drake.teleop.lcm_operator import LcmOperator
 from remosplat_drake.teleop.motion_law import MotionLaw
 from remosplat_drake.teleop.operator_target import OperatorTarget
-from remosplat_drake.teleop.trajectory_file import load_trajectory
+from remosplat_drake.teleop.trajectory_file import load_operator_steps
 from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
 from remosplat_drake.visualization.live_map_view import LiveMapView
 from remosplat_drake.visualization.live_plots import LivePlots
@@ -98,7 +98,7 @@ def AddOperatorTarget(
     if config.trajectory:
         path = resolve(config.trajectory, scenario.folder)
         scenes = teleoperation.scenes
-        steps = load_trajectory(path, config.poses, scenes)
+        steps = load_operator_steps(path, config.poses, scenes)
         script = TrajectoryOperator(steps=steps, scenes=scenes)
         sources.append(builder.AddSystem(script))
     if config.pose_stream is not None:

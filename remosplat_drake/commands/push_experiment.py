@@ -36,7 +36,7 @@ from remosplat_drake.recording.operator_figure import (
     save_figure,
 )
 from remosplat_drake.recording.operator_trace import OperatorTrace
-from remosplat_drake.teleop.trajectory_file import load_trajectory
+from remosplat_drake.teleop.trajectory_file import load_operator_steps
 
 DEFAULT_SCENARIO = "StudioLive"
 """What no camera has seen is an obstacle: the paper takes it for free."""
@@ -128,7 +128,7 @@ def _load(arguments: argparse.Namespace) -> tuple[Scenario, World]:
     check_mappable(scenario)
     world = load_world(scenario, blank=True)
     scenes = true_scenes(scenario, world)
-    steps = load_trajectory(arguments.script, scenario.teleop.poses, scenes)
+    steps = load_operator_steps(arguments.script, scenario.teleop.poses, scenes)
     scenario.teleop.trajectory = str(arguments.script.resolve())
     scenario.time_limit = steps[-1].time + _AFTERWARDS
     return scenario, world

@@ -1,4 +1,4 @@
-"""A splat from before, brought up to date by live frames."""
+"""Updates a splat that was made before a run with what live frames show."""
 
 import numpy as np
 
@@ -10,18 +10,21 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_conversion import with_thickness
 
 _COVERED = 0.01
-"""A new disc that is nearer than this to an old one shows nothing new [m]."""
+"""Distance to an old disc within which a new disc shows nothing new [m]."""
 
 
 def updated(
     base: GaussianSplat, seen: GaussianSplat, capture: Capture
 ) -> GaussianSplat:
-    """The base without what has gone, and with what has come.
+    """Takes from a splat what has gone, and adds what has come.
 
     Args:
-        base: The splat from before, in W.
-        seen: Discs of what live frames show, in W.
+        base: The splat from before the run, in W.
+        seen: Discs on the surfaces that live frames show, in W.
         capture: The live frames, without what is out of date in them.
+
+    Returns:
+        The updated splat, in W.
     """
     kept = base.select(~find_gone(base.p_GK, capture))
     added = seen.select(~find_covered(kept, seen))
@@ -31,7 +34,15 @@ def updated(
 
 
 def find_covered(base: GaussianSplat, seen: GaussianSplat) -> np.ndarray:
-    """Discs at surfaces that the base has as well, (n,) bool."""
+    """Finds the discs at surfaces that the base has as well.
+
+    Args:
+        base: The splat from before the run, in W.
+        seen: n discs on the surfaces that live frames show, in W.
+
+    Returns:
+        A mask of the discs in `seen`, shape (n,).
+    """
     covered = np.zeros(len(seen), bool)
     # Two standard deviations reach over the gaps between discs.
     field = SphereToEllipsoidField(base, n_sigma=2.0)

@@ -1,4 +1,4 @@
-"""`BuildThread`: makes one map at a time, beside the taking of pictures."""
+"""`BuildThread`: makes maps in a thread while pictures are being taken."""
 
 from collections.abc import Callable
 from threading import Thread
@@ -11,10 +11,10 @@ Result = TypeVar("Result")
 
 
 class BuildThread(Generic[Result]):
-    """Runs one job at a time; its result is fetched when there is one."""
+    """Runs one job at a time in a thread; its result is fetched later."""
 
     def __init__(self):
-        """Has nothing to do."""
+        """Starts without a job."""
         self._thread: Thread | None = None
         self._result: Result | Exception | None = None
         self._progress: Building | None = None
@@ -26,7 +26,11 @@ class BuildThread(Generic[Result]):
         return self._thread is not None
 
     def start(self, job: Callable[[Report], Result]) -> None:
-        """Starts a job while there is none."""
+        """Starts a job; there must be none.
+
+        Args:
+            job: A function that is told where to report its progress.
+        """
         assert self._thread is None
 
         def work() -> None:
@@ -40,18 +44,23 @@ class BuildThread(Generic[Result]):
         self._thread.start()
 
     def drop(self) -> None:
-        """Forgets the job; nothing else can start before it has ended."""
+        """Gives the job's result up; no other can start before it has ended."""
         self._is_dropped = True
 
     def fetch(self) -> Result | Exception | None:
-        """The result of a job that has ended since, or why there is none."""
+        """Fetches the result of a job that has ended.
+
+        Returns:
+            The result, or the exception that the job ended by; None while it
+            runs, if it was dropped, or if there is no job.
+        """
         if self._thread is None or self._thread.is_alive():
             return None
         self._thread = None
         return None if self._is_dropped else self._result
 
     def progress(self) -> Building | None:
-        """How far the job has come, if that is new."""
+        """Tells how far the job has come; None if nothing is new."""
         progress, self._progress = self._progress, None
         return None if self._is_dropped else progress
 

@@ -1,4 +1,4 @@
-"""Which discs of a splat belong to things that have gone."""
+"""Carving: which discs of a splat belong to things that have gone."""
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -7,14 +7,15 @@ from remosplat_drake.capture.capture import Capture
 from remosplat_drake.reconstruction.measured_space import times_looked_through
 
 _APART = 0.03
-"""Of a thing that has gone, some part is farther than this from all that is
-still there; edges that views disagree about a little are not [m]."""
+"""Distance from all that is still there which some part of a thing that has
+gone exceeds; edges that views disagree about a little do not [m]."""
 
 _AROUND = 0.1
-"""Of a thing that has gone, the rest is within this [m]."""
+"""Distance from what has gone within which the rest of it is [m]."""
 
 _PAST = 0.01
-"""There, views need to see only so far past a disc for it to go too [m]."""
+"""How far past a disc around what has gone views must see for it to go too
+[m]."""
 
 _NEIGHBORS = 8
 _MOST = 0.6
@@ -23,14 +24,17 @@ frayed outlines and pixels without depth leave such specks."""
 
 
 def find_gone(p_WK: np.ndarray, capture: Capture) -> np.ndarray:
-    """Discs of things that views have looked through, (n,) bool.
+    """Finds the discs of things that views have looked through.
 
     The foot of a thing goes with it: it is near to what it stood on, so that
     views look past it by little.
 
     Args:
-        p_WK: The discs' centres, shape (n, 3) [m].
-        capture: What there is now.
+        p_WK: The discs' centres in W, shape (n, 3) [m].
+        capture: Views of what there is now.
+
+    Returns:
+        A mask of the discs, shape (n,).
     """
     through = times_looked_through(capture, p_WK) > 0
     if not through.any():
@@ -45,12 +49,15 @@ def find_gone(p_WK: np.ndarray, capture: Capture) -> np.ndarray:
 def find_rest(
     p_WK: np.ndarray, gone_W: np.ndarray, capture: Capture
 ) -> np.ndarray:
-    """Discs around what has gone that go with it, (n,) bool.
+    """Finds the discs around what has gone that must go with it.
 
     Args:
-        p_WK: The discs' centres, shape (n, 3) [m].
-        gone_W: Points of what has gone, shape (m, 3) [m].
-        capture: What there is now.
+        p_WK: The discs' centres in W, shape (n, 3) [m].
+        gone_W: Points of what has gone in W, shape (m, 3) [m].
+        capture: Views of what there is now.
+
+    Returns:
+        A mask of the discs, shape (n,).
     """
     rest = np.zeros(len(p_WK), bool)
     if not len(gone_W):

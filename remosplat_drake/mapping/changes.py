@@ -37,9 +37,9 @@ class Changes:
     """Pixels of n views that contradict each other, (n, h, w) bool each.
 
     Attributes:
-        gone: They show what is not there any more.
-        hidden_now: They look through what is there now.
-        come: They show what was not there before.
+        gone: Pixels that show what is not there any more.
+        hidden_now: Pixels that look through what is there now.
+        come: Pixels that show what was not there before.
     """
 
     gone: np.ndarray
@@ -48,7 +48,7 @@ class Changes:
 
     @cached_property
     def outdated(self) -> np.ndarray:
-        """What newer views contradict."""
+        """Pixels that newer views contradict, shape (n, h, w) bool."""
         return self.gone | self.hidden_now
 
 
@@ -56,9 +56,9 @@ def find_changes(capture: Capture, margin: float = 0.03) -> Changes:
     """Compares every view with all newer ones.
 
     Args:
-        capture: Views in the order of time.
-        margin: Depths that differ by less agree; beyond 2 m it grows with
-            the square of the depth [m].
+        capture: Views, oldest first.
+        margin: Difference of depths below which views agree [m]; beyond 2 m
+            it grows with the square of the depth.
     """
     gone = np.zeros(capture.depth.shape, bool)
     hidden_now, come = np.zeros((2, *capture.depth.shape), bool)
@@ -74,16 +74,21 @@ def find_changes(capture: Capture, margin: float = 0.03) -> Changes:
 
 
 def hide_outdated(capture: Capture) -> Capture:
-    """The capture without what newer views contradict.
+    """Hides the pixels of a capture that newer views contradict.
 
     Args:
-        capture: Views in the order of time.
+        capture: Views, oldest first.
     """
     return without(capture, find_changes(capture).outdated)
 
 
 def without(capture: Capture, pixels: np.ndarray) -> Capture:
-    """The capture with more pixels hidden, (n, h, w) bool."""
+    """Hides more pixels of a capture.
+
+    Args:
+        capture: n views.
+        pixels: Which pixels to hide, shape (n, h, w) bool.
+    """
     hidden = pixels
     if capture.hidden is not None:
         hidden = pixels | capture.hidden
@@ -93,9 +98,16 @@ def without(capture: Capture, pixels: np.ndarray) -> Capture:
 def seen_at(
     capture: Capture, p_W: np.ndarray, view: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Where a view has points (n, 3): index, row, column, depth z [m].
+    """Projects points into a view; those outside of its image are left out.
 
-    Those that are not in its image are left out.
+    Args:
+        capture: The views.
+        p_W: The points in W, shape (n, 3) [m].
+        view: Index of the view.
+
+    Returns:
+        For each of the m points in the image its index in `p_W`, its pixel's
+        row and column, and its depth z [m], shape (m,) each.
     """
     p_C = to_camera(capture, p_W, view)
     index = np.flatnonzero(p_C[:, 2] > 0)
@@ -108,7 +120,13 @@ def seen_at(
 
 
 def points_at(capture: Capture, pixels: np.ndarray) -> np.ndarray:
-    """The measured points of some pixels (n, h, w) bool, (m, 3) [m]."""
+    """Returns the measured points of some pixels in W, shape (m, 3) [m].
+
+    Args:
+        capture: n views.
+        pixels: Which pixels, shape (n, h, w) bool; those without depth are
+            left out.
+    """
     points = [
         capture.points_W(i)[pixels[i] & (capture.depth[i] > 0)]
         for i in range(len(capture))
@@ -117,7 +135,7 @@ def points_at(capture: Capture, pixels: np.ndarray) -> np.ndarray:
 
 
 def coherent(pixels: np.ndarray) -> np.ndarray:
-    """The regions of a mask (h, w) that are wide somewhere, as wholes."""
+    """Keeps the whole regions of a mask (h, w) that are wide somewhere."""
     radius = max(1, round(_WIDE * pixels.shape[1]))
     core = binary_erosion(pixels, np.ones((2 * radius + 1,) * 2))
     if not core.any():

@@ -1,4 +1,4 @@
-"""Depth images without the specks that depth cameras leave unmeasured."""
+"""Fills the specks that depth cameras leave unmeasured."""
 
 import dataclasses as dc
 
@@ -8,11 +8,12 @@ from scipy.ndimage import convolve, minimum_filter
 from remosplat_drake.capture.capture import Capture
 
 _KNOWN_AROUND = 5
-"""So many of its eight neighbours must be known for a pixel to be a speck."""
+"""How many of an unknown pixel's eight neighbours must be known at least for it
+to be a speck."""
 
 
 def without_specks(capture: Capture) -> Capture:
-    """The capture with unknown specks as deep as the nearest point beside them.
+    """Gives unknown specks the depth of the nearest point beside them.
 
     One unknown pixel keeps a view from having looked through anything around
     it, so that dropouts would hold in place what has gone. This is for

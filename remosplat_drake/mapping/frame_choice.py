@@ -1,4 +1,4 @@
-"""Which frames a map is made of."""
+"""Chooses the frames that a map is made of."""
 
 import numpy as np
 
@@ -7,19 +7,24 @@ from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.checks.overlap import measure_overlap, wrong_frames
 
 SAME_POSITION = 0.01
+"""Distance of two cameras below which they may see the same [m]."""
+
 SAME_ROTATION = np.deg2rad(2.0)
-"""Cameras that differ by less see the same [m], [rad]."""
+"""Angle between two cameras below which they may see the same [rad]."""
 
 
 def frames_to_keep(X_WC: np.ndarray, most: int) -> np.ndarray:
-    """Of nearly equal poses the newest, and the newest of all.
+    """Chooses frames from different poses, and the newest ones.
+
+    Of nearly equal poses it keeps the newest frame, and of too many frames
+    the newest ones.
 
     Args:
         X_WC: Poses of the cameras, oldest first, shape (n, 4, 4).
-        most: At most as many are kept.
+        most: Greatest number of frames to keep.
 
     Returns:
-        Ascending indices.
+        Indices of the frames to keep, ascending.
     """
     kept: list[int] = []
     for i in reversed(range(len(X_WC))):
@@ -34,18 +39,18 @@ def frames_to_keep(X_WC: np.ndarray, most: int) -> np.ndarray:
 
 
 def contradicting_frames(capture: Capture, trusted: int) -> np.ndarray:
-    """New frames that fit nowhere: where their poses are wrong.
+    """Finds new frames that contradict the others: their poses are wrong.
 
     Args:
         capture: Frames that are in a map already, then new ones.
-        trusted: How many are in a map.
+        trusted: Number of frames that are in a map already.
 
     Returns:
-        Ascending indices.
+        Indices of the wrong frames, ascending.
 
     Raises:
-        RemoSplatError: All are new and contradict each other, so that nobody
-            knows which of them is wrong.
+        RemoSplatError: All frames are new and contradict each other, so that
+            nobody knows which of them is wrong.
     """
     wrong = wrong_frames(measure_overlap(capture))
     if not trusted and len(wrong) == len(capture) > 0:

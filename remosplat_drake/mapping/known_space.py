@@ -1,4 +1,4 @@
-"""Which part of a box was seen, by cameras or by the robot's being there."""
+"""Which part of space is known, by what cameras saw and where the robot was."""
 
 import dataclasses as dc
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ from remosplat_drake.signals.coverage import FREE, UNSEEN, Coverage
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _DEEPEST = 0.3
-"""Things that people put on tables are no deeper [m]."""
+"""Greatest depth of things that people put on tables [m]."""
 
 
 def known_space(
@@ -26,13 +26,15 @@ def known_space(
     robot_free: Spheres | None,
     config: MappingConfig,
 ) -> Coverage:
-    """Sorts the voxels of the mapped box by what is known of them.
+    """Sorts the voxels of the mapped box into surface, free and unseen.
 
     Args:
         capture: The frames, without what is out of date in them.
-        come: Their pixels of what was not there in older ones, (n, h, w).
-        splat_W: All surfaces.
-        robot_free: Where the robot was when frames were taken.
+        come: Pixels of the frames that show what was not there in older ones,
+            shape (n, h, w) bool.
+        splat_W: All surfaces, in W.
+        robot_free: The robot's spheres where it was when frames were taken;
+            None for none.
         config: The box, its voxels and the margin around the robot.
     """
     coverage = make_coverage(
@@ -49,10 +51,10 @@ def known_space(
 
 
 def space_around(robot: Spheres, config: MappingConfig) -> Coverage:
-    """What is known before anybody has looked: the robot is where it is.
+    """Says what is known before anybody has looked: the space at the robot.
 
     Args:
-        robot: At the start.
+        robot: The robot's spheres at the start.
         config: The box, its voxels and the margin around the robot.
     """
     lower, upper = np.array(config.volume_lower), np.array(config.volume_upper)
@@ -62,12 +64,13 @@ def space_around(robot: Spheres, config: MappingConfig) -> Coverage:
 
 
 def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
-    """Takes for free what is unseen and nearer to spheres than a margin.
+    """Marks unseen voxels as free that are near to where the robot was.
 
     Args:
-        coverage: What is known without.
-        spheres: A robot that has touched nothing, in one place or in many.
-        margin: Around the spheres [m].
+        coverage: What is known without that.
+        spheres: The spheres of a robot that has touched nothing, in one
+            configuration or in many.
+        margin: Distance from the spheres within which space is free [m].
     """
     state = coverage.state.copy()
     ball = np.column_stack([spheres.p_WS, spheres.radius + margin])
@@ -80,11 +83,12 @@ def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
 def unknown_space_field(
     coverage: Coverage, *, prepared: Mapping[str, np.ndarray] | None = None
 ) -> UnknownSpaceField:
-    """The distance to what was not seen.
+    """Makes a distance field of what was not seen.
 
     Args:
         coverage: What was seen.
-        prepared: See `UnknownSpaceField`.
+        prepared: Arrays that such a field has prepared before, to save the
+            time; see `UnknownSpaceField`.
 
     Raises:
         RemoSplatError: Nothing was seen.

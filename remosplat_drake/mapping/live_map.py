@@ -1,4 +1,4 @@
-"""`LiveMap`: the newest map of the mapping process, between control ticks."""
+"""`LiveMap`: swaps in the mapping process's newest map between ticks."""
 
 import dataclasses as dc
 
@@ -32,10 +32,10 @@ from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.scene_map import SceneMap
 
 _AHEAD = 1.0
-"""A camera's clock is ahead of ours by less [s]."""
+"""Greatest time by which a camera's clock may be ahead of ours [s]."""
 
 _ROUNDING = 1e-9
-"""Ticks come so much too early by rounding [s]."""
+"""Time by which ticks may come too early, by rounding [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -72,20 +72,23 @@ class LiveMap(LeafSystem):
         - map_status
 
     Nothing here waits for the process: a new map is a file that is mapped
-    into memory at a tick, and counts from the next one on. `requests` takes
-    `MapRequests`, `map_status` gives a `MapStatus`, and `map_age` tells how
-    long ago the newest frame of the map was taken; before the first it is 0.
+    into memory at a tick, and counts from the next one on. `configuration` is
+    the measured q, `requests` takes `MapRequests`, `distance_field` gives the
+    map's `DistanceField` and `map_status` a `MapStatus`. `map_age` tells how
+    long ago the newest frame of the map was taken [s]; before the first it
+    is 0.
 
     With a fixed latency simulated maps take effect exactly so long after
     they were asked for, however fast the simulation runs: it waits then.
 
     Args:
-        process: Takes the pictures and makes the maps.
+        process: The process that takes the pictures and makes the maps.
         initial: The map that the scenario begins with, version 0.
         n_q: Length of a configuration.
-        period: Time between two looks [s].
-        reopened: The map of a session that goes on, if there is one.
-        latency: The fixed latency [s]; None: as soon as a map is made.
+        period: Time between two looks at the process [s].
+        reopened: The map of a session that goes on; None for a new session.
+        latency: The fixed latency [s]; None: maps count as soon as they are
+            made.
     """
 
     def __init__(
@@ -141,15 +144,16 @@ class LiveMap(LeafSystem):
         supervisor: LeafSystem | None = None,
         **arguments,
     ) -> "LiveMap":
-        """Adds a live map, and connects it to whom it concerns.
+        """Adds a live map to a diagram, and connects it.
 
         Args:
-            builder: Of the diagram.
-            configuration: The measured one.
-            requests: What people ask for.
-            oracle: Asks the map from now on.
-            supervisor: Is told the map's age.
-            **arguments: Those of `LiveMap`.
+            builder: Builder of the diagram.
+            configuration: The measured configuration q.
+            requests: The `MapRequests` of operators; None for none.
+            oracle: The distance oracle; it asks the live map from now on.
+            supervisor: The safety supervisor, which is told the map's age;
+                None for none.
+            **arguments: The arguments of `LiveMap`.
         """
         live_map = builder.AddSystem(LiveMap(**arguments))
         builder.Connect(configuration, live_map.GetInputPort("configuration"))
@@ -167,7 +171,11 @@ class LiveMap(LeafSystem):
         return live_map
 
     def status(self, context: Context) -> MapStatus:
-        """The present status, from the system's own context."""
+        """Returns the present status.
+
+        Args:
+            context: The system's own context.
+        """
         return self._memory(context).status
 
     def _memory(self, context: Context) -> _Memory:
@@ -251,13 +259,13 @@ class LiveMap(LeafSystem):
 def news(
     known: MapRequests, wanted: MapRequests, q: np.ndarray, time: float
 ) -> list[Request]:
-    """What has been asked for since, in the order in which it is to be done.
+    """Turns what was newly asked for into requests, in the order to do them.
 
     Args:
-        known: What had been asked for before.
-        wanted: What is asked for by now.
+        known: All that had been asked for before.
+        wanted: All that has been asked for by now.
         q: The robot's configuration now, shape (n_q,).
-        time: Now, by the diagram's clock [s].
+        time: Time now, by the diagram's clock [s].
     """
     requests: list[Request] = []
     if wanted.scene is not None and wanted.scene is not known.scene:

@@ -1,4 +1,4 @@
-"""`build_map`: a version of the map from camera frames."""
+"""`build_map`: makes a version of the map from camera frames."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -35,11 +35,12 @@ from remosplat_drake.splat.surfel_tiles import make_tiles
 
 QUICK, FULL = "quick", "full"
 EFFORTS = (QUICK, FULL)
-"""While the operator waits; as well as the device can."""
+"""Efforts of a map: quick while the operator waits, or as well as the device
+can."""
 
 _QUICK_SWEEPS = 2
 _QUICK_DISCS = 20_000
-"""A quick map has fewer discs, which are moved less often."""
+"""Refinement sweeps and greatest number of discs of a quick map."""
 
 
 def build_map(
@@ -56,22 +57,23 @@ def build_map(
     robot_free: Spheres | None = None,
     report: Report = lambda stage, done, total: None,
 ) -> SceneMap:
-    """Makes a map of frames; of what they contradict the newest counts.
+    """Makes a map of frames; where they contradict, the newest counts.
 
     Args:
-        capture: The frames in the order of time, the robot hidden.
-        config: See `MappingConfig`.
-        version: The number of the map.
-        parent: That of the map it follows.
-        frames: The frames' names.
+        capture: The frames, oldest first, with the robot hidden.
+        config: Settings of the live map.
+        version: Number that the map gets.
+        parent: Number of the map that it follows; None for none.
+        frames: Names of the frames.
         time: When the newest frame was taken [s].
-        make_field: The oracle's field of a splat.
-        effort: "quick" or "full".
-        base: A splat from before that the frames bring up to date; none
+        make_field: Makes the oracle's distance field of a splat.
+        effort: `QUICK` or `FULL`.
+        base: A splat from before that the frames bring up to date; None
             begins with nothing.
-        robot_free: Where the robot was when frames were taken: it has not
-            been inside of anything.
-        report: See `Report`.
+        robot_free: The robot's spheres where it was when frames were taken:
+            it has not been inside of anything. None for none.
+        report: Called with the stage, and how many of its steps are done, of
+            how many.
 
     Raises:
         RemoSplatError: The frames show too little, or a setting is unusable.
@@ -124,9 +126,9 @@ def _surfaces(
         capture: The frames as they were taken.
         changes: What is out of date in them.
         looks: The rest of them, without specks.
-        config: See `MappingConfig`.
-        effort: See `build_map`.
-        report: See `Report`.
+        config: Settings of the live map.
+        effort: `QUICK` or `FULL`.
+        report: Told how far it has come.
     """
     remembered = without(capture, changes.gone)
     present = without(capture, changes.outdated)
@@ -150,7 +152,7 @@ def _surfaces(
 
 
 def _within(capture: Capture, max_depth: float) -> Capture:
-    """The capture without surfaces that are farther away [m]."""
+    """Leaves out surfaces that are farther away than a depth [m]."""
     near = capture.depth <= max_depth
     return dc.replace(capture, depth=capture.depth * near)
 

@@ -1,4 +1,4 @@
-"""How the status of the live map follows from what happens."""
+"""How the live map's `MapStatus` follows from what happens."""
 
 import dataclasses as dc
 
@@ -16,14 +16,17 @@ from remosplat_drake.signals.scene_map import SceneMap
 
 
 def first_status(scene_map: SceneMap) -> MapStatus:
-    """The status at the start, with the map that counts then."""
+    """Returns the status at the start, with the map that counts then."""
     return MapStatus(
         scene_map, text=_described(scene_map), frames=len(scene_map.frames)
     )
 
 
 def noted(status: MapStatus, event: Event) -> MapStatus:
-    """The status after an event; a new map is `swapped` in."""
+    """Returns the status after an event of the mapping process.
+
+    A new map leaves it as it is: `swapped` takes that in.
+    """
     match event:
         case FrameAdded(name, total):
             return dc.replace(
@@ -42,7 +45,7 @@ def noted(status: MapStatus, event: Event) -> MapStatus:
 
 
 def swapped(status: MapStatus, scene_map: SceneMap) -> MapStatus:
-    """The status once another map counts."""
+    """Returns the status once another map counts."""
     return dc.replace(
         status,
         scene_map=scene_map,

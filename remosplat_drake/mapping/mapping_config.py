@@ -12,49 +12,53 @@ from remosplat_drake.reconstruction.devices import DEVICES
 
 FREE, OBSTACLE = "free", "obstacle"
 UNKNOWN = (FREE, OBSTACLE)
-"""What space that no camera has seen may count as."""
+"""Choices of what space that no camera has seen counts as."""
 
 MOST_VOXELS = 2e7
-"""More would take the mapping process many seconds a map."""
+"""Greatest number of voxels: more would take many seconds for each map."""
 
 
 @dc.dataclass
 class MappingConfig(Config):
-    """The live map of a teleoperated robot."""
+    """The live map of a teleoperated robot, made of its camera's frames."""
 
-    # Whether there is one.
+    # Whether there is a live map at all.
     enabled: bool = True
-    # Camera frames of the first scan.
+    # Number of camera frames of the first scan.
     frames: Annotated[int, Interval(ge=1, le=1000)] = 8
-    # What no camera has seen counts as: `free` or `obstacle`.
+    # What space that no camera has seen counts as: `free` or `obstacle`.
     unknown: Annotated[str, OneOf(UNKNOWN)] = FREE
-    # Edge of the voxels of seen space [m].
+    # Edge length of the voxels in which seen space is kept [m].
     voxel: Annotated[float, Interval(gt=0, le=1)] = 0.04
-    # The box of W in which is told what was seen; outside nothing was [m].
+    # Lower corner, in the world frame W, of the box in which it is kept what
+    # was seen [m]; outside of it nothing counts as seen.
     volume_lower: Position = dc.field(default_factory=lambda: [-2.5, -2.5, 0.0])
+    # Upper corner of that box, in W [m].
     volume_upper: Position = dc.field(default_factory=lambda: [2.5, 2.5, 2.5])
-    # Space around the robot that counts as seen wherever it stood for a
-    # frame; more than the distance that the controller keeps [m].
+    # Distance around the robot within which space counts as seen wherever it
+    # stood for a frame [m]; it should exceed the distance that the controller
+    # keeps.
     robot_margin: Annotated[float, Interval(ge=0, le=1)] = 0.05
-    # Without any map the robot keeps to the space that is so near to where it
-    # stands at the start, which somebody has to have looked at [m].
+    # Distance around the robot's start within which space counts as free
+    # [m]: without any map the robot keeps to it, so that somebody has to have
+    # looked there.
     start_margin: Annotated[float, Interval(ge=0, le=5)] = 0.3
-    # Where splats are trained: `auto`, `cuda`, `cpu`, or `none` for surfels
-    # as they were measured.
+    # Device on which splats are trained: `auto`, `cuda`, `cpu`, or `none` for
+    # surfels as they were measured.
     device: Annotated[str, OneOf(DEVICES)] = "cpu"
-    # At most as many discs are laid on what the camera measured.
+    # Greatest number of discs that are laid on what the camera measured.
     discs: Annotated[int, Interval(ge=1, le=10_000_000)] = 40_000
-    # Measured surfaces that are farther from the camera are left out [m].
+    # Greatest distance from the camera of surfaces that are mapped [m].
     max_depth: Annotated[float, Interval(gt=0, le=100)] = 3.0
-    # At most as many frames; of two from nearly the same pose the older
-    # goes, then the oldest.
+    # Greatest number of frames that a map is made of. Of two from nearly the
+    # same pose the older one is left out first, and then the oldest ones.
     max_frames: Annotated[int, Interval(ge=1, le=10_000)] = 80
-    # In simulations faster than real time a map takes effect exactly so much
-    # later; absent: when it is made [s].
+    # Time after which a map takes effect, exactly, in simulations that run
+    # faster than real time [s]; absent: as soon as it is made.
     latency: Annotated[float, Interval(ge=0, le=60)] | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Yields an error where the box is empty or has too many voxels."""
         size = np.subtract(self.volume_upper, self.volume_lower)
         if not (size > 0).all():
             yield (

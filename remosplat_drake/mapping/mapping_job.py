@@ -1,4 +1,4 @@
-"""`MappingJob`: what a mapping process works at, and how it makes a map."""
+"""`MappingJob`: what a mapping process is given, and how it makes a map."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -24,11 +24,11 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 @dc.dataclass(frozen=True)
 class WrittenMap:
-    """A map that has just been written.
+    """A map that has just been made and written to its file.
 
     Attributes:
         version: What the session notes about it.
-        seal: That of its file; see `write_map`.
+        seal: The file's seal, as `write_map` returned it.
     """
 
     version: Version
@@ -37,17 +37,17 @@ class WrittenMap:
 
 @dc.dataclass(frozen=True, eq=False)
 class MappingJob:
-    """What a mapping process works at; it can be sent to another process.
+    """All that a mapping process needs; it can be sent to that process.
 
     Attributes:
-        session: The session's folder.
-        config: How maps are made.
+        session: Folder of the session.
+        config: Settings of the live map.
         robot: The robot that carries the camera.
-        make_camera: Makes the camera, inside the process.
-        make_field: The oracle's field of a splat.
-        q0: Where the robot stands at the start, shape (n_q,): the space
-            around it has been looked at, see `MappingConfig.start_margin`.
-        base: What the scenario's map begins with, if it is a splat.
+        make_camera: Makes the camera; called inside of the process.
+        make_field: Makes the oracle's distance field of a splat.
+        q0: Configuration at the start, shape (n_q,); somebody has looked at
+            the space around it, see `MappingConfig.start_margin`.
+        base: The splat that the scenario begins with; None for none.
     """
 
     session: Path
@@ -66,17 +66,18 @@ def next_map(
     capture: Capture,
     effort: str,
 ) -> Callable[[Report], WrittenMap]:
-    """What makes and writes the next map of a session; it may take long.
-
-    It takes what it needs from the session here and now, so that it can run
-    in a thread.
+    """Prepares the next map of a session.
 
     Args:
-        job: How maps are made.
-        session: Which map is next.
-        names: Of the frames.
+        job: What the mapping process was given.
+        session: The session that the map belongs to.
+        names: Names of the frames.
         capture: The frames.
         effort: "quick" or "full".
+
+    Returns:
+        A function that makes the map and writes its file. It may take long,
+        but asks the session nothing any more, so that it can run in a thread.
     """
     build = partial(
         build_map,
@@ -89,7 +90,7 @@ def next_map(
         make_field=job.make_field,
         effort=effort,
         base=job.base,
-        robot_free=free_around(job, session.frames.places(names)),
+        robot_free=free_around(job, session.frames.configurations(names)),
     )
     return partial(_make, build, session.map_path(session.next_version))
 
@@ -111,10 +112,14 @@ def _make(
 
 
 def free_around(job: MappingJob, q: np.ndarray) -> Spheres:
-    """Balls without an obstacle: the robot in n configurations (n, n_q).
+    """Returns balls that hold no obstacle: the robot was there.
 
     At the start they are larger, so that what the robot may not see of
     itself does not become an obstacle with the first map.
+
+    Args:
+        job: The robot, where it started, and its margins.
+        q: Configurations in which it was since, shape (n, n_q).
     """
     start = job.robot.spheres_at(job.q0)
     more = max(0.0, job.config.start_margin - job.config.robot_margin)

@@ -27,31 +27,32 @@ DIED = "the mapping process has died; the next request starts it again"
 BUSY = "the mapping process is busy: a request was dropped"
 
 MOST_UNANSWERED = 100
-"""More requests could fill the pipe, and the sender would have to wait."""
+"""Greatest number of unanswered requests: more could fill the pipe, and the
+sender would have to wait."""
 
 PATIENCE = 600.0
-"""`wait` waits no longer [s]."""
+"""Longest time that `wait` waits [s]."""
 
 _log = logging.getLogger(__name__)
 
 
 class MappingProcess:
-    """Takes pictures and makes maps, on another core and yielding to all.
+    """Takes pictures and makes maps in a process of lowest priority (nice 19).
 
     Nothing waits for the process, neither for its start nor for its answers.
     All that it knows is in its session's folder: when it dies, `poll` tells
     so once, and the next request starts another one, which goes on there.
 
     Attributes:
-        sent: Requests so far.
-        answered: How many of them are dealt with, or lost.
+        sent: Number of requests so far.
+        answered: Number of requests that are dealt with, or lost.
     """
 
     def __init__(self, job: MappingJob):
         """Starts the process.
 
         Args:
-            job: What it works at.
+            job: All that the process needs.
         """
         self._job = job
         self.sent = self.answered = 0
@@ -65,11 +66,11 @@ class MappingProcess:
 
     @property
     def process(self) -> BaseProcess | None:
-        """The process; None while none is running or just being started."""
+        """The process; None while none is running, or one is being started."""
         return self._link.process
 
     def request(self, request: Request) -> None:
-        """Sends a request, to a new process where the last one has died."""
+        """Sends a request; where the process has died a new one is started."""
         if self.sent - self.answered >= MOST_UNANSWERED:
             self._own_events.append(Trouble(BUSY))
             return
@@ -81,17 +82,21 @@ class MappingProcess:
             self._scene = request
 
     def poll(self) -> list[Event]:
-        """What the process has told since the last call."""
+        """Returns what the process has told since the last call, at once."""
         events: list[Event] = []
         while event := self._next_event():
             events.append(event)
         return events
 
     def wait(self, count: int) -> list[Event]:
-        """Waits until requests are answered; what the process told by then.
+        """Waits until requests are answered, ten minutes at most.
 
         Args:
-            count: How many, of all that were ever sent.
+            count: Number of requests that must be answered, of all that
+                were ever sent.
+
+        Returns:
+            What the process has told by then.
         """
         events: list[Event] = []
         end = monotonic() + PATIENCE
@@ -158,8 +163,8 @@ class _Link:
         self._starter.start()
 
     def _spawn(self, job: MappingJob) -> None:
-        # The process inherits it: Ctrl-C does not reach even its start, and
-        # it does not go first where the control loop does.
+        # The process inherits both: Ctrl-C does not reach even its start, and
+        # it has no real-time priority (SCHED_RR) where the control loop has.
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
         spawn = multiprocessing.get_context("spawn")

@@ -14,11 +14,11 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 @dc.dataclass(frozen=True, eq=False)
 class AddFrame:
-    """Take a picture now.
+    """Request: take a picture now.
 
     Attributes:
         q: The robot's configuration, shape (n_q,).
-        time: Of the diagram's clock [s].
+        time: Time now, by the diagram's clock [s].
     """
 
     q: np.ndarray
@@ -27,7 +27,7 @@ class AddFrame:
 
 @dc.dataclass(frozen=True)
 class Build:
-    """Make a map of the frames.
+    """Request: make a map of the session's active frames.
 
     Attributes:
         effort: "quick" or "full".
@@ -38,20 +38,20 @@ class Build:
 
 @dc.dataclass(frozen=True)
 class Undo:
-    """Leave out the frames that no map has yet, else the latest map."""
+    """Request: leave out the frames that no map has yet, else the last map."""
 
 
 @dc.dataclass(frozen=True)
 class Save:
-    """Write the map's splat as a file that other programs read."""
+    """Request: write the map's splat as a PLY file for other programs."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class ShowScene:
-    """Change what a simulated camera sees.
+    """Request: change the scene that a simulated camera sees.
 
     Attributes:
-        scene: What there is from now on.
+        scene: The solids that are there from now on.
     """
 
     scene: PrimitiveScene
@@ -59,16 +59,16 @@ class ShowScene:
 
 @dc.dataclass(frozen=True)
 class Close:
-    """Leave; what is being made is dropped."""
+    """Request: end the process; a map that is being made is dropped."""
 
 
 @dc.dataclass(frozen=True)
 class FrameAdded:
-    """A frame is in the session.
+    """Event: a frame has been added to the session.
 
     Attributes:
-        name: The frame's.
-        total: Frames that the next map is made of.
+        name: Name of the frame.
+        total: Number of frames that the next map is made of.
     """
 
     name: str
@@ -77,10 +77,10 @@ class FrameAdded:
 
 @dc.dataclass(frozen=True)
 class FrameRefused:
-    """A frame cannot be used.
+    """Event: a frame cannot be used.
 
     Attributes:
-        reason: Why, for people.
+        reason: Why it cannot, for people.
     """
 
     reason: str
@@ -88,12 +88,12 @@ class FrameRefused:
 
 @dc.dataclass(frozen=True)
 class Building:
-    """How far the map that is being made has come.
+    """Event: how far the map that is being made has come.
 
     Attributes:
         stage: What is being done, for people.
-        done: Steps of it that are done.
-        total: Its steps.
+        done: Number of the stage's steps that are done.
+        total: Number of the stage's steps.
     """
 
     stage: str
@@ -103,12 +103,12 @@ class Building:
 
 @dc.dataclass(frozen=True)
 class MapReady:
-    """A map to change to: a new one, or after an undo an older one.
+    """Event: a map to change to, a new one or after an undo an older one.
 
     Attributes:
-        path: Its file; None for the map that the scenario began with.
-        version: Its number.
-        seal: That of the file, which the mapping process itself has written.
+        path: The map's file; None for the map that the scenario began with.
+        version: Number of the map.
+        seal: Seal of the file, which the mapping process itself has written.
     """
 
     path: Path | None
@@ -118,10 +118,10 @@ class MapReady:
 
 @dc.dataclass(frozen=True)
 class Note:
-    """Something went well.
+    """Event: something went well.
 
     Attributes:
-        text: What, for people.
+        text: What went well, for people.
     """
 
     text: str
@@ -129,10 +129,10 @@ class Note:
 
 @dc.dataclass(frozen=True)
 class Trouble:
-    """Something went wrong; the process goes on.
+    """Event: something went wrong; the process goes on.
 
     Attributes:
-        text: What, for people.
+        text: What went wrong, for people.
     """
 
     text: str
@@ -140,11 +140,13 @@ class Trouble:
 
 @dc.dataclass(frozen=True)
 class Idle:
-    """Nothing is left to do.
+    """Event: nothing is left to do.
 
     Attributes:
-        answered: Requests so far, since the process started.
-        frames: Of which the next map is made; None where nobody knows.
+        answered: Number of requests that were answered since the process
+            started.
+        frames: Number of frames that the next map is made of; None where it
+            is unknown.
     """
 
     answered: int

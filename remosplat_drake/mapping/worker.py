@@ -47,23 +47,26 @@ from remosplat_drake.mapping.store.session import Session
 from remosplat_drake.splat.codecs.ply import write_ply
 
 _NICE = 19
-"""Everybody goes first."""
+"""Lowest priority (nice value) of a process: all others go first."""
 
 _LOOK = 0.01
 """Time between two looks at the camera and at the map in the making [s]."""
 
 _NEWS = 0.2
-"""Time between two words about the map in the making [s]."""
+"""Time between two reports on the map in the making [s]."""
 
 _log = logging.getLogger(__name__)
 
 
 def serve(connection: Connection, job: MappingJob) -> None:
-    """Answers until the other end is closed.
+    """Runs the mapping process until the other end of its pipe is closed.
+
+    It ends by `os._exit`: a map in the making is given up.
 
     Args:
-        connection: Brings requests, takes events; see `messages`.
-        job: What to work at.
+        connection: Pipe that brings requests and takes events; see
+            `messages`.
+        job: All that the process needs.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # The parent's to handle.
     logging.getLogger("drake").setLevel(logging.WARNING)

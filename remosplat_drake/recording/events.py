@@ -1,4 +1,4 @@
-"""What happens in a run now and then, as lines of JSON."""
+"""Events of a run, such as a stop or a new map, as lines of JSON."""
 
 import dataclasses as dc
 import json
@@ -10,26 +10,26 @@ from remosplat_drake.base.reading import reads_file
 from remosplat_drake.base.strict_json import as_number, parse_json_object
 
 SUPERVISOR = "supervisor"
-"""The supervisor's mode has changed."""
+"""Kind of event: the supervisor's mode has changed."""
 MAP = "map"
-"""Another version of the map is asked from now on."""
+"""Kind of event: the oracle asks another version of the map from now on."""
 TARGET = "target"
-"""What moves the target has changed."""
+"""Kind of event: what moves the target has changed."""
 REQUEST = "request"
-"""A person or a program asked for something."""
+"""Kind of event: a person or a program asked something of the map."""
 TROUBLE = "trouble"
-"""Something does not work; control goes on."""
+"""Kind of event: something does not work; control goes on."""
 
 
 @dc.dataclass(frozen=True)
 class Event:
-    """One of them.
+    """Something that happened in a run.
 
     Attributes:
         time: When it happened, by the diagram's clock [s].
-        kind: One of the above.
-        text: For a person.
-        version: Of the map, where the event is about one.
+        kind: `SUPERVISOR`, `MAP`, `TARGET`, `REQUEST` or `TROUBLE`.
+        text: What happened, in words for a person.
+        version: Version of the map, in events that are about one.
     """
 
     time: float
@@ -42,13 +42,13 @@ class EventWriter:
     """Appends events to a file, each of them at once.
 
     Args:
-        path: Must not exist.
+        path: The file; it must not exist.
 
     Attributes:
-        trouble: Why events are missing; empty while none is.
+        trouble: Why events are missing in the file; empty while none is.
 
     Raises:
-        FileError: The file cannot be begun.
+        FileError: The file exists or cannot be made.
     """
 
     def __init__(self, path: Path):
@@ -56,7 +56,7 @@ class EventWriter:
         self._file = AppendFile(path)
 
     def append(self, event: Event) -> None:
-        """Adds an event."""
+        """Writes an event, or notes in `trouble` why that failed."""
         line = json.dumps(dc.asdict(event)) + "\n"
         problem = self._file.append(line.encode())
         if problem:
@@ -69,11 +69,14 @@ class EventWriter:
 
 @reads_file
 def read_events(path: Path) -> list[Event]:
-    """Reads events; a line that was cut off at the end is left out.
+    """Reads a file of events; a line cut off at its end is left out.
+
+    Args:
+        path: The file.
 
     Raises:
         FileError: The file cannot be read, or holds something else.
-        FieldError: An event has no time.
+        FieldError: The time of an event is no number.
     """
     try:
         text = path.read_text("utf-8")

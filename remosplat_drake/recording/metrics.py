@@ -1,4 +1,4 @@
-"""Numbers about a run, as pure functions of its trajectory."""
+"""Metrics of a run, such as smallest clearance and path length."""
 
 import dataclasses as dc
 
@@ -11,23 +11,27 @@ from remosplat_drake.signals.distance_field import DistanceField
 
 @dc.dataclass(frozen=True)
 class RunMetrics:
-    """What one run is judged by; distances in metres, times in seconds.
+    """The numbers that a run is judged by.
 
     Attributes:
-        duration: Simulated time from the first tick to the end.
-        clearance_min: Smallest clearance by the oracle, None if the scene
-            was never within its influence.
-        clearance_mean: Mean over the ticks of the smallest clearance.
-        truth_clearance_min: The same by ground truth, None if unknown.
-        truth_clearance_mean: See above (paper section V, D_avg).
-        path_length: Of the end effector (paper section V, L).
-        base_path_length: Of the base's origin.
+        duration: Simulated time from the first tick to the end [s].
+        clearance_min: Smallest clearance by the oracle [m]; None if the
+            scene was never within its influence.
+        clearance_mean: Mean over the ticks of the smallest clearance by the
+            oracle [m]; None likewise.
+        truth_clearance_min: Smallest clearance by ground truth [m]; None if
+            that is unknown.
+        truth_clearance_mean: Mean over the ticks of the smallest clearance
+            by ground truth [m] (paper section V, D_avg); None likewise.
+        path_length: Length of the end effector's path [m] (paper section V,
+            L).
+        base_path_length: Length of the path of the base's origin [m].
         ticks: Number of control ticks.
-        tick_p50: Median wall-clock time of a tick.
-        tick_p99: 99th percentile of it.
-        control_rate: 1 / tick_p50 [Hz].
-        statuses: Number of ticks by status.
-        scaled_ticks: Ticks whose command verification reduced.
+        tick_p50: Median wall-clock time of a tick [s].
+        tick_p99: 99th percentile of the wall-clock time of a tick [s].
+        control_rate: 1 / tick_p50 [Hz]; 0 where ticks were not timed.
+        statuses: Number of ticks by the name of their status.
+        scaled_ticks: Number of ticks whose command verification reduced.
     """
 
     duration: float
@@ -51,13 +55,13 @@ def run_metrics(
     dt: float,
     truth: DistanceField | None,
 ) -> RunMetrics:
-    """Evaluates a finished run.
+    """Computes the metrics of a finished run.
 
     Args:
         trajectory: What the robot did.
-        robot: Finds end effector and spheres.
+        robot: The robot, for its kinematics and its spheres.
         dt: Control period [s].
-        truth: Ground truth, where it is known.
+        truth: The true scene; None where it is unknown.
     """
     p_WE = np.array([robot.end_effector_pose(q)[:3, 3] for q in trajectory.q])
     true_min, true_mean = _summary(truth_clearances(trajectory, robot, truth))
@@ -83,7 +87,7 @@ def run_metrics(
 
 
 def status_counts(trajectory: Trajectory) -> dict[str, int]:
-    """Number of ticks by status."""
+    """Counts the ticks of each status."""
     names, counts = np.unique(trajectory.status, return_counts=True)
     return {str(n): int(c) for n, c in zip(names, counts, strict=True)}
 
@@ -91,7 +95,11 @@ def status_counts(trajectory: Trajectory) -> dict[str, int]:
 def truth_clearances(
     trajectory: Trajectory, robot: RobotModel, truth: DistanceField | None
 ) -> np.ndarray:
-    """Smallest true clearance of every configuration, (T + 1,) or (0,)."""
+    """Computes the smallest true clearance of every configuration.
+
+    Returns:
+        Clearances, shape (T + 1,) [m]; shape (0,) without ground truth.
+    """
     if truth is None:
         return np.zeros(0)
     return np.array(
@@ -100,7 +108,7 @@ def truth_clearances(
 
 
 def path_length(p: np.ndarray) -> float:
-    """Length of a polyline, points of shape (T, d) [m]."""
+    """Returns the length of a polyline [m] of points, shape (T, d) [m]."""
     return float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum())
 
 

@@ -1,4 +1,4 @@
-"""The paper's figure 5: what became of what an operator wanted."""
+"""The paper's figure 5: clearance, and deviation from what was wanted."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FORMATS = ("pdf", "png", "svg")
-"""What a figure can be saved as, by its file's ending."""
+"""Formats that a figure can be saved in, by the endings of files."""
 
 _OURS, _TRUE, _LIMIT = "tab:blue", "black", "tab:red"
 _MAP, _STOP = "tab:green", "tab:orange"
@@ -33,9 +33,10 @@ def draw_operator_figure(
     """Draws clearance above, and deviation from what was wanted below.
 
     Args:
-        trace: What to draw.
+        trace: The curves.
         stopping: Distance at which the controller stops approaching [m].
-        events: Maps and stops among them are marked.
+        events: Events of the run; new maps and changes of the supervisor
+            among them are marked by vertical lines.
     """
     from matplotlib.figure import Figure
 
@@ -55,7 +56,11 @@ def draw_operator_figure(
 
 
 def save_figure(figure: "Figure", path: Path) -> None:
-    """Writes a figure, whole or not at all.
+    """Writes a figure to a file atomically.
+
+    Args:
+        figure: The figure.
+        path: The file; its ending says the format.
 
     Raises:
         FieldError: The file's ending is none of `FORMATS`.
@@ -67,10 +72,10 @@ def save_figure(figure: "Figure", path: Path) -> None:
 
 
 def check_figure_path(path: Path) -> None:
-    """Refuses a path that no figure can be saved at.
+    """Checks that a figure can be saved at a path.
 
     Raises:
-        FieldError: Its ending is none of `FORMATS`.
+        FieldError: The path's ending is none of `FORMATS`.
     """
     ending = path.suffix[1:]
     if ending not in FORMATS:

@@ -1,4 +1,4 @@
-"""What became of what an operator wanted, tick by tick."""
+"""`OperatorTrace`: the curves of the paper's figure 5, from a log."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -19,12 +19,13 @@ class OperatorTrace:
     """The curves of the paper's figure 5, over T ticks.
 
     Attributes:
-        time: Of the ticks, shape (T,) [s].
-        clearance: Smallest distance by the map of that time, inf beyond the
-            oracle's influence, shape (T,) [m].
-        deviation: |v desired - v executed| of the end effector, (T,) [m/s].
+        time: Times of the ticks, shape (T,) [s].
+        clearance: Smallest distance by the map of that time, shape (T,) [m];
+            inf beyond the oracle's influence.
+        deviation: |v desired - v executed| of the end effector, shape (T,)
+            [m/s].
         true_clearance: Smallest distance to the true scene, shape (T,) [m];
-            None where that is not known.
+            None where that is unknown.
     """
 
     time: np.ndarray
@@ -42,15 +43,15 @@ def trace_operator(
     truth: Callable[[float], DistanceField] | None = None,
     on_tick: Callable[[int], None] | None = None,
 ) -> OperatorTrace:
-    """Computes the curves from a log.
+    """Computes the curves of figure 5 from a log.
 
     Args:
-        log: Of a run.
+        log: The log of a run.
         robot: The robot of the run.
-        gain: The servo's [1/s].
-        max_speed: The servo's [m/s].
-        truth: The true scene at a time [s].
-        on_tick: Told how many ticks are done.
+        gain: Gain of the controller's servo [1/s].
+        max_speed: Greatest speed that the servo wants [m/s].
+        truth: Returns the true scene at a time [s]; None if it is unknown.
+        on_tick: Called with the number of ticks that are done.
     """
     count = len(log)
     deviations, true_clearance = np.zeros(count), np.zeros(count)

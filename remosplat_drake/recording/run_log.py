@@ -1,4 +1,4 @@
-"""The log of a run: one row a control tick, written while it goes on.
+"""The log of a run: one row for each control tick, written as it goes on.
 
 A log is a line of JSON that says what is in it, and then rows of numbers of
 `row_type`, one after the other. Nothing at its end says that it is complete,
@@ -31,30 +31,38 @@ from remosplat_drake.signals.supervisor_state import (
 from remosplat_drake.signals.tick_report import STATUSES, TickReport
 
 FORMAT = "remosplat run log"
+"""What the header of a log calls its format."""
+
 VERSION = 1
+"""Version of the format that this program writes and reads."""
 
 MODES = ("", STARTING, RUNNING, STOPPING, STOPPED)
-"""Modes of the supervisor; the first stands for a run without one."""
+"""Modes of the supervisor by their codes; the first is for none at all."""
 
 NO_MAP = -1
-"""Version of the map in a run whose map does not change."""
+"""Version of the map in the log of a run whose map does not change."""
 
 _HELD = 1.0
-"""Rows of so much time are written together [s]."""
+"""Time span of the rows that are written together [s]."""
 
 _HEADER_LIMIT = 4096
-"""No header is longer [bytes]."""
+"""Greatest length of a header [bytes]."""
 
 _MAX_JOINTS = 1000
 
 
 def row_type(n_q: int, n_u: int) -> np.dtype:
-    """What a row holds; every number at a multiple of its size.
+    """Returns the NumPy type of a row; it has no padding.
 
-    time [s] and q of the tick; u as commanded by the controller, and as
-    executed; the target X_WT without its last row; the smallest clearance by
-    the oracle, inf beyond its influence [m]; verification's scale; version of
-    the map; indices into `STATUSES` and `MODES`.
+    A row holds the time [s] and the configuration q of the tick; the command
+    u of the controller, and as it was executed; the target X_WT without its
+    last row; the smallest clearance by the oracle [m], inf beyond its
+    influence; verification's scale; the version of the map; and the codes of
+    status and mode, indices into `STATUSES` and `MODES`.
+
+    Args:
+        n_q: Length of the configuration.
+        n_u: Length of the command.
     """
     return np.dtype(
         [
@@ -79,16 +87,16 @@ class RunLogWriter:
     there is space again, the log goes on.
 
     Args:
-        path: The log; must not exist.
-        n_q: Size of the configuration.
-        n_u: Size of the command.
+        path: The file; it must not exist.
+        n_q: Length of the configuration.
+        n_u: Length of the command.
         period: Control period [s].
 
     Attributes:
-        trouble: Why rows are missing; empty while none is.
+        trouble: Why rows are missing in the file; empty while none is.
 
     Raises:
-        FileError: The log cannot be begun.
+        FileError: The file exists or cannot be made.
     """
 
     def __init__(self, path: Path, *, n_q: int, n_u: int, period: float):
@@ -119,13 +127,13 @@ class RunLogWriter:
         mode: str = "",
         map_version: int = NO_MAP,
     ) -> None:
-        """Adds a tick.
+        """Adds the row of a tick.
 
         Args:
-            report: The controller's.
-            executed: Command as the robot got it, shape (n_u,).
-            mode: The supervisor's.
-            map_version: Of the map that the tick asked.
+            report: The controller's report.
+            executed: The command as the robot got it, shape (n_u,).
+            mode: Mode of the supervisor, one of `MODES`.
+            map_version: Version of the map that the tick asked.
         """
         column, i = self._column, self._count
         column["time"][i] = report.time
@@ -143,7 +151,7 @@ class RunLogWriter:
             self.flush()
 
     def flush(self) -> None:
-        """Hands the rows that wait to the operating system."""
+        """Hands the rows in memory to the operating system."""
         rows, self._count = self._rows[: self._count], 0
         problem = self._file.append(rows.tobytes())
         if problem:
@@ -153,20 +161,20 @@ class RunLogWriter:
             )
 
     def close(self) -> None:
-        """Writes what waits, and closes the log."""
+        """Writes the rows in memory, and closes the file."""
         self.flush()
         self._file.close()
 
 
 @dc.dataclass(frozen=True, eq=False)
 class RunLog:
-    """A log that was read.
+    """The log of a run, read from its file.
 
     Attributes:
         period: Control period [s].
-        statuses: Names of the codes in the rows' `status`.
-        modes: Names of the codes in the rows' `mode`.
-        rows: T ticks of `row_type`, shape (T,).
+        statuses: Names of the codes in the rows' field `status`.
+        modes: Names of the codes in the rows' field `mode`.
+        rows: The ticks, shape (T,), of type `row_type`.
     """
 
     period: float
@@ -178,7 +186,7 @@ class RunLog:
         return len(self.rows)
 
     def between(self, start: float, end: float) -> "RunLog":
-        """The ticks from `start` up to and including `end` [s]."""
+        """Returns the ticks from `start` up to and including `end` [s]."""
         first = np.searchsorted(self.rows["time"], start, "left")
         last = np.searchsorted(self.rows["time"], end, "right")
         return dc.replace(self, rows=self.rows[first:last])
@@ -186,13 +194,13 @@ class RunLog:
     def report(
         self, k: int, clearances: Clearances | None = None
     ) -> TickReport:
-        """What the controller reported at tick k, as far as it was logged.
+        """Restores the controller's report of a tick, as far as it was logged.
 
         Args:
             k: Index of the row.
-            clearances: Stand in place of those of the tick, of which only
-                the smallest was logged; their rows that are closest count as
-                tight.
+            clearances: Clearances to put into the report, since of those of
+                the tick only the smallest was logged; the closest of their
+                rows count as tight. None puts in none.
         """
         row = self.rows[k]
         clearances = Clearances.none() if clearances is None else clearances
@@ -213,11 +221,14 @@ class RunLog:
 
 @reads_file
 def read_log(path: Path) -> RunLog:
-    """Reads a log; a row that was cut off at its end is left out.
+    """Reads the log of a run; a row cut off at its end is left out.
+
+    Args:
+        path: The file.
 
     Raises:
-        FileError: The file cannot be read, or is no such log.
-        FieldError: A field of its header is unusable; names it.
+        FileError: The file cannot be read, is no log, or is damaged.
+        FieldError: A field of its header is unusable.
     """
     try:
         with open(path, "rb") as file:

@@ -1,4 +1,4 @@
-"""`Trajectory`: what the robot did, tick by tick, and its file."""
+"""`Trajectory`: what the robot did, tick by tick, and its .npz file."""
 
 import dataclasses as dc
 import math
@@ -31,9 +31,13 @@ _DAMAGES = (
     struct.error,
     zlib.error,
 )
+"""Errors with which NumPy and zipfile meet a damaged archive."""
+
 _ALWAYS_ALLOWED = 2**24
+"""Size of an array that needs no suspicion [bytes]."""
+
 _MAX_RATIO = 1000
-"""Deflate packs no tighter."""
+"""Greatest compression ratio of deflate."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -45,10 +49,12 @@ class Trajectory:
         q: Configurations at the ticks and at the end, shape (T + 1, n_q).
         u: Commands, each held until the next tick, shape (T, n_u).
         status: Names from `tick_report.STATUSES`, shape (T,).
-        scale: Verification's factors, shape (T,).
-        clearance: Smallest distance the oracle saw, inf beyond its
-            influence, shape (T,) [m].
-        timings: Wall-clock seconds by phase, each of shape (T,).
+        scale: Factors by which verification scaled the commands, 0 to 1,
+            shape (T,).
+        clearance: Smallest distance by the oracle, shape (T,) [m]; inf
+            beyond its influence.
+        timings: Wall-clock times by the phase of a tick, shape (T,) each
+            [s].
     """
 
     time: np.ndarray
@@ -69,10 +75,14 @@ def make_trajectory(
     n_u: int,
     executed: Iterable[np.ndarray] | None = None,
 ) -> Trajectory:
-    """Stacks tick reports, and the configuration after the last one.
+    """Stacks tick reports into a trajectory.
 
-    `executed` are the commands as a supervisor let them pass; without them
-    those of the reports were executed.
+    Args:
+        reports: The controller's reports, T of them.
+        q_end: Configuration after the last one, shape (n_q,).
+        n_u: Length of a command.
+        executed: The commands as a supervisor let them pass, T of them,
+            shape (n_u,) each; None: those of the reports were executed.
     """
     phases = sorted({phase for report in reports for phase in report.timings})
     q = [report.q for report in reports] + [q_end]
@@ -93,7 +103,13 @@ def make_trajectory(
 
 
 def save_trajectory(trajectory: Trajectory, path: Path) -> None:
-    """Writes a NumPy .npz archive atomically; arrays by field name."""
+    """Writes a trajectory as a NumPy .npz archive, atomically.
+
+    Arrays have the names of the fields; timings have `timing_` before theirs.
+
+    Raises:
+        FileError: The file cannot be written.
+    """
     arrays = {
         field.name: getattr(trajectory, field.name)
         for field in dc.fields(trajectory)
@@ -106,7 +122,7 @@ def save_trajectory(trajectory: Trajectory, path: Path) -> None:
 
 @reads_file
 def load_trajectory(path: Path) -> Trajectory:
-    """Reads what `save_trajectory` wrote.
+    """Reads a trajectory that `save_trajectory` wrote.
 
     Raises:
         FileError: The file cannot be read or holds something else.

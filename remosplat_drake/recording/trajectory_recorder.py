@@ -1,4 +1,4 @@
-"""`TrajectoryRecorder`: keeps every tick report of a run."""
+"""`TrajectoryRecorder`: keeps the tick reports of a run in memory."""
 
 from collections import deque
 
@@ -16,7 +16,7 @@ from remosplat_drake.signals.tick_report import TickReport
 
 
 class TrajectoryRecorder(LeafSystem):
-    """Collects what the controller exports; asks nobody anything.
+    """Collects the controller's reports and the executed commands.
 
     .. pydrake_system::
 
@@ -26,18 +26,19 @@ class TrajectoryRecorder(LeafSystem):
         - report
         - velocity_executed (optional)
 
-    It publishes once a control period and keeps each new report, and with it
-    what a supervisor made of its command; another simulation starts over.
+    It publishes once a control period and keeps each new `TickReport`, and
+    with it what a supervisor made of its command (`velocity_executed`);
+    another simulation starts over.
 
     Args:
-        n_q: Size of the configuration.
-        n_u: Size of the command.
+        n_q: Length of the configuration.
+        n_u: Length of the command.
         period: Control period [s].
-        keep: Older reports than so long are forgotten [s]; None keeps all,
-            and memory grows with the run.
+        keep: Age at which reports are forgotten [s]; None keeps all, and
+            memory grows with the run.
 
     Attributes:
-        reports: All reports that are kept, in order.
+        reports: All reports that are kept, oldest first.
     """
 
     def __init__(
@@ -70,7 +71,16 @@ class TrajectoryRecorder(LeafSystem):
         executed: OutputPort | None = None,
         **arguments,
     ) -> "TrajectoryRecorder":
-        """Adds a recorder and connects it."""
+        """Adds a recorder to a diagram, and connects it.
+
+        Args:
+            builder: Builder of the diagram.
+            configuration: The measured configuration q.
+            report: The controller's `TickReport`.
+            executed: The command u that the station gets, where it may
+                differ from the controller's.
+            **arguments: The arguments of `TrajectoryRecorder`.
+        """
         recorder = builder.AddSystem(TrajectoryRecorder(**arguments))
         builder.Connect(configuration, recorder.GetInputPort("configuration"))
         builder.Connect(report, recorder.GetInputPort("report"))
@@ -82,11 +92,15 @@ class TrajectoryRecorder(LeafSystem):
 
     @property
     def latest(self) -> TickReport | None:
-        """The latest report, if there is one."""
+        """The latest report; None before the first."""
         return self.reports[-1] if self.reports else None
 
     def trajectory(self, context: Context) -> Trajectory:
-        """Everything that is kept, ending at the context's configuration."""
+        """Returns the trajectory up to the context's configuration.
+
+        Args:
+            context: The system's own context.
+        """
         self._record(context)
         q_end = np.array(self._configuration_input.Eval(context))
         return make_trajectory(self.reports, q_end, self._n_u, self._executed)

@@ -81,7 +81,7 @@ class Asked:
 
 
 @reads_file
-def load_trajectory(
+def load_operator_steps(
     path: Path,
     poses: Collection[str],
     scenes: Sequence[PrimitiveScene] = (),

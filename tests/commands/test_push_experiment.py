@@ -7,7 +7,7 @@ import pytest
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.commands import push_experiment
 from remosplat_drake.commands.main import USER_ERROR, main
-from remosplat_drake.teleop.trajectory_file import load_trajectory
+from remosplat_drake.teleop.trajectory_file import load_operator_steps
 
 SCRIPT = "steps: [{time: 0.1, press: hold}, {time: 0.3, press: home}]"
 
@@ -53,5 +53,5 @@ def test_without_the_truth_nobody_could_judge(tmp_path, capfd):
 
 def test_the_shipped_script_can_be_followed():
     poses = load_scenario(push_experiment.DEFAULT_SCENARIO).teleop.poses
-    steps = load_trajectory(push_experiment.SCRIPT, poses)
+    steps = load_operator_steps(push_experiment.SCRIPT, poses)
     assert steps[0].press == "scan"

@@ -11,7 +11,7 @@ from remosplat_drake.app.recorded_run import load_recorded_run
 from remosplat_drake.commands.main import USER_ERROR, main
 from remosplat_drake.recording.events import EventWriter, read_events
 from remosplat_drake.recording.run_log import read_log
-from remosplat_drake.recording.session_log import EVENTS, LOG
+from remosplat_drake.recording.trajectory_log import EVENTS, LOG
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,7 @@ from remosplat_drake.mapping.store.session import (
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.recording.events import MAP, TARGET, Event, read_events
 from remosplat_drake.recording.run_log import RunLog, read_log
-from remosplat_drake.recording.session_log import EVENTS, LOG
+from remosplat_drake.recording.trajectory_log import EVENTS, LOG
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 

@@ -298,7 +298,7 @@ OTHERS = {
     ),
     "operator-script": Format(
         _copied(resources.scenarios_dir() / "operators" / "push.yaml"),
-        lambda folder: trajectory_file.load_trajectory(
+        lambda folder: trajectory_file.load_operator_steps(
             folder / "push.yaml", ("over the table",), (_SCENE, _SCENE)
         ),
     ),

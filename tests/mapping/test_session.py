@@ -55,7 +55,8 @@ def test_a_frame_comes_back(session):
     np.testing.assert_array_equal(capture.hidden, [hidden])
     np.testing.assert_array_equal(capture.depth, [np.where(hidden, 0, 1.5)])
     np.testing.assert_array_equal(capture.X_WC, [np.eye(4)])
-    np.testing.assert_array_equal(again.frames.places((name,)), [[1.5] * 10])
+    q = again.frames.configurations((name,))
+    np.testing.assert_array_equal(q, [[1.5] * 10])
     assert again.frames.time(name) == 1.5
 
 

@@ -1,13 +1,11 @@
 """Events: found between two ticks, written as they happen."""
 
-import dataclasses as dc
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
+from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.recording.changes import Surroundings, changes
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.recording.events import (
     MAP,
     REQUEST,
@@ -18,81 +16,94 @@ from remosplat_drake.recording.events import (
     EventWriter,
     read_events,
 )
+from remosplat_drake.recording.tick_events import LoggedSignals, events_between
+from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.map_status import MapStatus
+from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.signals.supervisor_state import (
     RUNNING,
     STOPPING,
     SupervisorState,
 )
+from remosplat_drake.signals.target_state import TargetState
+
+TABLE, OTHER = (
+    PrimitiveScene(boxes=(Box(RigidTransform([x, 0, 0]), np.full(3, 0.1)),))
+    for x in (1.0, 2.0)
+)
 
 
-@dc.dataclass(frozen=True)
-class Requests:
-    frames: int = 0
-    undos: int = 0
-    scene: object = None
+def between(before: LoggedSignals, now: LoggedSignals) -> list[Event]:
+    return list(events_between(before, now, 3.0))
 
 
-def between(before: Surroundings, now: Surroundings) -> list[Event]:
-    return list(changes(before, now, 3.0))
+def status(version: int, trouble: str = "") -> MapStatus:
+    field = SignedDistanceField(TABLE)
+    quality = f"map {version}"
+    scene_map = SceneMap(version, None, (), 0.0, field, quality=quality)
+    return MapStatus(scene_map, trouble=trouble)
 
 
-def status(version: int, trouble: str = "") -> SimpleNamespace:
-    scene_map = SimpleNamespace(version=version, quality=f"map {version}")
-    return SimpleNamespace(scene_map=scene_map, trouble=trouble)
+def moved(text: str) -> TargetState:
+    return TargetState.at_rest(np.eye(4), text)
 
 
 def test_nothing_new_is_no_event():
-    now = Surroundings(
-        SupervisorState(np.zeros(2)), status(1), None, Requests(2)
+    now = LoggedSignals(
+        SupervisorState(np.zeros(2)), status(1), None, MapRequests(2)
     )
-    again = Surroundings(
-        SupervisorState(np.ones(2)), status(1), None, Requests(2)
+    again = LoggedSignals(
+        SupervisorState(np.ones(2)), status(1), None, MapRequests(2)
     )
     assert between(now, now) == []
     assert between(now, again) == []
-    assert between(Surroundings(), Surroundings()) == []
+    assert between(LoggedSignals(), LoggedSignals()) == []
 
 
 def test_a_stop_has_its_reason():
-    before = Surroundings(SupervisorState(np.zeros(2), RUNNING))
-    now = Surroundings(
+    before = LoggedSignals(SupervisorState(np.zeros(2), RUNNING))
+    now = LoggedSignals(
         SupervisorState(np.zeros(2), STOPPING, reason="too near")
     )
     assert between(before, now) == [
         Event(3.0, SUPERVISOR, "stopping: too near")
     ]
-    assert between(Surroundings(), before) == [Event(3.0, SUPERVISOR, RUNNING)]
+    assert between(LoggedSignals(), before) == [Event(3.0, SUPERVISOR, RUNNING)]
 
 
 def test_another_map_is_named():
-    first, second = Surroundings(None, status(0)), Surroundings(None, status(1))
-    assert between(Surroundings(), first) == [Event(3.0, MAP, "map 0", 0)]
+    first, second = (
+        LoggedSignals(None, status(0)),
+        LoggedSignals(None, status(1)),
+    )
+    assert between(LoggedSignals(), first) == [Event(3.0, MAP, "map 0", 0)]
     assert between(first, second) == [Event(3.0, MAP, "map 1", 1)]
 
 
 def test_trouble_is_told_once():
     fine, broken = status(1), status(1, "the mapping process has died")
-    events = between(Surroundings(None, fine), Surroundings(None, broken))
+    events = between(LoggedSignals(None, fine), LoggedSignals(None, broken))
     assert events == [Event(3.0, TROUBLE, "the mapping process has died")]
     assert not between(
-        Surroundings(None, broken),
-        Surroundings(None, status(1, broken.trouble)),
+        LoggedSignals(None, broken),
+        LoggedSignals(None, status(1, broken.trouble)),
     )
-    assert not between(Surroundings(None, broken), Surroundings(None, fine))
+    assert not between(LoggedSignals(None, broken), LoggedSignals(None, fine))
 
 
 def test_what_moves_the_target():
-    home, hold = SimpleNamespace(text="go home"), SimpleNamespace(text="hold")
-    events = between(Surroundings(target=home), Surroundings(target=hold))
+    home, hold = moved("go home"), moved("hold")
+    events = between(LoggedSignals(target=home), LoggedSignals(target=hold))
     assert events == [Event(3.0, TARGET, "hold")]
-    assert between(Surroundings(), Surroundings(target=home))
+    assert between(LoggedSignals(), LoggedSignals(target=home))
 
 
 def test_counters_that_grew_are_requests():
-    before = Surroundings(requests=Requests(1, 1, "a table"))
-    now = Surroundings(requests=Requests(1, 2, "a table"))
+    before = LoggedSignals(requests=MapRequests(1, undos=1, scene=TABLE))
+    now = LoggedSignals(requests=MapRequests(1, undos=2, scene=TABLE))
     assert between(before, now) == [Event(3.0, REQUEST, "undos")]
-    assert between(Surroundings(), before) == [
+    assert between(LoggedSignals(), before) == [
         Event(3.0, REQUEST, "frames"),
         Event(3.0, REQUEST, "undos"),
         Event(3.0, REQUEST, "scene"),
@@ -100,10 +111,10 @@ def test_counters_that_grew_are_requests():
 
 
 def test_another_scene_is_a_request():
-    before = Surroundings(requests=Requests(scene="a table"))
-    now = Surroundings(requests=Requests(scene="a table and a box"))
+    before = LoggedSignals(requests=MapRequests(scene=TABLE))
+    now = LoggedSignals(requests=MapRequests(scene=OTHER))
     assert between(before, now) == [Event(3.0, REQUEST, "scene")]
-    assert between(now, Surroundings(requests=Requests())) == []
+    assert between(now, LoggedSignals(requests=MapRequests())) == []
 
 
 def test_events_are_written_at_once_and_read(tmp_path):

@@ -3,10 +3,10 @@
 import dataclasses as dc
 
 import pytest
-from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.strict_yaml import load_strict
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.station.hand import SETTLING_TIME
 from remosplat_drake.station.station_config import (
     MAX_STEP,

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from pydrake.systems.framework import Diagram, PortDataType
-from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.station.simulated_station import MakeSimulatedStation
 from remosplat_drake.station.station_config import (

@@ -10,7 +10,7 @@ from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.teleop.trajectory_file import (
     OperatorStep,
     asked_over_time,
-    load_trajectory,
+    load_operator_steps,
 )
 from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
 
@@ -34,7 +34,9 @@ def write(folder, text: str):
 
 class Script:
     def __init__(self, path, start: float = 0.0):
-        self.system = TrajectoryOperator(steps=load_trajectory(path, ["shelf"]))
+        self.system = TrajectoryOperator(
+            steps=load_operator_steps(path, ["shelf"])
+        )
         simulator = Simulator(self.system)
         self.context = simulator.get_mutable_context()
         self.context.SetTime(start)
@@ -87,7 +89,7 @@ def test_something_is_put_there_and_taken_away_again(tmp_path):
     scenes = PrimitiveScene(name="bare"), PrimitiveScene(name="laden")
     presses = "{time: 1, press: scene}, {time: 2, press: scene}"
     path = write(tmp_path, f"steps: [{presses}]")
-    steps = load_trajectory(path, [], scenes)
+    steps = load_operator_steps(path, [], scenes)
     asked = asked_over_time(steps, scenes)
     shown = [ask.map_requests.scene for ask in asked]
     assert shown == [None, scenes[1], scenes[0]]
@@ -114,11 +116,11 @@ def test_something_is_put_there_and_taken_away_again(tmp_path):
 )
 def test_mistakes_are_named(tmp_path, text, problem):
     with pytest.raises(FieldError) as error:
-        load_trajectory(write(tmp_path, text), ["shelf"])
+        load_operator_steps(write(tmp_path, text), ["shelf"])
     assert problem in str(error.value)
     assert "script.yaml" in str(error.value)
 
 
 def test_a_missing_file(tmp_path):
     with pytest.raises(FileError):
-        load_trajectory(tmp_path / "none.yaml", [])
+        load_operator_steps(tmp_path / "none.yaml", [])

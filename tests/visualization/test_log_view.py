@@ -14,7 +14,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from test_trajectory_recorder import PERIOD, Ticks
 from remosplat_drake.recording.run_log import row_type
-from remosplat_drake.recording.session_log import LOG, TrajectoryLog
+from remosplat_drake.recording.trajectory_log import LOG, TrajectoryLog
 from remosplat_drake.visualization.log_view import LogView
 from remosplat_drake.visualization.page import MeshcatPage
 

@@ -16,7 +16,7 @@ from remosplat_drake.mapping.store.map_file import open_map
 from remosplat_drake.mapping.store.session import Session
 from remosplat_drake.recording.events import MAP, Event, read_events
 from remosplat_drake.recording.run_log import read_log
-from remosplat_drake.recording.session_log import EVENTS, LOG
+from remosplat_drake.recording.trajectory_log import EVENTS, LOG
 
 LIMIT = 300.0
 """Longest wait for anything; this computer may have much else to do [s]."""

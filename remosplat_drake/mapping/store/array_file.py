@@ -34,21 +34,22 @@ _ALIGNMENT = 64
 
 _LONGEST_HEADER = 1 << 20
 _LARGEST_ARRAY = 1 << 40
+"""Greatest sizes of what this program writes [bytes]."""
+
 _MOST_DIMENSIONS = 4
-"""Nothing of ours is larger [bytes]."""
 
 _TYPES = ("<f4", "<f8", "<i2", "<i4", "<i8", "|u1", "|b1")
-"""What arrays may be of."""
+"""Types of numbers that arrays may have."""
 
 
 @dc.dataclass(frozen=True)
 class FileKind:
-    """What a file says of itself at its start.
+    """A kind of file, as it says of itself at its start.
 
     Attributes:
-        name: For people.
-        magic: The first 8 bytes.
-        version: Of the format.
+        name: What messages call such a file.
+        magic: The first 8 bytes of such a file.
+        version: Version of its format.
     """
 
     name: str
@@ -73,11 +74,11 @@ class _Place:
 
 @dc.dataclass(frozen=True)
 class ArrayFile:
-    """An open file.
+    """An open file of named arrays.
 
     Attributes:
-        path: Of the file.
-        document: What was written besides the arrays.
+        path: Path of the file.
+        document: The JSON document that was written besides the arrays.
         is_sealed: Whether its writer is trusted: the arrays are views of the
             file then, and copies of what has been checked otherwise.
     """
@@ -89,14 +90,14 @@ class ArrayFile:
     _places: dict[str, _Place]
 
     def names(self) -> list[str]:
-        """Of all arrays."""
+        """Lists the names of all arrays."""
         return list(self._places)
 
     def array(self, name: str) -> np.ndarray:
-        """An array.
+        """Returns an array.
 
         Raises:
-            FileError: There is none of this name, or it is damaged.
+            FileError: There is no array of this name, or it is damaged.
         """
         if name not in self._places:
             raise FileError(self.path, f"lacks the array {name!r}")
@@ -116,16 +117,16 @@ def write_arrays(
     document: dict,
     arrays: Mapping[str, np.ndarray],
 ) -> str:
-    """Writes a file, whole or not at all.
+    """Writes a file of named arrays, atomically.
 
     Args:
         path: The file.
-        kind: What it says of itself.
-        document: Whatever JSON can hold.
-        arrays: By name.
+        kind: The kind of file that it becomes.
+        document: A document to store besides; whatever JSON can hold.
+        arrays: The arrays by their names.
 
     Returns:
-        The seal.
+        The file's seal: the SHA-256 of its header, in hexadecimal.
 
     Raises:
         FileError: The file cannot be written, because the disk is full for
@@ -155,20 +156,22 @@ def write_arrays(
 
 
 def open_arrays(path: Path, kind: FileKind, seal: str | None) -> ArrayFile:
-    """Opens a file.
+    """Opens a file of named arrays.
 
-    A sealed file may be deleted or replaced meanwhile, but not written into.
+    A file that is opened with its seal may be deleted or replaced while it is
+    in use, but not written into.
 
     Args:
         path: The file.
-        kind: What it must say of itself.
-        seal: What `write_arrays` gave for it in this run of the program;
-            None checks all that is read.
+        kind: The kind of file that it must be.
+        seal: What `write_arrays` returned for it in this run of the program:
+            the arrays are mapped into memory unread. None reads the file,
+            and checks each array when it is asked for.
 
     Raises:
-        VersionError: The file is of another version.
-        FileError: It is missing, something else, cut off, or damaged.
-        FieldError: Its header says what cannot be.
+        VersionError: The file is of another version of its format.
+        FileError: It is missing, of another kind, cut off, or damaged.
+        FieldError: Its header is damaged or contradicts itself.
     """
     data = _read(path) if seal is None else _map(path)
     header = _header(path, kind, data)

@@ -32,15 +32,18 @@ _NAME = re.compile("frame [0-9]{1,9}")
 class FrameStore:
     """The frames in a folder, in the order in which they were taken.
 
-    Attributes:
-        names: Of all frames; "frame 3" is what people read.
+    Images are read when `load` asks for them. A frame's name, "frame 3" for
+    example, is what people read.
     """
 
     def __init__(self, folder: Path):
-        """Reads what is there; a folder without a document is empty.
+        """Reads which frames a folder holds.
+
+        Args:
+            folder: The folder; without a `transforms.json` it holds none.
 
         Raises:
-            RemoSplatError: The document is unusable.
+            RemoSplatError: `transforms.json` is unusable.
         """
         self._path = folder / TRANSFORMS
         self._document: dict = {
@@ -68,18 +71,18 @@ class FrameStore:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of all frames."""
+        """Names of all frames, oldest first."""
         return tuple(self._index)
 
     def add(self, frame: Frame, q: np.ndarray) -> str:
-        """Saves a frame; its name.
+        """Saves a frame, and returns the name that it gets.
 
         Args:
-            frame: With a time.
-            q: The robot's configuration when it was taken.
+            frame: The frame; it must have a time.
+            q: The robot's configuration when it was taken, shape (n_q,).
 
         Raises:
-            RemoSplatError: It cannot be used, or not be written; then
+            RemoSplatError: The frame is unusable or cannot be written; then
                 nothing has changed.
         """
         view = assemble(self._path.parent, [frame])
@@ -102,10 +105,10 @@ class FrameStore:
         return entry["name"]
 
     def leave_out(self, names: set[str]) -> None:
-        """Takes frames out of the capture; the next may have their names.
+        """Takes frames out of the capture; later ones may get their names.
 
         Raises:
-            FileError: The document cannot be written.
+            FileError: `transforms.json` cannot be written.
         """
         kept = [e for e in self._document["frames"] if e["name"] not in names]
         self._write(kept)
@@ -119,9 +122,10 @@ class FrameStore:
         self._document = document
 
     def load(self, names: tuple[str, ...]) -> dict[str, str]:
-        """Reads frames; why some of them cannot be used, by name.
+        """Reads frames into memory, and forgets all others.
 
-        All others are forgotten, so that memory stays flat.
+        Returns:
+            Why frames cannot be used, by their names; empty if all can.
         """
         before, self._cache = self._cache, {}
         problems = {}
@@ -133,10 +137,10 @@ class FrameStore:
         return problems
 
     def capture(self, names: tuple[str, ...]) -> Capture:
-        """Loaded frames, as they were saved.
+        """Makes a capture of loaded frames, as they were saved.
 
         Args:
-            names: At least one.
+            names: Names of the frames, at least one; see `load`.
         """
         frames = [self._cache[name] for name in names]
         return assemble(self._path, frames)
@@ -147,16 +151,16 @@ class FrameStore:
         return read_frame(self._path, self._document, self._index[name])
 
     def poses(self, names: tuple[str, ...]) -> np.ndarray:
-        """Camera poses X_WC (OpenGL axes), shape (n, 4, 4)."""
+        """Returns the frames' poses X_WC (OpenGL axes), shape (n, 4, 4)."""
         matrices = [self._entry(name)["transform_matrix"] for name in names]
         return np.array(matrices, float).reshape(-1, 4, 4)
 
-    def places(self, names: tuple[str, ...]) -> np.ndarray:
-        """The robot's configurations, shape (n, n_q)."""
+    def configurations(self, names: tuple[str, ...]) -> np.ndarray:
+        """Returns the robot's configurations at frames, shape (n, n_q)."""
         return np.array([self._entry(name)["configuration"] for name in names])
 
     def time(self, name: str) -> float:
-        """When a frame was taken, by the clock of its run [s]."""
+        """Returns when a frame was taken, by the clock of its run [s]."""
         return float(self._entry(name)["time"])
 
     def _entry(self, name: str) -> dict:

@@ -20,16 +20,23 @@ from remosplat_drake.mapping.store.map_parts import put_together, take_apart
 from remosplat_drake.signals.scene_map import SceneMap
 
 SUFFIX = ".rsmap"
+"""Ending of the names of map files."""
+
 KIND = FileKind("map", b"RSMAP\r\n\0", 2)
 
 __all__ = ["KIND", "SUFFIX", "VersionError", "open_map", "write_map"]
 
 
 def write_map(path: str | Path, scene_map: SceneMap) -> str:
-    """Writes a map, whole or not at all.
+    """Writes a version of the map to a file, atomically.
+
+    Args:
+        path: The file.
+        scene_map: The map.
 
     Returns:
-        The seal, with which this run of the program may open the file.
+        The file's seal, with which this run of the program may open it at
+        once.
 
     Raises:
         FileError: The file cannot be written, because the disk is full for
@@ -44,19 +51,20 @@ def write_map(path: str | Path, scene_map: SceneMap) -> str:
 
 
 def open_map(path: str | Path, seal: str | None = None) -> SceneMap:
-    """Opens a map.
+    """Opens a version of the map that is in a file.
 
     Args:
         path: The file.
-        seal: What `write_map` gave for it in this run of the program. The
-            map's arrays are views of the file then, which may be deleted or
-            replaced meanwhile, but not written into. None trusts nobody, and
-            takes some hundredths of a second.
+        seal: What `write_map` returned for it in this run of the program: it
+            is open in about a millisecond, and its arrays are views of the
+            file, which may be deleted or replaced meanwhile, but not written
+            into. None checks everything, which takes some hundredths of a
+            second.
 
     Raises:
-        VersionError: The file is of another format.
+        VersionError: The file is of another version of the format.
         FileError: It is missing, no map, cut off, or damaged.
-        FieldError: A field in it cannot be used.
+        FieldError: A field in it is unusable.
     """
     path = Path(path)
     file = open_arrays(path, KIND, seal)

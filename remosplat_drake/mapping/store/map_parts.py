@@ -39,14 +39,14 @@ _SPLAT = tuple(field.name for field in dc.fields(GaussianSplat))
 _COMPOSITE, _UNKNOWN = "composite", "unknown_space"
 
 _MOST_PARTS = 8
-"""Of a composite, which is no part of another one."""
+"""Greatest number of a composite's parts; none of them is a composite."""
 
 _LARGEST = 1e6
-"""Nothing is so large, or so far from the origin of W [m]."""
+"""Greatest size, and distance from the origin of W, of anything [m]."""
 
 
 def take_apart(scene_map: SceneMap) -> tuple[dict, Arrays]:
-    """What `put_together` needs.
+    """Turns a map into a JSON document and named arrays.
 
     Raises:
         RemoSplatError: The field is none that a file can hold, or is of
@@ -80,7 +80,7 @@ def take_apart(scene_map: SceneMap) -> tuple[dict, Arrays]:
 
 
 def put_together(file: ArrayFile) -> SceneMap:
-    """The map of a file.
+    """Makes a map of what `take_apart` has stored in a file.
 
     Raises:
         RemoSplatError: The file lacks something, holds something else, or

@@ -1,12 +1,6 @@
-"""`Session`: a folder with all that a teleoperation has gathered.
+"""`Session`: the frames and maps of a place, and which of them count now.
 
-    session.json          this file: the versions of the map
-    scenario.yaml         the scenario that it belongs to
-    frames/               what the camera saw; see `FrameStore`
-    maps/map_0001.rsmap   the versions
-    runs/0001/            what the robot did, written by the control process
-
-Only the mapping process writes (but for `runs`), and each file at once.
+`mapping.store` lists the files of a session's folder, and who writes them.
 """
 
 import dataclasses as dc
@@ -25,26 +19,30 @@ from remosplat_drake.mapping.store.map_file import SUFFIX
 
 SESSION_FILE, SCENARIO_FILE = "session.json", "scenario.yaml"
 LOCK_FILE = "session.lock"
+"""Names of files in a session's folder."""
+
 FORMAT = "remosplat session 1"
+"""What `session.json` calls its format."""
 
 _HALF_WRITTEN = (
     f".{SESSION_FILE}.*",
     f"frames/.{TRANSFORMS}.*",
     f"maps/.map_*{SUFFIX}.*",
 )
-"""What `atomic_write` leaves when it is killed."""
+"""Files that `atomic_write` leaves when its process is killed."""
 
 
 @dc.dataclass(frozen=True)
 class Version:
-    """A map of the session.
+    """What a session notes about one version of the map.
 
     Attributes:
-        version: Its number; 0 is the scenario's own, which has no file.
-        parent: The version that it was made after.
-        file: Within the session's folder.
-        frames: Names of the frames in it.
-        seconds: How long it took to be made [s].
+        version: Number of the version, from 1 on; 0 is the map that the
+            scenario begins with, which has no file.
+        parent: Number of the version that it was made after.
+        file: Path of its file, relative to the session's folder.
+        frames: Names of the frames that it was made of.
+        seconds: How long it took to make [s].
     """
 
     version: int
@@ -57,11 +55,13 @@ class Version:
 class Session:
     """Frames and maps of one place, and which of them count now.
 
+    Make one by `create`, `open` or `open_to_write`.
+
     Attributes:
-        folder: Of the session.
-        frames: All that were taken.
-        versions: All maps, by number.
-        head: The version that counts; 0 is the scenario's own.
+        folder: The session's folder.
+        frames: All frames that were taken.
+        versions: All versions of the map, by their numbers.
+        head: Number of the version that counts; 0 is the scenario's own.
         active: Names of the frames that the next map is made of.
     """
 
@@ -72,7 +72,7 @@ class Session:
         active: tuple[str, ...] = (),
         versions: tuple[Version, ...] = (),
     ):
-        """Use `create` or `open`."""
+        """Takes what `create` or `open` has found."""
         self.folder = folder
         self._lock: IO | None = None
         self.frames = FrameStore(folder / "frames")
@@ -85,11 +85,11 @@ class Session:
         """Makes a session in a new or empty folder.
 
         Args:
-            folder: The folder.
-            scenario_text: The file of its scenario.
+            folder: The session's folder.
+            scenario_text: Content of its scenario file, YAML.
 
         Raises:
-            FileError: The folder holds something, or cannot be made.
+            FileError: The folder is not empty, or cannot be made.
         """
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             raise FileError(folder, "exists; a new session needs a new folder")
@@ -100,10 +100,13 @@ class Session:
 
     @staticmethod
     def open(folder: Path) -> "Session":
-        """Reads a session.
+        """Reads a session, to look at it.
+
+        Args:
+            folder: The session's folder.
 
         Raises:
-            RemoSplatError: The folder holds none, or a damaged one.
+            RemoSplatError: The folder holds no session, or a damaged one.
         """
         path = folder / SESSION_FILE
         document = parse_fields(read_text(path), str(path))
@@ -123,8 +126,12 @@ class Session:
 
         What another one had half written when it was killed is removed.
 
+        Args:
+            folder: The session's folder.
+
         Raises:
-            RemoSplatError: As `open`; or another process has it open.
+            RemoSplatError: The folder holds no session or a damaged one, or
+                another process has it open to write.
         """
         session = Session.open(folder)
         try:
@@ -140,36 +147,45 @@ class Session:
 
     @property
     def head_map(self) -> Path | None:
-        """The file of the map that counts; None for the scenario's own."""
+        """File of the map that counts; None for the scenario's own."""
         if not self.head:
             return None
         return self.folder / self.versions[self.head].file
 
     @property
     def next_version(self) -> int:
-        """The number of the next map."""
+        """Number that the next version of the map will have."""
         return max(self.versions, default=0) + 1
 
     def map_path(self, version: int) -> Path:
-        """Where a map goes."""
+        """Returns the path of a version's file, which need not exist yet."""
         return self.folder / _map_file(version)
 
     def activate(self, name: str) -> None:
-        """Lets a frame of the store count for the next map."""
+        """Adds a stored frame to those that the next map is made of.
+
+        Raises:
+            FileError: `session.json` cannot be written.
+        """
         self._write(self.head, (*self.active, name), self.versions)
 
     def refuse(self, names: set[str]) -> None:
-        """Lets frames count no more, here or for other programs."""
+        """Takes unusable or wrong frames out of the session.
+
+        Raises:
+            FileError: A file cannot be written.
+        """
         active = tuple(name for name in self.active if name not in names)
         self._write(self.head, active, self.versions)
         self.frames.leave_out(names)
 
     def record(self, version: Version, replaced: set[str]) -> None:
-        """Notes a new map, whose file is there, as the one that counts.
+        """Notes a new version of the map as the one that counts.
 
         Args:
-            version: The map.
-            replaced: Frames that newer ones stand for.
+            version: The version; its file has been written.
+            replaced: Names of frames that newer ones stand for: the next map
+                is made without them.
         """
         active = tuple(name for name in self.active if name not in replaced)
         versions = self.versions | {version.version: version}
@@ -177,34 +193,34 @@ class Session:
 
     @property
     def map_frames(self) -> tuple[str, ...]:
-        """Names of the frames in the map that counts."""
+        """Names of the frames that the map which counts was made of."""
         return self._frames_of(self.head)
 
     @property
     def has_new_frames(self) -> bool:
-        """Whether there are frames that the map does not hold."""
+        """Whether frames have come since the map which counts was made."""
         return bool(set(self.active) - set(self.map_frames))
 
     def leave_out_new_frames(self) -> None:
-        """Goes back to the frames that are in the map."""
+        """Makes the next map of the same frames as the one that counts."""
         self._write(self.head, self.map_frames, self.versions)
 
     @property
     def parent(self) -> int:
-        """The version that the map which counts was made after.
+        """Number of the version that the one which counts was made after.
 
         Raises:
-            RemoSplatError: There is none.
+            RemoSplatError: The scenario's own map counts.
         """
         if not self.head:
             raise RemoSplatError("there is nothing to undo")
         return self.versions[self.head].parent
 
     def undo(self) -> None:
-        """Goes back to the map before, and to its frames.
+        """Lets the version before count again, and its frames.
 
         Raises:
-            RemoSplatError: There is none.
+            RemoSplatError: The scenario's own map counts.
         """
         parent = self.parent
         self._write(parent, self._frames_of(parent), self.versions)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from pydrake.systems.framework import Diagram, PortDataType
-from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.station.simulated_station import MakeSimulatedStation

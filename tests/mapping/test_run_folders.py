@@ -3,7 +3,11 @@
 import pytest
 
 from remosplat_drake.base.errors import FieldError, FileError
-from remosplat_drake.recording.run_folders import find_run, new_run, run_numbers
+from remosplat_drake.mapping.store.run_folders import (
+    find_run,
+    new_run,
+    run_numbers,
+)
 
 
 def test_runs_are_counted(tmp_path):

@@ -6,10 +6,10 @@ from logged_run import SWAP, LoggedSession, make_session
 from pydrake.systems.framework import DiagramBuilder
 
 from remosplat_drake.base.errors import FileError
+from remosplat_drake.mapping.store.run_folders import find_run
 from remosplat_drake.recording.events import MAP, SUPERVISOR, read_events
-from remosplat_drake.recording.run_folders import find_run
 from remosplat_drake.recording.run_log import RunLog, read_log
-from remosplat_drake.recording.session_log import EVENTS, LOG, TrajectoryLog
+from remosplat_drake.recording.trajectory_log import EVENTS, LOG, TrajectoryLog
 
 
 @pytest.fixture(scope="module")

@@ -1,17 +1,21 @@
-"""The runs of a session, each in a folder of its own: runs/0001 and on."""
+"""The runs of a session, each in a folder of its own: runs/0001, 0002, ..."""
 
 from pathlib import Path
 
 from remosplat_drake.base.errors import FieldError, FileError
 
 RUNS = "runs"
+"""Name of the folder of all runs, within that of the session."""
 
 
 def new_run(session: Path) -> Path:
-    """Makes the folder of the next run of a session.
+    """Makes the folder of the next run of a session, and returns it.
+
+    Args:
+        session: Folder of the session.
 
     Raises:
-        FileError: It cannot be made.
+        FileError: The folder cannot be made.
     """
     number = max(run_numbers(session), default=0) + 1
     folder = session / RUNS / f"{number:04d}"
@@ -23,11 +27,15 @@ def new_run(session: Path) -> Path:
 
 
 def find_run(session: Path, number: int | None = None) -> Path:
-    """The folder of a run; of the last one if no number is given.
+    """Finds the folder of a run.
+
+    Args:
+        session: Folder of the session.
+        number: Number of the run; None finds the last one.
 
     Raises:
         FileError: The session has no runs.
-        FieldError: It has no such run; names those that it has.
+        FieldError: It has no such run; the text names those that it has.
     """
     numbers = run_numbers(session)
     if not numbers:
@@ -41,6 +49,6 @@ def find_run(session: Path, number: int | None = None) -> Path:
 
 
 def run_numbers(session: Path) -> list[int]:
-    """The numbers of a session's runs, in order."""
+    """Lists the numbers of a session's runs, ascending."""
     names = (path.name for path in session.glob(f"{RUNS}/*/"))
     return sorted(int(name) for name in names if name.isdecimal())

@@ -1,8 +1,7 @@
-"""What is worth an event: the differences between two ticks."""
+"""What is worth an event: the differences between two control ticks."""
 
 import dataclasses as dc
 from collections.abc import Iterator
-from typing import Any
 
 from remosplat_drake.recording.events import (
     MAP,
@@ -13,46 +12,52 @@ from remosplat_drake.recording.events import (
     Event,
 )
 from remosplat_drake.recording.run_log import NO_MAP
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.supervisor_state import SupervisorState
+from remosplat_drake.signals.target_state import TargetState
 
 
 @dc.dataclass(frozen=True, eq=False)
-class Surroundings:
-    """What a tick finds besides the controller's report; None: not there.
+class LoggedSignals:
+    """What a log finds at a tick besides the controller's report.
 
-    A log is below those who make maps and targets, and reads no more of what
-    they say than is named here.
+    Each is None where the diagram has no such system.
 
     Attributes:
-        supervision: What the supervisor is at.
-        map_status: What the live map is at; its `scene_map` with `version`
-            and `quality`, and its `trouble` are read.
-        target: What moves the target; its `text` is read.
-        requests: What was asked of the map so far, a dataclass: counters,
-            and objects that replace each other.
+        supervision: State of the safety supervisor.
+        map_status: Status of the live map.
+        target: State of the target that an operator moves.
+        requests: All that was asked of the live map so far.
     """
 
     supervision: SupervisorState | None = None
-    map_status: Any = None
-    target: Any = None
-    requests: Any = None
+    map_status: MapStatus | None = None
+    target: TargetState | None = None
+    requests: MapRequests | None = None
 
     @property
     def mode(self) -> str:
-        """The supervisor's mode, empty without one."""
+        """Mode of the supervisor; empty without one."""
         return "" if self.supervision is None else self.supervision.mode
 
     @property
     def map_version(self) -> int:
-        """Version of the map, `NO_MAP` where it does not change."""
+        """Version of the map; `NO_MAP` in a run whose map does not change."""
         status = self.map_status
         return NO_MAP if status is None else status.scene_map.version
 
 
-def changes(
-    before: Surroundings, now: Surroundings, time: float
+def events_between(
+    before: LoggedSignals, now: LoggedSignals, time: float
 ) -> Iterator[Event]:
-    """The events between two ticks, the later one at `time` [s]."""
+    """Finds the events between two control ticks.
+
+    Args:
+        before: What was found at the earlier tick.
+        now: What is found at the later tick.
+        time: Time of the later tick, which the events get [s].
+    """
     if now.supervision is not before.supervision:
         yield from _supervision_changes(before, now, time)
     if now.map_status is not before.map_status:
@@ -64,7 +69,7 @@ def changes(
 
 
 def _supervision_changes(
-    before: Surroundings, now: Surroundings, time: float
+    before: LoggedSignals, now: LoggedSignals, time: float
 ) -> Iterator[Event]:
     if now.supervision is not None and now.mode != before.mode:
         parts = (now.mode, now.supervision.reason)
@@ -72,28 +77,31 @@ def _supervision_changes(
 
 
 def _map_changes(
-    before: Surroundings, now: Surroundings, time: float
+    before: LoggedSignals, now: LoggedSignals, time: float
 ) -> Iterator[Event]:
+    status = now.map_status
+    if status is None:
+        return
     if now.map_version != before.map_version:
-        quality = now.map_status.scene_map.quality
-        yield Event(time, MAP, quality, now.map_version)
+        yield Event(time, MAP, status.scene_map.quality, now.map_version)
     known = before.map_status and before.map_status.trouble
-    trouble = now.map_status.trouble
-    if trouble and trouble != known:
-        yield Event(time, TROUBLE, trouble)
+    if status.trouble and status.trouble != known:
+        yield Event(time, TROUBLE, status.trouble)
 
 
 def _target_changes(
-    before: Surroundings, now: Surroundings, time: float
+    before: LoggedSignals, now: LoggedSignals, time: float
 ) -> Iterator[Event]:
     known = before.target and before.target.text
-    if now.target.text not in ("", known):
+    if now.target is not None and now.target.text not in ("", known):
         yield Event(time, TARGET, now.target.text)
 
 
 def _new_requests(
-    before: Surroundings, now: Surroundings, time: float
+    before: LoggedSignals, now: LoggedSignals, time: float
 ) -> Iterator[Event]:
+    if now.requests is None:
+        return
     for field in dc.fields(now.requests):
         value = getattr(now.requests, field.name)
         known = getattr(before.requests, field.name, None)

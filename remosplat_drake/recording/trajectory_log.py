@@ -1,4 +1,4 @@
-"""`TrajectoryLog`: writes down what a session does, as it does it."""
+"""`TrajectoryLog`: writes a run's ticks and events to files as it goes on."""
 
 import math
 from pathlib import Path
@@ -12,13 +12,13 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from remosplat_drake.recording.changes import Surroundings, changes
 from remosplat_drake.recording.events import EventWriter
 from remosplat_drake.recording.run_log import NO_MAP, RunLogWriter
+from remosplat_drake.recording.tick_events import LoggedSignals, events_between
 from remosplat_drake.signals.tick_report import TickReport
 
 LOG, EVENTS = "trajectory.log", "events.jsonl"
-"""What a run leaves in its folder."""
+"""Names of the two files in the folder of a run."""
 
 
 class TrajectoryLog(LeafSystem):
@@ -42,10 +42,15 @@ class TrajectoryLog(LeafSystem):
     `trouble` says then, in a line of text, what the files lack; it is empty
     while they lack nothing. Another simulation goes on in the same files.
 
+    `report` takes a `TickReport`, `velocity_executed` the command u that the
+    station got (without it the report's was executed), `supervision` a
+    `SupervisorState`, `map_status` a `MapStatus`, `target_state` a
+    `TargetState` and `map_requests` the `MapRequests`.
+
     Args:
-        folder: Gets trajectory.log and events.jsonl, which must not exist.
-        n_q: Size of the configuration.
-        n_u: Size of the command.
+        folder: Folder of the run; it must not hold the two files yet.
+        n_q: Length of the configuration.
+        n_u: Length of the command.
         period: Control period [s].
 
     Raises:
@@ -57,7 +62,7 @@ class TrajectoryLog(LeafSystem):
         self.set_name("trajectory_log")
         self._log = RunLogWriter(folder / LOG, n_q=n_q, n_u=n_u, period=period)
         self._events = EventWriter(folder / EVENTS)
-        self._known = Surroundings()
+        self._known = LoggedSignals()
         self._map_version = NO_MAP
         self._time = -math.inf
         self._report_input = self.DeclareAbstractInputPort(
@@ -82,7 +87,14 @@ class TrajectoryLog(LeafSystem):
         inputs: dict[str, OutputPort],
         **arguments,
     ) -> "TrajectoryLog":
-        """Adds a log and connects ports to its inputs, by their names."""
+        """Adds a log to a diagram, and connects its inputs.
+
+        Args:
+            builder: Builder of the diagram.
+            inputs: Output ports to connect, by the names of the log's input
+                ports.
+            **arguments: The arguments of `TrajectoryLog`.
+        """
         log = builder.AddSystem(TrajectoryLog(**arguments))
         for name, port in inputs.items():
             builder.Connect(port, log.GetInputPort(name))
@@ -90,7 +102,7 @@ class TrajectoryLog(LeafSystem):
 
     @property
     def trouble(self) -> str:
-        """Why the files are incomplete; empty while they are not."""
+        """Says what the files lack; empty while they lack nothing."""
         return self._log.trouble or self._events.trouble
 
     def close(self) -> None:
@@ -106,7 +118,7 @@ class TrajectoryLog(LeafSystem):
 
     def _record(self, context: Context):
         report = self._report_input.Eval(context)
-        now = Surroundings(
+        now = LoggedSignals(
             _value(self._supervision_input, context),
             _value(self._map_input, context),
             _value(self._target_input, context),
@@ -117,7 +129,7 @@ class TrajectoryLog(LeafSystem):
         if not report.time > self._time:
             return
         self._time = report.time
-        for event in changes(self._known, now, report.time):
+        for event in events_between(self._known, now, report.time):
             self._events.append(event)
         self._known = now
         executed = report.command
