@@ -1,4 +1,4 @@
-"""The command side of a station: read, checked, never passed on broken."""
+"""The command ports of a station, and the check of what they carry."""
 
 import dataclasses as dc
 
@@ -24,13 +24,15 @@ from remosplat_drake.signals.station_status import (
 
 @dc.dataclass(frozen=True, eq=False)
 class StationCommand:
-    """What the robot is to do now; copying returns the object itself.
+    """A checked command to a station; copying returns the object itself.
 
     Attributes:
-        u: Base and arm velocities, shape (n_u,); zeros when stopped.
-        width: Commanded width of the hand [m], or None: hold the present one.
+        u: Base and arm velocities, shape (n_u,) [m/s, rad/s]; zeros when the
+            robot is stopped.
+        width: Commanded opening of the hand [m]; None holds the present one.
         force: Bound on the gripping force [N].
-        status: Stopped, with the reason, if a command was not finite.
+        status: Status of the station: stopped, with the reason, if a command
+            was not finite.
     """
 
     u: np.ndarray
@@ -45,14 +47,15 @@ class StationCommand:
 def checked_command(
     values: dict[str, np.ndarray], robot: RobotModel
 ) -> StationCommand:
-    """Turns port values into a command that is safe to carry out.
+    """Turns the values of the command ports into a command without NaN.
 
     One number that is not finite stops the whole robot: the other numbers of
     a broken command deserve no trust either.
 
     Args:
-        values: Input port values by name; absent ports are not commanded.
-        robot: The robot.
+        values: Values of the input ports by their names; a port that is
+            absent commands nothing.
+        robot: The robot; its description names the ports.
     """
     broken = [
         name for name, value in values.items() if not np.isfinite(value).all()
@@ -74,13 +77,18 @@ def checked_command(
 
 
 class CommandInputs:
-    """The command ports of a system, with one cached check for all readers.
+    """The command ports of a system, with one cached check for all outputs.
 
     The hand's port may stay unconnected: the gripper then keeps its width.
     """
 
     def __init__(self, system: LeafSystem, robot: RobotModel):
-        """Declares the ports on `system`, under the names of the station."""
+        """Declares the command ports on a system.
+
+        Args:
+            system: The system that gets the ports.
+            robot: The robot; its description names the ports.
+        """
         self._robot = robot
         self._inputs: list[InputPort] = [
             system.DeclareVectorInputPort(port.name, port.size)
@@ -96,11 +104,15 @@ class CommandInputs:
 
     @property
     def ticket(self) -> DependencyTicket:
-        """What outputs that read the command depend on."""
+        """Dependency ticket of everything that reads the command."""
         return self._command.ticket()
 
     def read(self, context: Context) -> StationCommand:
-        """The present command, checked."""
+        """Returns the present command, checked.
+
+        Args:
+            context: Context of the system with the ports.
+        """
         return self._command.Eval(context)
 
     def _calc(self, context: Context, value: Value) -> None:

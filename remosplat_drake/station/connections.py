@@ -1,4 +1,4 @@
-"""Between a station's ports and the vectors q and u of the whole robot."""
+"""Connects a station's ports with the vectors q and u of the whole robot."""
 
 import math
 
@@ -18,7 +18,16 @@ _GRIP_FORCE = 20.0  # [N]
 def AddConfiguration(
     builder: DiagramBuilder, robot: RobotModel, station: Diagram
 ) -> OutputPort:
-    """The measured configuration q, shape (n_q,) [m, rad]."""
+    """Stacks a station's measurements into the configuration q.
+
+    Args:
+        builder: Builder of the diagram that holds the station.
+        robot: The robot; its description names the ports.
+        station: A simulated or the real station.
+
+    Returns:
+        Output port of the measured q, shape (n_q,) [m, rad].
+    """
     arm = ports.arm_position(robot.description)
     return _Stack(
         builder, "configuration", robot, station, ports.BASE_POSE, arm
@@ -28,7 +37,16 @@ def AddConfiguration(
 def AddMeasuredVelocity(
     builder: DiagramBuilder, robot: RobotModel, station: Diagram
 ) -> OutputPort:
-    """The measured velocity u, shape (n_u,) [m/s, rad/s]."""
+    """Stacks a station's measurements into the velocity u.
+
+    Args:
+        builder: Builder of the diagram that holds the station.
+        robot: The robot; its description names the ports.
+        station: A simulated or the real station.
+
+    Returns:
+        Output port of the measured u, shape (n_u,) [m/s, rad/s].
+    """
     arm = ports.arm_velocity(robot.description)
     return _Stack(
         builder, "velocity_measured", robot, station, ports.BASE_VELOCITY, arm
@@ -60,13 +78,13 @@ def ConnectCommand(
     velocity: OutputPort,
     station: Diagram,
 ) -> None:
-    """Splits the command u between base and arm; holds the gripper open.
+    """Splits the command u between base and arm, and holds the gripper still.
 
     Args:
-        builder: Holds the station.
-        robot: Its description names the ports.
-        velocity: The command u, shape (n_u,) [m/s, rad/s].
-        station: Simulated or real.
+        builder: Builder of the diagram that holds the station.
+        robot: The robot; its description names the ports.
+        velocity: Output port of the command u, shape (n_u,) [m/s, rad/s].
+        station: A simulated or the real station.
     """
     names = [ports.arm_command(robot.description)]
     if robot.n_base:

@@ -1,4 +1,4 @@
-"""`ContactMonitor`: which links touch the scene, by name (ground truth)."""
+"""`ContactMonitor`: ground truth of which links touch what, by names."""
 
 import dataclasses as dc
 
@@ -13,11 +13,12 @@ from remosplat_drake.signals import station_ports as ports
 
 @dc.dataclass(frozen=True)
 class ContactReport:
-    """Who touches whom; copying returns the object itself.
+    """Which bodies touch each other; copying returns the object itself.
 
     Attributes:
-        scene: Pairs (robot link, scene geometry), sorted, each once.
-        robot: Pairs of robot links that touch each other, likewise.
+        scene: Pairs of a robot's link and a geometry of the scene that touch,
+            sorted, each once.
+        robot: Pairs of the robot's links that touch, sorted, each once.
     """
 
     scene: tuple[tuple[str, str], ...] = ()
@@ -28,7 +29,7 @@ class ContactReport:
 
 
 class ContactMonitor(LeafSystem):
-    """Names the contacts of a plant.
+    """Reports the contacts of a plant by names.
 
     .. pydrake_system::
 
@@ -38,7 +39,8 @@ class ContactMonitor(LeafSystem):
         output_ports:
         - cheat.contact
 
-    Contacts are those of the plant's last step; there are none before it.
+    `contact_results` is the plant's port of that name; `cheat.contact` gives
+    a `ContactReport` of the plant's last step, empty before the first.
     """
 
     def __init__(
@@ -48,7 +50,7 @@ class ContactMonitor(LeafSystem):
 
         Args:
             plant: The finalized plant, with point contact.
-            inspector: Of the scene graph that holds its geometry.
+            inspector: Inspector of the scene graph that holds its geometry.
         """
         super().__init__()
         self._world = int(plant.world_body().index())

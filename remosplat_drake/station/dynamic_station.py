@@ -1,4 +1,4 @@
-"""The dynamic station: rigid bodies, motors with limits, contact."""
+"""The dynamic station: rigid bodies, motors with torque limits, contact."""
 
 import dataclasses as dc
 
@@ -35,10 +35,24 @@ def make_dynamic_station(
     q0: np.ndarray,
     wrist_camera: StationCamera | None,
 ) -> Diagram:
-    """Builds the station; see `MakeSimulatedStation`.
+    """Builds a station with dynamics and contact.
 
     Gravity does not act on the robot: the Panda compensates its own weight,
     and the base stands on the floor by its planar joints alone.
+
+    Args:
+        config: Physics of the station.
+        robot: The robot; its description names the ports.
+        scene: The solids in the scene; None for none.
+        q0: Configuration to start from, shape (n_q,).
+        wrist_camera: The wrist camera; None for none.
+
+    Returns:
+        A diagram with the ports of `signals.station_ports` and, as ground
+        truth, `cheat.contact` and `cheat.query_object`.
+
+    Raises:
+        RemoSplatError: A setting is unusable.
     """
     builder = DiagramBuilder()
     body = add_dynamic_body(builder, config, robot, scene, q0)
@@ -66,13 +80,13 @@ def make_dynamic_station(
 
 @dc.dataclass(frozen=True, eq=False)
 class DynamicBody:
-    """The robot's rigid bodies and motors in a diagram.
+    """The parts of a dynamic station that move, in a diagram.
 
     Attributes:
         plant: The finalized plant.
-        scene_graph: Its geometry.
-        hand: The gripper.
-        motors: The motors, whose gains the plant has.
+        scene_graph: Scene graph with the plant's geometry.
+        hand: Geometry of the gripper.
+        motors: The motors, whose gains the plant's actuators have.
     """
 
     plant: MultibodyPlant
@@ -89,6 +103,13 @@ def add_dynamic_body(
     q0: np.ndarray,
 ) -> DynamicBody:
     """Adds the plant of a dynamic station, without drivers or sensors.
+
+    Args:
+        builder: Builder of the diagram.
+        config: Physics of the station.
+        robot: The robot.
+        scene: The solids in the scene; None for none.
+        q0: Configuration to start from, shape (n_q,).
 
     Raises:
         RemoSplatError: A setting is unusable.

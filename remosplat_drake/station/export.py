@@ -1,4 +1,4 @@
-"""Exports the subsystems' ports under the station's names."""
+"""Exports the ports of a station's subsystems under the station's names."""
 
 from collections.abc import Mapping
 
@@ -14,13 +14,14 @@ def export_ports(
     systems: list[System],
     camera: Mapping[str, OutputPort] | None = None,
 ) -> None:
-    """Exports all of `ports.station_ports`.
+    """Exports the ports that `signals.station_ports` lists, in its order.
 
     Args:
         builder: Builder of the station.
-        description: The robot.
-        systems: Subsystems whose ports carry the station's names already.
-        camera: The wrist camera's ports by name, if there is a camera.
+        description: Description of the robot.
+        systems: Subsystems whose ports have the station's names already.
+        camera: Output ports of the wrist camera by the station's names; None
+            without a camera.
     """
     inputs = {}
     outputs = {}

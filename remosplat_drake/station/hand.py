@@ -1,4 +1,4 @@
-"""The gripper: its joints, its width, and how the width follows a command."""
+"""The simulated gripper: its joints, and how its width follows a command."""
 
 import dataclasses as dc
 
@@ -12,12 +12,13 @@ SETTLING_TIME = 0.05
 
 @dc.dataclass(frozen=True, eq=False)
 class HandGeometry:
-    """A gripper whose width is the sum of its finger positions.
+    """A gripper whose opening width is the sum of its finger positions.
 
     Attributes:
         joints: Names of the finger joints; empty for a robot without hand.
-        max_width: Largest opening [m].
-        start_width: Opening at the start, as the description locks it [m].
+        max_width: Greatest opening [m].
+        start_width: Opening at the start [m], as the robot's description
+            has it.
     """
 
     joints: tuple[str, ...]
@@ -28,7 +29,12 @@ class HandGeometry:
 def hand_geometry(
     description: RobotDescription, plant: MultibodyPlant
 ) -> HandGeometry:
-    """Reads the gripper off a plant that holds the robot."""
+    """Reads the gripper's geometry off a plant that holds the robot.
+
+    Args:
+        description: Description of the robot.
+        plant: A plant with the robot's joints.
+    """
     names = tuple(description.hand.joints) if description.hand else ()
     upper = {
         name: float(plant.GetJointByName(name).position_upper_limits()[0])
@@ -41,13 +47,14 @@ def hand_geometry(
 def width_rate(
     width: float, target: float, hand: HandGeometry, speed: float
 ) -> float:
-    """Rate of the gripper's width [m/s]: full speed, then a soft arrival.
+    """Returns the rate of the gripper's width: full speed, soft arrival [m/s].
 
     Args:
         width: Present width [m].
-        target: Commanded width, held to what the gripper can reach [m].
-        hand: The gripper.
-        speed: Bound on the rate [m/s].
+        target: Commanded width [m]; it is clamped to what the gripper can
+            reach.
+        hand: Geometry of the gripper.
+        speed: Greatest rate [m/s].
     """
     target = min(max(target, 0.0), hand.max_width)
     return min(max((target - width) / SETTLING_TIME, -speed), speed)

@@ -1,4 +1,4 @@
-"""`KinematicRobot`: commanded velocities, integrated; no mass, no contact."""
+"""`KinematicRobot`: integrates commanded velocities; no mass, no contact."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -17,7 +17,7 @@ from remosplat_drake.station.hand import HandGeometry, width_rate
 
 
 class KinematicRobot(LeafSystem):
-    """A robot that moves exactly as commanded.
+    """A robot that moves exactly at its commanded velocities.
 
     .. pydrake_system::
 
@@ -40,7 +40,7 @@ class KinematicRobot(LeafSystem):
     the next tick is `robot.advance(q, u, period)`, which is the one that the
     controller verified. A discrete update would act one tick late.
 
-    Names are those of `ports.station_ports`; a fixed robot has no `base`
+    Names are those of `signals.station_ports`; a fixed robot has no `base`
     ports, one without a gripper no `hand` ports. `posture` (q, then the
     finger positions) is for drawing. A command that is not finite makes the
     robot hold still, and `status` says so. Joint stops are not modelled: the
@@ -58,9 +58,9 @@ class KinematicRobot(LeafSystem):
         """Declares state and ports.
 
         Args:
-            robot: The robot.
-            hand: Its gripper.
-            hand_speed: Speed of the gripper's width [m/s].
+            robot: The robot; its description names the ports.
+            hand: Geometry of its gripper.
+            hand_speed: Speed at which the gripper's width changes [m/s].
             q0: Configuration to start from, shape (n_q,).
         """
         super().__init__()
@@ -116,7 +116,7 @@ class KinematicRobot(LeafSystem):
     def DoCalcTimeDerivatives(
         self, context: Context, derivatives: ContinuousState
     ) -> None:
-        """q_dot = N(q) u, and the gripper's width at its own pace."""
+        """Computes q_dot = N(q) u, and the rate of the gripper's width."""
         q, width = self._state(context)
         command = self._commands.read(context)
         rates = np.empty(len(q) + 1)

@@ -28,10 +28,24 @@ def make_kinematic_station(
     q0: np.ndarray,
     wrist_camera: StationCamera | None,
 ) -> Diagram:
-    """Builds the station; see `MakeSimulatedStation`.
+    """Builds a station whose robot reaches commanded velocities at once.
 
-    Without a camera there is no geometry at all, and no
-    `cheat.query_object`: the diagram is ready in two milliseconds.
+    Without a camera there is no geometry at all: the diagram is ready in two
+    milliseconds.
+
+    Args:
+        config: Settings of the station.
+        robot: The robot; its description names the ports.
+        scene: The solids that the camera sees; None for none.
+        q0: Configuration to start from, shape (n_q,).
+        wrist_camera: The wrist camera; None for none.
+
+    Returns:
+        A diagram with the ports of `signals.station_ports` and, where there
+        is a camera, `cheat.query_object`.
+
+    Raises:
+        RemoSplatError: A setting is unusable.
     """
     check_ranges(config, field="station")
     builder = DiagramBuilder()

@@ -21,20 +21,20 @@ from remosplat_drake.station.hand import HandGeometry
 from remosplat_drake.station.station_config import DynamicStation
 
 DRIVE_SHARE = 0.8
-"""Share of the base's effort that drives forward; the rest holds it sideways,
-like the wheels of a differential base, which cannot slip."""
+"""Share of the base's effort limit that drives it forward; the rest holds it
+sideways, like the wheels of a differential base, which cannot slip."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Motors:
-    """The motors of the station's joints: (x, y, yaw), arm, fingers.
+    """The motors of a dynamic station's joints.
 
     Attributes:
-        joints: Joint names, length m.
-        damping: Gains d, shape (m,) [N s/m or N m s/rad].
-        drive_error: How far the base's forward velocity may be asked to
-            differ from the measured one, so that x and y keep some effort to
-            hold the base sideways; infinite for a fixed base [m/s].
+        joints: Names of the m joints: base (x, y, yaw), arm, fingers.
+        damping: Gains d of the motors, shape (m,) [N s/m or N m s/rad].
+        drive_error: Greatest difference between the desired and the measured
+            forward velocity of the base [m/s], so that x and y keep some
+            effort to hold it sideways; infinite for a fixed base.
     """
 
     joints: tuple[str, ...]
@@ -48,10 +48,16 @@ def make_motors(
     q0: np.ndarray,
     config: DynamicStation,
 ) -> Motors:
-    """Sizes the gains from the robot's inertia at q0.
+    """Sizes the motors' gains from the robot's inertia.
 
     A finger's damper is so stiff that a finger blocked at full speed pushes
     with its whole effort.
+
+    Args:
+        robot: The robot.
+        hand: Geometry of its gripper.
+        q0: Configuration at which the inertia is taken, shape (n_q,).
+        config: Time constant, hand speed and time step of the station.
 
     Raises:
         FileError: A joint has no actuator.
@@ -111,7 +117,12 @@ def _effort_limits(
 
 
 def set_motor_gains(plant: MultibodyPlant, motors: Motors) -> None:
-    """Gives the plant's actuators the motors' gains, before `Finalize`."""
+    """Gives a plant's actuators the motors' gains.
+
+    Args:
+        plant: The plant, before `Finalize`.
+        motors: The motors.
+    """
     actuators = actuator_by_joint(plant)
     for name, d in zip(motors.joints, motors.damping, strict=True):
         actuator = plant.get_joint_actuator(actuators[name])
@@ -119,7 +130,7 @@ def set_motor_gains(plant: MultibodyPlant, motors: Motors) -> None:
 
 
 def actuator_by_joint(plant: MultibodyPlant) -> dict[str, JointActuatorIndex]:
-    """The actuator of each actuated joint."""
+    """Returns the actuators of a plant by the names of their joints."""
     return {
         plant.get_joint_actuator(index).joint().name(): index
         for index in plant.GetJointActuatorIndices()

@@ -12,6 +12,7 @@ from remosplat_drake.robot.meshes import link_meshes
 from remosplat_drake.robot.robot_model import RobotModel
 
 PRIMITIVE_COLOUR = np.array([0.9, 0.9, 0.9, 1.0])
+"""Colour (RGBA) of links that are drawn by their collision primitives."""
 
 
 def add_robot_visuals(
@@ -22,8 +23,8 @@ def add_robot_visuals(
     Links that the model file itself gave visuals are left as they are.
 
     Args:
-        plant: Not finalized, and holding the robot.
-        scene_graph: Its scene graph.
+        plant: The plant with the robot, before `Finalize`.
+        scene_graph: The plant's scene graph.
         robot: The robot.
     """
     description = robot.description

@@ -15,23 +15,26 @@ FLOOR_COLOUR = np.array([0.82, 0.83, 0.85, 1.0])
 
 FLOOR_SIDE = 20.0
 """Side of the square floor [m]."""
+
 FLOOR_THICKNESS = 0.2
-"""How far the floor reaches below z = 0 [m]."""
+"""Thickness of the floor, which reaches down from z = 0 [m]."""
+
 _FRICTION = CoulombFriction(0.6, 0.6)
 
 
 def add_scene_geometry(
     plant: MultibodyPlant, scene: PrimitiveScene | None, *, solid: bool
 ) -> None:
-    """Registers the scene and a floor at z = 0 with the world body.
+    """Adds the scene and a floor at z = 0 to a plant's world body.
 
     A scene with a floor slab of its own (a box whose top is z = 0) gets no
     second one.
 
     Args:
-        plant: Not finalized, and a source of a scene graph.
-        scene: What stands in the world, if anything.
-        solid: Whether the robot's collision geometry bumps into it.
+        plant: A plant that is the source of a scene graph, before `Finalize`.
+        scene: The solids in the scene; None for none.
+        solid: Whether the robot bumps into the scene, instead of only seeing
+            it.
     """
     primitives = list(scene.primitives) if scene else []
     for i, primitive in enumerate(primitives):

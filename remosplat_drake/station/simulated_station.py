@@ -18,7 +18,7 @@ from remosplat_drake.station.station_config import (
 
 
 class StationMaker(Protocol):
-    """The settings of a station that is not ours."""
+    """The settings of a station of your own, in place of the two of ours."""
 
     def make(
         self,
@@ -27,7 +27,20 @@ class StationMaker(Protocol):
         q0: np.ndarray,
         camera: StationCamera | None,
     ) -> Diagram:
-        """Builds the station; see `MakeSimulatedStation`."""
+        """Builds the station.
+
+        Args:
+            robot: The robot; its description names the ports.
+            scene: The solids in the scene; None for none.
+            q0: Configuration to start from, shape (n_q,) [m, rad].
+            camera: The wrist camera to take along; None for none.
+
+        Returns:
+            A diagram with the ports of `signals.station_ports`.
+
+        Raises:
+            RemoSplatError: A setting is unusable.
+        """
         ...
 
 
@@ -42,18 +55,22 @@ def MakeSimulatedStation(
     """Builds a station: the robot behind one set of ports.
 
     Args:
-        config: Which simulation, and its settings.
+        config: The kind of simulation, and its settings.
         robot: The robot; its description names the ports.
-        scene: What the camera sees and the robot may bump into; or nothing.
-        q0: Configuration to start from (x, y, yaw, arm), shape (n_q,).
-        wrist_camera: None leaves the camera and its ports out.
+        scene: The solids that the camera sees and that the robot may bump
+            into; None for none.
+        q0: Configuration (x, y, yaw, arm) to start from, shape (n_q,)
+            [m, rad].
+        wrist_camera: The wrist camera, a `WristCameraConfig` for example;
+            None leaves the camera and its ports out.
 
     Returns:
         A diagram with the ports of `signals.station_ports`, and with ground
         truth under names that begin with `cheat.`.
 
     Raises:
-        RemoSplatError: A setting is unusable.
+        RemoSplatError: A setting is unusable, or q0 has another shape or is
+            not finite.
     """
     q0 = np.asarray(q0, float)
     if q0.shape != (robot.n_q,) or not np.isfinite(q0).all():

@@ -1,4 +1,4 @@
-"""`StateReader`: a plant's state on the measured ports of the station."""
+"""`StateReader`: measures the robot in a dynamic station's plant."""
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
@@ -10,7 +10,7 @@ from remosplat_drake.station.hand import HandGeometry
 
 
 class StateReader(LeafSystem):
-    """The robot's joints, read out of the whole plant's state.
+    """Reads the robot's joints out of the whole plant's state.
 
     .. pydrake_system::
 
@@ -24,9 +24,10 @@ class StateReader(LeafSystem):
         - panda.velocity_measured
         - hand.state
 
-    `base.velocity_measured` is (v, omega) with v along the measured heading,
-    as wheel odometry has it; a fixed robot has no `base` ports, one without
-    a gripper no `hand` ports.
+    Names are those of `signals.station_ports`. `plant_state` is the plant's
+    state port; `base.velocity_measured` is (v, omega) with v along the
+    measured heading, as wheel odometry has it. A fixed robot has no `base`
+    ports, one without a gripper no `hand` ports.
     """
 
     def __init__(
@@ -36,8 +37,8 @@ class StateReader(LeafSystem):
 
         Args:
             plant: The finalized plant.
-            robot: The robot in it.
-            hand: Its gripper.
+            robot: The robot in the plant; its description names the ports.
+            hand: Geometry of its gripper.
         """
         super().__init__()
         joints = [

@@ -1,4 +1,4 @@
-"""`StationCamera`: what a station wants of a camera that it takes along."""
+"""`StationCamera`: what a simulated station needs of a wrist camera."""
 
 from typing import Protocol
 
@@ -8,7 +8,10 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 
 class StationCamera(Protocol):
-    """A camera that a station takes along."""
+    """A camera that a simulated station takes into its diagram.
+
+    `camera.WristCameraConfig` is one.
+    """
 
     def AddToStation(
         self,
@@ -16,11 +19,15 @@ class StationCamera(Protocol):
         plant: MultibodyPlant,
         scene_graph: SceneGraph,
     ) -> dict[str, OutputPort]:
-        """Adds the camera, and gives its ports by the station's names.
+        """Adds the camera to a station's diagram.
 
         Args:
             builder: Builder of the station.
             plant: The finalized plant that poses the geometry.
-            scene_graph: What is rendered.
+            scene_graph: The geometry that is rendered.
+
+        Returns:
+            The camera's output ports, by their names in
+            `signals.station_ports`.
         """
         ...

@@ -1,4 +1,4 @@
-"""Schemas of the simulated stations: inert data for a scenario file."""
+"""`KinematicStation` and `DynamicStation`: a scenario's `station` section."""
 
 import dataclasses as dc
 from typing import Annotated
@@ -9,11 +9,15 @@ from pydrake.systems.analysis import SimulatorConfig
 from remosplat_drake.base.ranges import Config, OneOf
 
 CONTACT_APPROXIMATIONS = ("lagged", "similar", "sap")
+"""Names of Drake's discrete contact approximations."""
 
 
 @dc.dataclass
 class KinematicStation(Config):
-    """The paper's setting: commanded velocities are reached at once."""
+    """A kinematic simulation: commanded velocities are reached at once.
+
+    It is the setting of the paper.
+    """
 
     # Speed at which the gripper's width changes [m/s].
     hand_speed: Annotated[float, Interval(gt=0, le=1)] = 0.1
@@ -21,29 +25,31 @@ class KinematicStation(Config):
 
 @dc.dataclass
 class DynamicStation(Config):
-    """Rigid bodies with inertia, motors with torque limits, and contact."""
+    """A dynamic simulation: inertia, motors with torque limits, contact."""
 
-    # Period of the physics [s].
+    # Time step of the discrete plant [s].
     time_step: Annotated[float, Interval(gt=0, le=0.01)] = 0.001
     # Time in which a joint's velocity error falls to 1/e while its motor is
-    # strong enough [s]. It may be shorter than a step: motors are implicit.
+    # strong enough [s]. It may be shorter than the time step, since the
+    # contact solver treats motors implicitly.
     velocity_time_constant: Annotated[float, Interval(gt=0, le=1)] = 1e-4
     # Speed at which the gripper's width changes [m/s].
     hand_speed: Annotated[float, Interval(gt=0, le=1)] = 0.1
-    # Whether the robot bumps into the scene; otherwise it passes through.
+    # Whether the robot bumps into the scene; otherwise it passes through it.
     collide_with_scene: bool = True
-    # Contact solver: lagged, similar or sap.
+    # Drake's discrete contact approximation: `lagged`, `similar` or `sap`.
     discrete_contact_approximation: Annotated[
         str, OneOf(CONTACT_APPROXIMATIONS, "contact approximation")
     ] = "lagged"
 
 
 MAX_STEP = 0.05
-"""Longest integrator step [s]: the settling time of the gripper's law."""
+"""Longest step of the kinematic station's integrator [s]: the settling time of
+the gripper's width."""
 
 
 def kinematic_simulator_config(control_period: float) -> SimulatorConfig:
-    """Integrator settings with which the kinematic station is exact.
+    """Returns integrator settings with which the kinematic station is exact.
 
     The fifth-order Runge-Kutta step of Drake leaves about 1e-15 m of an arc
     at 20 ms and 0.87 rad/s, less than error control would let pass, and a

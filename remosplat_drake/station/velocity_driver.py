@@ -1,4 +1,4 @@
-"""`VelocityDriver`: the station's commands to the motors of a plant."""
+"""`VelocityDriver`: turns a station's commands into its motors' commands."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -21,7 +21,7 @@ from remosplat_drake.station.motors import Motors, actuator_by_joint
 
 
 class VelocityDriver(LeafSystem):
-    """Desired velocities of all motors, from the station's commands.
+    """Computes the motors' desired velocities from a station's commands.
 
     .. pydrake_system::
 
@@ -38,7 +38,9 @@ class VelocityDriver(LeafSystem):
     The base's (v, omega) becomes velocities of x, y and yaw by the map N(q)
     at the *measured* yaw, at every step of the plant: the base cannot be
     told to slip sideways. A command that is not finite makes the motors hold
-    still, and `status` says so.
+    still, and `status` says so. Names are those of `signals.station_ports`;
+    `plant_state` is the plant's state, and each `desired_state_...` goes to
+    the port of its model instance.
     """
 
     def __init__(
@@ -53,11 +55,11 @@ class VelocityDriver(LeafSystem):
         """Declares the ports.
 
         Args:
-            plant: The finalized plant, with gains set.
-            robot: The robot in it.
-            hand: Its gripper.
-            motors: Its motors.
-            hand_speed: Speed of the gripper's width [m/s].
+            plant: The finalized plant, whose actuators have their gains.
+            robot: The robot in the plant; its description names the ports.
+            hand: Geometry of its gripper.
+            motors: The motors of its joints.
+            hand_speed: Speed at which the gripper's width changes [m/s].
         """
         super().__init__()
         self._robot = robot
@@ -109,7 +111,7 @@ class VelocityDriver(LeafSystem):
     def AddToBuilder(
         self, builder: DiagramBuilder, plant: MultibodyPlant
     ) -> "VelocityDriver":
-        """Adds this system and connects it to the plant."""
+        """Adds this system to a diagram, and connects it to the plant."""
         builder.AddNamedSystem("velocity_driver", self)
         builder.Connect(plant.get_state_output_port(), self._state_input)
         for instance in actuated_instances(plant):
@@ -146,16 +148,19 @@ def desired_velocities(
     motors: Motors,
     hand_speed: float,
 ) -> np.ndarray:
-    """Desired velocities of all motors, shape (m,).
+    """Computes the desired velocities of all motors.
 
     Args:
-        command: What the station was told.
-        q: Positions of the motors' joints, shape (m,).
-        v: Their velocities, shape (m,).
+        command: The station's checked command.
+        q: Positions of the motors' joints, shape (m,) [m, rad].
+        v: Velocities of the motors' joints, shape (m,) [m/s, rad/s].
         robot: The robot.
-        hand: Its gripper.
-        motors: Its motors.
-        hand_speed: Speed of the gripper's width [m/s].
+        hand: Geometry of its gripper.
+        motors: The motors of its joints.
+        hand_speed: Speed at which the gripper's width changes [m/s].
+
+    Returns:
+        Velocities, shape (m,) [m/s, rad/s].
     """
     desired = np.zeros(len(q))
     configuration = q[: robot.n_q]
@@ -175,17 +180,23 @@ def desired_velocities(
 
 
 def near(desired, measured, error):
-    """`desired`, held to within `error` of `measured`; scalars or arrays."""
+    """Clamps `desired` to within `error` of `measured`; scalars or arrays."""
     return measured + np.clip(desired - measured, -error, error)
 
 
 def desired_state_rows(
     plant: MultibodyPlant, instance: ModelInstanceIndex, motors: Motors
 ) -> tuple[np.ndarray, list[int]]:
-    """Where a model instance's desired state holds the motors' velocities.
+    """Finds the motors' velocities in a model instance's desired state.
+
+    Args:
+        plant: The finalized plant.
+        instance: A model instance with actuators.
+        motors: The motors.
 
     Returns:
-        Rows of the desired state, and the motors that belong there.
+        Rows of the desired state that are velocities of motors, and the
+        indices of these motors.
     """
     joint_of = {v: k for k, v in actuator_by_joint(plant).items()}
     joints = [
@@ -197,7 +208,7 @@ def desired_state_rows(
 
 
 def actuated_instances(plant: MultibodyPlant) -> list[ModelInstanceIndex]:
-    """The model instances that have motors."""
+    """Lists the model instances of a plant that have actuators."""
     return [
         ModelInstanceIndex(i)
         for i in range(plant.num_model_instances())
@@ -208,5 +219,5 @@ def actuated_instances(plant: MultibodyPlant) -> list[ModelInstanceIndex]:
 def desired_state_port(
     plant: MultibodyPlant, instance: ModelInstanceIndex
 ) -> str:
-    """Name of the output port that drives one model instance."""
+    """Returns the name of the output port that drives a model instance."""
     return f"desired_state_{plant.GetModelInstanceName(instance)}"
