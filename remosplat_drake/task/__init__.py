@@ -1,1 +1,5 @@
-"""The task: targets, and when one has been reached."""
+"""The task: target poses one after the other, and when one is reached.
+
+`TargetSequence` is the system that hands them out, `has_arrived` the success
+rule of the paper. `suggest_task` finds a first target in an unknown scene.
+"""

@@ -1,4 +1,4 @@
-"""When a target counts as reached."""
+"""`ArrivalConfig`: when a target counts as reached (success rule)."""
 
 import dataclasses as dc
 import math
@@ -10,23 +10,30 @@ from remosplat_drake.base.ranges import Config, OneOf
 from remosplat_drake.robot.pose_error import PoseError
 
 RULES = ("text", "authors")
+"""Success rules: the one in the paper's text, or that in its authors' code."""
 
 
 @dc.dataclass
 class ArrivalConfig(Config):
-    """The success rule (paper section V, "Success Rate")."""
+    """When a target counts as reached (paper section V, "Success Rate")."""
 
-    # `text`: distance and angle, as the paper says. `authors`: the L1 norm
-    # of the translation alone, as their code does.
+    # Success rule. `text` wants distance and angle within their tolerances,
+    # as the paper says; `authors` wants the L1 norm of the translation alone
+    # within the tolerance, as the authors' code does.
     rule: Annotated[str, OneOf(RULES, "rule")] = "text"
-    # Tolerance on the position [m].
+    # Greatest distance between end effector and target [m].
     position: Annotated[float, Interval(gt=0, le=1)] = 0.02
-    # Tolerance on the rotation [deg].
+    # Greatest angle between end effector and target [deg].
     angle: Annotated[float, Interval(gt=0, le=180)] = 2.0
 
 
 def has_arrived(error: PoseError, config: ArrivalConfig) -> bool:
-    """Whether a pose error counts as arrival."""
+    """Tells whether a pose error is within the tolerances.
+
+    Args:
+        error: From the end effector to the target.
+        config: The success rule and its tolerances.
+    """
     if config.rule == "authors":
         return error.distance_l1 < config.position
     return error.distance < config.position and error.angle < math.radians(

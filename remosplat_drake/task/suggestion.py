@@ -1,4 +1,4 @@
-"""A first task for a scene that nobody has described: a start and a target."""
+"""Suggests a first task, start and target, in a scene without a scenario."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -12,27 +12,30 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import DistanceField
 
 NEAR, _FAR = 0.05, 0.12
-"""The hand ends so close to the scene: near enough to be worth it [m]."""
+"""Clearances between which the hand ends: near enough to be worth it [m]."""
 
 _HEIGHTS = np.arange(0.35, 1.2, 0.05)
-"""Of targets [m]."""
+"""Heights of targets above the floor [m]."""
 
 _DISTANCES = (0.9, 1.1, 1.3, 1.5, 1.8, 2.2)
-"""From the base to the target, the nearest ones first [m]."""
+"""Distances from the base to the target, in the order they are tried [m]."""
 
 _DIRECTIONS = 24
+"""Number of directions from which a base may face a target."""
 
 _ROOM = 0.15
-"""A robot starts with so much room around it [m]."""
+"""Least clearance of the whole robot at the start [m]."""
 
 _BASE_HEIGHT, _BASE_ROOM = 0.2, 0.4
-"""No base fits where a point so high is nearer to the scene than that [m]."""
+"""Height of a point over the base, and its least clearance, without which no
+base fits [m]."""
 
 _WAY, _WAY_ROOM = np.linspace(0, 1, 25)[:, None], 0.04
-"""Points of a hand's way, and their distance from the scene at least [m]."""
+"""Points on the hand's straight way, from 0 to 1, and their least clearance
+[m]."""
 
 _COMPARED = 50
-"""So many places to start from are compared, at most."""
+"""Greatest number of starts that are compared."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -40,8 +43,8 @@ class Suggestion:
     """Where a robot may start, and what it may reach for.
 
     Attributes:
-        base_pose: x, y, yaw, shape (3,) [m, m, rad].
-        X_WT: Target of the end effector, gripper down.
+        base_pose: x, y and yaw of the base in W, shape (3,) [m, m, rad].
+        X_WT: Target pose of the end effector, with the gripper down.
     """
 
     base_pose: np.ndarray
@@ -55,7 +58,7 @@ def suggest_task(
     upper: np.ndarray,
     is_free: Callable[[np.ndarray], np.ndarray],
 ) -> Suggestion:
-    """A free place on the floor and, before it, a free place for the hand.
+    """Finds a free place for the base and, before it, one for the hand.
 
     The nearer they are the better. The straight way from over the base to
     the target is clear, so that no wall stands between; nothing says that
@@ -63,12 +66,13 @@ def suggest_task(
     best known to be free: behind a wall nothing is.
 
     Args:
-        robot: A robot with a base.
-        field: The scene, with the floor at z = 0.
-        lower: Lower corner of the space that was seen, shape (3,) [m].
-        upper: Upper corner [m].
-        is_free: Which points (n, 3) are known to be free: a splat does not
-            tell a solid's inside from its outside.
+        robot: A robot with a mobile base.
+        field: Distance field of the scene, with the floor at z = 0.
+        lower: Lower corner of the space that was seen, in W, shape (3,) [m].
+        upper: Upper corner of that space, shape (3,) [m].
+        is_free: Tells which of n points in W, shape (n, 3) [m], are known to
+            be free, shape (n,): a splat does not tell a solid's inside from
+            its outside.
 
     Raises:
         RemoSplatError: There is no such place.

@@ -1,4 +1,4 @@
-"""`TargetSequence`: one target after the other."""
+"""`TargetSequence`: hands out target poses, one after the other."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -20,11 +20,11 @@ from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 @dc.dataclass(frozen=True)
 class TargetProgress:
-    """How far along the sequence the robot is.
+    """How far along a sequence of targets the robot is.
 
     Attributes:
-        index: The present target; the number of targets when all are done.
-        count: Number of targets.
+        index: Index of the present target; `count` when all are reached.
+        count: Number of targets in the sequence.
     """
 
     index: int
@@ -48,14 +48,15 @@ class TargetSequence(LeafSystem):
         - target
         - progress
 
-    After the last target it keeps handing that one out. Arrival is judged
-    once a control period.
+    `configuration` takes the measured q, `target` gives the present pose X_WT
+    as a `RigidTransform`, `progress` a `TargetProgress`. After the last
+    target it keeps handing that one out. Arrival is judged once a period.
 
     Args:
-        robot: Finds the end effector.
-        X_WTs: The target poses, at least one.
+        robot: The robot, for its kinematics.
+        X_WTs: Target poses of the end effector, at least one.
         arrival: The success rule.
-        period: Time between two judgements [s].
+        period: Time between two judgements of arrival [s].
     """
 
     def __init__(
@@ -90,18 +91,32 @@ class TargetSequence(LeafSystem):
     def AddToBuilder(
         builder: DiagramBuilder, *, configuration: OutputPort, **arguments
     ) -> "TargetSequence":
-        """Adds a sequence fed with the measured configuration."""
+        """Adds a sequence to a diagram, and connects its input.
+
+        Args:
+            builder: Builder of the diagram.
+            configuration: The measured configuration q.
+            **arguments: The arguments of `TargetSequence`.
+        """
         targets = builder.AddSystem(TargetSequence(**arguments))
         builder.Connect(configuration, targets.GetInputPort("configuration"))
         return targets
 
     def progress(self, context: Context) -> TargetProgress:
-        """How far along it is, from the system's own context."""
+        """Returns how far along the sequence the robot is.
+
+        Args:
+            context: The system's own context.
+        """
         cell = int(self._progress_index)
         return context.get_abstract_state(cell).get_value()
 
     def error(self, context: Context) -> PoseError:
-        """From the end effector to the present target."""
+        """Returns the error from the end effector to the present target.
+
+        Args:
+            context: The system's own context.
+        """
         X_WE = self._robot.end_effector_pose(
             self._configuration_input.Eval(context)
         )
