@@ -22,10 +22,10 @@ GATES = {
     MAP_ERROR: "the robot may come nearer than the map is accurate",
     UNKNOWN_MAP_ERROR: "nobody has measured how accurate the map is",
 }
-"""Every gate's name, and what is wrong where it is shut."""
+"""Names of all gates, and what is wrong where one is shut."""
 
 WARNING, REFUSAL = "warning", "refusal"
-"""What a shut gate leads to."""
+"""What a shut gate may lead to."""
 
 
 @dc.dataclass(frozen=True)
@@ -33,10 +33,12 @@ class Gate:
     """Something that is wrong with a run before it begins.
 
     Attributes:
-        name: One of `GATES`.
+        name: Name of the gate, a key of `GATES`.
         problem: What is wrong, and where that helps, what would be right.
-        in_simulation: What it leads to, `WARNING` or `REFUSAL`.
-        on_hardware: The same where a real robot moves.
+        in_simulation: What it leads to in simulation, `WARNING` or
+            `REFUSAL`.
+        on_hardware: What it leads to where a real robot moves, `WARNING` or
+            `REFUSAL`.
     """
 
     name: str
@@ -48,7 +50,7 @@ class Gate:
         return f"{self.name}: {self.problem}"
 
     def leads_to(self, hardware: bool) -> str:
-        """What follows from it, in simulation or on the real robot."""
+        """Returns `WARNING` or `REFUSAL`, for simulation or the real robot."""
         return self.on_hardware if hardware else self.in_simulation
 
 
@@ -57,8 +59,8 @@ class Passage:
     """How a run got through its gates.
 
     Attributes:
-        warnings: What is wrong and does not prevent this run.
-        accepted: What is wrong and somebody has taken upon them.
+        warnings: Shut gates that do not prevent this run.
+        accepted: Shut gates that somebody has accepted by their names.
     """
 
     warnings: tuple[Gate, ...] = ()
@@ -66,10 +68,10 @@ class Passage:
 
 
 def check_names(names: Collection[str]) -> None:
-    """Refuses to accept what is no gate.
+    """Checks the names of gates that somebody accepts.
 
     Raises:
-        RemoSplatError: A name is unknown; lists the valid ones.
+        RemoSplatError: A name is unknown; the text lists the valid ones.
     """
     for name in names:
         if name not in GATES:
@@ -88,15 +90,18 @@ def open_gates(
     """Lets a run pass, or refuses it.
 
     Args:
-        gates: All that is wrong.
-        accepted: Names of the gates that somebody takes upon them; those of
-            gates that are not shut do not matter.
+        gates: The gates that are shut.
+        accepted: Names of the gates that somebody accepts; those of gates
+            that are not shut do not matter.
         hardware: Whether a real robot moves.
-        where: The scenario to blame.
+        where: The scenario that a refusal blames.
+
+    Returns:
+        The warnings, and the gates that were accepted.
 
     Raises:
-        RemoSplatError: Something leads to a refusal and is not accepted; one
-            line says all of it.
+        RemoSplatError: A gate leads to a refusal and is not accepted; one
+            line names all of them.
     """
     rest = [gate for gate in gates if gate.name not in accepted]
     refusals = [g for g in rest if g.leads_to(hardware) == REFUSAL]

@@ -1,4 +1,4 @@
-"""What the supervisor knows and sees: plain values."""
+"""What the supervisor knows (`SupervisorLaw`) and sees (`Observation`)."""
 
 import dataclasses as dc
 
@@ -13,16 +13,18 @@ from remosplat_drake.signals.tick_report import TickReport
 
 @dc.dataclass(frozen=True, eq=False)
 class SupervisorLaw:
-    """What stays the same from tick to tick.
+    """The supervisor's thresholds and limits, which never change in a run.
 
     Attributes:
-        config: Thresholds.
+        config: The thresholds, and how long they may be passed.
         dt: Control period [s].
-        acceleration: Bounds on |du/dt| of the braking ramp, shape (n_u,).
-        start_acceleration: The same for the first commands; infinite where
-            the controller has no such bounds either, shape (n_u,).
-        velocity: Bounds on |u|, shape (n_u,).
-        min_clearance: A clearance below is wrong [m].
+        acceleration: Bounds on |du/dt| of the braking ramp, shape (n_u,)
+            [m/s^2, rad/s^2].
+        start_acceleration: Bounds on |du/dt| of the first commands, shape
+            (n_u,) [m/s^2, rad/s^2]; infinite where the controller has no such
+            bounds either.
+        velocity: Bounds on |u|, shape (n_u,) [m/s, rad/s].
+        min_clearance: Clearance below which the robot must stop [m].
     """
 
     config: SupervisorConfig
@@ -41,15 +43,16 @@ class SupervisorLaw:
         smallest_stopping: float,
         bounded_start: bool = True,
     ) -> "SupervisorLaw":
-        """The law for a robot.
+        """Makes the law for a robot.
 
         Args:
-            config: Thresholds.
-            robot: Its limits.
+            config: The thresholds, and how long they may be passed.
+            robot: The robot, for its limits.
             dt: Control period [s].
-            smallest_stopping: Closest that the controller goes by design [m].
+            smallest_stopping: Least clearance that the controller goes to by
+                design [m].
             bounded_start: Whether the first commands must respect the
-                acceleration limits.
+                robot's acceleration limits.
 
         Raises:
             FieldError: A threshold is unusable.
@@ -68,17 +71,17 @@ class SupervisorLaw:
 
 @dc.dataclass(frozen=True, eq=False)
 class Observation:
-    """What the supervisor sees at one tick.
+    """What the supervisor sees at one control tick.
 
     Attributes:
         time: Time of the tick [s].
-        command: The wanted velocity, shape (n_u,).
-        report: The controller's latest.
-        status: The station's.
-        u_measured: Measured velocities, shape (n_u,).
+        command: The controller's command, shape (n_u,) [m/s, rad/s].
+        report: The controller's latest report.
+        status: The station's status.
+        u_measured: Measured velocities, shape (n_u,) [m/s, rad/s].
         map_age: Age of the map [s].
-        stop: Why somebody asks for a stop; empty if nobody does.
-        release: Whether somebody releases the stop.
+        stop: Why a person or a program asks for a stop; empty if none does.
+        release: Whether a person or a program releases a stop.
     """
 
     time: float

@@ -1,4 +1,4 @@
-"""The supervisor as a pure state machine: may the robot move, and how.
+"""The safety supervisor as a pure state machine: may the robot move, and how.
 
 It passes the controller's command, scales it as a whole, or runs the braking
 ramp. It never changes one joint alone: that would break the clearance rows
@@ -13,6 +13,8 @@ guarantee of `verify.py`.
 | running  | the command                             | something is wrong |
 | stopping | the braking ramp                        | it is at zero      |
 | stopped  | zero                                    | released, and well |
+
+A stop is latched: stopping and stopped end in no other way.
 """
 
 import dataclasses as dc
@@ -32,18 +34,22 @@ from remosplat_drake.signals.supervisor_state import (
 )
 
 _ROUNDING = 1e-9
-"""Of sums of periods [s], and of ramps relative to their bounds."""
+"""Rounding errors of sums of periods [s], and of ramps relative to their
+bounds."""
 
 
 def supervise(
     law: SupervisorLaw, state: SupervisorState, now: Observation
 ) -> SupervisorState:
-    """One tick: the next state, whose command may be executed until the next.
+    """Advances the supervisor by one control tick.
 
     Args:
-        law: Thresholds and limits.
-        state: After the tick before.
-        now: What is seen.
+        law: The thresholds and limits.
+        state: The supervisor after the tick before.
+        now: What is seen at this tick.
+
+    Returns:
+        The next state; its command may be executed until the next tick.
     """
     found = symptoms(law, state, now)
     is_clear = all(symptom.name != "clearance" for symptom in found)

@@ -1,4 +1,4 @@
-"""`SupervisorConfig`: when the supervisor stops the robot."""
+"""`SupervisorConfig`: when the safety supervisor stops the robot."""
 
 import dataclasses as dc
 from typing import Annotated
@@ -16,39 +16,47 @@ ROBOT_MODES = (
     "user_stopped",
     "automatic_error_recovery",
 )
-"""Modes of the arm, by libfranka's names."""
+"""Names of the arm's modes, as libfranka has them."""
 
 
 @dc.dataclass
 class SupervisorConfig(Config):
-    """Thresholds of the safety supervisor, and how long they may be passed."""
+    """Thresholds of the safety supervisor, and how long they may be passed.
+
+    Beyond one of them the robot ramps down into a latched stop.
+    """
 
     # Whether there is a supervisor at all.
     enabled: bool = True
-    # Oldest measurement that the robot may move on [s].
+    # Greatest age of the station's measurements while the robot moves [s].
     max_status_age: Annotated[float, Interval(gt=0, le=1)] = 0.05
-    # Oldest control tick that the robot may move on [s].
+    # Greatest age of the controller's latest tick while the robot moves [s].
     max_tick_age: Annotated[float, Interval(gt=0, le=1)] = 0.1
-    # The supervisor's own period may be overrun by so much [s].
+    # Time by which the supervisor may be late for its own period [s]: a loop
+    # that stood still for longer is stopped.
     max_overrun: Annotated[float, Interval(ge=0, le=1)] = 0.1
-    # Modes of the arm, by libfranka's names, in which it may be commanded.
+    # Modes of the arm, by libfranka's names, in which the robot may move.
     robot_modes: Annotated[
         list[Annotated[str, OneOf(ROBOT_MODES, "mode")]], Len(1)
     ] = dc.field(default_factory=lambda: ["idle", "move"])
-    # Share of the commands that must reach the arm in time.
+    # Least share of the commands that must reach the arm in time.
     min_success_rate: Annotated[float, Interval(ge=0, le=1)] = 0.8
+    # Time for which fewer commands may reach the arm [s].
     success_rate_dwell: Annotated[float, Interval(ge=0, le=2)] = 0.2
-    # The clearance may fall so far below the smallest stopping distance; the
-    # controller rides at that distance by design [m], [s].
+    # How far the clearance may fall below the controller's smallest stopping
+    # distance, at which it rides by design [m].
     clearance_margin: Annotated[float, Interval(ge=0, le=0.05)] = 0.005
+    # Time for which the clearance may be smaller than that [s].
     clearance_dwell: Annotated[float, Interval(ge=0, le=1)] = 0.1
-    # The controller may find no feasible command for so long [s].
+    # Time for which the controller may find no feasible command and brake
+    # [s].
     max_braking_time: Annotated[float, Interval(ge=0, le=10)] = 1.0
-    # Largest difference of commanded and measured velocity, as a share of
-    # the velocity limit of each joint, and for how long [s].
+    # Greatest difference between commanded and measured velocity, as a share
+    # of each joint's velocity limit.
     max_follow_error: Annotated[float, Interval(gt=0, le=1)] = 0.3
+    # Time for which the difference may be greater [s].
     follow_dwell: Annotated[float, Interval(ge=0, le=5)] = 0.5
-    # Farthest that a target may jump between two ticks; absent: any [m].
+    # Greatest jump of the target between two ticks [m]; absent: any.
     max_target_jump: Annotated[float, Interval(gt=0, le=10)] | None = None
-    # Oldest map that the robot may move on; absent: any [s].
+    # Greatest age of the map while the robot moves [s]; absent: any.
     max_map_age: Annotated[float, Interval(gt=0, le=86_400)] | None = None

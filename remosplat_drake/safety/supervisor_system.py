@@ -1,4 +1,4 @@
-"""`SafetySupervisor`: between controller and station, real or simulated."""
+"""`SafetySupervisor`: stops the robot, between controller and station."""
 
 import dataclasses as dc
 
@@ -21,7 +21,7 @@ from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.tick_report import TickReport
 
 STOP_BUTTON = "stop button"
-"""Reason of a stop that a person asked for."""
+"""Reason of a stop by the page's stop button."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class _Memory:
 
 
 class SafetySupervisor(LeafSystem):
-    """Passes the controller's commands while nothing is wrong.
+    """Passes the controller's commands while nothing is wrong, else stops.
 
     .. pydrake_system::
 
@@ -80,14 +80,17 @@ class SafetySupervisor(LeafSystem):
     tick of delay, and no algebraic loop, because the output depends on the
     sample and on the controller's state only. It changes at ticks alone.
 
-    `supervision` is the `SupervisorState`; `operator` carries
-    `OperatorRequests`, `map_age` seconds.
+    `velocity_commanded` is the command u on both sides, shape (n_u,) [m/s,
+    rad/s]; `report` takes the controller's `TickReport`, `status` the
+    `StationStatus`, `velocity_measured` the measured u, `operator` the
+    `OperatorRequests` of a stop button and `map_age` seconds. `supervision`
+    gives the `SupervisorState`. A stop is latched until it is released.
 
     Args:
-        law: Thresholds and limits; its `dt` is the period [s].
+        law: The thresholds and limits; its `dt` is the control period [s].
 
     Attributes:
-        law: See above.
+        law: The thresholds and limits.
     """
 
     def __init__(self, *, law: SupervisorLaw):
@@ -140,7 +143,14 @@ class SafetySupervisor(LeafSystem):
     def AddToBuilder(
         builder: DiagramBuilder, *, law: SupervisorLaw, controller: LeafSystem
     ) -> "SafetySupervisor":
-        """Adds a supervisor, and connects it to and with a controller."""
+        """Adds a supervisor to a diagram, and connects it with a controller.
+
+        Args:
+            builder: Builder of the diagram.
+            law: The thresholds and limits.
+            controller: A `ReactiveController`; it is told which command was
+                executed.
+        """
         supervisor = builder.AddSystem(SafetySupervisor(law=law))
         for name in ("velocity_commanded", "report"):
             builder.Connect(
@@ -153,20 +163,30 @@ class SafetySupervisor(LeafSystem):
         return supervisor
 
     def supervision(self, context: Context) -> SupervisorState:
-        """The present state, from the system's own context."""
+        """Returns the present state.
+
+        Args:
+            context: The system's own context.
+        """
         return self._supervision.Eval(context)
 
     def request_stop(self, context: Context, reason: str) -> None:
-        """Lets the robot ramp to a standstill from the next tick on.
+        """Stops the robot by the braking ramp, from the next tick on.
 
         Args:
-            context: The system's own, between two steps of a simulation.
-            reason: What a person reads.
+            context: The system's own context, between two steps of a
+                simulation.
+            reason: Why, in words for a person.
         """
         self._change(context, stop=reason)
 
     def request_release(self, context: Context) -> None:
-        """Releases a stop at the next tick, where nothing is wrong then."""
+        """Releases a latched stop at the next tick, if nothing is wrong then.
+
+        Args:
+            context: The system's own context, between two steps of a
+                simulation.
+        """
         self._change(context, release=True)
 
     def _change(self, context: Context, **changes) -> None:

@@ -1,4 +1,4 @@
-"""The supervisor's rules: what may be wrong at a tick."""
+"""The safety supervisor's rules: what may be wrong at a control tick."""
 
 import dataclasses as dc
 import math
@@ -13,12 +13,12 @@ from remosplat_drake.signals.supervisor_state import SupervisorState
 
 @dc.dataclass(frozen=True)
 class Symptom:
-    """Something that is wrong at this tick.
+    """Something that is wrong at a control tick.
 
     Attributes:
-        name: Of the rule.
-        message: What a person reads.
-        dwell: It may last so long [s].
+        name: Name of the rule that found it.
+        message: What is wrong, in words for a person.
+        dwell: How long it may last before the robot must stop [s].
     """
 
     name: str
@@ -29,14 +29,15 @@ class Symptom:
 def symptoms(
     law: SupervisorLaw, state: SupervisorState, now: Observation
 ) -> list[Symptom]:
-    """All that is wrong at this tick, the most telling first.
+    """Finds all that is wrong at a control tick, the most telling first.
 
     Comparisons are written so that NaN is always wrong.
 
     Args:
-        law: Thresholds.
-        state: After the tick before; its command is the executed one.
-        now: What is seen.
+        law: The thresholds and limits.
+        state: The supervisor after the tick before; its command is the one
+            that is being executed.
+        now: What is seen at this tick.
     """
     return [
         *_of_clock(law, state, now),
@@ -51,7 +52,10 @@ def symptoms(
 def has_paused(
     law: SupervisorLaw, state: SupervisorState, now: Observation
 ) -> bool:
-    """Whether nobody has commanded the robot for too long."""
+    """Tells whether the loop stood still for longer than it may.
+
+    The drivers' watchdogs have stopped the robot meanwhile.
+    """
     return now.time - state.time > law.dt + law.config.max_overrun
 
 
