@@ -1,4 +1,4 @@
-"""`CommandMerger`: several operators of one target."""
+"""`CommandMerger`: makes one operator of several."""
 
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
@@ -29,12 +29,14 @@ class CommandMerger(LeafSystem):
         - command
         - map_requests
 
-    The outputs follow the inputs without delay; which source leads is
-    remembered once a period.
+    Each operator i has the ports `command_i`, an `OperatorCommand`, and
+    `map_requests_i`, its `MapRequests`; the outputs are of the same types.
+    They follow the inputs without delay; which operator leads is remembered
+    once a period.
 
     Args:
-        count: Number of sources, at least one.
-        period: Time between two looks at the sources [s].
+        count: Number of operators, at least one.
+        period: Time between two looks at the operators [s].
     """
 
     def __init__(self, *, count: int, period: float):
@@ -80,9 +82,13 @@ class CommandMerger(LeafSystem):
     def AddToBuilder(
         builder: DiagramBuilder, *, sources: list[LeafSystem], period: float
     ) -> "CommandMerger":
-        """Adds a merger of systems with a port `command`.
+        """Adds a merger to a diagram, and connects the operators to it.
 
-        Those that have a port `map_requests` are heard on that, too.
+        Args:
+            builder: Builder of the diagram.
+            sources: The operators: systems with an output port `command`.
+                Those that have a port `map_requests` are heard on that, too.
+            period: Time between two looks at the operators [s].
         """
         merger = builder.AddSystem(
             CommandMerger(count=len(sources), period=period)

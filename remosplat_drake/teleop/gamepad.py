@@ -1,4 +1,4 @@
-"""What a gamepad's sticks and buttons say, by the standard layout.
+"""Turns a gamepad's sticks and buttons into a velocity of the target.
 
 https://w3c.github.io/gamepad/#remapping names buttons and axes.
 """
@@ -17,7 +17,7 @@ _PRESSED = 0.5
 def gamepad_velocity(
     axes: Sequence[float], buttons: Sequence[float], config: GamepadConfig
 ) -> np.ndarray | None:
-    """The wished velocity V_W, shape (6,), angular above translational.
+    """Turns a gamepad's state into the wished velocity of the target.
 
     The left stick moves along x (away) and y (left), the triggers move down
     and up; the right stick turns about z and y, left and right on the
@@ -26,11 +26,13 @@ def gamepad_velocity(
     Args:
         axes: Positions of the sticks from -1 to 1, right and towards the
             operator positive; missing ones are centred.
-        buttons: From 0 to 1; missing ones are not pressed.
-        config: Speeds, and which button is the dead-man button.
+        buttons: Values of the buttons from 0 to 1; missing ones are not
+            pressed.
+        config: Speeds, and which button is the dead-man switch.
 
     Returns:
-        None unless the dead-man button is pressed: zero says to stand still.
+        The velocity V_W, angular above translational, shape (6,) [rad/s,
+        m/s], which may be zero; None unless the dead-man switch is held.
     """
 
     def axis(i: int) -> float:

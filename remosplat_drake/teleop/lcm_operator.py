@@ -1,4 +1,4 @@
-"""`LcmOperator`: another program that moves the target, by LCM."""
+"""`LcmOperator`: another program moves the target, by LCM messages."""
 
 import time
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from remosplat_drake.teleop.teleop_config import PoseStreamConfig
 
 
 class LcmOperator(LeafSystem):
-    """Listens for `pose_target` messages.
+    """An operator that listens for `pose_target` messages.
 
     .. pydrake_system::
 
@@ -25,10 +25,10 @@ class LcmOperator(LeafSystem):
     whatever the pace of the simulation.
 
     Args:
-        config: Channel and expiry.
-        lcm: The wire; None opens the one that the configuration names.
-        period: Time between two looks [s].
-        clock: The wall clock [s].
+        config: LCM URL, channel and expiry time of the messages.
+        lcm: The LCM network; None opens the one that the config names.
+        period: Time between two looks at the network [s].
+        clock: Returns the wall clock [s].
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Several sources of wishes as one: the newest wish wins."""
+"""Merges the commands of several operators: the newest wish wins."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -10,12 +10,12 @@ _COUNTS = ("moves", "holds", "homes", "poses", "scans")
 
 @dc.dataclass(frozen=True, eq=False)
 class MergedCommand:
-    """Several sources together; copying returns the object itself.
+    """Several operators together; copying returns the object itself.
 
     Attributes:
-        sources: What each of them says.
-        leader: Whose pose or velocity it is that moves the target.
-        command: What they amount to.
+        sources: The command of each operator.
+        leader: Index of the operator whose pose or velocity moves the target.
+        command: The merged command.
     """
 
     sources: tuple[OperatorCommand, ...]
@@ -24,7 +24,7 @@ class MergedCommand:
 
     @staticmethod
     def silent(count: int) -> "MergedCommand":
-        """Sources that have not said anything yet."""
+        """Returns operators that have not asked for anything yet."""
         return MergedCommand((OperatorCommand(),) * count)
 
     def __deepcopy__(self, memo) -> "MergedCommand":
@@ -34,15 +34,15 @@ class MergedCommand:
 def merge_commands(
     before: MergedCommand, sources: Sequence[OperatorCommand]
 ) -> MergedCommand:
-    """What several sources amount to now.
+    """Merges the commands of several operators.
 
-    A source that wishes for something new leads from then on: its pose, its
+    An operator who wishes for something new leads from then on: its pose, its
     velocity and its trouble count, those of the others do not. Their buttons
     always do. Of two at once the first leads.
 
     Args:
-        before: The sources at the last look.
-        sources: What each says now, in the same order.
+        before: The operators at the last look.
+        sources: The command of each operator now, in the same order.
     """
     pairs = list(zip(before.sources, sources, strict=True))
     new = [i for i, pair in enumerate(pairs) if _wishes_anew(*pair)]

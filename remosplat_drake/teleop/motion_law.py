@@ -1,4 +1,4 @@
-"""`MotionLaw`: what the target's motion goes by besides the operator."""
+"""`MotionLaw`: bounds and settings of the target's motion."""
 
 import dataclasses as dc
 
@@ -11,14 +11,14 @@ from remosplat_drake.teleop.teleop_config import TeleopConfig
 
 @dc.dataclass(frozen=True, eq=False)
 class MotionLaw:
-    """What the target's motion goes by besides the operator.
+    """Bounds and settings of the target's motion, fixed during a run.
 
     Attributes:
-        config: Its bounds, and the saved poses.
-        X_WT_home: Where home is, shape (4, 4).
-        dt: Length of a step [s].
-        X_EC: The wrist camera (OpenCV axes) on the end effector; None
-            without one, and then there is no scan.
+        config: Bounds of the motion, and the saved poses.
+        X_WT_home: Pose of the target at home, shape (4, 4).
+        dt: Time between two steps of the target [s].
+        X_EC: Pose of the wrist camera (OpenCV axes) in the end effector's
+            frame, shape (4, 4); None without one, and then there is no scan.
         frames: Number of frames of a scan.
     """
 
@@ -37,15 +37,16 @@ class MotionLaw:
         mount: CameraMount | None = None,
         frames: int = 8,
     ) -> "MotionLaw":
-        """The law of a robot whose home is where it starts.
+        """Makes the law of a robot whose home is where it starts.
 
         Args:
-            config: See the attribute.
-            robot: Finds the end effector.
+            config: Bounds of the motion, and the saved poses.
+            robot: The robot, for its kinematics.
             q0: Configuration to start from, shape (n_q,).
-            dt: See the attribute.
-            mount: The wrist camera; it must move with the end effector.
-            frames: See the attribute.
+            dt: Time between two steps of the target [s].
+            mount: Mount of the wrist camera, which must move with the end
+                effector; None without one.
+            frames: Number of frames of a scan.
         """
         X_WE = robot.end_effector_pose(q0)
         X_EC = None

@@ -1,4 +1,4 @@
-"""`OperatorTarget`: the target that an operator moves."""
+"""`OperatorTarget`: a target that an operator moves."""
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -38,9 +38,11 @@ class OperatorTarget(LeafSystem):
         - state
         - map_requests
 
-    It stands in the place of a `TargetSequence` that never ends. `command`
-    carries an `OperatorCommand`, `state` the `TargetState`. The outgoing
-    `map_requests` are those that come in and the frames that scans want.
+    It stands in the place of a `TargetSequence` that never ends.
+    `configuration` takes the measured q, `command` an `OperatorCommand`;
+    `target` gives the pose X_WT as a `RigidTransform`, `state` the
+    `TargetState`. The outgoing `map_requests` are those that come in and the
+    frames that scans want.
 
     `supervision` takes a `SupervisorState`. While the robot is stopped the
     target stays with it, so that a release does not send the robot off to
@@ -49,9 +51,9 @@ class OperatorTarget(LeafSystem):
     target.
 
     Args:
-        robot: Finds the end effector.
+        robot: The robot, for its kinematics.
         q0: Configuration to start from, shape (n_q,).
-        law: How the target moves; its `dt` is the period [s].
+        law: Bounds of the motion; its `dt` is the period [s].
     """
 
     def __init__(self, *, robot: RobotModel, q0: np.ndarray, law: MotionLaw):
@@ -100,7 +102,15 @@ class OperatorTarget(LeafSystem):
         map_requests: OutputPort | None = None,
         **arguments,
     ) -> "OperatorTarget":
-        """Adds a target, fed with the measured configuration and wishes."""
+        """Adds a target to a diagram, and connects its inputs.
+
+        Args:
+            builder: Builder of the diagram.
+            configuration: The measured configuration q.
+            command: The `OperatorCommand`.
+            map_requests: The operators' `MapRequests`; None for none.
+            **arguments: The arguments of `OperatorTarget`.
+        """
         target = builder.AddSystem(OperatorTarget(**arguments))
         builder.Connect(configuration, target.GetInputPort("configuration"))
         builder.Connect(command, target.GetInputPort("command"))
@@ -109,7 +119,11 @@ class OperatorTarget(LeafSystem):
         return target
 
     def state(self, context: Context) -> TargetState:
-        """The target, from the system's own context."""
+        """Returns the present target.
+
+        Args:
+            context: The system's own context.
+        """
         state = self._memory(context)
         if np.isfinite(state.X_WT).all():
             return state
@@ -121,11 +135,15 @@ class OperatorTarget(LeafSystem):
         return context.get_abstract_state(int(self._state_index)).get_value()
 
     def progress(self, context: Context) -> TargetProgress:
-        """As of a sequence of one target that is never reached."""
+        """Returns the progress of a sequence that never ends: 0 of 1."""
         return TargetProgress(0, 1)
 
     def error(self, context: Context) -> PoseError:
-        """From the end effector to the target."""
+        """Returns the error from the end effector to the target.
+
+        Args:
+            context: The system's own context.
+        """
         return pose_error(self._end_effector(context), self.state(context).X_WT)
 
     def _end_effector(self, context: Context) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Target poses that another program sends, and what their silence means."""
+"""A stream of target poses from another program, and its watchdog."""
 
 import dataclasses as dc
 import math
@@ -18,16 +18,17 @@ from remosplat_drake.hardware.wire.packets import (
 from remosplat_drake.signals.operator_command import OperatorCommand
 
 SOURCE = "pose stream"
+"""What texts call this source of commands."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class StreamState:
-    """What has come so far; copying returns the object itself.
+    """A stream of poses so far; copying returns the object itself.
 
     Attributes:
-        command: What it amounts to.
-        utime: Stamp of the latest pose used [us].
-        received: When that was, by the wall clock [s].
+        command: The command that the stream amounts to.
+        utime: Stamp of the latest pose that was used [us].
+        received: When that pose came, by our wall clock [s].
         flows: Whether poses are coming.
     """
 
@@ -45,7 +46,7 @@ class StreamState:
 def advance_stream(
     state: StreamState, packet: bytes | None, now: float, expiry: float
 ) -> StreamState:
-    """The stream after a look at the wire.
+    """Advances a stream by a look at the network.
 
     A stream takes hold of the target when it begins, and again when it goes
     on after a silence; while it flows it takes hold of nothing, so that an
@@ -53,9 +54,10 @@ def advance_stream(
 
     Args:
         state: The stream before.
-        packet: The newest packet since the last look, if any.
-        now: Wall clock [s].
-        expiry: Silence or age of a pose at which the stream has ended [s].
+        packet: The newest packet since the last look; None for none.
+        now: Our wall clock [s].
+        expiry: Time without a pose, or age of a pose, at which the stream has
+            ended [s].
     """
     if packet is not None:
         try:
@@ -69,7 +71,13 @@ def advance_stream(
 
 
 def decode_pose_target(data: bytes) -> tuple[int, np.ndarray]:
-    """Stamp [us] and pose X_WT, shape (4, 4), of a packet.
+    """Decodes and checks a `pose_target` message.
+
+    Args:
+        data: The encoded packet.
+
+    Returns:
+        The stamp [us] and the pose X_WT, shape (4, 4).
 
     Raises:
         BrokenMessage: The packet holds no pose.

@@ -1,4 +1,4 @@
-"""Poses from which a wrist camera looks around."""
+"""The poses of a scan, from which a wrist camera looks around."""
 
 import numpy as np
 from pydrake.math import RotationMatrix
@@ -9,7 +9,7 @@ from remosplat_drake.teleop.teleop_config import ScanConfig
 def scan_poses(
     X_WE: np.ndarray, X_EC: np.ndarray, count: int, config: ScanConfig
 ) -> tuple[np.ndarray, ...]:
-    """Poses of the end effector that turn a camera in its place.
+    """Computes poses of the end effector that turn a camera in its place.
 
     The camera stays where it is and looks ahead and down, its image upright:
     along a row of steep views first and back along a row of flatter ones, so
@@ -17,13 +17,14 @@ def scan_poses(
     as both.
 
     Args:
-        X_WE: The end effector where the scan begins, shape (4, 4).
-        X_EC: The camera (OpenCV axes) on the end effector, shape (4, 4).
+        X_WE: Pose of the end effector where the scan begins, shape (4, 4).
+        X_EC: Pose of the camera (OpenCV axes) in the end effector's frame,
+            shape (4, 4).
         count: Number of poses, at least one.
-        config: Where the camera looks.
+        config: The directions in which the camera looks.
 
     Returns:
-        Poses X_WE, shape (4, 4) each.
+        Poses X_WE of the end effector, shape (4, 4) each.
     """
     X_WC = X_WE @ X_EC
     ahead = heading(X_WC[:3, :3])
@@ -37,7 +38,7 @@ def scan_poses(
 
 
 def heading(R_WC: np.ndarray) -> float:
-    """Where a camera looks on the map, as a yaw in W [rad].
+    """Returns where a camera looks in the horizontal plane, a yaw in W [rad].
 
     For one that looks straight down it is where the top of its image is.
     """
@@ -46,11 +47,11 @@ def heading(R_WC: np.ndarray) -> float:
 
 
 def upright_camera(yaw: float, pitch: float) -> np.ndarray:
-    """Rotation R_WC of a camera whose image's x axis is level.
+    """Returns R_WC, shape (3, 3), of a camera whose image is upright.
 
     Args:
-        yaw: Where it looks on the map [rad].
-        pitch: How far it looks down [rad].
+        yaw: Where it looks in the horizontal plane [rad].
+        pitch: How far it looks down below the horizon [rad].
     """
     R_WL = RotationMatrix.MakeZRotation(yaw).matrix()
     s, c = np.sin(pitch), np.cos(pitch)

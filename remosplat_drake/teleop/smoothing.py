@@ -17,16 +17,19 @@ _COMMITMENT = 0.2
 
 
 def braking_speed(distance: float, acceleration: float, dt: float) -> float:
-    """The speed from which full braking ends exactly after a distance.
+    """Returns the speed from which full braking ends after a distance.
 
     A speed of n + f steps of acceleration * dt, with f in [0, 1), brakes
     over (n (n + 1) / 2 + (n + 1) f) * acceleration * dt^2; this is the
     inverse.
 
     Args:
-        distance: Not negative [m or rad].
-        acceleration: Bound on it [m/s^2 or rad/s^2].
+        distance: Distance to brake over, not negative [m or rad].
+        acceleration: Greatest deceleration [m/s^2 or rad/s^2].
         dt: Length of a step [s].
+
+    Returns:
+        The speed [m/s or rad/s].
     """
     change = acceleration * dt
     steps = distance / (change * dt)
@@ -37,13 +40,16 @@ def braking_speed(distance: float, acceleration: float, dt: float) -> float:
 def velocity_towards(
     offset: np.ndarray, max_speed: float, acceleration: float, dt: float
 ) -> np.ndarray:
-    """The fastest velocity straight to a goal that can still stop there.
+    """Returns the fastest velocity to a goal that can still stop there.
 
     Args:
-        offset: From here to the goal, shape (3,).
-        max_speed: Bound on the speed.
-        acceleration: See `braking_speed`.
+        offset: Vector from here to the goal, shape (3,) [m or rad].
+        max_speed: Greatest speed [m/s or rad/s].
+        acceleration: Greatest deceleration [m/s^2 or rad/s^2].
         dt: Length of a step [s].
+
+    Returns:
+        A velocity straight to the goal, shape (3,) [m/s or rad/s].
     """
     distance = math.hypot(*offset)
     if distance == 0.0:
@@ -55,7 +61,13 @@ def velocity_towards(
 def change_velocity(
     before: np.ndarray, wanted: np.ndarray, max_change: float
 ) -> np.ndarray:
-    """The velocity nearest to the wanted one within a bounded change."""
+    """Returns the velocity nearest to a wanted one within a bounded change.
+
+    Args:
+        before: The present velocity, shape (3,).
+        wanted: The wanted velocity, shape (3,).
+        max_change: Greatest length of the change between the two.
+    """
     change = wanted - before
     size = math.hypot(*change)
     if size <= max_change:
@@ -64,7 +76,7 @@ def change_velocity(
 
 
 def limit_norm(vector: np.ndarray, bound: float) -> np.ndarray:
-    """The vector, shortened where it is longer than a bound."""
+    """Shortens a vector to a bound where it is longer."""
     size = math.hypot(*vector)
     return vector if size <= bound else vector * (bound / size)
 
@@ -75,17 +87,20 @@ def rotation_to_go(
     w_WT: np.ndarray,
     acceleration: float,
 ) -> np.ndarray:
-    """The rotation left to a goal, as angle times axis in W, shape (3,).
+    """Returns the rotation left to a goal, as a rotation vector in W.
 
     It is the shorter way round, unless the target is turning already and the
     goal has passed the far side: to turn back would take longer then, and a
     goal that trembles at half a turn would never let go.
 
     Args:
-        R_WT: The present rotation.
-        R_WT_goal: The goal.
-        w_WT: Angular velocity in W, shape (3,) [rad/s].
-        acceleration: With which a turn could be stopped [rad/s^2].
+        R_WT: The target's present rotation, shape (3, 3).
+        R_WT_goal: The rotation that it shall have, shape (3, 3).
+        w_WT: The target's angular velocity in W, shape (3,) [rad/s].
+        acceleration: Greatest angular deceleration [rad/s^2].
+
+    Returns:
+        Angle times axis, shape (3,) [rad].
     """
     shorter = rotation_vector(R_WT_goal @ R_WT.T)
     angle = math.hypot(*shorter)
@@ -99,7 +114,7 @@ def rotation_to_go(
 
 
 def rotated(R_WT: np.ndarray, rotation_W: np.ndarray) -> np.ndarray:
-    """A rotation turned by angle times axis in W, kept orthonormal."""
+    """Turns R_WT by a rotation vector in W [rad]; the result is orthonormal."""
     angle = math.hypot(*rotation_W)
     if angle == 0.0:
         return R_WT

@@ -1,4 +1,4 @@
-"""What the target does by what the operator asks, a step of time at once."""
+"""What the target does as an operator asks: hold, follow, go, scan."""
 
 import dataclasses as dc
 
@@ -20,7 +20,7 @@ from remosplat_drake.teleop.target_step import move
 from remosplat_drake.teleop.teleop_config import TeleopConfig
 
 _SCAN_DISTANCE, _SCAN_ANGLE = 0.03, 0.05
-"""The end effector is at a pose of a scan so near to it [m], [rad]."""
+"""Errors below which the end effector is at a pose of a scan [m], [rad]."""
 
 
 def advance_target(
@@ -30,15 +30,16 @@ def advance_target(
     X_WE: np.ndarray,
     time: float,
 ) -> TargetState:
-    """The target after one step of time.
+    """Advances the target by one step of time.
 
-    In the order of: what is newly wished for, what ends by itself (a dead-man
-    button let go, a source in trouble, a scan's pose reached), the motion.
+    First it takes up what is newly wished for, then it ends what ends by
+    itself (the dead-man switch let go, a source in trouble, a pose of a scan
+    reached), and then it moves.
 
     Args:
-        law: Bounds of the motion.
+        law: Bounds and settings of the motion.
         state: The target before.
-        command: All that the operator has asked for so far.
+        command: All that the operators have asked for so far.
         X_WE: Measured pose of the end effector, shape (4, 4); NaN where it
             is unknown.
         time: Time now [s].
@@ -54,11 +55,13 @@ def advance_target(
 def stand(
     state: TargetState, command: OperatorCommand, X_WE: np.ndarray
 ) -> TargetState:
-    """The target of a robot that is stopped; what is wished now is void.
+    """Keeps the target with a robot that is stopped.
+
+    What is wished for meanwhile is void.
 
     Args:
         state: The target before.
-        command: All that the operator has asked for so far.
+        command: All that the operators have asked for so far.
         X_WE: Measured pose of the end effector, shape (4, 4); NaN where it
             is unknown.
     """
@@ -98,7 +101,14 @@ def _begin(
 
 
 def hold(state: TargetState, X_WE: np.ndarray, text: str) -> TargetState:
-    """Freezes the target where the end effector is, or where itself is."""
+    """Lets the target rest where the end effector is.
+
+    Args:
+        state: The target before.
+        X_WE: Measured pose of the end effector, shape (4, 4); where it is NaN
+            the target rests where it is itself.
+        text: Why, in words for a person.
+    """
     X_WT = X_WE if np.isfinite(X_WE).all() else state.X_WT
     return dc.replace(
         state,

@@ -1,4 +1,4 @@
-"""One step of the target: towards its goal, or as the operator's stick says."""
+"""One step of the target: towards its goal, or as a gamepad's stick says."""
 
 import dataclasses as dc
 
@@ -17,11 +17,11 @@ from remosplat_drake.teleop.smoothing import (
 
 
 def move(law: MotionLaw, state: TargetState, X_WE: np.ndarray) -> TargetState:
-    """The target one step later; it stays where it holds.
+    """Moves the target by one step of time; one that holds stays.
 
     Args:
         law: Bounds of the motion.
-        state: The target, its mode and its goal.
+        state: The target with its mode and its goal.
         X_WE: Measured pose of the end effector, shape (4, 4).
     """
     if state.mode == HOLD:

@@ -15,33 +15,37 @@ from remosplat_drake.hardware.hardware_config import ChannelName, check_lcm_url
 
 @dc.dataclass
 class SavedPose(Config):
-    """A pose of the end effector in W that an operator can pick."""
+    """A pose of the end effector that an operator can pick by its name."""
 
+    # Position of the end effector in the world frame W [m].
     translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
-    # Roll, pitch, yaw [deg]; the default points a gripper down.
+    # Roll, pitch and yaw of the end effector in W [deg]; the default points a
+    # gripper down.
     rpy_deg: RollPitchYawDeg = dc.field(
         default_factory=lambda: [180.0, 0.0, 0.0]
     )
 
     def matrix(self) -> np.ndarray:
-        """The pose X_WE, shape (4, 4)."""
+        """Returns the pose X_WE, shape (4, 4)."""
         R = RollPitchYaw(np.radians(self.rpy_deg))
         return RigidTransform(R, self.translation).GetAsMatrix4()
 
 
 @dc.dataclass
 class GamepadConfig(Config):
-    """A gamepad in the browser, by the standard layout's numbers."""
+    """A gamepad at the page, numbered by the browsers' standard layout."""
 
-    # The button without which nothing moves: 5 is the right shoulder.
+    # Number of the button that is the dead-man switch, without which nothing
+    # moves: 5 is the right shoulder.
     dead_man: Annotated[int, Interval(ge=0, le=63)] = 5
-    # Speeds with a stick fully pushed [m/s], [rad/s].
+    # Speed of the target with a stick fully pushed [m/s].
     speed: Annotated[float, Interval(gt=0, le=2)] = 0.15
+    # Turning rate of the target with a stick fully pushed [rad/s].
     rotation: Annotated[float, Interval(gt=0, le=10)] = 0.6
-    # A stick counts as released so near to its centre.
+    # Share of a stick's way around its centre where it counts as released.
     dead_zone: Annotated[float, Interval(ge=0, lt=1)] = 0.1
-    # The target gets no farther ahead of the end effector, lest it run away
-    # from one that an obstacle holds back [m].
+    # Greatest distance of the target from the end effector [m], lest it run
+    # away from one that an obstacle holds back.
     max_lead: Annotated[float, Interval(gt=0, le=2)] = 0.2
 
 
@@ -49,14 +53,17 @@ class GamepadConfig(Config):
 class PoseStreamConfig(Config):
     """Target poses that another program sends by LCM."""
 
-    # Where the messages are: ttl=0 is this machine only.
+    # URL of the LCM network. The multicast time to live decides how far
+    # messages go: ttl=0 stays on this machine, ttl=1 in the local network.
     lcm_url: str = "udpm://239.255.76.67:7667?ttl=0"
+    # Channel of the messages, of type pose_target.
     channel: ChannelName = "POSE_TARGET"
-    # A stream that is silent for so long is not followed any more [s].
+    # Time without a message after which the stream is not followed any more,
+    # and greatest age of a message [s].
     expiry: Annotated[float, Interval(gt=0, le=10)] = 0.3
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Yields an error where the LCM URL is unusable."""
         try:
             check_lcm_url(self.lcm_url)
         except RemoSplatError as error:
@@ -65,17 +72,20 @@ class PoseStreamConfig(Config):
 
 @dc.dataclass
 class ScanConfig(Config):
-    """Looking around for the first map."""
+    """A scan: the wrist camera looks around for a map, in two rows of views."""
 
-    # The wrist camera looks so far to either side, in two rows: so far below
-    # the horizon [deg].
+    # How far the camera looks to either side of straight ahead [deg].
     pan_deg: Annotated[float, Interval(ge=0, le=90)] = 60.0
+    # How far below the horizon the camera looks in the row of steep views
+    # [deg].
     steep_deg: Annotated[float, Interval(ge=0, le=90)] = 60.0
+    # How far below the horizon the camera looks in the row of flat views
+    # [deg].
     flat_deg: Annotated[float, Interval(ge=0, le=90)] = 25.0
     # Time at a pose before its frame is taken [s].
     dwell: Annotated[float, Interval(ge=0, le=60)] = 0.3
-    # A robot that has not come to a pose so long after the target has its
-    # frame taken where it is [s].
+    # Time after the target's arrival at a pose at which the frame is taken
+    # where the robot is, if it has not come there itself [s].
     timeout: Annotated[float, Interval(gt=0, le=60)] = 2.0
 
 
@@ -83,34 +93,40 @@ class ScanConfig(Config):
 class TeleopConfig(Config):
     """Bounds of the target's motion, and where an operator's wishes come from.
 
-    The page is one of the sources wherever there is one.
+    The page's controls are one of the sources wherever there is a page.
     """
 
-    # The target moves no faster [m/s], [rad/s].
+    # Greatest speed of the target [m/s].
     max_speed: Annotated[float, Interval(gt=0, le=2)] = 0.25
+    # Greatest turning rate of the target [rad/s].
     max_rotation: Annotated[float, Interval(gt=0, le=10)] = 1.0
-    # It gains and loses speed no faster [m/s^2], [rad/s^2].
+    # Greatest acceleration of the target [m/s^2].
     max_acceleration: Annotated[float, Interval(gt=0, le=20)] = 0.5
+    # Greatest angular acceleration of the target [rad/s^2].
     max_rotation_acceleration: Annotated[float, Interval(gt=0, le=100)] = 2.0
-    # Box in W in which the target stays [m].
+    # Lower corner, in the world frame W, of the box in which the target stays
+    # [m].
     workspace_lower: Position = dc.field(
         default_factory=lambda: [-5.0, -5.0, 0.05]
     )
+    # Upper corner of that box, in W [m].
     workspace_upper: Position = dc.field(
         default_factory=lambda: [5.0, 5.0, 2.0]
     )
-    # Poses to pick from, by the names on their buttons.
+    # Poses that an operator can pick, by the names on their buttons.
     poses: dict[str, SavedPose] = dc.field(default_factory=dict)
+    # The gamepad at the page.
     gamepad: GamepadConfig = dc.field(default_factory=GamepadConfig)
+    # The scan with the wrist camera.
     scan: ScanConfig = dc.field(default_factory=ScanConfig)
-    # A file of timed poses and presses, relative to the scenario's: see
-    # teleop/trajectory_file.py. Empty for none.
+    # Path of a YAML file of timed poses and presses of buttons, relative to
+    # the scenario's file; empty for none.
     trajectory: str = ""
-    # Poses by LCM; absent: nobody listens.
+    # Target poses from another program, by LCM; absent: nobody listens.
     pose_stream: PoseStreamConfig | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Yields errors where the workspace is empty or a pose outside it."""
         lower, upper = self.workspace_lower, self.workspace_upper
         for axis, low, high in zip("xyz", lower, upper, strict=True):
             if not low < high:

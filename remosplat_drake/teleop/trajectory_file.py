@@ -1,4 +1,4 @@
-"""What an operator does at which time, written down in a YAML file.
+"""An operator's script: what is asked for at which time, in a YAML file.
 
 steps:
 - {time: 1, translation: [1.1, 0, 0.7], rpy_deg: [180, 0, 0]}
@@ -25,6 +25,7 @@ from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.teleop.teleop_config import SavedPose
 
 SOURCE = "trajectory"
+"""What texts call this source of commands."""
 
 _TARGET_BUTTONS = {"hold": "holds", "home": "homes", "scan": "scans"}
 _MAP_BUTTONS = {
@@ -35,29 +36,31 @@ _MAP_BUTTONS = {
 }
 
 SCENE = "scene"
-"""Puts something into a simulated scene, or takes it away again."""
+"""Button that puts an object into a simulated scene, or takes it away."""
 
 BUTTONS = (*_TARGET_BUTTONS, *_MAP_BUTTONS, SCENE)
-"""What a step can press."""
+"""Names of the buttons that a step of a script can press."""
 
 
 @dc.dataclass
 class OperatorStep(Config):
-    """One act: a wish for a pose, or a press of a button, or both."""
+    """A step of a script: a wish for a pose, a press of a button, or both."""
 
-    # Since the start [s].
+    # Time of the step, since the start of the run [s].
     time: Annotated[float, Interval(ge=0, le=1e6)] = 0.0
-    # Where the target shall go in W [m].
+    # Position in the world frame W to which the target shall go [m]; absent:
+    # no wish for a pose.
     translation: Position | None = None
-    # Roll, pitch, yaw [deg]; absent: as at the step before.
+    # Roll, pitch and yaw that the target shall have in W [deg]; absent: those
+    # of the step before.
     rpy_deg: RollPitchYawDeg | None = None
-    # One of the buttons' names; empty for none.
+    # Name of a button to press; empty for none.
     press: str = ""
     # Name of a saved pose to pick; empty for none.
     pick: str = ""
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Yields errors for an unknown button or a lone rotation."""
         if self.rpy_deg is not None and self.translation is None:
             yield "rpy_deg", "needs a translation"
         if self.press and self.press not in BUTTONS:
@@ -66,14 +69,21 @@ class OperatorStep(Config):
 
 @dc.dataclass
 class TrajectoryFile(Config):
-    """A whole file."""
+    """Content of an operator's script."""
 
+    # The steps of the script, in the order of time.
     steps: list[OperatorStep] = dc.field(default_factory=list)
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Asked:
-    """All that has been asked for from some time on [s]."""
+    """All that has been asked for by some time of a script.
+
+    Attributes:
+        time: Time from which on it has been asked for [s].
+        command: All that was asked of the target by then.
+        map_requests: All that was asked of the live map by then.
+    """
 
     time: float
     command: OperatorCommand
@@ -86,16 +96,16 @@ def load_operator_steps(
     poses: Collection[str],
     scenes: Sequence[PrimitiveScene] = (),
 ) -> list[OperatorStep]:
-    """Reads and checks a file.
+    """Reads and checks an operator's script.
 
     Args:
-        path: The file.
-        poses: Names of the saved poses.
-        scenes: What a simulated camera may be shown.
+        path: The YAML file.
+        poses: Names of the saved poses that steps may pick.
+        scenes: The scenes that a simulated camera may be shown in turns.
 
     Raises:
         FileError: The file is missing or not YAML.
-        FieldError: A step is unusable; names it.
+        FieldError: A step is unusable; the text names it.
     """
     steps = load_strict(TrajectoryFile, path).steps
     if not steps:
@@ -139,11 +149,15 @@ def _check_step(
 def asked_over_time(
     steps: Sequence[OperatorStep], scenes: Sequence[PrimitiveScene] = ()
 ) -> list[Asked]:
-    """What the steps amount to, in order; before the first one, nothing.
+    """Adds the steps of a script up over time.
 
     Args:
-        steps: In the order of time.
-        scenes: What there is first, and what takes turns with it.
+        steps: The steps, in the order of time.
+        scenes: The scene at the start, and those that take turns with it.
+
+    Returns:
+        What has been asked for, first nothing from -inf on, then one entry
+        for each step.
     """
     command, requests = OperatorCommand(source=SOURCE), MapRequests()
     asked = [Asked(-np.inf, command, requests)]

@@ -16,11 +16,11 @@ from remosplat_drake.teleop.trajectory_file import (
 )
 
 _ROUNDING = 1e-9
-"""A step is due so much before its time: times of ticks are sums [s]."""
+"""Time by which a step is due too early [s]: times of ticks are sums."""
 
 
 class TrajectoryOperator(LeafSystem):
-    """Asks at given times for what a script says.
+    """An operator who asks at given times for what a script says.
 
     .. pydrake_system::
 
@@ -33,8 +33,9 @@ class TrajectoryOperator(LeafSystem):
     Times count from when the simulation is initialized.
 
     Args:
-        steps: The script, in the order of time.
-        scenes: What a simulated camera is shown in turns, the present first.
+        steps: The steps of the script, in the order of time.
+        scenes: The scenes that a simulated camera is shown in turns, that of
+            the start first.
     """
 
     def __init__(
