@@ -1,4 +1,4 @@
-"""`ClearanceLines`: which scene points the controller minds."""
+"""`ClearanceLines`: lines to the scene points that the controller minds."""
 
 import numpy as np
 from pydrake.geometry import Meshcat, Rgba, Sphere
@@ -27,8 +27,8 @@ class ClearanceLines:
     only move, so that a recording replays them; it leaves out the thin ones.
 
     Args:
-        meshcat: The page.
-        robot: Places the spheres.
+        meshcat: The page's Meshcat server.
+        robot: The robot, for its spheres.
     """
 
     def __init__(self, meshcat: Meshcat, robot: RobotModel):
@@ -38,11 +38,11 @@ class ClearanceLines:
         self._shown: list[bool] = []
 
     def draw(self, report: TickReport, time: float):
-        """Shows the rows of one tick.
+        """Draws the clearances of one control tick.
 
         Args:
-            report: Of the controller.
-            time: For the recording [s].
+            report: The controller's report of the tick.
+            time: Time of the tick in a recording [s].
         """
         start, end = line_ends(self._robot, report)
         pale = report.kept & ~report.tight
@@ -96,10 +96,15 @@ class ClearanceLines:
 def line_ends(
     robot: RobotModel, report: TickReport
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where the lines of a report's rows start and end.
+    """Computes where the lines of a report's m clearances start and end.
+
+    Args:
+        robot: The robot, for its spheres.
+        report: The controller's report of a tick.
 
     Returns:
-        Points on the spheres' surfaces and on the scene, in W, both (m, 3).
+        Points on the spheres' surfaces and on the scene in W, shape (m, 3)
+        each [m].
     """
     clearances = report.clearances
     if len(clearances) == 0:

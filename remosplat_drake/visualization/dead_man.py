@@ -1,4 +1,4 @@
-"""`DeadMan`: whether the page sees its gamepad's dead-man button right now."""
+"""`DeadMan`: whether the gamepad's dead-man switch is held right now."""
 
 import html
 import time
@@ -9,7 +9,7 @@ PULSE = '<span class="remosplat-style remosplat-pulse"></span>'
 """Name of a hidden button that the page clicks while the button is held."""
 
 SILENCE = 0.5
-"""A page that is silent for so long does not see the button held [s]."""
+"""Time without a pulse after which the switch counts as let go [s]."""
 
 _SCRIPT = """
 setInterval(() => {{
@@ -22,7 +22,9 @@ setInterval(() => {{
 
 
 class DeadMan:
-    """Listens for the page's pulse.
+    """The watchdog of a gamepad's dead-man switch.
+
+    It listens for a pulse that the page sends while the button is held.
 
     Meshcat tells of a gamepad when it changes, and only then: a page that is
     closed, hidden or hangs with the button held would leave it pressed for
@@ -30,8 +32,8 @@ class DeadMan:
     draws buttons' names as HTML, and a picture that is none runs the script.
 
     Args:
-        meshcat: The page.
-        button: Number of the dead-man button.
+        meshcat: The page's Meshcat server.
+        button: Number of the button that is the dead-man switch.
     """
 
     def __init__(self, meshcat: Meshcat, button: int):
@@ -45,7 +47,7 @@ class DeadMan:
         )
 
     def is_held(self) -> bool:
-        """Whether the page has said so within the last `SILENCE`."""
+        """Tells whether the page has sent a pulse within `SILENCE`."""
         now = time.monotonic()
         pulses = self._meshcat.GetButtonClicks(PULSE)
         if pulses != self._pulses:

@@ -14,7 +14,7 @@ from remosplat_drake.oracle.depth_sensor import N_VIEWS
 from remosplat_drake.oracle.view_images import SphereViews
 
 VIEW_NAMES = ("+z", "−y", "+y", "+x", "−z", "−x")
-"""The axis of the sensor that each view looks along."""
+"""Axes of the sensor along which its six views look."""
 
 # Row and column of each view in the unfolded cube: neighbours share an edge.
 _CELLS = ((1, 1), (0, 1), (2, 1), (1, 2), (1, 3), (1, 0))
@@ -33,9 +33,9 @@ def draw_depth_views(views: SphereViews, title: str, subtitle: str) -> Figure:
     """Draws what a sphere sees; colours are ranges, grey is nothing.
 
     Args:
-        views: Of the sphere.
-        title: Says which sphere it is.
-        subtitle: Says where, and how far from the scene.
+        views: The six depth views of the sphere.
+        title: Title of the picture, such as which sphere it is.
+        subtitle: Line below it, such as where the sphere is.
     """
     width = 2 * _MARGIN + _COLUMNS * _CELL + (_COLUMNS - 1) * _GAP
     height = 2 * _MARGIN + _HEADER + _ROWS * _CELL + (_ROWS - 1) * _GAP
@@ -64,7 +64,7 @@ def draw_depth_views(views: SphereViews, title: str, subtitle: str) -> Figure:
 
 
 def save_picture(figure: Figure, path: Path) -> None:
-    """Writes a figure as PNG, completely or not at all.
+    """Writes a figure as a PNG file, atomically.
 
     Raises:
         FileError: The file cannot be written.
@@ -74,7 +74,14 @@ def save_picture(figure: Figure, path: Path) -> None:
 
 
 def range_colors(ranges: np.ndarray) -> np.ndarray:
-    """The picture's colours of finite ranges, (n,) [m] -> RGB (n, 3)."""
+    """Returns the colours that ranges have in the picture.
+
+    Args:
+        ranges: Finite ranges, shape (n,) [m].
+
+    Returns:
+        Red, green and blue from 0 to 1, shape (n, 3).
+    """
     cmap, norm = _colors(ranges)
     return cmap(norm(ranges))[:, :3]
 
@@ -201,5 +208,5 @@ def _add_color_bar(figure: Figure, colors: ScalarMappable):
 
 
 def format_length(length: float) -> str:
-    """Millimetres, to be read at a glance."""
+    """Formats a length [m] in whole millimetres."""
     return f"{1e3 * length:.0f} mm".replace("-", "−")

@@ -1,4 +1,4 @@
-"""`GrowingPath`: the trace of a point, sent piece by piece."""
+"""`GrowingPath`: the trace of a moving point, sent piece by piece."""
 
 from collections import deque
 
@@ -19,10 +19,10 @@ class GrowingPath:
     shows each piece from the time on when its first step was made.
 
     Args:
-        meshcat: The page.
-        path: Where the pieces go in the scene tree.
-        color: Of the tube.
-        radius: Of the tube [m].
+        meshcat: The page's Meshcat server.
+        path: Path in the scene tree below which the pieces go.
+        color: Colour of the tube.
+        radius: Radius of the tube [m].
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class GrowingPath:
 
         Args:
             p_WP: The point in W, shape (3,) [m].
-            time: For the recording [s].
+            time: Time of the step in a recording [s].
         """
         if self._points:
             step = np.linalg.norm(p_WP - self._points[-1])

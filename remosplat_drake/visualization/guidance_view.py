@@ -1,4 +1,4 @@
-"""`GuidanceView`: the futures that were simulated, and the chosen one."""
+"""`GuidanceView`: the rollouts of the guidance selector, on the page."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -28,11 +28,12 @@ class GuidanceView(LeafSystem):
         input_ports:
         - selection
 
-    The chosen candidate's path is solid, the others' are faint; a label
-    among the controls says why it was chosen.
+    `selection` takes the `Selection` of a `GuidanceSelector`. The chosen
+    candidate's path is solid, the others' are faint; a label among the
+    controls says why it was chosen.
 
     Args:
-        page: Where to draw.
+        page: The page to draw on.
     """
 
     def __init__(self, *, page: MeshcatPage):
@@ -50,7 +51,7 @@ class GuidanceView(LeafSystem):
     def AddToBuilder(
         builder: DiagramBuilder, *, page: MeshcatPage
     ) -> "GuidanceView":
-        """Adds a view; the caller connects its port."""
+        """Adds a view to a diagram; the caller connects its port."""
         return builder.AddSystem(GuidanceView(page=page))
 
     def _publish(self, context: Context):
@@ -78,7 +79,15 @@ class GuidanceView(LeafSystem):
 
 
 def spaced_points(p: np.ndarray, step: float) -> np.ndarray:
-    """The points of a path that are at least `step` from the one before."""
+    """Thins a path out.
+
+    Args:
+        p: Points of the path, shape (n, 3) [m].
+        step: Least distance between points that are kept [m].
+
+    Returns:
+        The points that are kept, the first among them, shape (m, 3) [m].
+    """
     kept: list[np.ndarray] = []
     for point in p:
         if not kept or np.linalg.norm(point - kept[-1]) >= step:

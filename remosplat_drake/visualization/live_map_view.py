@@ -1,4 +1,4 @@
-"""`LiveMapView`: the newest map on the page, a piece at a time."""
+"""`LiveMapView`: draws the live map on the page, a piece at a time."""
 
 from collections.abc import Iterator
 
@@ -34,13 +34,13 @@ class LiveMapView(LeafSystem):
         input_ports:
         - map_status
 
-    The map is a `MapStatus`. Each look sends one tile of the splat or one
-    layer of the boundary, which takes about a millisecond, so that a new
-    map delays no control tick; old pieces stay until theirs is redrawn.
+    `map_status` takes the `MapStatus`. Each look sends one tile of the splat
+    or one layer of the boundary, which takes about a millisecond, so that a
+    new map delays no control tick; old pieces stay until theirs is redrawn.
 
     Args:
-        page: Where to draw.
-        initial: The map that the page begins with, drawn at once.
+        page: The page to draw on.
+        initial: The map that the page begins with; it is drawn at once.
         show_unseen: Whether the boundary is visible to begin with.
     """
 
@@ -66,7 +66,13 @@ class LiveMapView(LeafSystem):
     def AddToBuilder(
         builder: DiagramBuilder, *, map_status: OutputPort, **arguments
     ) -> "LiveMapView":
-        """Adds a view of a live map's status."""
+        """Adds a view to a diagram, and connects it.
+
+        Args:
+            builder: Builder of the diagram.
+            map_status: Output port of the live map's `MapStatus`.
+            **arguments: The arguments of `LiveMapView`.
+        """
         view = builder.AddSystem(LiveMapView(**arguments))
         builder.Connect(map_status, view.GetInputPort("map_status"))
         return view

@@ -33,7 +33,7 @@ _RED, _AMBER = "#c8102e", "#a86400"
 
 
 class LivePlots(LeafSystem):
-    """Draws both plots of the paper's figure 5 while it happens.
+    """Plots the curves of the paper's figure 5 while a run goes on.
 
     .. pydrake_system::
 
@@ -48,13 +48,12 @@ class LivePlots(LeafSystem):
     gets. Every tick counts: a point of a curve is the worst of 0.1 s.
 
     Args:
-        page: Where to draw.
-        robot: Finds the end effector.
-        gain: The servo's [1/s].
-        max_speed: The servo's [m/s].
-        stopping: Clearance at which the controller lets nothing come nearer
-            [m].
-        influence: Clearance from which on the controller knows none [m].
+        page: The page to draw on.
+        robot: The robot, for its kinematics.
+        gain: Gain of the controller's servo [1/s].
+        max_speed: Greatest speed that the servo wants [m/s].
+        stopping: Clearance at which the controller stops approaching [m].
+        influence: Clearance beyond which the oracle reports none [m].
         period: Time between two looks, the control period [s].
     """
 
@@ -98,7 +97,14 @@ class LivePlots(LeafSystem):
         executed: OutputPort,
         **arguments,
     ) -> "LivePlots":
-        """Adds the plots and connects their inputs."""
+        """Adds the plots to a diagram, and connects them.
+
+        Args:
+            builder: Builder of the diagram.
+            report: Output port of the controller's `TickReport`.
+            executed: Output port of the command u that the station gets.
+            **arguments: The arguments of `LivePlots`.
+        """
         plots = builder.AddSystem(LivePlots(**arguments))
         builder.Connect(report, plots.GetInputPort("report"))
         builder.Connect(executed, plots.GetInputPort("executed"))
@@ -128,12 +134,13 @@ class LivePlots(LeafSystem):
 
 
 class RollingTrace:
-    """The extreme of each short interval of the last seconds.
+    """Keeps the extreme value of each short interval of the last seconds.
 
     Args:
         span: How long values are kept [s].
         interval: Length of an interval [s].
-        worse: Which of two values counts: `min` or `max`; NaN counts most.
+        worse: Chooses which of two values counts, `min` or `max`; NaN always
+            counts.
     """
 
     def __init__(
@@ -149,7 +156,12 @@ class RollingTrace:
         )
 
     def add(self, time: float, value: float):
-        """Takes in a value; a time before the last one's forgets them all."""
+        """Adds a value; all are forgotten if time goes backwards.
+
+        Args:
+            time: Time of the value [s].
+            value: The value.
+        """
         number = int(np.floor(time / self._interval + 1e-9))
         if self._points and number < self._points[-1][0]:
             self._points.clear()
@@ -162,7 +174,11 @@ class RollingTrace:
         self._points.append((number, value))
 
     def ages(self, now: float) -> tuple[np.ndarray, np.ndarray]:
-        """How long ago the values were [s], and the values."""
+        """Returns how long ago the values were [s], and the values.
+
+        Args:
+            now: Time now [s].
+        """
         if not self._points:
             return np.zeros(0), np.zeros(0)
         number, value = np.array(self._points).T

@@ -1,4 +1,4 @@
-"""`LogView`: tells the operator when the log of the run lacks something."""
+"""`LogView`: tells on the page when the log of a run lacks something."""
 
 from pydrake.common.value import Value
 from pydrake.systems.framework import (
@@ -15,7 +15,7 @@ _PERIOD = 0.25
 
 
 class LogView(LeafSystem):
-    """Shows a log's trouble as a line of text among the controls.
+    """Shows the trouble of a `TrajectoryLog` as a line of text.
 
     .. pydrake_system::
 
@@ -24,7 +24,7 @@ class LogView(LeafSystem):
         - trouble
 
     Args:
-        page: Where to show it.
+        page: The page to show it on.
     """
 
     def __init__(self, *, page: MeshcatPage):
@@ -40,7 +40,13 @@ class LogView(LeafSystem):
     def AddToBuilder(
         builder: DiagramBuilder, *, page: MeshcatPage, trouble: OutputPort
     ) -> "LogView":
-        """Adds a view and connects it to a log."""
+        """Adds a view to a diagram, and connects it.
+
+        Args:
+            builder: Builder of the diagram.
+            page: The page to show it on.
+            trouble: Output port `trouble` of a `TrajectoryLog`.
+        """
         view = builder.AddSystem(LogView(page=page))
         builder.Connect(trouble, view.GetInputPort("trouble"))
         return view

@@ -13,10 +13,10 @@ from remosplat_drake.visualization import page_style
 from remosplat_drake.visualization.toggle import Toggle
 
 ROOT = "/remosplat"
-"""Path above everything that this project draws."""
+"""Path in the scene tree below which everything of this project is."""
 
 LIVE = f"{ROOT}/live"
-"""Path above what a recording cannot hold, and therefore hides."""
+"""Path below which is what a recording cannot hold, and therefore hides."""
 
 _FLOOR_RADIUS = 30.0
 _FLOOR_DROP = 0.006  # A captured floor must not fight with the drawn one.
@@ -44,17 +44,18 @@ _LIGHTS = {
 
 
 class MeshcatPage:
-    """A Meshcat server with a sky, a floor, one shadow and a camera.
+    """A Meshcat server whose page has a sky, a floor, shadows and controls.
 
     Args:
         port: TCP port; None takes the first free one from 7000 on.
-        host: Interface to listen on; "*" is every one. The page's controls
-            can steer a robot, so by default only this computer may connect.
-        floor: Whether to draw the floor.
+        host: Network interface to listen on; "*" stands for all. The page's
+            controls can steer a robot, so by default only this computer may
+            connect.
+        floor: Whether to draw a floor.
 
     Attributes:
         meshcat: Drake's server; anything else may be drawn on it, too.
-        status: The lines of text on show, by topic.
+        status: The lines of text on show, by their topics.
 
     Raises:
         RemoSplatError: The port is taken or out of range.
@@ -77,18 +78,23 @@ class MeshcatPage:
 
     @property
     def url(self) -> str:
-        """The address to open in a browser."""
+        """Address of the page, to open in a browser."""
         return self.meshcat.web_url()
 
     def look_from(self, p_WC: Sequence[float], p_WT: Sequence[float]):
-        """Puts the camera at p_WC and turns it towards p_WT [m]."""
+        """Moves the page's camera.
+
+        Args:
+            p_WC: Position of the camera in W [m].
+            p_WT: Point that it looks at in W [m].
+        """
         self.meshcat.SetCameraPose(
             camera_in_world=np.array(p_WC, float),
             target_in_world=np.array(p_WT, float),
         )
 
     def add_toggle(self, toggle: Toggle):
-        """Lets `poll` serve a button."""
+        """Adds a button to those that `poll` serves."""
         self._toggles.append(toggle)
 
     def poll(self):
@@ -99,14 +105,16 @@ class MeshcatPage:
     def set_status(
         self, text: str, topic: str = "controller", trouble: str = ""
     ):
-        """Shows a line of text below the controls, one line a topic.
+        """Shows a line of text below the controls, one line for each topic.
 
-        Sent only when it changes. Lines keep their order and move no button.
+        It is sent only when it changes. Lines keep their order and move no
+        button.
 
         Args:
-            text: What to say; empty takes the line away.
-            topic: One of `page_style.TOPICS`.
-            trouble: What has gone wrong, at the end of the line.
+            text: Text of the line; without any text the line goes away.
+            topic: Topic of the line, one of `page_style.TOPICS`.
+            trouble: What has gone wrong; it stands out at the end of the
+                line.
         """
         said = f"{text} {trouble}".strip()
         self.status[topic] = said
@@ -114,14 +122,14 @@ class MeshcatPage:
         self.set_label(topic, label)
 
     def set_label(self, place: str, label: str):
-        """Puts a button without a function in the place of the one before.
+        """Replaces a label, which is a button without a function.
 
         Meshcat has no text and no pictures, but draws buttons' names as
         HTML. The new one comes before the old one goes: nothing blinks.
 
         Args:
-            place: Whose earlier label goes.
-            label: The new one, made by `page_style`; empty for none.
+            place: Name of the place; an earlier label there goes.
+            label: The new label, made by `page_style`; empty for none.
         """
         before = self._labels.get(place, "")
         if label == before:
@@ -155,7 +163,10 @@ class MeshcatPage:
     def save_html(self, path: str | Path):
         """Writes the page as one file that needs neither server nor network.
 
-        The file is replaced in one step. Buttons are not part of it.
+        The file is written atomically. Buttons are not part of it.
+
+        Args:
+            path: The HTML file.
 
         Raises:
             FileError: The file cannot be written.

@@ -18,7 +18,7 @@ TOPICS = (
     "controller",
     "guidance",
 )
-"""The lines of text in the order in which they stand on the page."""
+"""Topics of the lines of text, in their order on the page."""
 
 _ROWS = ".dg.main>ul>li"
 _FONT = "-apple-system,'Segoe UI',Roboto,'Helvetica Neue',Arial,sans-serif"
@@ -108,7 +108,7 @@ STYLE = (
 
 
 def escaped(text: str) -> str:
-    """A text that is shown as it is.
+    """Escapes a text so that the page shows it as it is.
 
     Meshcat puts a name between apostrophes of a script, so that even a
     backslash in it would not arrive.
@@ -117,29 +117,39 @@ def escaped(text: str) -> str:
 
 
 def heading(text: str) -> str:
-    """Name of a button that does nothing: the title of a group."""
+    """Returns the name of a button that is the title of a group."""
     return f'<span class="remosplat-heading">{escaped(text)}</span>'
 
 
 def button(text: str, key: str = "") -> str:
-    """Name of a button; two of them share a row."""
+    """Returns the name of a button; two of them share a row.
+
+    Args:
+        text: What the button says.
+        key: Key that clicks it, to be shown; empty for none.
+    """
     shown = f' <span class="remosplat-key">{key}</span>' if key else ""
     return _span("button", escaped(text) + shown)
 
 
 def slider(text: str, keys: str = "") -> str:
-    """Name of a slider with the keys that move it."""
+    """Returns the name of a slider.
+
+    Args:
+        text: What the slider moves.
+        keys: Keys that move it, to be shown.
+    """
     return _span(
         "slider", f'{escaped(text)}<span class="remosplat-key">{keys}</span>'
     )
 
 
 def note(topic: str, text: str, trouble: str = "") -> str:
-    """Name of a button that does nothing: a line of text about a topic.
+    """Returns the name of a button that is a line of text about a topic.
 
     Args:
-        topic: One of `TOPICS`; the title of the line, too.
-        text: What is to be said.
+        topic: One of `TOPICS`; it is the title of the line, too.
+        text: Text of the line.
         trouble: What has gone wrong; it stands out.
     """
     if trouble:
@@ -151,10 +161,10 @@ def note(topic: str, text: str, trouble: str = "") -> str:
 
 
 def plot(place: int, svg: str) -> str:
-    """Name of a button that does nothing: a picture on the page's left.
+    """Returns the name of a button that is a picture on the page's left.
 
     Args:
-        place: 0 for the upper, 1 for the lower one.
+        place: 0 for the upper picture, 1 for the lower one.
         svg: An inline SVG without apostrophes and backslashes.
     """
     return f'<span class="remosplat-plot remosplat-place-{place}">{svg}</span>'

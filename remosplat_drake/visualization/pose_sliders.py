@@ -1,4 +1,4 @@
-"""`PoseSliders`: six sliders of the page that are a pose."""
+"""`PoseSliders`: six sliders of the page that set a pose."""
 
 from collections.abc import Sequence
 
@@ -9,9 +9,10 @@ from pydrake.math import RollPitchYaw, RotationMatrix
 from remosplat_drake.visualization.page_style import slider
 
 POSITION_STEP = 0.005
-"""A key moves the target by so much; held down, by 0.15 m/s [m]."""
+"""Distance by which a key moves the target [m]; held down, it is 0.15 m/s."""
+
 ANGLE_STEP = 1.0
-"""And turns it by so much [deg]."""
+"""Angle by which a key turns the target [deg]."""
 
 _AXES = (
     ("x [m]", "KeyS", "KeyW"),
@@ -26,17 +27,17 @@ _ANGLES = (
 
 
 class PoseSliders:
-    """Position in W, and how far the pose is turned away from a reference.
+    """Six sliders: a position in W, and a rotation away from a reference.
 
     Angles are relative to the reference H, so that they are zero where the
     robot begins and far from where they wrap around:
     R_WT = R(roll, pitch, yaw) R_WH about W's axes.
 
     Args:
-        meshcat: The page.
+        meshcat: The page's Meshcat server.
         X_WH: Pose that the sliders begin at, shape (4, 4).
-        lower: Lower ends of the sliders of the position, (3,) [m].
-        upper: Upper ends, (3,) [m].
+        lower: Lower ends of the position's sliders, shape (3,) [m].
+        upper: Upper ends of the position's sliders, shape (3,) [m].
     """
 
     def __init__(
@@ -67,11 +68,15 @@ class PoseSliders:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the sliders x, y, z, roll, pitch, yaw."""
+        """Names of the sliders for x, y, z, roll, pitch and yaw."""
         return tuple(self._names)
 
     def moved(self) -> np.ndarray | None:
-        """The pose X_WT, if somebody has moved a slider since; (4, 4)."""
+        """Returns the pose that a person has set since the last call.
+
+        Returns:
+            The pose X_WT, shape (4, 4); None if no slider was moved.
+        """
         values = self._values()
         if values == self._known:
             return None
@@ -83,7 +88,7 @@ class PoseSliders:
         return X_WT
 
     def show(self, X_WT: np.ndarray):
-        """Moves the sliders to a pose, which is not a move of the operator."""
+        """Moves the sliders to a pose X_WT; `moved` does not report that."""
         values = _coordinates(X_WT, self._R_WH)
         for i, name in enumerate(self._names):
             step = POSITION_STEP if i < 3 else ANGLE_STEP

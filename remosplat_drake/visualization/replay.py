@@ -1,4 +1,4 @@
-"""A recorded run as an animation in the page."""
+"""`record_replay`: a recorded run as an animation in the page."""
 
 import dataclasses as dc
 from collections.abc import Callable, Mapping
@@ -23,16 +23,17 @@ from remosplat_drake.visualization.toggle import Toggle
 SPLATS = f"{ROOT}/splat"
 
 MAX_FRAMES = 4000
-"""A longer replay has fewer frames a second: each takes about 2 kB."""
+"""Greatest number of frames of a replay, each of about 2 kB: a longer run has
+fewer frames a second."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class ReplayedMap:
-    """A version of the map; what of it is lost is None.
+    """A version of the map for a replay; what of it is lost is None.
 
     Attributes:
-        field: Finds the closest scene points.
-        splat_W: What is drawn.
+        field: Distance field that finds the closest scene points.
+        splat_W: Splat in W that is drawn.
     """
 
     field: DistanceField | None = None
@@ -56,13 +57,13 @@ def record_replay(
     long as it was asked.
 
     Args:
-        page: Where to draw; it has shown nothing else.
+        page: The page to draw on; it has shown nothing else.
         robot: The robot of the run.
-        log: Its ticks, at least one.
-        maps: Every version in the log.
-        reach: Farther scene points have no line [m].
-        rate: How many seconds of the run pass in a second.
-        on_frame: Told how many frames are done, of how many.
+        log: Log of the run, with at least one tick.
+        maps: All versions of the map in the log, by their numbers.
+        reach: Greatest distance of scene points that get a line [m].
+        rate: Speed of the animation, in seconds of the run per second.
+        on_frame: Called with the number of frames that are done, and of all.
     """
     time = (log.rows["time"] - log.rows["time"][0]) / rate
     page.start_recording(0.0)
@@ -90,14 +91,17 @@ def frame_ticks(
     period: float = PUBLISH_PERIOD,
     most: int = MAX_FRAMES,
 ) -> np.ndarray:
-    """Indices of the ticks that become frames of an animation.
+    """Chooses the ticks that become frames of an animation.
 
     The first and the last tick are among them.
 
     Args:
-        time: Of the ticks, increasing, shape (T,) [s].
+        time: Times of the ticks, increasing, shape (T,) [s].
         period: Shortest time between two frames [s].
-        most: Largest number of frames, at least 2.
+        most: Greatest number of frames, at least 2.
+
+    Returns:
+        Indices of the ticks, ascending.
     """
     count = min(most, 1 + int((time[-1] - time[0]) / period))
     wanted = np.linspace(time[0], time[-1], max(count, 2))
@@ -115,10 +119,10 @@ def draw_maps(
     Together they have no more discs than one map may have.
 
     Args:
-        page: Where to draw; it records.
-        maps: Every version in the log.
+        page: The page to draw on, which is recording.
+        maps: All versions of the map in the log, by their numbers.
         versions: Version of the map at each tick, shape (T,).
-        time: Of the ticks, in the recording, shape (T,) [s].
+        time: Times of the ticks in the recording, shape (T,) [s].
     """
     meshcat = page.meshcat
     drawn = {k: maps[k].splat_W for k in np.unique(versions).tolist()}

@@ -1,4 +1,4 @@
-"""The robot as its measured configuration says it stands."""
+"""`AddRobotView`: draws the robot in its measured configuration."""
 
 from pathlib import Path
 
@@ -27,7 +27,7 @@ from remosplat_drake.robot.visuals import load_visuals
 from remosplat_drake.visualization.page import ROOT
 
 PUBLISH_PERIOD = 1 / 32
-"""Seconds between two pictures of everything that moves."""
+"""Time between two pictures of everything that moves [s]."""
 
 _GREY = Rgba(0.75, 0.76, 0.78)
 
@@ -42,13 +42,15 @@ def AddRobotView(
     there is none.
 
     Args:
-        builder: Gets a scene graph of its own, kinematics and a visualizer.
-        robot: What to draw.
-        meshcat: Where to draw it, below `/remosplat/robot`.
+        builder: Builder of the diagram; it gets a scene graph of the view's
+            own, kinematics and a visualizer.
+        robot: The robot to draw.
+        meshcat: The Meshcat server; the robot is drawn below
+            `/remosplat/robot`.
 
     Returns:
-        The port for the configuration q, size `robot.n_q`; to be connected
-        by the caller.
+        The input port for the configuration q, shape (n_q,), which the caller
+        connects.
     """
     scene_graph = builder.AddNamedSystem("robot_view_scene", SceneGraph())
     plant = _make_plant(robot, scene_graph)

@@ -41,8 +41,8 @@ class RunView(LeafSystem):
     time runs backwards.
 
     Args:
-        page: Where to draw; its buttons are polled at every publish.
-        robot: Whose configuration it is.
+        page: The page to draw on; its buttons are polled at every publish.
+        robot: The robot that moves.
     """
 
     def __init__(self, *, page: MeshcatPage, robot: RobotModel):
@@ -73,7 +73,7 @@ class RunView(LeafSystem):
     def AddToBuilder(
         builder: DiagramBuilder, *, page: MeshcatPage, robot: RobotModel
     ) -> "RunView":
-        """Adds a view; the caller connects its two ports."""
+        """Adds a view to a diagram; the caller connects its two ports."""
         return builder.AddNamedSystem(
             "run_view", RunView(page=page, robot=robot)
         )

@@ -1,4 +1,4 @@
-"""`SafetyPanel`: the stop button of the page, and what the supervisor says."""
+"""`SafetyPanel`: the page's stop button, and the supervisor's state."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -20,17 +20,18 @@ STOP = '<span class="remosplat-stop">STOP (Esc)</span>'
 """Name of the stop button."""
 
 STOP_KEY = "Escape"
-"""Unlike the space bar, no browser clicks a focused button with it."""
+"""Key of the stop button: unlike the space bar, no browser clicks a focused
+button with it."""
 
 RELEASE = '<span class="remosplat-release">Release the stop</span>'
 """Name of the release button; it has no key, lest it be hit by chance."""
 
 _AGES_SHOWN = 0.5
-"""The largest ages of so much time are shown [s]."""
+"""Time span of which the greatest ages are shown [s]."""
 
 
 class SafetyPanel(LeafSystem):
-    """Lets a person stop and release the robot; shows what it is at.
+    """Lets a person stop and release the robot, and shows its state.
 
     .. pydrake_system::
 
@@ -42,13 +43,15 @@ class SafetyPanel(LeafSystem):
         output_ports:
         - operator
 
-    `operator` carries the `OperatorRequests` so far. Two lines of text say
+    `report` takes the controller's `TickReport`, `status` the
+    `StationStatus`, `supervision` the `SupervisorState`; `operator` gives the
+    `OperatorRequests` so far. Two lines of text say
     the supervisor's mode and why it stopped, and the arm's mode with the
     largest ages of measurements and commands in the last half second.
 
     Args:
-        page: Where the buttons are.
-        n_u: Size of the command.
+        page: The page that gets the buttons.
+        n_u: Length of the command.
     """
 
     def __init__(self, *, page: MeshcatPage, n_u: int):
@@ -84,10 +87,16 @@ class SafetyPanel(LeafSystem):
         report: OutputPort,
         status: OutputPort,
     ) -> None:
-        """Connects it to and with a supervisor.
+        """Connects the panel with a supervisor, both ways.
 
-        It may have been added long before, for the page to have the stop
-        button above all others.
+        The panel may have been added long before, for the page to have the
+        stop button above all others.
+
+        Args:
+            builder: Builder of the diagram that holds both.
+            supervisor: The `SafetySupervisor`.
+            report: Output port of the controller's `TickReport`.
+            status: Output port of the `StationStatus`.
         """
         for source, sink in (
             (report, self._report_input),

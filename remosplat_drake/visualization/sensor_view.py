@@ -1,4 +1,4 @@
-"""`SensorView`: one sphere's depth sensor on the page."""
+"""`SensorView`: the depth sensor of one robot sphere, on the page."""
 
 import numpy as np
 from pydrake.geometry import Meshcat, Rgba, Sphere
@@ -28,16 +28,16 @@ _CORNERS = np.array(
 
 
 class SensorView:
-    """The inspected sphere, its six frusta, rays and what they meet.
+    """Draws an inspected sphere, its six frusta, rays and what they meet.
 
     The frusta of the six views fill a cube; its edges are drawn. Every
     view's closest ray ends in a dot on the scene, the closest of all in red.
     A button hides the points that the views see, in the picture's colours.
 
     Args:
-        page: Where to draw.
-        views: Of the sphere.
-        depth: Half the cube's side [m].
+        page: The page to draw on.
+        views: The six depth views of the sphere.
+        depth: Half the side of the cube that the frusta fill [m].
     """
 
     def __init__(
@@ -65,16 +65,16 @@ class SensorView:
 def frustum_edges(
     p_WS: np.ndarray, R_WD: np.ndarray, depth: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The edges of the six views' frusta, cut off at a depth z.
+    """Computes the edges of the six views' frusta, cut off at a depth.
 
     Args:
-        p_WS: Where the sensor is, shape (3,) [m].
-        R_WD: Its orientation, shape (3, 3).
-        depth: Where the frusta end [m].
+        p_WS: Position of the sensor in W, shape (3,) [m].
+        R_WD: Rotation of the sensor's frame D in W, shape (3, 3).
+        depth: Depth z at which the frusta end [m].
 
     Returns:
-        Both ends of 8 edges through the sensor and 12 around it, in W, each
-        of shape (20, 3).
+        Both ends of 8 edges through the sensor and 12 around it, in W, shape
+        (20, 3) each [m].
     """
     corner = p_WS + depth * _CORNERS @ R_WD.T
     a, b = np.triu_indices(len(_CORNERS), 1)

@@ -15,18 +15,20 @@ _AXIS_COLORS = (
 def tube_mesh(
     p_WP: np.ndarray, radius: float, sides: int = _SIDES
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A closed tube around a polyline.
+    """Makes the triangle mesh of a closed tube around a polyline.
 
     The cross-section is carried along without twist: each direction across
     the tube is the previous one projected off the new tangent.
 
     Args:
-        p_WP: Points, shape (n, 3) [m]; n >= 2, neighbours distinct.
-        radius: [m].
-        sides: Corners of the cross-section.
+        p_WP: Points of the polyline in W, shape (n, 3) [m]; n >= 2 and
+            neighbours differ.
+        radius: Radius of the tube [m].
+        sides: Number of corners of the cross-section.
 
     Returns:
-        Vertices (n * sides, 3) and faces (m, 3), outward by the right hand.
+        Vertices, shape (n * sides, 3) [m], and faces, shape (m, 3), whose
+        normals point outward by the right-hand rule.
     """
     n = len(p_WP)
     steps = np.diff(p_WP, axis=0)
@@ -72,7 +74,14 @@ def _tube_faces(n: int, sides: int) -> np.ndarray:
 def draw_triad(
     meshcat: Meshcat, path: str, length: float = 0.14, radius: float = 0.005
 ):
-    """Draws a frame's axes x, y, z in red, green, blue below `path`."""
+    """Draws the axes x, y, z of a frame in red, green, blue.
+
+    Args:
+        meshcat: The Meshcat server.
+        path: Path in the scene tree below which the axes are drawn.
+        length: Length of an axis [m].
+        radius: Radius of an axis [m].
+    """
     for i, (axis, color) in enumerate(zip("xyz", _AXIS_COLORS, strict=True)):
         direction = np.eye(3)[i]
         meshcat.SetObject(f"{path}/{axis}", Cylinder(radius, length), color)

@@ -1,4 +1,4 @@
-"""`SphereView`: the robot as the distance oracle sees it."""
+"""`SphereView`: the robot's spheres, coloured by their clearances."""
 
 import numpy as np
 from pydrake.geometry import Rgba, Sphere
@@ -18,13 +18,15 @@ _STEPS = 16
 
 
 class SphereView:
-    """Translucent spheres, red where the scene is near; off by default.
+    """Draws translucent spheres, red where the scene is near.
+
+    They are hidden until somebody clicks their button.
 
     While they are hidden, an update costs nothing.
 
     Args:
-        page: Where to draw.
-        robot: Whose spheres.
+        page: The page to draw on.
+        robot: The robot with the spheres.
     """
 
     def __init__(self, page: MeshcatPage, robot: RobotModel):
@@ -57,8 +59,9 @@ class SphereView:
 
         Args:
             q: Measured configuration, shape (n_q,).
-            clearances: Of the last tick; spheres without a row are far.
-            time: For the recording [s].
+            clearances: Clearances of the last tick; spheres without one are
+                far from the scene.
+            time: Time of the step in a recording [s].
         """
         if self._toggle.state == 0:
             return
@@ -80,7 +83,14 @@ class SphereView:
 
 
 def clearance_colors(distance: np.ndarray) -> np.ndarray:
-    """Red at contact, amber, blue when far; (n,) [m] -> RGB (n, 3)."""
+    """Returns colours of clearances: red at contact, amber, blue when far.
+
+    Args:
+        distance: Clearances, shape (n,) [m].
+
+    Returns:
+        Red, green and blue from 0 to 1, shape (n, 3).
+    """
     stops = np.linspace(0.0, _FAR, len(_COLORS))
     return np.stack(
         [np.interp(distance, stops, channel) for channel in _COLORS.T], axis=1

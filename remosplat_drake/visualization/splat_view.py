@@ -19,12 +19,12 @@ class SplatView:
     """Draws a splat once; a button steps through surfels, points and off.
 
     Args:
-        page: Where to draw.
-        splat: The scene in its frame G.
-        X_WG: Pose of the scene in the world.
+        page: The page to draw on.
+        splat: The splat in its frame G.
+        X_WG: Pose of the splat in the world; None for the identity.
         n_sigma: Radius of the discs in standard deviations.
-        min_opacity: Fainter splats are not drawn; the distance oracle's
-            default, so that the page shows what the robot avoids.
+        min_opacity: Opacity below which Gaussians are not drawn; the distance
+            oracle's default, so that the page shows what the robot avoids.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class SplatView:
         )
 
     def draw(self, splat: GaussianSplat):
-        """Shows another splat in the place of the present one."""
+        """Draws another splat in the place of the present one."""
         splat = splat.select(splat.opacities >= self._min_opacity)
         _draw_points(self._meshcat, splat)
         vertices, faces, colors = surfel_mesh(

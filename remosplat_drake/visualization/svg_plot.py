@@ -1,4 +1,4 @@
-"""`SvgPlot`: a small plot over the last seconds as an inline SVG.
+"""`SvgPlot`: a small plot of the last seconds as an inline SVG.
 
 It becomes part of a page's label, so that it has neither apostrophes nor
 backslashes, and is short: a few kilobytes, several times a second.
@@ -12,7 +12,7 @@ import numpy as np
 from remosplat_drake.visualization.page_style import escaped
 
 WIDTH, HEIGHT = 380, 132
-"""Size of the whole card [px]."""
+"""Size of the whole plot [px]."""
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 46, 14, 34, 26
 _INK, _GREY, _FAINT = "#1f2933", "#66717f", "#dfe4ea"
@@ -20,12 +20,12 @@ _INK, _GREY, _FAINT = "#1f2933", "#66717f", "#dfe4ea"
 
 @dc.dataclass(frozen=True)
 class Mark:
-    """A horizontal line that means something.
+    """A horizontal line in a plot, such as a threshold.
 
     Attributes:
-        value: Where it is, in the plot's unit.
-        text: What it means.
-        color: As in CSS.
+        value: Height of the line, in the unit of the plot's values.
+        text: What the line means.
+        color: Colour as CSS has it.
     """
 
     value: float
@@ -38,13 +38,14 @@ class SvgPlot:
     """One curve over time, with axes, units and marks.
 
     Attributes:
-        title: Above the curve.
-        unit: Of the values.
-        lower: Lower end of the axis of the values.
-        upper: Upper end; values beyond the ends are drawn at the ends.
-        marks: Lines with a meaning.
-        color: Of the curve.
-        span: Length of the axis of the time [s].
+        title: Text above the curve.
+        unit: Unit of the values.
+        lower: Lower end of the axis of values.
+        upper: Upper end of the axis of values; values beyond the ends are
+            drawn at the ends.
+        marks: Horizontal lines, such as thresholds.
+        color: Colour of the curve as CSS has it.
+        span: Length of the time axis [s].
     """
 
     title: str
@@ -56,11 +57,12 @@ class SvgPlot:
     span: float = 20.0
 
     def draw(self, age: np.ndarray, value: np.ndarray) -> str:
-        """The plot as text.
+        """Returns the plot as the text of an SVG element.
 
         Args:
             age: How long ago each value was, falling, shape (n,) [s].
-            value: Shape (n,); the curve has gaps where it is NaN.
+            value: The values, shape (n,); the curve has gaps where they are
+                NaN.
         """
         latest = float(value[-1]) if len(value) else float("nan")
         parts = [
@@ -138,12 +140,12 @@ class SvgPlot:
 
 
 def round_numbers(lower: float, upper: float, most: int) -> np.ndarray:
-    """Multiples of 1, 2 or 5 times a power of ten within an interval.
+    """Chooses ticks of an axis: multiples of 1, 2 or 5 times 10^n.
 
     Args:
-        lower: Its lower end.
-        upper: Its upper end, above.
-        most: How many steps it may have at most.
+        lower: Lower end of the axis.
+        upper: Upper end of the axis, above the lower one.
+        most: Greatest number of steps between ticks.
     """
     rough = (upper - lower) / most
     power = 10.0 ** np.floor(np.log10(rough))

@@ -1,4 +1,4 @@
-"""`TeleopPanel`: sliders, buttons and gamepad of an operator."""
+"""`TeleopPanel`: an operator at the page, with sliders and a gamepad."""
 
 from collections.abc import Sequence
 
@@ -38,7 +38,7 @@ _GRACE = 0.5
 
 
 class TeleopPanel(LeafSystem):
-    """Tells what an operator wants from the page's controls.
+    """An operator who uses the page's sliders, buttons and gamepad.
 
     .. pydrake_system::
 
@@ -55,14 +55,14 @@ class TeleopPanel(LeafSystem):
     they moves it, and its text is a line on the page.
 
     Args:
-        page: Where the controls are.
+        page: The page that gets the controls.
         config: The workspace, the saved poses and the gamepad.
-        X_WH: Where the end effector begins, shape (4, 4); the sliders of the
-            angles are zero there.
-        mapping: Whether there is a live map to have buttons for.
-        scenes: What the simulated camera sees after each press of a button:
-            the first one to begin with, then in turns; fewer than two for no
-            button.
+        X_WH: Pose of the end effector at the start, shape (4, 4); the sliders
+            of the angles are zero there.
+        mapping: Whether there is a live map, which needs buttons.
+        scenes: The scenes that a simulated camera is shown in turns, one
+            after each press of a button, that of the start first; fewer than
+            two make no button.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class TeleopPanel(LeafSystem):
     def AddToBuilder(
         builder: DiagramBuilder, *, page: MeshcatPage, **arguments
     ) -> "TeleopPanel":
-        """Adds a panel; the caller connects its ports with the target's."""
+        """Adds a panel to a diagram; the caller connects it with the target."""
         return builder.AddSystem(TeleopPanel(page=page, **arguments))
 
     def _add_controls(self, X_WH: np.ndarray, mapping: bool):

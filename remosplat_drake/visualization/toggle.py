@@ -1,4 +1,4 @@
-"""`Toggle`: a page button that steps through states."""
+"""`Toggle`: a button of the page that steps through states."""
 
 from collections.abc import Sequence
 
@@ -6,17 +6,17 @@ from pydrake.geometry import Meshcat
 
 
 class Toggle:
-    """A button of which every click shows the next set of paths.
+    """A button that shows another set of objects after each click.
 
     Meshcat counts clicks on the server's side; somebody has to `poll` them.
 
     Args:
-        meshcat: The page.
+        meshcat: The page's Meshcat server.
         label: What the button says.
         keycode: Key that clicks it, for example "Digit1".
-        states: Paths that are visible in each state; the paths of all other
-            states are then hidden.
-        initial: Index of the first state.
+        states: Paths in the scene tree that are visible in each state; the
+            paths of all other states are hidden then.
+        initial: Index of the state to begin with.
     """
 
     def __init__(
@@ -38,11 +38,11 @@ class Toggle:
 
     @property
     def state(self) -> int:
-        """Index of the state on show."""
+        """Index of the present state."""
         return self._state
 
     def poll(self):
-        """Shows the state that the clicks so far lead to."""
+        """Counts the clicks, and shows the state that they lead to."""
         clicks = self._meshcat.GetButtonClicks(self._label)
         state = (self._initial + clicks) % len(self._states)
         if state != self._state:

@@ -12,11 +12,13 @@ _COLOR = Rgba(0.10, 0.65, 0.60, 0.45)
 
 
 class TruthView:
-    """Translucent boxes and cylinders; off by default.
+    """Draws the true scene as translucent boxes and cylinders.
+
+    They are hidden until somebody clicks their button.
 
     Args:
-        page: Where to draw.
-        scene: The ground truth.
+        page: The page to draw on.
+        scene: The true scene.
     """
 
     def __init__(self, page: MeshcatPage, scene: scenes.PrimitiveScene):

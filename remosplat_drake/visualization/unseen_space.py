@@ -1,4 +1,4 @@
-"""`frontier_mesh`: where what the cameras saw ends and the unknown begins."""
+"""`frontier_mesh`: the boundary between seen and unseen space."""
 
 from itertools import product
 
@@ -24,7 +24,7 @@ _SQUARES = 80.0  # Sum of the squares of either of their coordinates.
 def frontier_mesh(
     coverage: Coverage, layer: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The faces between free and unseen voxels in one layer of the grid.
+    """Makes a mesh of the faces between free and unseen voxels of a layer.
 
     They look into the free space: drawn from that side only, the walls
     between an onlooker outside and the scene do not hide it. The edge of the
@@ -32,12 +32,13 @@ def frontier_mesh(
     no frontier: nobody could have seen it.
 
     Args:
-        coverage: What was seen.
-        layer: Index of the voxels along z.
+        coverage: The voxel grid of what was seen.
+        layer: Index of the layer along z.
 
     Returns:
-        Vertices (n, 3) in W [m] and faces (m, 3), outward normals by the
-        right hand; empty where all is seen or nothing.
+        Vertices in W, shape (n, 3) [m], and faces, shape (m, 3), whose
+        normals point outward by the right-hand rule; empty where all is seen
+        or nothing.
     """
     free = coverage.state[:, :, layer] == FREE
     if not free.any():
@@ -63,12 +64,12 @@ def smoothed(
     each axis, so that layers stay joined.
 
     Args:
-        vertices: Of a `frontier_mesh`, (n, 3) [m].
-        coverage: As there.
-        layer: As there.
+        vertices: Vertices of a `frontier_mesh`, shape (n, 3) [m].
+        coverage: The voxel grid that the mesh was made of.
+        layer: Index of the layer that the mesh was made of.
 
     Returns:
-        Shape (n, 3) [m].
+        The moved vertices, shape (n, 3) [m].
     """
     free = _free_around(coverage.state, layer)
     corners = np.round((vertices - coverage.lower) / coverage.voxel).astype(int)

@@ -1,4 +1,4 @@
-"""`AddViews`: everything that looks on, connected to what it looks at."""
+"""`AddViews`: adds the views of a run, connected to what they look at."""
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
@@ -27,14 +27,15 @@ def AddViews(
     """Draws the scene, and adds the systems that draw robot and control.
 
     Args:
-        builder: Of the diagram that is looked at.
-        page: Where to draw.
-        robot: The robot.
-        splat_W: The scene's splat in W, if there is one.
-        truth: The scene's true geometry, if it is known.
-        configuration: The measured configuration.
-        report: The controller's tick reports.
-        selection: The guidance selector's choice, if there is one.
+        builder: Builder of the diagram that is looked at.
+        page: The page to draw on.
+        robot: The robot that moves.
+        splat_W: The scene's splat in W; None for none.
+        truth: The scene's true geometry; None if it is unknown.
+        configuration: Output port of the measured configuration q.
+        report: Output port of the controller's `TickReport`.
+        selection: Output port of the guidance selector's `Selection`; None
+            without one.
     """
     if splat_W is not None:
         SplatView(page, splat_W)
