@@ -1,0 +1,114 @@
+"""The `pydrake_system` block of a system lists its ports, all and no others."""
+
+import ast
+import dataclasses as dc
+import inspect
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from pydrake.systems.framework import Diagram, System
+
+import remosplat_drake
+from remosplat_drake.app.diagram import build
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.teleop_session import open_teleoperation
+from remosplat_drake.app.world import load_world
+from remosplat_drake.benchmark.told_operator import ToldOperator
+from remosplat_drake.hardware.client.hardware_station import HardwareStation
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.teleop.lcm_operator import LcmOperator
+from remosplat_drake.teleop.teleop_config import PoseStreamConfig
+from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
+from remosplat_drake.visualization.page import MeshcatPage
+
+BLOCK = ".. pydrake_system::"
+
+
+def classes_with_a_block() -> Iterator[str]:
+    """Names of the package's classes whose docstring has such a block."""
+    for path in Path(remosplat_drake.__file__).parent.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            is_class = isinstance(node, ast.ClassDef)
+            if is_class and BLOCK in (ast.get_docstring(node) or ""):
+                yield node.name
+
+
+def listed(system: System, direction: str) -> list[str]:
+    """Patterns of the names that a block lists as input or output ports."""
+    block = (inspect.getdoc(type(system)) or "").split(BLOCK)[1]
+    found = re.search(rf"{direction}_ports:\n((?: *- .*\n?)*)", block)
+    lines = re.findall("- (.*)", found[1]) if found else []
+    return [
+        re.escape(line.replace(" (optional)", ""))
+        # `command_0 ...` stands for as many as there are,
+        .replace(r"0\ \.\.\.", r"\d+")
+        # and `<model instance>` for its name.
+        .replace(r"<model\ instance>", ".+")
+        for line in lines
+    ]
+
+
+def declared(system: System, direction: str) -> list[str]:
+    """Names of a system's input or output ports."""
+    count = getattr(system, f"num_{direction}_ports")()
+    port = getattr(system, f"get_{direction}_port")
+    return [port(i).get_name() for i in range(count)]
+
+
+def parts(system: System) -> Iterator[System]:
+    """A system and all that are in it."""
+    yield system
+    if isinstance(system, Diagram):
+        for part in system.GetSystems():
+            yield from parts(part)
+
+
+@pytest.fixture(scope="module")
+def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
+    """A system of each class, by the class' name."""
+    scenario = load_scenario("TableReach", "{mapping: {enabled: true}}")
+    world = load_world(scenario)
+    teleoperation = open_teleoperation(
+        scenario, world, tmp_path_factory.mktemp("session"), hardware=False
+    )
+    operated = build(
+        scenario,
+        world,
+        MeshcatPage(),
+        teleoperation=dc.replace(teleoperation, operator=ToldOperator()),
+    )
+    dynamic = load_scenario("TableReach", "{station: !DynamicStation {}}")
+    stream = PoseStreamConfig(lcm_url="memq://")
+    roots = [
+        operated.diagram,
+        build(dynamic, world).diagram,
+        HardwareStation(
+            config=HardwareConfig(lcm_url="memq://"),
+            robot=world.robot,
+            wrist_camera=False,
+        ),
+        LcmOperator(config=stream, period=0.1),
+        TrajectoryOperator(steps=[]),
+    ]
+    yield {type(part).__name__: part for root in roots for part in parts(root)}
+    teleoperation.close()
+
+
+@pytest.mark.parametrize("name", sorted(classes_with_a_block()))
+@pytest.mark.parametrize("direction", ["input", "output"])
+def test_the_block_lists_the_ports(systems, name, direction):
+    patterns = listed(systems[name], direction)
+    names = declared(systems[name], direction)
+    unlisted = [
+        port
+        for port in names
+        if not any(re.fullmatch(pattern, port) for pattern in patterns)
+    ]
+    missing = [
+        pattern
+        for pattern in patterns
+        if not any(re.fullmatch(pattern, port) for port in names)
+    ]
+    assert (unlisted, missing) == ([], [])
