@@ -31,7 +31,7 @@ def has_arrived(error: PoseError, config: ArrivalConfig) -> bool:
     """Tells whether a pose error is within the tolerances.
 
     Args:
-        error: From the end effector to the target.
+        error: The error from the end effector to the target.
         config: The success rule and its tolerances.
     """
     if config.rule == "authors":

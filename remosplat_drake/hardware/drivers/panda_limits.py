@@ -69,7 +69,7 @@ class JointCommand:
 
     Attributes:
         velocity: Commanded joint rates, shape (7,) [rad/s].
-        acceleration: Their backward difference, shape (7,) [rad/s^2].
+        acceleration: Backward difference of the rates, shape (7,) [rad/s^2].
     """
 
     velocity: np.ndarray
