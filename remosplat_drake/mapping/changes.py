@@ -73,15 +73,6 @@ def find_changes(capture: Capture, margin: float = 0.03) -> Changes:
     return Changes(gone, hidden_now, come)
 
 
-def hide_outdated(capture: Capture) -> Capture:
-    """Hides the pixels of a capture that newer views contradict.
-
-    Args:
-        capture: Views, oldest first.
-    """
-    return without(capture, find_changes(capture).outdated)
-
-
 def without(capture: Capture, pixels: np.ndarray) -> Capture:
     """Hides more pixels of a capture.
 

@@ -8,7 +8,6 @@ from remosplat_drake.capture.capture import Capture
 from remosplat_drake.mapping.changes import (
     coherent,
     find_changes,
-    hide_outdated,
     without,
 )
 
@@ -62,7 +61,7 @@ def test_what_comes_back_is_there(laden, bare):
 def test_hidden_pixels_have_no_depth(laden, bare):
     both = joined(laden, bare)
     outdated = find_changes(both).outdated
-    dut = hide_outdated(both)
+    dut = without(both, find_changes(both).outdated)
     assert dut.hidden is not None
     np.testing.assert_array_equal(dut.hidden, outdated)
     assert (dut.depth[outdated] == 0).all()
