@@ -66,14 +66,14 @@ class HardwareConfig(Config):
     # Time after which a status whose content does not change while the robot
     # should be moving counts as frozen, and the robot is stopped [s].
     frozen_after: Annotated[float, Interval(gt=0, le=1)] = 0.2
-    # Greatest speed of the base backwards, not positive [m/s]; a command
+    # Lower bound on the base's speed forward, not positive [m/s]; a command
     # beyond it is scaled as a whole. Safety-rated sensors do not watch the
-    # base's rear, so that it may only creep.
+    # base's rear, so that it may only creep backwards.
     base_forward_lower: Annotated[float, Interval(ge=-2, le=0)] = -0.25
-    # Greatest speed of the base forward [m/s]; a command beyond it is scaled
-    # as a whole.
+    # Upper bound on the base's speed forward [m/s]; a command beyond it is
+    # scaled as a whole.
     base_forward_upper: Annotated[float, Interval(gt=0, le=2)] = 0.5
-    # Greatest turning rate of the base, either way [rad/s]; a command beyond
+    # Bound on the base's turning rate, either way [rad/s]; a command beyond
     # it is scaled as a whole.
     base_yaw_rate: Annotated[float, Interval(gt=0, le=4)] = 0.87
     # Shortest time between two commands to the hand [s].

@@ -30,8 +30,8 @@ class MappingConfig(Config):
     unknown: Annotated[str, OneOf(UNKNOWN)] = FREE
     # Edge length of the voxels in which seen space is kept [m].
     voxel: Annotated[float, Interval(gt=0, le=1)] = 0.04
-    # Lower corner, in the world frame W, of the box in which it is kept what
-    # was seen [m]; outside of it nothing counts as seen.
+    # Lower corner, in the world frame W, of the box in which the map keeps
+    # what was seen [m]; outside of it nothing counts as seen.
     volume_lower: Position = dc.field(default_factory=lambda: [-2.5, -2.5, 0.0])
     # Upper corner of that box, in W [m].
     volume_upper: Position = dc.field(default_factory=lambda: [2.5, 2.5, 2.5])
