@@ -20,13 +20,13 @@ from remosplat_drake.app.simulation import (
     SupervisionCallback,
     make_result,
 )
+from remosplat_drake.base.clock import next_tick, sleep_until
 from remosplat_drake.base.real_time import (
+    CONTROLLER_PRIORITY,
     LoopLog,
     LoopQuality,
-    garbage_kept,
-    going_first,
-    next_tick,
-    sleep_until,
+    garbage_collection_disabled,
+    realtime_priority,
 )
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.controller.braking import braking_command
@@ -123,9 +123,9 @@ def run_on_hardware(
     """
     loop = HardwareLoop(application)
     loop.rehearse()
-    with stop_signals() as request, going_first():
+    with stop_signals() as request, realtime_priority(CONTROLLER_PRIORITY):
         try:
-            with garbage_kept():
+            with garbage_collection_disabled():
                 loop.start()
                 monitor = RunMonitor(
                     application,

@@ -1,38 +1,63 @@
-"""The two clocks of a driver: one for stamps, one for its pace."""
+"""Wall-clock stamps, the number of the next tick, and a loop's pace."""
 
-import contextlib
-import os
+import math
 import time
 
 MICROSECONDS = 1_000_000
+"""Microseconds in a second: messages are stamped in microseconds."""
 
-_PRIORITY = 10
+LATEST_START = 0.5
+"""How late a tick may start at most, as a fraction of the period."""
 
 
 def wall_utime() -> int:
-    """The wall clock, in microseconds of the Unix epoch."""
+    """Returns the wall-clock time in microseconds since the Unix epoch."""
     return time.time_ns() // 1000
 
 
-def go_first() -> None:
-    """Asks for real-time scheduling, as libfranka does, where it is allowed.
+def next_tick(now: float, period: float, latest: int) -> int:
+    """Returns the number of the next tick that can still start in time.
 
-    Threads that are started afterwards, those of LCM above all, have it too.
+    Tick n is due at n * period, counted from the Unix epoch as Drake counts
+    its periodic events from 0. Ticks that would start more than
+    `LATEST_START` of a period late are left out.
+
+    Args:
+        now: Wall-clock time since the Unix epoch [s].
+        period: Time between two ticks [s].
+        latest: Number of the latest tick; the next one is higher even if the
+            clock was set back.
     """
-    with contextlib.suppress(OSError):
-        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(_PRIORITY))
+    return max(latest + 1, math.ceil(now / period - LATEST_START))
+
+
+def sleep_until(wake: float, longest: float) -> None:
+    """Sleeps until a time of the wall clock, even if that is set back.
+
+    Args:
+        wake: Wall-clock time to return at, since the Unix epoch [s].
+        longest: Longest duration of the sleep [s].
+    """
+    duration = min(wake - time.time(), longest)
+    if duration > 0:
+        time.sleep(duration)
 
 
 class Pacer:
-    """Holds a loop to a fixed period, and remembers how well that went.
+    """Holds a driver's loop to a fixed period on the monotonic clock.
 
     A loop that is late runs without a pause until it has caught up. After a
     stall of more than `patience` the backlog is forgotten: a burst of old
     ticks would help nobody.
+
+    Attributes:
+        ticks: Number of calls of `wait`.
+        missed: Number of ticks that were dropped after stalls.
+        worst: The largest delay of a tick so far [s].
     """
 
     def __init__(self, period: float, patience: float = 0.02):
-        """Starts at the first call of `wait`.
+        """Prepares the loop, whose first tick is due when `wait` is called.
 
         Args:
             period: Time between two ticks [s].
@@ -64,6 +89,6 @@ class Pacer:
 
     @property
     def rate(self) -> float:
-        """Ticks a second since the start [Hz]."""
+        """Mean rate of the ticks since the first one [Hz]."""
         elapsed = time.monotonic() - self._start
         return (self.ticks - 1) / elapsed if self.ticks > 1 else 0.0

@@ -1,4 +1,4 @@
-"""Ticks by the wall clock, and how well they were kept."""
+"""Real-time loops: SCHED_RR, no garbage collection, and timing statistics."""
 
 import contextlib
 import dataclasses as dc
@@ -11,56 +11,36 @@ from pathlib import Path
 
 import numpy as np
 
-LATEST_START = 0.5
-"""A tick starts so late at most, as a share of the period."""
+CONTROLLER_PRIORITY = 5
+"""SCHED_RR priority of the process that runs the controller."""
+
+DRIVER_PRIORITY = 10
+"""SCHED_RR priority of the robot's drivers, which go before the controller."""
 
 KEPT = 60_000
-"""Spreads are over so many ticks at most, the latest ones: ten minutes at
-100 Hz."""
-
-_PRIORITY = 5  # The drivers have 10.
-
-
-def next_tick(now: float, period: float, latest: int) -> int:
-    """Number of the next tick; those that cannot start in time are left out.
-
-    Tick n is at n * period, counted from the Unix epoch as Drake counts its
-    periodic events from 0.
-
-    Args:
-        now: Wall clock [s].
-        period: Time between two ticks [s].
-        latest: Number of the latest tick.
-    """
-    return max(latest + 1, math.ceil(now / period - LATEST_START))
-
-
-def sleep_until(wake: float, longest: float) -> None:
-    """Sleeps until a time of the wall clock, even if that is set back.
-
-    Args:
-        wake: When to return [s].
-        longest: No sleep is longer [s].
-    """
-    duration = min(wake - time.time(), longest)
-    if duration > 0:
-        time.sleep(duration)
+"""Number of latest ticks that statistics cover: ten minutes at 100 Hz."""
 
 
 @contextlib.contextmanager
-def going_first() -> Iterator[None]:
-    """Real-time scheduling for our threads, where the system allows it.
+def realtime_priority(priority: int) -> Iterator[None]:
+    """Schedules this process as SCHED_RR while the block runs.
 
-    Those that receive messages have it, too. Processes that were started
-    before, such as the one that looks ahead, have it not; and the drivers go
-    before us.
+    Where the system does not allow it (see `ulimit -r`), nothing changes. It
+    concerns all threads that exist when the block begins, such as those that
+    receive LCM messages, and threads and processes that these start inside;
+    a `ChildProcess` leaves it again. At the end the first ones return to
+    SCHED_OTHER.
+
+    Args:
+        priority: `CONTROLLER_PRIORITY` or `DRIVER_PRIORITY`; of two threads
+            the one with the higher number runs first.
     """
     tasks = Path("/proc/self/task")
     threads = [int(task.name) for task in tasks.glob("*")]
     for thread in threads:
         with contextlib.suppress(OSError):
-            priority = os.sched_param(_PRIORITY)
-            os.sched_setscheduler(thread, os.SCHED_RR, priority)
+            parameters = os.sched_param(priority)
+            os.sched_setscheduler(thread, os.SCHED_RR, parameters)
     try:
         yield
     finally:
@@ -70,8 +50,12 @@ def going_first() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def garbage_kept() -> Iterator[None]:
-    """Keeps Python from collecting garbage in the middle of a tick."""
+def garbage_collection_disabled() -> Iterator[None]:
+    """Disables Python's cyclic garbage collector while the block runs.
+
+    A collection would take several ticks. What exists when the block begins
+    is collected once and then frozen (`gc.freeze`).
+    """
     gc.collect()
     gc.freeze()
     gc.disable()

@@ -19,7 +19,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.sharedctypes import Synchronized
 
-from remosplat_drake.base.one_thread import one_thread_environment
+from remosplat_drake.base.child_process import one_thread_environment
 from remosplat_drake.benchmark.jobs import Job, JobList, JobSource, Results
 
 MAX_ATTEMPTS = 2

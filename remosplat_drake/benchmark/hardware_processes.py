@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pydrake.lcm import DrakeLcm
 
-from remosplat_drake.base.one_thread import ONE_THREAD
+from remosplat_drake.base.child_process import ONE_THREAD
 from remosplat_drake.benchmark.network_relay import READY
 
 GROUP = "239.255.76.67"

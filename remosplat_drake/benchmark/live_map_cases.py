@@ -11,7 +11,12 @@ import numpy as np
 
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.base.real_time import Spread, garbage_kept, going_first
+from remosplat_drake.base.real_time import (
+    CONTROLLER_PRIORITY,
+    Spread,
+    garbage_collection_disabled,
+    realtime_priority,
+)
 from remosplat_drake.benchmark.live_session import LiveSession
 from remosplat_drake.controller.tick import ReactiveLaw, run_tick
 from remosplat_drake.mapping.mapping_config import FREE, OBSTACLE
@@ -103,7 +108,7 @@ def measure_periods(
         RemoSplatError: A map is not made.
     """
     clock = _Clock(session, folder / SESSION_FILE)
-    with going_first(), garbage_kept():
+    with realtime_priority(CONTROLLER_PRIORITY), garbage_collection_disabled():
         on_stage("scanning")
         for _ in first_map(session):
             clock.tick("")

@@ -5,7 +5,7 @@ import gc
 from collections.abc import Callable
 from itertools import cycle
 
-from remosplat_drake.base.real_time import garbage_kept
+from remosplat_drake.base.real_time import garbage_collection_disabled
 from remosplat_drake.benchmark.live_map_cases import first_map
 from remosplat_drake.benchmark.live_session import LiveSession
 from remosplat_drake.benchmark.memory_use import (
@@ -72,7 +72,7 @@ def measure_memory(
     control: list[MemoryUse] = []
     mapping: list[MemoryUse] = []
     wishes = cycle(_USE)
-    with garbage_kept():
+    with garbage_collection_disabled():
         for _ in first_map(session):
             session.tick()
         start = asked = session.time

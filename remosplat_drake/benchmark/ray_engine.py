@@ -2,8 +2,8 @@
 
 import socket
 
+from remosplat_drake.base.child_process import ONE_THREAD
 from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
-from remosplat_drake.base.one_thread import ONE_THREAD
 from remosplat_drake.benchmark.engines import MAX_ATTEMPTS
 from remosplat_drake.benchmark.jobs import Job, JobSource, Results
 

@@ -10,7 +10,8 @@ from rich.console import Console
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.atomic_file import check_writable
-from remosplat_drake.base.clock import Pacer, go_first
+from remosplat_drake.base.clock import Pacer
+from remosplat_drake.base.real_time import DRIVER_PRIORITY, realtime_priority
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.commands.wire import (
     add_wire_argument,
@@ -73,7 +74,6 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario)
     world = load_world(scenario, blank=True)
     plant = _plant(scenario, world)
-    go_first()
     robot = HardwareSim(plant, open_wire(arguments.lcm_url), schedule)
     motion = TrueMotion(plant) if arguments.record else None
     pacer = Pacer(TICK / arguments.realtime_rate)
@@ -81,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
     # A collection of everything that was loaded would cost several ticks.
     gc.collect()
     gc.freeze()
-    with stop_signals() as request:
+    with realtime_priority(DRIVER_PRIORITY), stop_signals() as request:
         try:
             while not request.made and robot.time < arguments.time_limit:
                 pacer.wait()

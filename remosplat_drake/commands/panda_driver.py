@@ -6,8 +6,9 @@ import gc
 from pydrake.lcm import DrakeLcm
 from rich.console import Console
 
-from remosplat_drake.base.clock import Pacer, go_first, wall_utime
+from remosplat_drake.base.clock import Pacer, wall_utime
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.real_time import DRIVER_PRIORITY, realtime_priority
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.commands.wire import add_wire_argument, open_wire
 from remosplat_drake.hardware.drivers.hand_driver import HandDriver
@@ -32,10 +33,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Drives the arm or the hand until Ctrl-C."""
-    go_first()
-    lcm = open_wire(arguments.lcm_url)
     drive = _drive_hand if arguments.hand else _drive_arm
-    drive(lcm, arguments)
+    # Before there are threads: libfranka gives its own a priority.
+    with realtime_priority(DRIVER_PRIORITY):
+        drive(open_wire(arguments.lcm_url), arguments)
     return 0
 
 

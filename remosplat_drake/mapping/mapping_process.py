@@ -1,18 +1,12 @@
 """`MappingProcess`: the control process's end of the mapping process."""
 
 import logging
-import multiprocessing
-import os
-import select
-import signal
 import weakref
 from collections import deque
-from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from threading import Thread
-from time import monotonic, sleep
+from time import monotonic
 
-from remosplat_drake.base.one_thread import one_thread_environment
+from remosplat_drake.base.child_process import ChildProcess
 from remosplat_drake.mapping.mapping_job import MappingJob
 from remosplat_drake.mapping.messages import (
     Event,
@@ -32,6 +26,9 @@ sender would have to wait."""
 
 PATIENCE = 600.0
 """Longest time that `wait` waits [s]."""
+
+_NICENESS = 19
+"""Niceness of the process: everybody else goes first."""
 
 _log = logging.getLogger(__name__)
 
@@ -60,14 +57,16 @@ class MappingProcess:
         self._scene: ShowScene | None = None
         self._outbox: deque[Request] = deque()
         self._own_events: deque[Event] = deque()
-        self._link = _Link()
-        self.close = weakref.finalize(self, _Link.end, self._link)
+        # With a fixed latency control waits for it, and would wait for long.
+        niceness = _NICENESS if job.config.latency is None else 0
+        self._child = ChildProcess(serve, "mapping", niceness)
+        self.close = weakref.finalize(self, ChildProcess.end, self._child)
         self._restart()
 
     @property
     def process(self) -> BaseProcess | None:
         """The process; None while none is running, or one is being started."""
-        return self._link.process
+        return self._child.process
 
     def request(self, request: Request) -> None:
         """Sends a request; where the process has died a new one is started."""
@@ -76,7 +75,7 @@ class MappingProcess:
             return
         self.sent += 1
         self._outbox.append(request)
-        if self._link.is_down:
+        if self._child.is_down:
             self._restart()
         if isinstance(request, ShowScene):
             self._scene = request
@@ -104,22 +103,22 @@ class MappingProcess:
             if event := self._next_event():
                 events.append(event)
             else:
-                self._link.wait(0.05)
+                self._child.wait(0.05)
         return events
 
     def _next_event(self) -> Event | None:
         if self._own_events:
             event = self._own_events.popleft()
-        elif self._link.connection is None:
+        elif self._child.connection is None:
             return None
         else:
             try:
                 while self._outbox:
-                    self._link.connection.send(self._outbox[0])
+                    self._child.connection.send(self._outbox[0])
                     self._outbox.popleft()
-                if not self._link.has_news():
+                if not self._child.has_news():
                     return None
-                event = self._link.connection.recv()
+                event = self._child.connection.recv()
             except (EOFError, OSError):
                 return self._lost()
         if isinstance(event, Idle):
@@ -129,7 +128,7 @@ class MappingProcess:
     def _lost(self) -> Event:
         """Gives the process up, and with it all that it was asked for."""
         _log.warning(DIED)
-        self._link.end(patience=0.0)
+        self._child.end(patience=0.0)
         self._outbox.clear()
         self._answered_before = 0
         self._own_events.append(Idle(self.sent))
@@ -140,75 +139,4 @@ class MappingProcess:
         if self._scene is not None:
             self._outbox.appendleft(self._scene)
         self._answered_before = self.sent - len(self._outbox)
-        self._link.start(self._job)
-
-
-class _Link:
-    """A process, and the pipe to it."""
-
-    def __init__(self):
-        self.connection: Connection | None = None
-        self.process: BaseProcess | None = None
-        self._poll = select.poll()
-        self._starter: Thread | None = None
-
-    @property
-    def is_down(self) -> bool:
-        """Whether there is no process, and none is being started."""
-        return self._starter is None
-
-    def start(self, job: MappingJob) -> None:
-        """Starts a process in a thread, for spawning takes a while."""
-        self._starter = Thread(target=self._spawn, args=(job,))
-        self._starter.start()
-
-    def _spawn(self, job: MappingJob) -> None:
-        # The process inherits both: Ctrl-C does not reach even its start, and
-        # it has no real-time priority (SCHED_RR) where the control loop has.
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-        spawn = multiprocessing.get_context("spawn")
-        connection, theirs = spawn.Pipe()
-        process = spawn.Process(
-            target=serve, args=(theirs, job), name="mapping", daemon=True
-        )
-        try:
-            with one_thread_environment():
-                process.start()
-            self.process = process
-        finally:
-            # Without a process the first look finds the other end closed.
-            theirs.close()
-            self._poll.register(connection.fileno(), select.POLLIN)
-            self.connection = connection
-
-    def has_news(self) -> bool:
-        """Whether an event, or the end of the pipe, can be read."""
-        return bool(self._poll.poll(0))
-
-    def wait(self, timeout: float) -> None:
-        """Waits for news [s]."""
-        if self.connection is None:
-            sleep(timeout)
-        else:
-            self._poll.poll(1e3 * timeout)
-
-    def end(self, patience: float = 2.0) -> None:
-        """Ends the process: it leaves when nobody is at the other end.
-
-        Args:
-            patience: After which it is killed [s].
-        """
-        if self._starter is not None:
-            self._starter.join()
-            self._starter = None
-        if self.connection is not None:
-            self._poll.unregister(self.connection.fileno())
-            self.connection.close()
-            self.connection = None
-        if self.process is not None:
-            self.process.join(patience)
-            if self.process.is_alive():
-                self.process.kill()
-                self.process.join()
-            self.process = None
+        self._child.start(self._job)

@@ -6,7 +6,6 @@ that another one goes on where it was killed.
 
 import logging
 import os
-import signal
 from collections.abc import Callable
 from functools import partial
 from multiprocessing.connection import Connection
@@ -46,9 +45,6 @@ from remosplat_drake.mapping.store.map_file import open_map, write_map
 from remosplat_drake.mapping.store.session import Session
 from remosplat_drake.splat.codecs.ply import write_ply
 
-_NICE = 19
-"""Lowest priority (nice value) of a process: all others go first."""
-
 _LOOK = 0.01
 """Time between two looks at the camera and at the map in the making [s]."""
 
@@ -68,10 +64,6 @@ def serve(connection: Connection, job: MappingJob) -> None:
             `messages`.
         job: All that the process needs.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # The parent's to handle.
-    logging.getLogger("drake").setLevel(logging.WARNING)
-    if job.config.latency is None:
-        os.nice(_NICE)  # Else control waits, and would wait for long.
     try:
         try:
             worker = _Worker(connection, job)

@@ -7,13 +7,13 @@ import time
 import numpy as np
 import pytest
 
+from remosplat_drake.base.clock import next_tick, sleep_until
 from remosplat_drake.base.real_time import (
+    CONTROLLER_PRIORITY,
     KEPT,
     LoopLog,
     Spread,
-    going_first,
-    next_tick,
-    sleep_until,
+    realtime_priority,
 )
 
 
@@ -79,8 +79,8 @@ def test_in_long_runs_the_latest_ticks_count():
     assert quality.jitter.max == pytest.approx(0, abs=1e-9)
 
 
-def test_whoever_goes_first_goes_back_to_its_place():
+def test_realtime_priority_ends_with_its_block():
     before = os.sched_getscheduler(0)
-    with going_first():
+    with realtime_priority(CONTROLLER_PRIORITY):
         assert os.sched_getscheduler(0) in (before, os.SCHED_RR)
     assert os.sched_getscheduler(0) == before

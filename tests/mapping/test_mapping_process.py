@@ -23,7 +23,10 @@ from mapped_table import (
 )
 
 from remosplat_drake.app.world import World
-from remosplat_drake.base.real_time import going_first
+from remosplat_drake.base.real_time import (
+    CONTROLLER_PRIORITY,
+    realtime_priority,
+)
 from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.commands.main import main
 from remosplat_drake.mapping.mapping_process import (
@@ -278,7 +281,7 @@ def test_killed_it_goes_on_where_it_was(mapped, table):
     send_signal(process, signal.SIGKILL)
     assert until_told(process) == [Trouble(DIED), Idle(process.sent)]
     (q,) = looking_around(table, 1, seed=1)
-    with going_first():
+    with realtime_priority(CONTROLLER_PRIORITY):
         process.request(AddFrame(q, 40.0))
         process.request(Build())
         while process.process is None:

@@ -1,0 +1,172 @@
+"""`ChildProcess`: a spawned process that yields to the control loop."""
+
+import logging
+import multiprocessing
+import os
+import select
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from threading import Thread
+from time import sleep
+
+ONE_THREAD = {
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+    "NUMBA_NUM_THREADS": "1",
+    "LP_NUM_THREADS": "1",
+}
+"""Environment variables that keep a child process to one thread.
+
+`LP_NUM_THREADS` is that of Mesa's software renderer llvmpipe.
+"""
+
+
+@contextmanager
+def one_thread_environment() -> Iterator[None]:
+    """Sets `ONE_THREAD` in this process's environment while the block runs.
+
+    Child processes that are started inside inherit the variables, and their
+    numerical libraries read them when they load. Libraries that this process
+    has loaded already are not affected.
+    """
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(ONE_THREAD)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+class ChildProcess:
+    """A daemon process with a pipe, started by multiprocessing's spawn.
+
+    The process keeps to one thread, is scheduled as SCHED_OTHER whatever the
+    starting thread is, may be niced, and leaves Ctrl-C (SIGINT) to its
+    parent. Its target is to return when the pipe is closed (EOFError).
+
+    Attributes:
+        connection: The parent's end of the pipe; None while there is no
+            process or it is only being started.
+        process: The process; None likewise.
+    """
+
+    def __init__(self, target: Callable[..., None], name: str, niceness: int):
+        """Prepares a process, which `start` starts.
+
+        Args:
+            target: A module-level function that runs in the process. Its
+                first argument is the child's end of the pipe.
+            name: Name of the process, for people.
+            niceness: How much its nice value is raised, 0 to 19.
+        """
+        self._target = target
+        self._name = name
+        self._niceness = niceness
+        self.connection: Connection | None = None
+        self.process: BaseProcess | None = None
+        self._poll = select.poll()
+        self._starter: Thread | None = None
+
+    @property
+    def is_down(self) -> bool:
+        """Whether there is no process, and none is being started."""
+        return self._starter is None
+
+    def start(self, *arguments: object) -> None:
+        """Starts the process in a thread, since spawning takes a while.
+
+        Args:
+            arguments: The target's arguments after the pipe; each is pickled.
+        """
+        self._starter = Thread(target=self._spawn, args=arguments)
+        self._starter.start()
+
+    def wait_until_started(self) -> None:
+        """Waits until `start` has made the process and its pipe."""
+        if self._starter is not None:
+            self._starter.join()
+
+    def _spawn(self, *arguments: object) -> None:
+        # Starting the tracker unblocks SIGINT, so it comes first. The process
+        # inherits what follows: Ctrl-C does not reach even its start, and it
+        # has no real-time priority where the control loop has.
+        resource_tracker.ensure_running()
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+        spawn = multiprocessing.get_context("spawn")
+        connection, theirs = spawn.Pipe()
+        process = spawn.Process(
+            target=_run,
+            args=(self._target, theirs, self._niceness, *arguments),
+            name=self._name,
+            daemon=True,
+        )
+        try:
+            with one_thread_environment():
+                process.start()
+            self.process = process
+        finally:
+            # Without a process the first look finds the other end closed.
+            theirs.close()
+            self._poll.register(connection.fileno(), select.POLLIN)
+            self.connection = connection
+
+    def has_news(self) -> bool:
+        """Whether a message, or the end of the pipe, can be read at once."""
+        return bool(self._poll.poll(0))
+
+    def wait(self, timeout: float) -> None:
+        """Waits for a message or the end of the pipe.
+
+        Args:
+            timeout: The longest wait [s].
+        """
+        if self.connection is None:
+            sleep(timeout)
+        else:
+            self._poll.poll(1e3 * timeout)
+
+    def end(self, patience: float = 2.0) -> None:
+        """Closes the pipe, upon which the process leaves, and waits for that.
+
+        Does nothing if there is no process; afterwards `start` may start
+        another one.
+
+        Args:
+            patience: Time after which the process is killed [s].
+        """
+        if self._starter is not None:
+            self._starter.join()
+            self._starter = None
+        if self.connection is not None:
+            self._poll.unregister(self.connection.fileno())
+            self.connection.close()
+            self.connection = None
+        if self.process is not None:
+            self.process.join(patience)
+            if self.process.is_alive():
+                self.process.kill()
+                self.process.join()
+            self.process = None
+
+
+def _run(
+    target: Callable[..., None],
+    connection: Connection,
+    niceness: int,
+    *arguments: object,
+) -> None:
+    """What the process does first, and then its target."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    logging.getLogger("drake").setLevel(logging.WARNING)
+    os.nice(niceness)
+    target(connection, *arguments)
