@@ -90,10 +90,20 @@ class ChildProcess:
         self._starter = Thread(target=self._spawn, args=arguments)
         self._starter.start()
 
-    def wait_until_started(self) -> None:
-        """Waits until `start` has made the process and its pipe."""
+    def wait_until_started(self) -> tuple[Connection, BaseProcess]:
+        """Waits until `start` has made the process and its pipe.
+
+        Returns:
+            The parent's end of the pipe, and the process.
+
+        Raises:
+            RuntimeError: The process cannot be started; a traceback says why.
+        """
         if self._starter is not None:
             self._starter.join()
+        if self.connection is None or self.process is None:
+            raise RuntimeError(f"the process {self._name!r} has not started")
+        return self.connection, self.process
 
     def _spawn(self, *arguments: object) -> None:
         # Starting the tracker unblocks SIGINT, so it comes first. The process

@@ -1,17 +1,15 @@
 """`LookAheadProcess`: rollouts beside the control tick, not inside it."""
 
 import logging
-import multiprocessing
 import weakref
 from collections.abc import Callable
 from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
 from threading import Thread
 from time import perf_counter
 
 import numpy as np
 
-from remosplat_drake.base.one_thread import one_thread_environment
+from remosplat_drake.base.child_process import ChildProcess
 from remosplat_drake.controller.controller_config import (
     ReactiveControllerConfig,
 )
@@ -31,6 +29,9 @@ START_TIME = 60.0
 
 PATIENCE = 5.0
 """Without an answer for so long nobody counts on the process [s]."""
+
+_NICENESS = 10
+"""Niceness of the process: the control tick goes first."""
 
 DIED = "the look-ahead process has died"
 
@@ -66,27 +67,17 @@ class LookAheadProcess:
             arrived: Whether a pose error counts as arrival; a function that
                 the process can import, or a `functools.partial` of one.
         """
-        spawn = multiprocessing.get_context("spawn")
-        self._connection, theirs = spawn.Pipe()
         budget = 1e-3 * config.guidance.budget_ms
-        self.process = spawn.Process(
-            target=serve,
-            args=(theirs, config, robot, arrived, budget),
-            name="look-ahead",
-            daemon=True,
-        )
-        with one_thread_environment():
-            self.process.start()
-        theirs.close()
+        self._child = ChildProcess(serve, "look-ahead", _NICENESS)
+        self._child.start(config, robot, arrived, budget)
+        self._connection, self.process = self._child.wait_until_started()
         self.missing = ""
         self._lost = False
         self._sender: Thread | None = None
         self._unanswered = 0
         self._asked_at = 0.0
         self._sent: tuple[str, np.ndarray] | None = None
-        self.close = weakref.finalize(
-            self, _close, self._connection, self.process
-        )
+        self.close = weakref.finalize(self, self._child.end, patience=0.5)
         self._wait_until_ready()
 
     def _wait_until_ready(self) -> None:
@@ -164,9 +155,7 @@ class LookAheadProcess:
     def _give_up(self, reason: str) -> None:
         self.missing, self._lost = reason, True
         _log.warning("%s; going on without", reason)
-        self.process.kill()
-        self._connection.close()
-        self.close.detach()
+        self._child.end(patience=0.0)
 
 
 def _is_about(
@@ -185,12 +174,3 @@ def _send_both(
         connection.send(now)
     except OSError:
         return  # It has died; the next `update` finds out.
-
-
-def _close(connection: Connection, process: BaseProcess) -> None:
-    """Ends the process: it leaves when nobody is at the other end."""
-    connection.close()
-    process.join(0.5)
-    if process.is_alive():
-        process.kill()
-        process.join()

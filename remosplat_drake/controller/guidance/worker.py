@@ -5,9 +5,6 @@ is answered within a budget of wall-clock time, by what has been decided since.
 """
 
 import dataclasses as dc
-import logging
-import os
-import signal
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 from time import perf_counter
@@ -36,9 +33,6 @@ from remosplat_drake.signals.distance_field import DistanceField
 
 READY = "ready"
 """What the process says when it has loaded everything."""
-
-_NICE = 10
-"""The control tick goes first."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -77,9 +71,6 @@ def serve(
         arrived: Whether a pose error counts as arrival.
         budget: Time that an answer may take [s].
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # The parent's to handle.
-    logging.getLogger("drake").setLevel(logging.WARNING)
-    os.nice(_NICE)
     try:
         _answer(connection, make_selection_rule(config, robot, arrived), budget)
     except (EOFError, ConnectionError):
