@@ -35,7 +35,15 @@ class AppendFile:
             raise FileError(path, f"cannot be written: {problem}")
 
     def append(self, piece: bytes | memoryview) -> str:
-        """Appends a piece; says why it could not, or nothing."""
+        """Appends a piece as a whole, or leaves the file as it was.
+
+        Args:
+            piece: The bytes to append.
+
+        Returns:
+            The system's error message if it failed, such as "No space left on
+                device"; otherwise the empty string.
+        """
         rest = memoryview(piece)
         try:
             while len(rest):

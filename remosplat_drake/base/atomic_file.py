@@ -43,9 +43,10 @@ def atomic_write(path: Path, mode: str = "w") -> Iterator[IO]:
 
 
 def check_writable(path: Path) -> None:
-    """Tells in advance whether `atomic_write` could put a file there.
+    """Checks in advance whether `atomic_write` could write a file.
 
-    For what takes long to make and is written at its end. Nothing is made.
+    Meant for results that take long to compute and are written at the end.
+    Neither the file nor its folder is made.
 
     Raises:
         FileError: `path` is a folder, or no file can be made there.
@@ -68,7 +69,7 @@ def _umask() -> int:
 
 
 def write_atomically(path: Path, data: bytes | str) -> None:
-    """Writes a whole file at once; text as UTF-8.
+    """Writes a whole file at once, text as UTF-8; see `atomic_write`.
 
     Raises:
         FileError: The folder cannot be made or written.

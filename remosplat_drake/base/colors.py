@@ -4,10 +4,16 @@ import numpy as np
 
 
 def linear_rgb(srgb: np.ndarray) -> np.ndarray:
-    """Linear light of sRGB display colours in [0, 1], of any shape.
+    """Converts sRGB display colours to linear light (IEC 61966-2-1).
 
-    Photos, splats and CAD files hold display colours; glTF materials and
-    vertex colours are linear (IEC 61966-2-1). Values outside are clipped.
+    Photos, splats and CAD files hold display colours; glTF materials and vertex
+    colours are linear.
+
+    Args:
+        srgb: Colours of any shape; values outside [0, 1] are clipped.
+
+    Returns:
+        Linear colours in [0, 1], of the same shape.
     """
     srgb = np.clip(np.asarray(srgb, float), 0.0, 1.0)
     return np.where(

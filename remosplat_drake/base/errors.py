@@ -14,7 +14,12 @@ class RemoSplatError(Exception):
 
 
 class FileError(RemoSplatError):
-    """A file is missing, unreadable or not what it should be."""
+    """A file is missing, unreadable or not what it should be.
+
+    Attributes:
+        path: The file or folder.
+        problem: What is wrong with it.
+    """
 
     def __init__(self, path: str | Path, problem: str):
         self.path = Path(path)
@@ -23,7 +28,13 @@ class FileError(RemoSplatError):
 
 
 class FieldError(RemoSplatError):
-    """A named field of a file, scenario or flag has an unusable value."""
+    """A named field of a file, scenario or flag has an unusable value.
+
+    Attributes:
+        where: The file (with its line, where that is known), flag or class.
+        field: Path of the field inside it, such as `oracle.n_sigma`.
+        problem: What is wrong with the value.
+    """
 
     def __init__(self, where: str, field: str, problem: str):
         self.where = where
@@ -33,7 +44,7 @@ class FieldError(RemoSplatError):
 
 
 class MissingExtraError(RemoSplatError):
-    """A feature needs a package that belongs to an optional extra."""
+    """A feature needs a package of an optional extra that is not installed."""
 
     def __init__(self, feature: str, extra: str):
         super().__init__(
@@ -43,7 +54,17 @@ class MissingExtraError(RemoSplatError):
 
 
 def unknown_name(kind: str, name: object, valid: Iterable[str]) -> str:
-    """Says that `name` is no such `kind`, with a guess and the valid names."""
+    """Words an error about an unknown name, with a guess and the valid names.
+
+    Args:
+        kind: What the name should name, such as "robot".
+        name: The name that was given.
+        valid: The valid names.
+
+    Returns:
+        One line such as "unknown robot 'franky' (did you mean 'frankie'?);
+            valid: ...".
+    """
     names = sorted(valid)
     close = get_close_matches(str(name), names, n=1)
     guess = f" (did you mean {close[0]!r}?)" if close else ""

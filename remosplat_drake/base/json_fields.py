@@ -1,4 +1,4 @@
-"""`JsonFields`: JSON from a file of anybody's, asked for by name and type."""
+"""`JsonFields`: a foreign JSON object, read field by field with type checks."""
 
 import math
 
@@ -6,26 +6,29 @@ from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.strict_json import parse_json
 
 _SHOWN = 40
-"""More characters of a wrong value help nobody."""
+"""Number of characters of an unusable value that messages show."""
 
 _LARGEST = 2**53
-"""Whole numbers beyond are not the same to all programs."""
+"""Largest whole number that every program reads alike: floats hold 53 bits."""
 
 
 class JsonFields:
     """A JSON object whose fields are only given out if they are as expected.
 
-    All methods raise FieldError, with the file's and the field's name,
-    where a field is missing, of another type or out of range.
+    All methods but `has` and `names` raise `FieldError`, with the file's and
+    the field's name, if a field is missing, of another type or out of range.
     """
 
     def __init__(self, value: object, where: str, field: str = ""):
         """Takes a value that is expected to be an object.
 
         Args:
-            value: As `parse_json` gives it.
-            where: The file to blame.
-            field: The value's own name in it; empty for the whole file.
+            value: A value from `parse_json`.
+            where: The file that errors name.
+            field: Path of the value inside the file; empty for the whole file.
+
+        Raises:
+            FieldError: The value is no object.
         """
         self.where = where
         self._field = field
@@ -38,23 +41,23 @@ class JsonFields:
         self._values: dict[str, object] = value
 
     def error(self, name: str, problem: str) -> FieldError:
-        """What to raise about a field."""
+        """Makes an error about a field, for the caller to raise."""
         return FieldError(self.where, self._name(name), problem)
 
     def has(self, name: str) -> bool:
-        """Whether a field is there, and not null."""
+        """Returns whether a field is there and not null."""
         return self._values.get(name) is not None
 
     def names(self) -> list[str]:
-        """Of all fields."""
+        """Returns the names of all fields."""
         return list(self._values)
 
     def text(self, name: str) -> str:
-        """Some text, which UTF-8 can hold."""
+        """Returns a field that holds a string, which UTF-8 can encode."""
         return self._as_text(name, self._values.get(name))
 
     def flag(self, name: str) -> bool:
-        """True or false."""
+        """Returns a field that holds true or false."""
         value = self._values.get(name)
         if not isinstance(value, bool):
             raise self._wrong(name, "true or false", value)
@@ -66,7 +69,7 @@ class JsonFields:
         least: float = -math.inf,
         most: float = math.inf,
     ) -> float:
-        """A finite number in [least, most]."""
+        """Returns a field that holds a finite number in [least, most]."""
         value = self._as_number(name, self._values.get(name))
         if not least <= value <= most:
             low = value < least
@@ -75,11 +78,16 @@ class JsonFields:
         return value
 
     def whole(self, name: str, least: int = 0, most: int = _LARGEST) -> int:
-        """A whole number in [least, most]."""
+        """Returns a field that holds a whole number in [least, most]."""
         return self._as_whole(name, self._values.get(name), least, most)
 
     def numbers(self, name: str, count: int | None = None) -> list[float]:
-        """A list of finite numbers; of so many if `count` is given."""
+        """Returns a field that holds a list of finite numbers.
+
+        Args:
+            name: Name of the field.
+            count: The required length of the list; None allows any.
+        """
         values = self._list(name)
         if count is not None and len(values) != count:
             raise self.error(name, f"expected {count} numbers")
@@ -89,25 +97,25 @@ class JsonFields:
         ]
 
     def wholes(self, name: str, least: int = 0) -> list[int]:
-        """A list of whole numbers that are not below `least`."""
+        """Returns a field that holds a list of whole numbers >= `least`."""
         return [
             self._as_whole(f"{name}[{i}]", value, least, _LARGEST)
             for i, value in enumerate(self._list(name))
         ]
 
     def texts(self, name: str) -> tuple[str, ...]:
-        """A list of texts."""
+        """Returns a field that holds a list of strings."""
         return tuple(
             self._as_text(f"{name}[{i}]", value)
             for i, value in enumerate(self._list(name))
         )
 
     def inner(self, name: str) -> "JsonFields":
-        """An object within this one."""
+        """Returns a field that holds an object."""
         return JsonFields(self._values.get(name), self.where, self._name(name))
 
     def inners(self, name: str) -> list["JsonFields"]:
-        """A list of objects."""
+        """Returns a field that holds a list of objects."""
         return [
             JsonFields(value, self.where, self._name(f"{name}[{i}]"))
             for i, value in enumerate(self._list(name))
@@ -152,15 +160,15 @@ class JsonFields:
 
 
 def parse_fields(text: str | bytes, where: str) -> JsonFields:
-    """The object that a text is.
+    """Parses a JSON text that holds an object.
 
     Args:
-        text: JSON; as bytes, in UTF-8.
-        where: The file to blame.
+        text: The JSON text; bytes are UTF-8.
+        where: The file that errors name.
 
     Raises:
-        FileError: It is no JSON.
-        FieldError: It is something else than an object.
+        FileError: The text is no JSON.
+        FieldError: The text holds something other than an object.
     """
     return JsonFields(parse_json(text, where), where)
 

@@ -1,9 +1,9 @@
-"""Throw away compiled kernels that are older than a source they contain.
+"""Deletes Numba's cached kernels once a source that they contain is newer.
 
-Numba keeps compiled kernels and compiles one again when its own file has
-changed. A kernel of another file that it inlines may change unseen, and the
-old code runs on silently. So all are dropped as soon as one of their files
-is newer.
+Numba keeps compiled kernels on disk and compiles one again when its own file
+has changed. A kernel of another file that it inlines may change unseen, and the
+old code runs on silently. So all are deleted as soon as one of their files is
+newer.
 """
 
 import contextlib

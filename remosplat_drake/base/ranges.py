@@ -24,16 +24,16 @@ from annotated_types import Ge, Gt, Interval, Le, Len, Lt
 from remosplat_drake.base.errors import FieldError, unknown_name
 
 _SHOWN = 60
-"""So many characters of an unusable value are shown."""
+"""Number of characters of an unusable value that messages show."""
 
 
 @dc.dataclass(frozen=True)
 class OneOf:
-    """The text is one of some names.
+    """Marks a text field whose value must be one of some names.
 
     Attributes:
-        names: The valid ones.
-        kind: What they name, for messages.
+        names: The valid names.
+        kind: What they name, for messages such as "unknown backend".
     """
 
     names: Collection[str]
@@ -42,10 +42,10 @@ class OneOf:
 
 @dc.dataclass(frozen=True)
 class Unbounded:
-    """Any finite number will do.
+    """Marks a number field for which any finite value is usable.
 
     Attributes:
-        reason: Why.
+        reason: Why the field needs no range.
     """
 
     reason: str
@@ -55,22 +55,22 @@ Coordinate = Annotated[float, Interval(ge=-1e4, le=1e4)]
 """A coordinate of a point in a room, hall or street [m]."""
 
 Position = Annotated[list[Coordinate], Len(3, 3)]
-"""x, y, z [m]."""
+"""A point x, y, z [m]."""
 
 JointPosition = Annotated[float, Interval(ge=-100, le=100)]
-"""Of a revolute or prismatic joint [rad, m]."""
+"""Position of a revolute joint [rad] or of a prismatic joint [m]."""
 
 Cosine = Annotated[float, Interval(ge=-2, le=2)]
-"""An entry of a rotation matrix, which is checked as a whole, too."""
+"""An entry of a rotation matrix; the matrix is checked as a whole, too."""
 
 Seed = Annotated[int, Interval(ge=0, lt=2**63)]
-"""Of a random number generator."""
+"""Seed of a random number generator."""
 
 AngleDeg = Annotated[float, Interval(ge=-360, le=360)]
-"""An angle, up to a turn [deg]."""
+"""An angle of up to one turn either way [deg]."""
 
 RollPitchYawDeg = Annotated[list[AngleDeg], Len(3, 3)]
-"""Roll, pitch, yaw [deg]."""
+"""Roll, pitch and yaw [deg], as in Drake's `RollPitchYaw`."""
 
 
 class Config:
@@ -85,7 +85,7 @@ class Config:
 
     @classmethod
     def preset(cls, name: str) -> Self:
-        """What the other fields start from.
+        """Returns the values that a preset gives to the other fields.
 
         Args:
             name: A valid value of the field `PRESET`.
@@ -93,32 +93,34 @@ class Config:
         raise NotImplementedError
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """What is wrong between fields whose own values are all right.
+        """Checks what holds between fields, each of which is valid by itself.
 
         Yields:
-            A field and its problem.
+            The name of a field and what is wrong with it.
         """
         yield from ()
 
     def __post_init__(self):
-        """Checks the values.
+        """Checks all values.
 
         Raises:
-            FieldError: One is unusable; names the class and the field.
+            FieldError: A value is unusable; the error names the class and the
+                field.
         """
         check_ranges(self)
 
 
 def check_ranges(config: Config, where: str = "", field: str = "") -> None:
-    """Checks all values of a configuration, and of those in it.
+    """Checks all values of a configuration, and of the configurations in it.
 
     Args:
         config: The configuration.
-        where: What to blame; empty: its class.
-        field: Which field of that it is; empty: all of it.
+        where: The file or flag that errors name; empty: the configuration's
+            class.
+        field: Path of the configuration inside `where`; empty: all of it.
 
     Raises:
-        FieldError: A value is unusable; names it.
+        FieldError: A value is unusable; the error names its field.
     """
     where = where or type(config).__name__
     for name, expected in field_types(type(config)).items():
@@ -161,7 +163,7 @@ def field_types(schema: type) -> dict[str, Any]:
 
 
 def split(expected: Any) -> tuple[Any, tuple[Any, ...]]:
-    """An annotation without its markers, and these."""
+    """Splits an annotation into its type and the markers of `Annotated`."""
     if typing.get_origin(expected) is Annotated:
         base, *markers = typing.get_args(expected)
         return base, tuple(markers)
@@ -169,19 +171,19 @@ def split(expected: Any) -> tuple[Any, tuple[Any, ...]]:
 
 
 def choices(expected: Any) -> list[Any]:
-    """What a union consists of; anything else by itself."""
+    """Returns the members of a union; another type is its only member."""
     if typing.get_origin(expected) in (typing.Union, types.UnionType):
         return list(typing.get_args(expected))
     return [expected]
 
 
 def joined(field: str, name: str) -> str:
-    """The path of a field within another."""
+    """Joins the path of a field and the name of a field inside it."""
     return f"{field}.{name}" if field else str(name)
 
 
 def shown(value: object) -> str:
-    """A value as messages show it, in one line that is not too long."""
+    """Formats a value for messages, shortened to one line."""
     try:
         text = " ".join(repr(value).split())
     except ValueError:  # A whole number of thousands of digits.
@@ -198,11 +200,11 @@ KINDS: dict[Any, tuple[str, Any]] = {
     list: ("a list", (Sequence, np.ndarray)),
     dict: ("a mapping", Mapping),
 }
-"""What a field may hold: in words, and its classes."""
+"""For each type of a field its name in messages and the classes it accepts."""
 
 
 def kind_problem(value: object, base: Any) -> str:
-    """Why a value does not fit an annotation; empty if it does."""
+    """Says why a value does not fit an annotation; empty if it does."""
     base = typing.get_origin(base) or base
     name, classes = KINDS[base]
     is_switch = isinstance(value, (bool, np.bool_))
@@ -221,11 +223,11 @@ def kind_problem(value: object, base: Any) -> str:
 
 
 def range_problem(value: Any, markers: Sequence[Any]) -> str:
-    """Why a value is out of range; empty if it is not.
+    """Says why a value is out of range; empty if it is in range.
 
     Args:
-        value: Of the right kind.
-        markers: Of its field.
+        value: A value of the right type.
+        markers: The markers of its field, such as `Interval` and `OneOf`.
     """
     for marker in markers:
         if isinstance(marker, OneOf):

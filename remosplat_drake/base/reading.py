@@ -21,12 +21,12 @@ T = TypeVar("T")
 
 
 class UnreadableError(Exception):
-    """A reader has failed in a way that nobody has thought of.
+    """A reader has failed with an error that nobody has foreseen.
 
-    No `RemoSplatError`: nothing may take it for an answer about the file.
+    It is no `RemoSplatError`: nothing may take it for an answer about the file.
 
     Attributes:
-        path: The file or folder.
+        path: The file or folder that was read.
     """
 
     def __init__(self, path: str | Path, error: Exception):
@@ -36,7 +36,13 @@ class UnreadableError(Exception):
 
 
 def reads_file(read: Callable[P, T]) -> Callable[P, T]:
-    """Marks a reader; its first argument says what it reads."""
+    """Decorates a reader so that unforeseen errors name the file.
+
+    Any exception other than a `RemoSplatError` becomes an `UnreadableError`.
+
+    Args:
+        read: A function whose first argument is the file or folder.
+    """
 
     @functools.wraps(read)
     def guarded(*arguments: P.args, **named: P.kwargs) -> T:

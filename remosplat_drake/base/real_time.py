@@ -68,7 +68,7 @@ def garbage_collection_disabled() -> Iterator[None]:
 
 @dc.dataclass(frozen=True)
 class Spread:
-    """How a quantity is spread, in its own unit."""
+    """Median, 99th percentile and maximum of a quantity, in its own unit."""
 
     p50: float
     p99: float
@@ -76,7 +76,7 @@ class Spread:
 
     @staticmethod
     def of(values: np.ndarray) -> "Spread":
-        """The spread of some values; NaN without any."""
+        """Computes the spread of some values, shape (n,); NaN without any."""
         if not len(values):
             return Spread(math.nan, math.nan, math.nan)
         p50, p99 = np.percentile(values, [50, 99])
@@ -85,20 +85,21 @@ class Spread:
 
 @dc.dataclass(frozen=True)
 class LoopQuality:
-    """How a real-time loop ran.
+    """How well a real-time loop kept its period.
 
     Attributes:
-        period: That was asked for [s].
-        ticks: How many there were.
-        missed: Ticks that were left out because one before took too long.
-        unheard: Ticks for which the robot sent no new status in time.
-        age: From the stamp of the status that a command rests on to that of
-            the command [s].
-        jitter: Difference of the time between two commands and the period,
-            without its sign [s].
-        work: From the status to the command [s].
-        busy: Processor time of the loop's thread from one command to the
-            next; unlike `work` it counts no waiting [s].
+        period: The period that was asked for [s].
+        ticks: Number of ticks.
+        missed: Number of ticks that were left out because one before took too
+            long.
+        unheard: Number of ticks for which the robot sent no new status in time.
+        age: Time from the stamp of the status that a command rests on to the
+            stamp of the command [s].
+        jitter: Absolute difference between the period and the time between two
+            commands [s].
+        work: Time from the arrival of the status to the command [s].
+        busy: Processor time of the loop's thread from one command to the next;
+            unlike `work` it counts no waiting [s].
     """
 
     period: float
@@ -112,15 +113,18 @@ class LoopQuality:
 
 
 class LoopLog:
-    """Collects what `LoopQuality` sums up; in long runs, of the latest ticks.
+    """Records the ticks of a real-time loop, and sums them up as `LoopQuality`.
+
+    In long runs only the latest `KEPT` ticks count.
 
     Attributes:
-        missed: See `LoopQuality`.
-        unheard: See `LoopQuality`.
+        missed: Number of ticks that were left out; the loop counts them here.
+        unheard: Number of ticks without a new status; the loop counts them
+            here.
     """
 
     def __init__(self, period: float):
-        """Starts empty.
+        """Makes an empty log.
 
         Args:
             period: Time between two ticks [s].
@@ -135,23 +139,23 @@ class LoopLog:
 
     @property
     def age(self) -> float:
-        """From status to command at the latest tick [s]; NaN before."""
+        """Time from status to command at the latest tick [s]; NaN at first."""
         return float(self._rows[(self._ticks - 1) % KEPT, 0])
 
     def record(self, *, stamp: float, heard: float, sent: float) -> None:
-        """Notes one tick, on the loop's own thread.
+        """Records one tick; to be called on the loop's own thread.
 
         Args:
-            stamp: Of the status, by the sender's wall clock [s].
-            heard: When the status was there, by our wall clock [s].
-            sent: Stamp of the command [s].
+            stamp: Stamp of the status, by the sender's wall clock [s].
+            heard: Time at which the status arrived, by our wall clock [s].
+            sent: Stamp of the command, by our wall clock [s].
         """
         row = (sent - stamp, sent - heard, sent, time.thread_time())
         self._rows[self._ticks % KEPT] = row
         self._ticks += 1
 
     def quality(self) -> LoopQuality:
-        """Sums up the ticks so far."""
+        """Sums up the latest ticks."""
         oldest = max(0, self._ticks - KEPT)
         order = np.arange(oldest, self._ticks) % KEPT
         age, work, sent, processor = self._rows[order].T

@@ -17,23 +17,23 @@ PACKAGE_SCHEME = "package://remosplat_drake/"
 
 
 def models_dir() -> Path:
-    """The directory with the robot and scene models."""
+    """Returns the directory with the robot and scene models."""
     return _ROOT / "models"
 
 
 def scenarios_dir() -> Path:
-    """The directory with the shipped scenario files."""
+    """Returns the directory with the shipped scenario files."""
     return _ROOT / "scenarios"
 
 
 def cache_dir() -> Path:
-    """The user's cache directory for this project (XDG); not created here."""
+    """Returns the cache directory, in XDG_CACHE_HOME; it may not exist."""
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "remosplat_drake"
 
 
 def state_dir() -> Path:
-    """Where what happened is kept for the user (XDG); not created here."""
+    """Returns the directory for logs, in XDG_STATE_HOME; it may not exist."""
     base = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local/state"
     return Path(base) / "remosplat_drake"
 

@@ -1,4 +1,4 @@
-"""Ctrl-C and the end of a process as a wish to stop, not as an exception."""
+"""Ctrl-C (SIGINT) and SIGTERM as a request to stop, not as an exception."""
 
 import signal
 import threading
@@ -12,9 +12,10 @@ class StopRequest:
     """Whether somebody asked the program to stop.
 
     Attributes:
-        made: Somebody did.
-        is_heeded: The loop is over; further requests change nothing, so that
-            none of them strikes in the middle of a ramp to standstill.
+        made: Whether a signal has arrived.
+        is_heeded: Whether the loop is over. Further signals then change
+            nothing, so that none of them strikes in the middle of a ramp to
+            standstill.
     """
 
     def __init__(self):
@@ -22,10 +23,11 @@ class StopRequest:
         self.is_heeded = False
 
     def make(self, *_) -> None:
-        """Notes the first request; a second one interrupts at once.
+        """Handles a signal: the first one is noted, a second one interrupts.
 
         Raises:
-            KeyboardInterrupt: Somebody asks again, and nobody has looked.
+            KeyboardInterrupt: The program has not looked since the first
+                signal.
         """
         if self.made and not self.is_heeded:
             self.is_heeded = True
@@ -35,10 +37,11 @@ class StopRequest:
 
 @contextmanager
 def stop_signals() -> Iterator[StopRequest]:
-    """Lets a loop find out about Ctrl-C or SIGTERM between two rounds.
+    """Handles SIGINT and SIGTERM while the block runs.
 
-    An exception in the middle of a message's delivery would come out of
-    Drake as another one. Elsewhere than in the main thread nothing changes.
+    A loop looks at the request between two rounds. An exception in the middle
+    of a message's delivery would come out of Drake as another one. In a thread
+    other than the main one, signals are handled as before.
     """
     request = StopRequest()
     if threading.current_thread() is not threading.main_thread():

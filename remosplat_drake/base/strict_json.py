@@ -1,9 +1,9 @@
-"""JSON that others wrote, within bounds that no honest file reaches.
+"""JSON that others wrote, with bounds on nesting and on the size of numbers.
 
 Python's parser ends in a RecursionError on deep nesting, makes numbers of
 thousands of digits that neither a float nor an array can hold, and takes the
-last of two equal keys. What comes from here can be walked, printed and put
-into arrays.
+last of two equal keys. What comes from here can be walked, printed and put into
+arrays.
 """
 
 import json
@@ -15,23 +15,23 @@ from typing import Any
 from remosplat_drake.base.errors import FieldError, FileError
 
 MAX_DEPTH = 32
-"""Lists and objects within each other; no format that we read has ten."""
+"""Deepest nesting of lists and objects; no format that is read has ten."""
 
 _DIGITS_OF_64_BITS = 18
 
 
 def parse_json(text: str | bytes, where: str | Path) -> Any:
-    """The value that a JSON text stands for.
+    """Parses a JSON text.
 
     Whole numbers beyond 64 bits become floats, as in most languages. NaN and
     infinities pass, so that a later check can name the field.
 
     Args:
-        text: The text.
-        where: The file, for errors.
+        text: The text; bytes are UTF-8.
+        where: The file that errors name.
 
     Raises:
-        FileError: It is no JSON, nested too deeply, or has a key twice.
+        FileError: The text is no JSON, nested too deeply, or has a key twice.
     """
     try:
         document = json.loads(
@@ -47,10 +47,11 @@ def parse_json(text: str | bytes, where: str | Path) -> Any:
 
 
 def read_json_object(path: Path) -> dict[str, Any]:
-    """The object in a JSON file, which is UTF-8.
+    """Reads a JSON file (UTF-8) that holds an object.
 
     Raises:
-        FileError: The file cannot be read, or holds none; see `parse_json`.
+        FileError: The file cannot be read, or holds no object; see
+            `parse_json`.
     """
     try:
         data = path.read_bytes()
@@ -60,10 +61,10 @@ def read_json_object(path: Path) -> dict[str, Any]:
 
 
 def parse_json_object(text: str | bytes, where: str | Path) -> dict[str, Any]:
-    """The object that a JSON text stands for.
+    """Parses a JSON text that holds an object.
 
     Raises:
-        FileError: It is none; see `parse_json`.
+        FileError: The text is no JSON or no object; see `parse_json`.
     """
     document = parse_json(text, where)
     if not isinstance(document, dict):
@@ -72,10 +73,10 @@ def parse_json_object(text: str | bytes, where: str | Path) -> dict[str, Any]:
 
 
 def as_number(where: object, field: str, value: object) -> float:
-    """A finite number of a document.
+    """Checks that a value of a document is a finite number.
 
     Raises:
-        FieldError: It is none; names `where` and `field`.
+        FieldError: It is none; the error names `where` and `field`.
     """
     if (
         isinstance(value, bool)
@@ -91,10 +92,10 @@ def as_number(where: object, field: str, value: object) -> float:
 def as_whole_number(
     where: object, field: str, value: object, least: int, most: int
 ) -> int:
-    """A whole number of a document, within bounds.
+    """Checks that a value of a document is a whole number in [least, most].
 
     Raises:
-        FieldError: It is none; names `where` and `field`.
+        FieldError: It is none; the error names `where` and `field`.
     """
     if (
         isinstance(value, bool)
@@ -111,7 +112,7 @@ def as_whole_number(
 
 
 def shown(value: object) -> str:
-    """A value for an error's line, shortened where it is long."""
+    """Formats a value for messages, shortened to one line."""
     return reprlib.repr(value)
 
 

@@ -49,14 +49,15 @@ def load_strict(
 
     Args:
         schema: A dataclass whose fields all have defaults.
-        path: The file.
+        path: The YAML file.
         child: Key of the entry to load; None loads the whole document.
-        override: Further YAML, laid over the file's values.
-        defaults: Values for what neither names.
+        override: YAML text whose values replace those of the file.
+        defaults: Values of fields that neither the file nor `override` names.
 
     Raises:
         FileError: The file is missing, not YAML, or has no such entry.
-        FieldError: A field is unknown, or its value unusable.
+        FieldError: A field is unknown, or its value unusable; the error names
+            the file, the line and the field.
     """
     node = compose(read_text(path), str(path))
     if child is not None:
@@ -71,13 +72,13 @@ def load_strict(
 
 
 def load_text(schema: type[T], text: str, where: str, defaults: T) -> T:
-    """Lays YAML over a dataclass's values.
+    """Replaces values of a dataclass by those of a YAML text.
 
     Args:
         schema: A dataclass whose fields all have defaults.
-        text: YAML.
-        where: What to blame, a flag for example.
-        defaults: Values for what the text does not name.
+        text: YAML text, from the command line for example.
+        where: What errors name, such as a flag.
+        defaults: Values of fields that the text does not name.
 
     Raises:
         FileError: The text is not YAML.
@@ -87,7 +88,12 @@ def load_text(schema: type[T], text: str, where: str, defaults: T) -> T:
 
 
 def entries(path: Path) -> list[str]:
-    """The keys of a YAML mapping, in order."""
+    """Returns the keys of a YAML file that holds a mapping, in order.
+
+    Raises:
+        FileError: The file is missing or not YAML.
+        FieldError: The file holds something other than a mapping.
+    """
     return list(fields(compose(read_text(path), str(path)), ""))
 
 
@@ -277,7 +283,7 @@ def _start(
 
 
 def dump(name: str, config: Any) -> str:
-    """The YAML of a mapping with one entry, every value written out."""
+    """Writes a configuration as YAML under one key, with all default values."""
     key = yaml.ScalarNode(YAML_TAG + "str", name)
     root = yaml.MappingNode(
         YAML_TAG + "map", [(key, _node(config, type(config)))]

@@ -1,7 +1,8 @@
-"""Packages that want libraries of the system, which pip does not bring.
+"""Imports of packages that need shared libraries of the system.
 
-Drake, Open3D and librealsense link against a few. libusb comes by pip all
-the same; where another is absent, one line says so and what to install.
+Drake, Open3D and librealsense link against libraries that pip does not install.
+libusb has a pip package, which is tried; where another library is absent, one
+line names it and the Debian package that holds it.
 """
 
 import contextlib
@@ -23,7 +24,7 @@ DEBIAN_PACKAGES = {
     "libudev.so.1": "libudev1",
     "libusb-1.0.so.0": "libusb-1.0-0",
 }
-"""Which package of Debian and Ubuntu holds a library."""
+"""The package of Debian and Ubuntu that holds each shared library."""
 
 _LIBUSB = "libusb-1.0.so.0"
 
@@ -37,16 +38,17 @@ class MissingLibraryError(RemoSplatError):
 
 
 def import_optional(name: str, feature: str, extra: str) -> ModuleType:
-    """Imports a package of an extra that may want libraries of the system.
+    """Imports a package of an extra that may need libraries of the system.
 
     Args:
-        name: Of the package.
-        feature: What needs it, for people.
-        extra: What installs it.
+        name: Name of the package to import.
+        feature: What needs the package, for the error.
+        extra: Name of the extra that installs the package.
 
     Raises:
-        MissingExtraError: It is not installed.
-        MissingLibraryError: It is, but this system lacks what it needs.
+        MissingExtraError: The package is not installed.
+        MissingLibraryError: The package is installed, but this system lacks a
+            library that it needs.
     """
     _load_libusb()
     with libraries_named(feature):
@@ -58,13 +60,13 @@ def import_optional(name: str, feature: str, extra: str) -> ModuleType:
 
 @contextlib.contextmanager
 def libraries_named(feature: str) -> Iterator[None]:
-    """Says in one line which library its block looked for in vain.
+    """Names, in one line, the library that an import in the block lacks.
 
     Args:
-        feature: What needs the library, for people.
+        feature: What needs the library, for the error.
 
     Raises:
-        MissingLibraryError: One is absent, or glibc is too old.
+        MissingLibraryError: A shared library is absent, or glibc is too old.
     """
     try:
         yield

@@ -15,22 +15,22 @@ from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.base.ranges import joined, shown
 
 MOST_BYTES = 8 * 2**20
-"""Largest file that is read; more would take minutes."""
+"""Size of the largest file that is read; more would take minutes [bytes]."""
 
 MOST_NODES = 2_000_000
-"""A document may stand for so many values, aliases written out."""
+"""Largest number of values in a document whose aliases are written out."""
 
 DEEPEST = 40
-"""So deep lists and mappings may stand in each other."""
+"""Deepest nesting of lists and mappings."""
 
 YAML_TAG = "tag:yaml.org,2002:"
 
 
 def read_text(path: Path) -> str:
-    """The file's text.
+    """Reads a text file (UTF-8).
 
     Raises:
-        FileError: It is missing, unreadable, too large or not text.
+        FileError: The file is missing, unreadable, too large or not text.
     """
     try:
         with path.open("rb") as file:
@@ -72,11 +72,11 @@ class _Loader(yaml.SafeLoader):
 
 
 def compose(text: str, where: str) -> yaml.Node:
-    """The root of a document.
+    """Parses YAML into the root node of its document.
 
     Args:
-        text: YAML.
-        where: The file or flag that it is from; nodes remember it.
+        text: YAML text.
+        where: The file or flag that the text is from; nodes remember it.
 
     Raises:
         FileError: The text is not YAML, empty, or stands for too much.
@@ -117,10 +117,14 @@ def _size(node: yaml.Node, known: dict[int, int], where: str) -> int:
 
 
 def fields(node: yaml.Node, field: str) -> dict[str, tuple[Any, Any]]:
-    """The key and value nodes of a mapping, by key; each occurs once.
+    """Returns the key and value nodes of a mapping, by key; each occurs once.
+
+    Args:
+        node: The mapping.
+        field: Path of the mapping inside its document, for errors.
 
     Raises:
-        FieldError: It is no mapping, or a key is unusable.
+        FieldError: The node is no mapping, or a key is unusable.
     """
     name = field or "the document"
     if not isinstance(node, yaml.MappingNode):
@@ -140,18 +144,18 @@ def fields(node: yaml.Node, field: str) -> dict[str, tuple[Any, Any]]:
 
 
 def is_null(node: yaml.Node) -> bool:
-    """Whether a node stands for nothing."""
+    """Returns whether a node is null."""
     return node.tag == YAML_TAG + "null"
 
 
 def line_of(node: yaml.Node) -> str:
-    """The file and line that a node is from."""
+    """Returns the file and line that a node is from, as `file:line`."""
     mark = node.start_mark
     return f"{mark.name}:{mark.line + 1}"
 
 
 def fail(node: yaml.Node, field: str, problem: str) -> typing.NoReturn:
-    """Blames a node."""
+    """Raises a `FieldError` that names a node's file and line."""
     raise FieldError(line_of(node), " ".join(field.split()), problem)
 
 
@@ -166,15 +170,18 @@ _SWITCHES = yaml.SafeLoader.bool_values
 
 
 def scalar(node: yaml.ScalarNode, kind: type, field: str) -> Any:
-    """The value of a scalar.
+    """Converts a scalar node to a Python value.
 
     Args:
         node: The scalar.
-        kind: float, int, bool, str or Path.
-        field: Its name, for messages.
+        kind: One of float, int, bool, str and Path.
+        field: Path of the field, for errors.
+
+    Returns:
+        The value; None if the scalar is of another kind.
 
     Raises:
-        FieldError: It is no such value.
+        FieldError: A number is written with leading zeros, which is octal.
     """
     tag = node.tag.removeprefix(YAML_TAG)
     if kind in (float, int) and not node.style and _OCTAL.fullmatch(node.value):

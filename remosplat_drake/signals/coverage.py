@@ -5,17 +5,18 @@ import dataclasses as dc
 import numpy as np
 
 UNSEEN, FREE, SURFACE = 0, 1, 2
-"""What is known of a voxel."""
+"""States of a voxel: no camera saw it; it is free; it holds a surface."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Coverage:
-    """A grid of voxels over a box of W.
+    """Which voxels of a box the cameras have seen, as a grid in frame W.
 
     Attributes:
         lower: Lower corner of the box, shape (3,) [m].
-        voxel: Edge of a voxel [m].
-        state: `UNSEEN`, `FREE` or `SURFACE`, shape (nx, ny, nz), uint8.
+        voxel: Edge length of a voxel [m].
+        state: State of each voxel, `UNSEEN`, `FREE` or `SURFACE`, shape (nx,
+            ny, nz), uint8.
     """
 
     lower: np.ndarray
@@ -23,10 +24,10 @@ class Coverage:
     state: np.ndarray
 
     def fraction(self, state: int) -> float:
-        """The part of the voxels in a state."""
+        """Returns the fraction of the voxels that are in a state."""
         return float((self.state == state).mean())
 
     @property
     def upper(self) -> np.ndarray:
-        """Upper corner of the grid, shape (3,) [m]."""
+        """Upper corner of the box, shape (3,) [m]."""
         return self.lower + self.voxel * np.array(self.state.shape)

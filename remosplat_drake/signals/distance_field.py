@@ -1,4 +1,4 @@
-"""`DistanceField`, the question "how far is the scene?", and its answer."""
+"""`DistanceField` measures distances to the scene; `Clearances` holds them."""
 
 import dataclasses as dc
 from abc import ABC, abstractmethod
@@ -10,22 +10,22 @@ from remosplat_drake.robot.sphere_model import Spheres
 
 @dc.dataclass(frozen=True, eq=False)
 class Clearances:
-    """m distances from robot spheres to the scene.
+    """m signed distances from robot spheres to the scene, one a row.
 
-    A sphere may own no row (nothing within the queried distance), one row
-    (its closest point) or several (one a view or a primitive). The arrays
-    are read-only, and copying returns the object itself: it crosses Drake's
-    ports, which deep-copy Python values.
+    A sphere may own no row (nothing within the queried distance), one row (its
+    closest point) or several (one a view or a primitive). The arrays are
+    read-only, and copying returns the object itself, since Drake's ports
+    deep-copy Python values.
 
     Attributes:
         sphere: Index of the sphere that each row belongs to, shape (m,).
-        distance: From the sphere's surface to the scene, shape (m,) [m];
-            negative when it penetrates.
-        direction_W: Unit vectors n from the sphere centre towards the scene,
-            in W, shape (m, 3): moving the centre by eps n changes the
-            distance by -eps (so n = -grad d, also inside a solid).
+        distance: Distance from the sphere's surface to the scene, shape (m,)
+            [m]; negative when it penetrates.
+        direction_W: Unit vectors n from the sphere centre towards the scene, in
+            W, shape (m, 3): moving the centre by eps n changes the distance by
+            -eps (so n = -grad d, also inside a solid).
         p_WC: Closest scene point of each row in W, shape (m, 3) [m].
-        revision: The field's revision that gave this answer.
+        revision: The `DistanceField.revision` that gave this answer.
     """
 
     sphere: np.ndarray
@@ -45,17 +45,24 @@ class Clearances:
         return self
 
     def minimum(self) -> float:
-        """The smallest distance [m]; inf when there is no row."""
+        """Returns the smallest distance [m]; inf when there is no row."""
         return float(self.distance.min(initial=np.inf))
 
     def per_sphere(self, n: int) -> np.ndarray:
-        """The smallest distance of each of n spheres, inf without a row."""
+        """Returns the smallest distance of each sphere.
+
+        Args:
+            n: Number of the robot's spheres.
+
+        Returns:
+            Shape (n,) [m]; inf for a sphere without a row.
+        """
         result = np.full(n, np.inf)
         np.minimum.at(result, self.sphere, self.distance)
         return result
 
     def within(self, distance: float) -> "Clearances":
-        """The rows nearer than `distance` [m]."""
+        """Returns the rows whose distance is less than `distance` [m]."""
         keep = self.distance < distance
         if keep.all():
             return self
@@ -69,7 +76,7 @@ class Clearances:
 
     @staticmethod
     def none(revision: str = "") -> "Clearances":
-        """No rows: nothing is near."""
+        """Makes clearances without rows: nothing is near."""
         empty = np.zeros((0, 3))
         return Clearances(
             np.zeros(0, np.int64), np.zeros(0), empty, empty.copy(), revision
@@ -77,7 +84,11 @@ class Clearances:
 
     @staticmethod
     def unknown(n: int) -> "Clearances":
-        """NaN for each of n spheres: nobody knows where they are."""
+        """Makes clearances of NaN, for spheres whose position is not known.
+
+        Args:
+            n: Number of the robot's spheres, each of which gets one row.
+        """
         direction_W, p_WC = np.full((n, 3), np.nan), np.full((n, 3), np.nan)
         return Clearances(np.arange(n), np.full(n, np.nan), direction_W, p_WC)
 
@@ -90,20 +101,21 @@ class DistanceField(ABC):
     """
 
     revision: str
-    """Changes whenever the map changes; equal revisions answer equally."""
+    """Name of the map's content; fields of equal revision answer equally."""
 
     is_lipschitz: bool = True
-    """A true distance: moving a sphere by s changes its distance by <= s.
+    """Whether moving a sphere by s changes its distance by at most s
+    (1-Lipschitz).
 
     Verification then skips spheres that are too far away to matter, and can
-    promise something between two queries. Depth views and truncated
-    bisections are not: they are queried at the end of every tick of a braking
+    promise something between two queries. Depth views and truncated bisections
+    are not 1-Lipschitz: they are queried at the end of every tick of a braking
     ramp, and what lies between is not known.
     """
 
     @property
     def for_look_ahead(self) -> "DistanceField":
-        """A field of the same map for rollouts, which may be coarser.
+        """A field of the same map for rollouts; it may be coarser and faster.
 
         No safety may rest on it: verification asks the field itself.
         """
@@ -113,12 +125,15 @@ class DistanceField(ABC):
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """The clearances of all spheres, in one call.
+        """Measures the clearances of all spheres in one call.
 
         Args:
-            spheres: Placed robot spheres.
-            max_distance: Rows at or beyond this distance are left out [m];
-                a small value makes the query cheaper.
+            spheres: The n robot spheres, placed in W.
+            max_distance: Rows at or beyond this distance are left out [m]; a
+                small value makes the query cheaper.
+
+        Returns:
+            The rows; a sphere may own none, one or several.
         """
 
     def __deepcopy__(self, memo) -> "DistanceField":

@@ -1,4 +1,4 @@
-"""`MapRequests`: what people have asked of the map."""
+"""`MapRequests`: what operators have asked of the live map so far."""
 
 import dataclasses as dc
 
@@ -7,20 +7,21 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 @dc.dataclass(frozen=True)
 class MapRequests:
-    """How often somebody has asked for what; copying returns the object.
+    """How often each change of the map was asked for; copying returns itself.
 
-    Counts lose no press between two looks, and need nobody to reset them.
-    The only one that may fall is `unfinished`: a scan that is broken off was
-    finished by its last frame.
+    Counts lose no press between two looks, and need nobody to reset them. Only
+    `unfinished` may fall: it does when a scan is broken off, since the frame
+    before then was its last one.
 
     Attributes:
-        frames: Frames to be taken.
-        refines: Presses of the refine button.
-        undos: Presses of the undo button.
-        saves: Presses of the save button.
-        unfinished: Those of the frames that more of a scan follow: a map is
-            made of them together with the last one.
-        scene: What a simulated camera sees from now on; None: no change.
+        frames: Number of camera frames asked for.
+        refines: Number of presses of the refine button.
+        undos: Number of presses of the undo button.
+        saves: Number of presses of the save button.
+        unfinished: Number of frames that more frames of the same scan follow;
+            the map is rebuilt only after the last one.
+        scene: Scene that a simulated camera sees from now on; None for no
+            change.
     """
 
     frames: int = 0
@@ -31,7 +32,7 @@ class MapRequests:
     scene: PrimitiveScene | None = None
 
     def __add__(self, other: "MapRequests") -> "MapRequests":
-        """What two people have asked for together."""
+        """Adds up the requests of two operators."""
         return MapRequests(
             self.frames + other.frames,
             self.refines + other.refines,

@@ -1,4 +1,4 @@
-"""`MapStatus`: what people are told about the live map."""
+"""`MapStatus`: the live map in use, and how the next one comes along."""
 
 import dataclasses as dc
 
@@ -7,17 +7,15 @@ from remosplat_drake.signals.scene_map import SceneMap
 
 @dc.dataclass(frozen=True, eq=False)
 class MapStatus:
-    """The map that counts now, and how the next one comes along.
-
-    Copying returns the object itself.
+    """The map in use and the progress of the next one; copying returns itself.
 
     Attributes:
-        scene_map: What the oracle asks.
-        text: The latest good news, or what is being done.
-        trouble: The latest bad news; empty once something went well again.
+        scene_map: The map that the distance oracle uses.
+        text: The latest success, or what is being done, for operators.
+        trouble: The latest failure; empty once something succeeded again.
         is_building: Whether requests are unanswered.
-        frames: Of which the next map is made.
-        swaps: How often the map has changed.
+        frames: Number of camera frames that the next map is made from.
+        swaps: Number of times that the map in use was replaced.
     """
 
     scene_map: SceneMap

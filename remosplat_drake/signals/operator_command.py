@@ -7,27 +7,28 @@ import numpy as np
 
 @dc.dataclass(frozen=True, eq=False)
 class OperatorCommand:
-    """What one source of wishes says; copying returns the object itself.
+    """All that one operator has asked of the target; copying returns itself.
 
-    What happens once is counted, and a higher count than the one known
-    before is the wish: no press is lost between two looks, and nobody need
-    reset anything. Of several new wishes the first in the order hold, home,
-    pose, scan, velocity, moves is obeyed.
+    What happens once is counted, and a higher count than the one known before
+    is the wish: no press is lost between two looks, and nobody need reset
+    anything. Of several new wishes the first in the order hold, home, pose,
+    scan, velocity, moves is obeyed.
 
     Attributes:
-        source: Who asks, for people to read.
-        X_WT: Pose wished for, shape (4, 4); None before there was one.
-        moves: How often the operator has taken hold of `X_WT`. A slider
+        source: Name of the device that the operator uses, for display.
+        X_WT: Wished pose of the target T in W, shape (4, 4); None before there
+            was one.
+        moves: Number of times that the operator took hold of `X_WT`. A slider
             counts each change by hand, and none that only shows where the
             target went; a stream of poses counts once when it begins.
-        V_W: Wished velocity of the target, angular above translational,
-            shape (6,) [rad/s, m/s]; None unless the operator holds the
-            dead-man button.
-        holds: How often the target was told to stay.
-        homes: How often it was sent home.
+        V_W: Wished velocity of the target, angular above translational, shape
+            (6,) [rad/s, m/s]; None unless the operator holds the dead-man
+            button.
+        holds: Number of times that the target was told to stay where it is.
+        homes: Number of times that the target was sent home.
         pose: Name of the saved pose that was picked last.
-        poses: How often a saved pose was picked.
-        scans: How often a scan was asked for.
+        poses: Number of times that a saved pose was picked.
+        scans: Number of times that a scan was asked for.
         trouble: Why `X_WT` must not be followed now; empty while it may be.
     """
 

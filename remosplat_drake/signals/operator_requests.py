@@ -1,17 +1,17 @@
-"""`OperatorRequests`: what people have asked of the supervisor."""
+"""`OperatorRequests`: what operators have asked of the supervisor so far."""
 
 import dataclasses as dc
 
 
 @dc.dataclass(frozen=True)
 class OperatorRequests:
-    """How often somebody has pressed what; copying returns the object itself.
+    """Number of presses of stop and release; copying returns the object itself.
 
     Counts lose no press between two looks, and need nobody to reset them.
 
     Attributes:
-        stops: Presses of the stop button.
-        releases: Presses of the release button.
+        stops: Number of presses of the stop button.
+        releases: Number of presses of the release button.
     """
 
     stops: int = 0

@@ -10,21 +10,23 @@ from remosplat_drake.splat.surfel_tiles import SurfelTile
 
 @dc.dataclass(frozen=True, eq=False)
 class SceneMap:
-    """One version of the map, which never changes.
+    """One version of the map, which is immutable; copying returns itself.
 
-    It crosses Drake's ports, so copying returns the object itself.
+    A live map has many versions, each made from an earlier one.
 
     Attributes:
-        version: Counts up; 0 is what the scenario began with.
-        parent: The version that this one was made after; None for the first.
-        frames: Names of the camera frames that are in it.
-        time: When the newest of them was taken, by the diagram's clock [s];
-            -inf without frames.
-        field: What the distance oracle asks.
-        splat_W: The surfaces; None where there is no splat.
-        coverage: Which part of space was seen; None where nobody looked.
-        tiles: The splat, ready to be drawn.
-        quality: One line about it for people.
+        version: Number of the version, counting up; 0 is the scenario's own
+            map.
+        parent: Number of the version that this one was made from; None for the
+            first.
+        frames: Names of the camera frames that the map was made from.
+        time: Time at which the newest of these frames was taken, by the
+            diagram's clock [s]; -inf without frames.
+        field: Distance field of the map, which the distance oracle evaluates.
+        splat_W: The Gaussian splat in W; None if the map has none.
+        coverage: Which part of the workspace the cameras saw; None if unknown.
+        tiles: The splat as triangle meshes for Meshcat.
+        quality: One line on how far the map can be trusted, for operators.
     """
 
     version: int

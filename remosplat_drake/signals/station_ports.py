@@ -24,13 +24,13 @@ BASE_VELOCITY = "base.velocity_measured"
 
 @dc.dataclass(frozen=True)
 class Port:
-    """A port of a station.
+    """A port of a station, the Drake diagram that stands for the hardware.
 
     Attributes:
-        name: Name in the diagram.
+        name: Name of the port in the diagram.
         direction: `INPUT` or `OUTPUT`.
-        size: Length of the vector; None for an abstract value.
-        content: What it carries, with units.
+        size: Length of a vector-valued port; None for an abstract-valued one.
+        content: What the port carries, with units.
     """
 
     name: str
@@ -40,28 +40,28 @@ class Port:
 
 
 def arm_command(description: RobotDescription) -> str:
-    """Name of the arm's velocity input."""
+    """Returns the name of the arm's velocity input."""
     return f"{description.arm.name}.velocity_commanded"
 
 
 def arm_position(description: RobotDescription) -> str:
-    """Name of the arm's position output."""
+    """Returns the name of the arm's position output."""
     return f"{description.arm.name}.position_measured"
 
 
 def arm_velocity(description: RobotDescription) -> str:
-    """Name of the arm's velocity output."""
+    """Returns the name of the arm's velocity output."""
     return f"{description.arm.name}.velocity_measured"
 
 
 def hand_command(description: RobotDescription) -> str:
-    """Name of the hand's input; the robot must have a hand."""
+    """Returns the name of the hand's input; the robot must have a hand."""
     assert description.hand is not None
     return f"{description.hand.name}.command"
 
 
 def hand_state(description: RobotDescription) -> str:
-    """Name of the hand's output; the robot must have a hand."""
+    """Returns the name of the hand's output; the robot must have a hand."""
     assert description.hand is not None
     return f"{description.hand.name}.state"
 
@@ -69,11 +69,11 @@ def hand_state(description: RobotDescription) -> str:
 def station_ports(
     description: RobotDescription, wrist_camera: bool
 ) -> list[Port]:
-    """The ports that every station for this robot has.
+    """Lists the ports that every station of a robot has.
 
     Args:
-        description: The robot. Without a base there are no `base` ports,
-            without a hand no `hand` ports.
+        description: The robot. Without a mobile base there are no `base` ports,
+            without a gripper no `hand` ports.
         wrist_camera: Whether the station has a wrist camera.
     """
     n = len(description.arm.joints)

@@ -3,28 +3,28 @@
 import dataclasses as dc
 
 RUNNING = "running"
-"""Commands are carried out."""
+"""Mode of a station that carries out commands."""
 STOPPED = "stopped"
-"""The robot holds still; `stop_reason` says why."""
+"""Mode of a station that holds still; `StationStatus.stop_reason` says why."""
 
 MOVE = "move"
-"""The arm carries out motion commands: libfranka's name of the mode."""
+"""libfranka's name of the robot mode in which the arm carries out motions."""
 
 
 @dc.dataclass(frozen=True)
 class StationStatus:
-    """The state of a station; copying returns the object itself.
+    """The state of a robot's station; copying returns the object itself.
 
     Attributes:
-        age: Age of the arm's state on the ports [s]; simulated stations
-            measure at once. A real base tells its state less often; how old
-            that may be is the station's business.
-        mode: `RUNNING` or `STOPPED`.
-        stop_reason: One line; empty while running.
-        robot_mode: The arm's own mode by libfranka's names: other, idle,
-            move, guiding, reflex, user_stopped or automatic_error_recovery.
-        success_rate: Share of the arm's latest commands that reached it in
-            time, 0 to 1.
+        age: Age of the arm's measurements on the ports [s]; 0 in simulated
+            stations. A real base reports less often; its age is the station's
+            business.
+        mode: Either `RUNNING` or `STOPPED`.
+        stop_reason: Why the station stopped, in one line; empty while running.
+        robot_mode: The arm's own mode by libfranka's names: other, idle, move,
+            guiding, reflex, user_stopped or automatic_error_recovery.
+        success_rate: Fraction of the arm's latest commands that reached it in
+            time, 0 to 1 (libfranka's control_command_success_rate).
         protective_stop: Whether the base's safety scanner holds it. The base
             lifts that stop by itself.
     """

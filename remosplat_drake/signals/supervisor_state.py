@@ -1,4 +1,4 @@
-"""`SupervisorState`: what the supervisor is at, and why."""
+"""`SupervisorState`: the safety supervisor's mode, command and reasons."""
 
 import dataclasses as dc
 import math
@@ -7,13 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 
 STARTING = "starting"
-"""From a standstill, as soon as there are measurements and a command."""
+"""Mode at standstill, until there are measurements and a command."""
 RUNNING = "running"
-"""The controller's commands are passed on."""
+"""Mode in which the controller's commands are passed on."""
 STOPPING = "stopping"
-"""The command ramps down to zero."""
+"""Mode in which the command ramps down to zero."""
 STOPPED = "stopped"
-"""Zero until an explicit release."""
+"""Mode in which the command is zero until an explicit release."""
 
 LATCHED = (STOPPING, STOPPED)
 """Modes that only a release ends."""
@@ -21,17 +21,20 @@ LATCHED = (STOPPING, STOPPED)
 
 @dc.dataclass(frozen=True, eq=False)
 class SupervisorState:
-    """What the supervisor remembers; copying returns the object itself.
+    """What the safety supervisor remembers; copying returns the object itself.
 
     Attributes:
-        command: What the robot is to do until the next tick, shape (n_u,).
-        mode: STARTING, RUNNING, STOPPING or STOPPED.
-        reason: Why it stopped, or what it waits for; empty while running.
-        refusal: Why the latest release was not granted.
-        time: Of the latest tick [s]; NaN before the first one.
-        p_WT: Target of the latest tick, shape (3,) [m].
-        since: When each present symptom began [s].
-        map_revision: Of the latest map that left the robot enough clearance.
+        command: Velocity command u for the robot until the next tick, shape
+            (n_u,) [m/s, rad/s].
+        mode: One of `STARTING`, `RUNNING`, `STOPPING` and `STOPPED`.
+        reason: Why the supervisor stopped the robot, or what it waits for;
+            empty while running.
+        refusal: Why the latest release was not granted; empty if it was.
+        time: Time of the latest tick [s]; NaN before the first one.
+        p_WT: Position of the target at the latest tick, shape (3,) [m].
+        since: Time at which each present symptom began [s], by its name.
+        map_revision: Revision of the latest map that left the robot enough
+            clearance.
     """
 
     command: np.ndarray

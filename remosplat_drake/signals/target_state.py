@@ -1,4 +1,4 @@
-"""`TargetState`: where the target is, where it goes, and why."""
+"""`TargetState`: where the teleoperated target is, where it goes, and why."""
 
 import dataclasses as dc
 
@@ -7,39 +7,43 @@ import numpy as np
 from remosplat_drake.signals.operator_command import OperatorCommand
 
 HOLD = "hold"
-"""The target rests where the end effector was when the hold began."""
+"""Mode in which the target rests where the end effector was at its beginning.
+"""
 FOLLOW = "follow"
-"""It moves to the pose that the operator wishes for."""
+"""Mode in which the target moves to the pose that the operator wishes for."""
 VELOCITY = "velocity"
-"""It moves as the operator's stick says, while the button is held."""
+"""Mode in which the target moves at the operator's velocity (dead-man button).
+"""
 GO = "go"
-"""It moves home or to a saved pose."""
+"""Mode in which the target moves home or to a saved pose."""
 SCAN = "scan"
-"""It goes through the poses of a scan."""
+"""Mode in which the target visits the poses of a scan."""
 
 MODES = (HOLD, FOLLOW, VELOCITY, GO, SCAN)
 
 
 @dc.dataclass(frozen=True, eq=False)
 class TargetState:
-    """The target after a tick; copying returns the object itself.
+    """The teleoperated target after a tick; copying returns the object itself.
 
     Attributes:
         mode: One of `MODES`.
         X_WT: Pose of the target, shape (4, 4).
-        V_WT: Its velocity in W, angular above translational, (6,)
-            [rad/s, m/s].
-        X_WT_goal: Where it goes, within the workspace, shape (4, 4).
-        text: What it does and why, for people to read.
-        command: What the operator had asked for by then.
+        V_WT: Spatial velocity of the target in W, angular above translational,
+            shape (6,) [rad/s, m/s].
+        X_WT_goal: Pose that the target moves to, inside the workspace, shape
+            (4, 4).
+        text: What the target does and why, for operators.
+        command: The operator's command that this state answers.
         scan: Poses of the scan that are left, the present one first.
-        scan_size: How many poses the scan had.
-        shown: When the target came to the present pose of the scan [s];
-            None before.
-        arrived: When the end effector came to it [s]; None before.
-        frames_wanted: How many frames scans have asked for.
-        unfinished: Those of them that more of their scan followed or will;
-            one less when a scan is broken off.
+        scan_size: Number of poses that the scan began with.
+        shown: Time at which the target came to the present pose of the scan
+            [s]; None before.
+        arrived: Time at which the end effector came to that pose [s]; None
+            before.
+        frames_wanted: Number of camera frames that scans have asked for so far.
+        unfinished: Number of these frames that another frame of the same scan
+            followed or will follow; one less when a scan is broken off.
     """
 
     mode: str
@@ -57,7 +61,7 @@ class TargetState:
 
     @staticmethod
     def at_rest(X_WT: np.ndarray, text: str = "") -> "TargetState":
-        """A target that rests."""
+        """Makes the state of a target that rests at X_WT, shape (4, 4)."""
         return TargetState(HOLD, X_WT, np.zeros(6), X_WT, text)
 
     def __deepcopy__(self, memo) -> "TargetState":

@@ -7,37 +7,42 @@ import numpy as np
 from remosplat_drake.signals.distance_field import Clearances
 
 OPTIMAL = "optimal"
-"""The program was solved as it stands."""
+"""Status of a tick whose quadratic program was solved as it stands."""
 ACCELERATION_DROPPED = "acceleration_dropped"
-"""Solved after the acceleration bounds were left out."""
+"""Status of a tick whose program was solved without acceleration bounds."""
 RELAXED = "relaxed"
-"""Solved after negative right-hand sides were raised to zero."""
+"""Status of a tick whose program was solved after relaxation.
+
+Negative right-hand sides of inequalities were raised to zero.
+"""
 BRAKING = "braking"
-"""No usable program: the command ramps down to zero."""
+"""Status of a tick without a usable program: the command ramps down to zero."""
 
 STATUSES = (OPTIMAL, ACCELERATION_DROPPED, RELAXED, BRAKING)
 
 
 @dc.dataclass(frozen=True, eq=False)
 class TickReport:
-    """The record of one control tick; copying returns the object itself.
+    """What one control tick saw, decided and why; copying returns itself.
 
     Attributes:
         time: Time of the tick [s]; NaN before the first one.
-        q: Configuration that the tick started from, shape (n_q,).
-        command: Commanded velocity u, held until the next tick, (n_u,).
+        q: Measured configuration that the tick started from, shape (n_q,) [m,
+            rad].
+        command: Commanded velocity u, held until the next tick, shape (n_u,)
+            [m/s, rad/s].
         status: One of `STATUSES`.
-        reason: Why the status is not `optimal`; empty otherwise. Names the
-            constraints that had to yield.
-        scale: How far verification let the command go from braking (0) to
-            what the program wanted (1).
-        clearances: What the oracle said, all rows within influence.
-        kept: Rows of `clearances` that could bind, shape (m,) bool: the
+        reason: Why the status is not `OPTIMAL`, with the names of the
+            constraints that had to yield; empty otherwise.
+        scale: How far verification let the command go from braking (0) to what
+            the program wanted (1).
+        clearances: The oracle's answer, all rows within the influence distance.
+        kept: Which rows of `clearances` could bind, shape (m,), bool: the
             others are implied by the velocity bounds.
-        tight: Rows that hold with equality at the program's optimum, before
-            verification, shape (m,) bool.
-        X_WT: Target pose of this tick, shape (4, 4).
-        timings: Wall-clock seconds by phase: guidance (of the period
+        tight: Which rows hold with equality at the program's optimum, before
+            verification, shape (m,), bool (the active constraints).
+        X_WT: Pose of the target at this tick, shape (4, 4).
+        timings: Wall-clock time of each phase [s]: guidance (of the period
             before), oracle, kinematics, build, solve, verify, total.
     """
 
@@ -58,7 +63,12 @@ class TickReport:
 
     @staticmethod
     def before_first(n_q: int, n_u: int) -> "TickReport":
-        """The report of a controller that has not ticked yet."""
+        """Makes the report of a controller that has not ticked yet.
+
+        Args:
+            n_q: Number of configuration variables.
+            n_u: Number of commanded velocities.
+        """
         none = np.zeros(0, bool)
         return TickReport(
             time=float("nan"),
