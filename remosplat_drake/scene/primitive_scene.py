@@ -17,6 +17,9 @@ class Box:
     Attributes:
         X_WP: Pose of the box's frame P, at its centre, in W.
         half_extents: Half side lengths along P's axes, shape (3,) [m].
+
+    Raises:
+        RemoSplatError: A half side length is not positive.
     """
 
     X_WP: RigidTransform
@@ -40,9 +43,9 @@ class Cylinder:
     """A solid cylinder.
 
     Attributes:
-        X_WP: Pose of the cylinder's frame P in W: its origin is the centre,
-            its z axis the cylinder's axis.
-        radius: [m].
+        X_WP: Pose of the cylinder's frame P in W: its origin is the centre, its
+            z axis the cylinder's axis.
+        radius: Radius [m].
         half_height: Half the length along the axis [m].
     """
 
@@ -65,14 +68,17 @@ class Cylinder:
 
 @dc.dataclass(frozen=True, eq=False)
 class PrimitiveScene:
-    """A scene of solid primitives with a task in it; copying returns itself.
+    """A scene of solid boxes and cylinders, and a task in it.
+
+    Scenes are immutable: copying one returns the object itself.
 
     Attributes:
-        boxes: May overlap each other and the cylinders.
-        cylinders: Likewise.
-        X_WE_target: End-effector pose to reach, or None.
-        X_WB_start: Base pose to start from as (x, y, yaw) [m, rad], or None.
-        name: For tables, logs and file names.
+        boxes: The boxes, which may overlap each other and the cylinders.
+        cylinders: The cylinders, which may overlap each other and the boxes.
+        X_WE_target: Pose that the end effector E has to reach, or None.
+        X_WB_start: Pose (x, y, yaw) of the robot's base B to start from [m,
+            rad], or None.
+        name: Name of the scene, for tables, logs and file names.
     """
 
     boxes: tuple[Box, ...] = ()
@@ -93,12 +99,12 @@ class PrimitiveScene:
 
     @property
     def primitives(self) -> tuple[Box | Cylinder, ...]:
-        """All primitives, boxes first: the order of indices elsewhere."""
+        """All primitives, boxes first; indices of primitives refer to them."""
         return (*self.boxes, *self.cylinders)
 
     @cached_property
     def content_hash(self) -> str:
-        """A digest of the geometry (not of the task or the name)."""
+        """SHA-256 digest of the geometry (not of task or name), in hex."""
         digest = hashlib.sha256()
         for box in self.boxes:
             digest.update(b"box")
@@ -117,12 +123,15 @@ class PrimitiveScene:
         half_extent: float = 2.0,
         thickness: float = 0.04,
     ) -> "PrimitiveScene":
-        """The same scene on a square floor slab whose top is z = 0.
+        """Adds a square floor slab whose top is the plane z = 0.
 
         Args:
             center: Centre (x, y) of the slab in W [m].
-            half_extent: Half its side [m].
+            half_extent: Half its side length [m].
             thickness: How far it reaches below z = 0 [m].
+
+        Returns:
+            A new scene; the slab is its last box.
         """
         floor = Box(
             RigidTransform([*center, -thickness / 2]),

@@ -18,7 +18,8 @@ from remosplat_drake.base.strict_json import read_json_object, shown
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 MAX_LENGTH = 1e6
-"""No scene reaches further, and squares stay far from overflow [m]."""
+"""Largest coordinate or size of a scene, whose square is far from overflow [m].
+"""
 
 ROTATION_TOLERANCE = 1e-3
 """Largest entry of R R' - I that passes for rounding of the file's digits."""
@@ -26,9 +27,13 @@ ROTATION_TOLERANCE = 1e-3
 
 @reads_file
 def read_scene(path: str | Path) -> PrimitiveScene:
-    """Reads a scene; its name is the file's stem.
+    """Reads a scene of the RMMI benchmark from a JSON file.
 
-    `target` and `robot_base` may be absent, and are then None.
+    The scene is named after the file. `target` and `robot_base` may be absent,
+    and are then None.
+
+    Args:
+        path: The JSON file.
 
     Raises:
         FileError: The file cannot be read or is not a JSON object.
@@ -54,11 +59,16 @@ def read_scene(path: str | Path) -> PrimitiveScene:
 
 
 def write_rmmi(path: str | Path, scene: PrimitiveScene):
-    """Writes a scene, replacing the file in one step.
+    """Writes a scene in the RMMI benchmark's JSON format, replacing the file.
+
+    Args:
+        path: The file to write.
+        scene: The scene; what the format cannot say is refused.
 
     Raises:
-        RemoSplatError: A box is rotated or a cylinder is not upright, which
-            the format cannot say.
+        FileError: The file cannot be written.
+        RemoSplatError: A box is rotated or a cylinder is not upright, which the
+            format cannot say.
     """
     path = Path(path)
     document: dict[str, object] = {

@@ -1,4 +1,4 @@
-"""Between raw network parameters and a checked `GaussianSplat`."""
+"""Activations between raw network parameters and a `GaussianSplat`."""
 
 from pathlib import Path
 
@@ -11,19 +11,19 @@ _TINY = np.finfo(np.float32).tiny
 
 
 def sigmoid(logits: np.ndarray) -> np.ndarray:
-    """Opacities of logits."""
+    """Computes opacities in [0, 1] from their logits, of any shape."""
     with np.errstate(over="ignore", under="ignore"):
         return 1 / (1 + np.exp(-logits))
 
 
 def logit(opacities: np.ndarray) -> np.ndarray:
-    """Finite logits of opacities, also of those that are exactly 1."""
+    """Computes finite logits of opacities, also of those that are exactly 1."""
     opacity = np.clip(opacities.astype(np.float64), _TINY, 1 - 2.0**-24)
     return np.log(opacity / (1 - opacity))
 
 
 def exponential(log_scales: np.ndarray) -> np.ndarray:
-    """Scales of log scales [m]; infinite where they overflow."""
+    """Computes scales [m] from log scales; infinite where they overflow."""
     with np.errstate(over="ignore", under="ignore"):
         return np.exp(log_scales)
 
@@ -38,13 +38,15 @@ def checked_splat(
     colors: np.ndarray,
     sh_rest: np.ndarray,
 ) -> GaussianSplat:
-    """The splat of activated values that a file holds.
+    """Makes a `GaussianSplat` of the activated values that a file holds.
 
     Scales and opacities that underflowed to zero are raised to the smallest
-    normal float; quaternions may have any length but zero.
+    normal float; quaternions may have any length but zero. The arrays are those
+    of `GaussianSplat`.
 
     Raises:
-        FileError: There are no splats, or one of them cannot be.
+        FileError: There are no splats, or a value is one that no splat can
+            have.
     """
     if not len(p_GK):
         raise FileError(path, "holds no splats")

@@ -10,10 +10,10 @@ import numpy as np
 from numba import njit
 
 LEAF_SIZE = 4
-"""The most boxes a leaf holds; below 16, see `leaf_range`."""
+"""Largest number of boxes in a leaf; must be below 16, see `leaf_range`."""
 
 MAX_DEPTH = 96
-"""Deepest node; far below it splits go by count, so it is never reached."""
+"""Depth that no node reaches: far above it boxes are split by count."""
 
 _LEAF_STRIDE = 16
 _BINS = 16
@@ -49,13 +49,13 @@ class BoundingVolumeHierarchy:
 def build_hierarchy(
     lower: np.ndarray, upper: np.ndarray, center_z: np.ndarray
 ) -> BoundingVolumeHierarchy:
-    """Builds a hierarchy by binned surface-area splits.
+    """Builds a hierarchy by the binned surface area heuristic (SAH).
 
     Args:
         lower: Lower corners of the boxes, shape (n, 3) [m].
         upper: Upper corners, shape (n, 3) [m].
-        center_z: The height by which queries may ignore a box, shape (n,);
-            it lies inside the box [m].
+        center_z: Height by which queries may ignore a box, shape (n,) [m]; it
+            lies inside the box.
     """
     n = len(lower)
     table = np.column_stack([lower, upper, center_z, np.arange(n)])
@@ -68,7 +68,14 @@ def build_hierarchy(
 
 @njit(cache=True)
 def leaf_range(link: int) -> tuple[int, int]:
-    """First and one-past-last place in leaf order of a leaf's boxes."""
+    """Decodes a leaf's link into the range of its boxes in leaf order.
+
+    Args:
+        link: A negative entry of `BoundingVolumeHierarchy.links`.
+
+    Returns:
+        The first and the one-past-last place.
+    """
     code = -1 - link
     first = code // _LEAF_STRIDE
     return first, first + code % _LEAF_STRIDE

@@ -1,4 +1,4 @@
-"""Every format of splat files: how to know it, read it, and write it."""
+"""Every format of splat files: how it is recognised, read and written."""
 
 import dataclasses as dc
 import zipfile
@@ -35,18 +35,18 @@ _LONGEST_PLY_HEADER = 2**16
 
 @dc.dataclass(frozen=True)
 class SplatFormat:
-    """One format of files.
+    """A file format of Gaussian splats.
 
     Attributes:
-        title: What people call it.
-        suffix: How its files' names end.
-        read: Reads one.
-        write: Writes one, whole or not at all.
-        loss: What writing loses, as a sentence; empty if nothing but
-            rounding to single precision.
-        keeps_surfels: Whether it has discs of two scales. Where it has not,
-            they are written as thin ellipsoids and known by that.
-        reorders: Whether it writes splats in `morton_order`.
+        title: What people call the format.
+        suffix: Suffix of its files' names.
+        read: Function that reads a file.
+        write: Function that writes a file, whole or not at all.
+        loss: What writing loses, as a sentence; empty if nothing but rounding
+            to single precision.
+        keeps_surfels: Whether the format has 2DGS discs of two scales. If not,
+            they are written as thin ellipsoids and recognised by that.
+        reorders: Whether splats are written in `morton_order`.
     """
 
     title: str
@@ -58,7 +58,7 @@ class SplatFormat:
     reorders: bool = False
 
     def as_written(self, splat: GaussianSplat) -> GaussianSplat:
-        """The splat in the order in which this format writes it."""
+        """Returns the splat in the order in which this format writes it."""
         if not self.reorders:
             return splat
         return splat.select(morton_order(splat.p_GK))
@@ -110,19 +110,20 @@ FORMATS = (COMPRESSED_PLY, PLY, CHECKPOINT, ANTIMATTER, SPZ, SOG)
 
 @reads_file
 def read_splat(path: str | Path, surfel: bool | None = None) -> GaussianSplat:
-    """Reads a splat of any format, known by its content, then by its name.
+    """Reads a Gaussian splat of any format.
 
-    Formats without discs hold discs as ellipsoids of one tiny thickness;
-    they are read as discs again (`is_flat`).
+    The format is recognised by the file's content, then by its name. Formats
+    without 2DGS discs hold them as ellipsoids of one tiny thickness; these are
+    read as discs again (`is_flat`).
 
     Args:
-        path: A file, or a folder of SOG.
-        surfel: Whether a checkpoint holds 2DGS, if its name does not tell:
-            see `read_checkpoint`.
+        path: A file, or a folder of PlayCanvas' SOG.
+        surfel: Whether a checkpoint holds 2DGS discs, if its name does not
+            tell: see `read_checkpoint`.
 
     Raises:
-        FileError: The file is missing, of no known format, damaged, or holds
-            what no splat can have.
+        FileError: The file is missing, of no known format, damaged, or holds a
+            value that no splat can have.
         MissingExtraError: The format needs a package that is not installed.
     """
     path = Path(path)
@@ -134,10 +135,10 @@ def read_splat(path: str | Path, surfel: bool | None = None) -> GaussianSplat:
 
 
 def write_splat(path: str | Path, splat: GaussianSplat) -> None:
-    """Writes a splat in the format that the name's end stands for.
+    """Writes a splat in the format that the file's suffix stands for.
 
     Raises:
-        FileError: The name stands for no format, or the file cannot be
+        FileError: The suffix stands for no format, or the file cannot be
             written.
         MissingExtraError: The format needs a package that is not installed.
     """
@@ -145,10 +146,10 @@ def write_splat(path: str | Path, splat: GaussianSplat) -> None:
 
 
 def format_of_name(path: Path) -> SplatFormat:
-    """The format that a file's name stands for.
+    """Returns the format that the suffix of a file's name stands for.
 
     Raises:
-        FileError: None does.
+        FileError: The suffix stands for no format.
     """
     chosen = _format_by_suffix(path)
     if chosen is None:
@@ -157,10 +158,10 @@ def format_of_name(path: Path) -> SplatFormat:
 
 
 def format_of_file(path: Path) -> SplatFormat:
-    """The format of a file by its first bytes, or else by its name.
+    """Returns the format of a file by its first bytes, or else by its name.
 
     Raises:
-        FileError: The file is unreadable, or neither tells.
+        FileError: The file is unreadable, or of no known format.
     """
     folder = path.parent if path.name == META else path
     if folder.is_dir():

@@ -1,4 +1,4 @@
-"""`GaussianSplat`: a scene as read-only arrays."""
+"""`GaussianSplat`: the Gaussians of a scene as read-only arrays."""
 
 import dataclasses as dc
 import hashlib
@@ -11,26 +11,32 @@ from pydrake.math import RigidTransform
 from remosplat_drake.base.errors import RemoSplatError
 
 SH_C0 = 0.28209479177387814
-"""The constant spherical harmonic: colour = 0.5 + SH_C0 * f_dc."""
+"""Spherical harmonic of degree 0, 1 / (2 sqrt(pi)): colour = 0.5 + SH_C0 f_dc.
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class GaussianSplat:
-    """N Gaussians in frame G, activated (linear scales, opacity in (0, 1)).
+    """N Gaussians in frame G, activated (linear scales, opacity in (0, 1]).
 
-    Two scales make a 2DGS surfel: a flat disc whose normal is the third
-    column of its rotation. Three scales make a 3DGS ellipsoid. The arrays
-    are read-only, so a splat may be shared by every system of a diagram;
-    copying one returns itself.
+    Two scales make a 2DGS surfel (Huang et al., 2024): a flat disc whose normal
+    is the third column of its rotation. Three scales make a 3DGS ellipsoid
+    (Kerbl et al., 2023). The arrays are read-only, so a splat may be shared by
+    every system of a diagram; copying one returns the object itself.
 
     Attributes:
         p_GK: Centres of the splats K in G, shape (N, 3) [m].
         quaternions: Orientations R_GK as unit quaternions wxyz, shape (N, 4).
         scales: Standard deviations along K's axes, shape (N, 2) or (N, 3) [m].
-        opacities: Shape (N,), each in (0, 1].
+        opacities: Peak opacities in (0, 1], shape (N,).
         colors: Linear RGB of spherical-harmonics degree 0, shape (N, 3).
-        sh_rest: Higher harmonics, coefficient-major, shape (N, K, 3) with
-            K = (degree + 1)^2 - 1; K = 0 where a file has none.
+        sh_rest: Coefficients of the higher spherical harmonics,
+            coefficient-major, shape (N, K, 3) with K = (degree + 1)^2 - 1; K =
+            0 where a file has none.
+
+    Raises:
+        RemoSplatError: The arrays do not fit each other, or a value is one that
+            no splat can have; the error names the splat.
     """
 
     p_GK: np.ndarray
@@ -101,11 +107,11 @@ class GaussianSplat:
     def restored(
         arrays: Mapping[str, np.ndarray], content_hash: str | None = None
     ) -> "GaussianSplat":
-        """A splat from another one's arrays to the bit, without any check.
+        """Makes a splat from the arrays of another one, without any check.
 
         Args:
-            arrays: By name; they become read-only.
-            content_hash: That of the splat; None computes it when asked.
+            arrays: The arrays by attribute name; they become read-only.
+            content_hash: The other splat's hash; None computes it when asked.
         """
         splat = object.__new__(GaussianSplat)
         for name, array in arrays.items():
@@ -117,7 +123,7 @@ class GaussianSplat:
 
     @staticmethod
     def empty() -> "GaussianSplat":
-        """No surfels at all."""
+        """Makes a splat of no surfels."""
         return GaussianSplat(
             p_GK=np.zeros((0, 3)),
             quaternions=np.zeros((0, 4)),
@@ -134,7 +140,7 @@ class GaussianSplat:
 
     @property
     def is_surfel(self) -> bool:
-        """True for flat 2DGS discs, False for 3DGS ellipsoids."""
+        """Whether the splats are flat 2DGS discs and not 3DGS ellipsoids."""
         return self.scales.shape[1] == 2
 
     @cached_property
@@ -149,20 +155,20 @@ class GaussianSplat:
 
     @cached_property
     def content_hash(self) -> str:
-        """A digest of everything that matters for distances and views."""
+        """A SHA-256 digest of all arrays, in hex."""
         digest = hashlib.sha256()
         for field in dc.fields(self):
             digest.update(getattr(self, field.name).tobytes())
         return digest.hexdigest()[:16]
 
     def select(self, keep: np.ndarray) -> "GaussianSplat":
-        """The splats that a boolean mask or index array names."""
+        """Returns the splats that a boolean mask or index array selects."""
         return GaussianSplat(
             **{f.name: getattr(self, f.name)[keep] for f in dc.fields(self)}
         )
 
     def joined_with(self, other: "GaussianSplat") -> "GaussianSplat":
-        """These splats, then another's of the same kind and degree."""
+        """Returns these splats, then another's of the same kind and degree."""
         return GaussianSplat(
             **{
                 f.name: np.concatenate(
@@ -173,19 +179,30 @@ class GaussianSplat:
         )
 
     def inside(self, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-        """Which splats have their centres in the box [lower, upper] of G."""
+        """Returns which splats have their centres in a box of G.
+
+        Args:
+            lower: Lower corner of the box, shape (3,) [m].
+            upper: Upper corner of the box, shape (3,) [m].
+
+        Returns:
+            Shape (N,), bool.
+        """
         inside = (self.p_GK >= lower) & (self.p_GK <= upper)
         return np.all(inside, axis=1)
 
     def cropped(self, lower: np.ndarray, upper: np.ndarray) -> "GaussianSplat":
-        """The splats whose centres lie in the box [lower, upper] of G [m]."""
+        """Returns the splats with centres in a box [lower, upper] of G [m]."""
         return self.select(self.inside(lower, upper))
 
     def transformed(self, X_FG: RigidTransform) -> "GaussianSplat":
-        """The same splats expressed in frame F.
+        """Expresses the splats in another frame F.
 
-        Higher harmonics are dropped: rotating them is not needed for
-        distances, and degree 0 does not depend on orientation.
+        Higher harmonics are dropped: rotating them is not needed for distances,
+        and degree 0 does not depend on orientation.
+
+        Args:
+            X_FG: Pose of the splats' frame G in F.
         """
         R_FG = X_FG.rotation()
         p_FK = self.p_GK.astype(np.float64) @ R_FG.matrix().T
@@ -201,7 +218,7 @@ class GaussianSplat:
 
 
 def rotation_matrices(wxyz: np.ndarray) -> np.ndarray:
-    """Rotation matrices of unit quaternions, (N, 4) wxyz -> (N, 3, 3)."""
+    """Converts unit quaternions wxyz, shape (N, 4), to matrices (N, 3, 3)."""
     w, x, y, z = wxyz.T
     R = np.empty((len(wxyz), 3, 3))
     R[:, 0, 0] = 1 - 2 * (y * y + z * z)
@@ -217,7 +234,7 @@ def rotation_matrices(wxyz: np.ndarray) -> np.ndarray:
 
 
 def quaternion_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Hamilton product of one quaternion a and many b, wxyz, (N, 4)."""
+    """Multiplies one quaternion a, shape (4,), by many b, (N, 4), all wxyz."""
     aw, ax, ay, az = a
     bw, bx, by, bz = b.T
     return np.stack(

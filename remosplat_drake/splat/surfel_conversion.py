@@ -1,4 +1,4 @@
-"""Between 2DGS discs and 3DGS ellipsoids.
+"""Conversion between 2DGS discs and 3DGS ellipsoids.
 
 Most formats of splats only know ellipsoids. A disc is written to them as an
 ellipsoid that is as thin as the coarsest of them can tell, and read again as
@@ -12,7 +12,10 @@ import numpy as np
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 THICKNESS = float(np.exp(-10.0))
-"""Third scale of a disc in formats of ellipsoids: SPZ's least, 45 um [m]."""
+"""Third scale that a disc gets in formats of ellipsoids, exp(-10) = 45 um [m].
+
+It is the least scale of SPZ.
+"""
 
 _FLAT = 1e-4
 """Ellipsoids of equal third scales up to this were discs [m]."""
@@ -22,10 +25,10 @@ _TO_THIRD = np.array([[0.5, 0.5, 0.5, 0.5], [0.5, -0.5, -0.5, -0.5]])
 
 
 def is_flat(splat: GaussianSplat) -> bool:
-    """Whether the splat's ellipsoids are discs that were given a thickness.
+    """Returns whether the ellipsoids are discs that were given a thickness.
 
-    True if their third scales are all the same, to float precision, and at
-    most 0.1 mm: training leaves no scene like that.
+    True if their third scales are all the same, to float precision, and at most
+    0.1 mm: training leaves no scene like that.
     """
     if splat.is_surfel or not len(splat):
         return False
@@ -34,12 +37,12 @@ def is_flat(splat: GaussianSplat) -> bool:
 
 
 def without_thickness(splat: GaussianSplat) -> GaussianSplat:
-    """The discs spanned by the first two axes, whatever the third scale."""
+    """Returns the discs spanned by the first two axes of each splat."""
     return dc.replace(splat, scales=splat.scales[:, :2])
 
 
 def with_thickness(splat: GaussianSplat) -> GaussianSplat:
-    """Ellipsoids as thin as `THICKNESS` instead of discs; others as they are.
+    """Turns discs into ellipsoids as thin as `THICKNESS`; keeps ellipsoids.
 
     A disc that is smaller than that becomes a ball, or a thinner disc.
     """
@@ -50,11 +53,11 @@ def with_thickness(splat: GaussianSplat) -> GaussianSplat:
 
 
 def flattened(splat: GaussianSplat) -> GaussianSplat:
-    """Discs instead of ellipsoids, their shortest axis becoming the normal.
+    """Turns ellipsoids into discs with the shortest axis as their normal.
 
     K's axes are renamed cyclically, so that R_GK stays a rotation: with the
-    first axis the shortest they become y, z, x; with the second z, x, y.
-    Among equal scales the last is taken. Discs stay as they are.
+    first axis the shortest they become y, z, x; with the second z, x, y. Among
+    equal scales the last is taken. Discs stay as they are.
     """
     if splat.is_surfel:
         return splat

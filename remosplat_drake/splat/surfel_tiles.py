@@ -1,4 +1,4 @@
-"""`make_tiles`: a splat as meshes small enough to be sent between ticks."""
+"""`make_tiles`: a splat as triangle meshes for Meshcat, each small to send."""
 
 import dataclasses as dc
 from functools import lru_cache
@@ -10,13 +10,13 @@ from remosplat_drake.splat.bvh import build_hierarchy
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 MAX_SURFELS = 150_000
-"""More discs than this make a page heavy (about 250 bytes each)."""
+"""Largest number of discs on a Meshcat page, at about 250 bytes each."""
 
 TILE_SIZE = 1000
-"""Discs a tile: handing one to Meshcat takes about 0.1 ms."""
+"""Number of discs in a tile: handing one to Meshcat takes about 0.1 ms."""
 
 SIDES = 6
-"""Corners of a disc in a tile."""
+"""Number of corners of the polygon that stands for a disc in a tile."""
 
 # A splat's colours hold their light already; the page's dims them again.
 _EXPOSURE = 1.5
@@ -52,14 +52,14 @@ def make_tiles(
     """Cuts a splat into meshes of neighbouring discs.
 
     Args:
-        splat: The scene in its frame G; of more than `MAX_SURFELS` splats
-            those that cover most are taken.
-        order: Indices of splats such that neighbours stand together, like
-            the leaf order of a hierarchy over all of them; None builds one.
-        size: Discs a tile; the last one may have fewer.
+        splat: The scene in its frame G; of more than `MAX_SURFELS` splats those
+            that cover most are taken.
+        order: Indices of splats such that neighbours stand together, like the
+            leaf order of a hierarchy over all of them; None builds one.
+        size: Number of discs in a tile; the last one may have fewer.
         n_sigma: Radius of the discs in standard deviations.
-        min_opacity: Fainter splats are left out; the distance oracle's
-            default, so that the page shows what the robot avoids.
+        min_opacity: Fainter splats are left out; the distance oracle's default,
+            so that the page shows what the robot avoids.
     """
     if order is None:
         p_GK = splat.p_GK.astype(float)
@@ -75,7 +75,7 @@ def make_tiles(
 def surfel_mesh(
     splat: GaussianSplat, n_sigma: float, sides: int = SIDES
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Regular polygons, stretched over the two largest axes of each splat.
+    """Meshes splats as regular polygons over their two largest axes.
 
     Args:
         splat: N discs or ellipsoids.
@@ -83,9 +83,9 @@ def surfel_mesh(
         sides: Number of corners of a polygon.
 
     Returns:
-        Vertices p_GV (N * sides, 3) [m], faces (N * (sides - 2), 3) and
-        linear RGB colours of the vertices (N * sides, 3), bright enough for
-        the page's lights.
+        Vertices p_GV (N * sides, 3) [m], faces (N * (sides - 2), 3) and linear
+            RGB colours of the vertices (N * sides, 3), bright enough for the
+            page's lights.
     """
     rows = np.arange(len(splat))
     order = np.argsort(-splat.scales, axis=1, kind="stable")[:, :2]
@@ -103,11 +103,15 @@ def surfel_mesh(
 
 @lru_cache(maxsize=8)
 def polygon_faces(count: int, sides: int) -> np.ndarray:
-    """Fans of triangles over polygons whose corners follow each other.
+    """Triangulates polygons, whose corners follow each other, as triangle fans.
+
+    Args:
+        count: Number of polygons.
+        sides: Number of corners of each.
 
     Returns:
-        Shape (count * (sides - 2), 3), int32, read-only. Equal arguments
-        give the same array, so that tiles of one size share it.
+        Shape (count * (sides - 2), 3), int32, read-only. Equal arguments give
+            the same array, so that tiles of one size share it.
     """
     fan = np.arange(1, sides - 1)
     polygon = np.stack([np.zeros_like(fan), fan, fan + 1], axis=1)
@@ -118,7 +122,7 @@ def polygon_faces(count: int, sides: int) -> np.ndarray:
 
 
 def largest(splat: GaussianSplat, count: int) -> GaussianSplat:
-    """At most `count` splats: those that cover most, by area and opacity."""
+    """Returns at most `count` splats, those of largest area times opacity."""
     if len(splat) <= count:
         return splat
     two = np.sort(splat.scales, axis=1)[:, -2:]

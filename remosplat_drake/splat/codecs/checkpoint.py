@@ -39,19 +39,19 @@ _NAME_OF_2DGS = re.compile(r"ckpt_\d+")
 
 
 def read_checkpoint(path: Path, surfel: bool | None = None) -> GaussianSplat:
-    """Reads a checkpoint's splats.
+    """Reads the splats of a gsplat checkpoint (`.pt`, torch).
 
     Args:
         path: A file {"splats": {"means": ..., ...}, ...}, or the inner
             dictionary alone.
-        surfel: Whether the first two scales span discs. None decides: two
-            scales, or third scales that are tiny and all the same, are
-            discs; else the name tells, as gsplat's trainers give it:
-            `ckpt_999.pt` is 2DGS and `ckpt_999_rank0.pt` is 3DGS.
+        surfel: Whether the first two scales span 2DGS discs. None decides: two
+            scales, or third scales that are tiny and all the same, are discs;
+            else the name tells, as gsplat's trainers give it: `ckpt_999.pt` is
+            2DGS and `ckpt_999_rank0.pt` is 3DGS.
 
     Raises:
-        FileError: The file is unreadable, no checkpoint, holds a value that
-            no splat can have, or nothing tells 2DGS from 3DGS.
+        FileError: The file is unreadable, no checkpoint, holds a value that no
+            splat can have, or nothing tells 2DGS from 3DGS.
         MissingExtraError: torch is not installed.
     """
     tensors = _load_tensors(path)
@@ -104,7 +104,7 @@ def write_checkpoint(path: Path, splat: GaussianSplat) -> None:
 
 
 def is_checkpoint_archive(names: list[str]) -> bool:
-    """Whether a zip of these entries is a file of torch's."""
+    """Returns whether a zip archive with these entries was written by torch."""
     return any(name.endswith("/data.pkl") for name in names)
 
 

@@ -25,7 +25,7 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_conversion import with_thickness
 
 CHUNK = 256
-"""Splats that share their bounds."""
+"""Number of splats in a chunk, which share their bounds."""
 
 _WORDS = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
 _POSITION = ("x", "y", "z")
@@ -39,11 +39,11 @@ _HARMONIC_RANGE = 8.0
 
 
 def read_compressed_ply(path: Path) -> GaussianSplat:
-    """Reads a compressed PLY, with or without bounds of colour.
+    """Reads a compressed PLY of PlayCanvas, with or without bounds of colour.
 
     Raises:
         FileError: The file is unreadable, truncated, no compressed PLY, its
-            counts do not match, or it holds what no splat can have.
+            counts do not match, or it holds a value that no splat can have.
     """
     elements = read_ply_elements(path)
     for name in ("chunk", "vertex"):
@@ -79,7 +79,7 @@ def read_compressed_ply(path: Path) -> GaussianSplat:
 
 
 def write_compressed_ply(path: Path, splat: GaussianSplat) -> None:
-    """Writes a compressed PLY in the order of `morton_order`.
+    """Writes a compressed PLY of PlayCanvas, sorted by `morton_order`.
 
     Neighbours in space share their bounds then, which makes the steps small.
     Discs become thin ellipsoids.
@@ -122,10 +122,13 @@ def write_compressed_ply(path: Path, splat: GaussianSplat) -> None:
 
 
 def morton_order(p_GK: np.ndarray) -> np.ndarray:
-    """The order in which a curve of Morton's visits positions, shape (N,).
+    """Sorts positions along a Morton curve (Z-order curve).
 
     Args:
         p_GK: Positions, shape (N, 3) [m].
+
+    Returns:
+        The indices in that order, shape (N,).
     """
     lower = p_GK.min(axis=0)
     extent = np.maximum(np.ptp(p_GK, axis=0), np.finfo(np.float32).tiny)

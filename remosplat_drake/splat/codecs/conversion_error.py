@@ -1,4 +1,4 @@
-"""`ConversionError`: how far a splat is from the same one before."""
+"""`ConversionError`: how much writing and reading has changed a splat."""
 
 import dataclasses as dc
 
@@ -9,13 +9,13 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 @dc.dataclass(frozen=True)
 class ConversionError:
-    """What writing and reading changed, splat by splat, each shape (N,).
+    """Differences between two splats, Gaussian by Gaussian, each shape (N,).
 
     Attributes:
         position: Distance between the centres [m].
-        scale: Largest ratio of two scales, minus 1.
+        scale: Largest ratio of two corresponding scales, minus 1.
         rotation: Angle between the orientations [rad].
-        opacity: Difference of the opacities.
+        opacity: Absolute difference of the opacities.
     """
 
     position: np.ndarray
@@ -27,10 +27,10 @@ class ConversionError:
 def conversion_error(
     before: GaussianSplat, after: GaussianSplat
 ) -> ConversionError:
-    """Compares splat i with splat i.
+    """Compares Gaussian i of one splat with Gaussian i of another.
 
     Raises:
-        ValueError: They are not as many, or not of the same kind.
+        ValueError: The splats differ in their number of Gaussians or in kind.
     """
     if before.scales.shape != after.scales.shape:
         raise ValueError(f"{before.scales.shape} and {after.scales.shape}")

@@ -36,15 +36,15 @@ _ROTATION = ("rot_0", "rot_1", "rot_2", "rot_3")
 
 
 def read_ply(path: str | Path) -> GaussianSplat:
-    """Reads a 2DGS (two scales) or 3DGS (three scales) splat.
+    """Reads a 2DGS (two scales) or 3DGS (three scales) splat from a PLY file.
 
     The properties may come in any order, with or without normals and higher
     harmonics, in binary of either byte order or in ASCII (slow). Scales and
     opacities that underflow are raised to the smallest normal float.
 
     Raises:
-        FileError: The file is missing, truncated, no PLY, no splat, empty,
-            or holds a value that no splat can have; it names the row.
+        FileError: The file is missing, truncated, no PLY, no splat, empty, or
+            holds a value that no splat can have; the error names the row.
     """
     path = Path(path)
     vertices = _read_vertices(path)
@@ -123,11 +123,11 @@ def write_ply(
 
 
 def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
-    """The tables of a PLY by the names of its elements.
+    """Reads the tables of a PLY file, by the names of its elements.
 
     Raises:
-        FileError: The file is missing, truncated, no PLY, holds more than it
-            announces, or a property is a list.
+        FileError: The file is missing, truncated, no PLY, holds more than its
+            header announces, or a property is a list.
     """
     try:
         _check_header(path)

@@ -9,14 +9,14 @@ import numpy as np
 
 
 def smallest_three(unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Splits unit quaternions of any component order.
+    """Splits unit quaternions into their largest component and the other three.
 
     Args:
-        unit: Shape (N, 4).
+        unit: Unit quaternions of any component order, shape (N, 4).
 
     Returns:
-        The index of the largest component, shape (N,), and the other three
-        in order, with the sign that makes the largest positive, (N, 3).
+        The index of the largest component, shape (N,), and the other three in
+            order, with the sign that makes the largest positive, (N, 3).
     """
     n = len(unit)
     largest = np.abs(unit).argmax(axis=1)
@@ -26,7 +26,7 @@ def smallest_three(unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def from_smallest_three(largest: np.ndarray, three: np.ndarray) -> np.ndarray:
-    """The unit quaternions that `smallest_three` splits, shape (N, 4)."""
+    """Restores unit quaternions (N, 4) from what `smallest_three` returns."""
     unit = np.empty((len(three), 4))
     others = np.arange(4) != largest[:, None]
     unit[others] = np.ravel(three)
@@ -36,5 +36,5 @@ def from_smallest_three(largest: np.ndarray, three: np.ndarray) -> np.ndarray:
 
 
 def rounded(values: np.ndarray, largest: int) -> np.ndarray:
-    """Values rounded to the integers from 0 to `largest`, as uint32."""
+    """Rounds values to the integers from 0 to `largest`, as uint32."""
     return np.clip(np.rint(values), 0, largest).astype(np.uint32)

@@ -22,8 +22,9 @@ from remosplat_drake.splat.gaussian_splat import SH_C0, GaussianSplat
 from remosplat_drake.splat.surfel_conversion import with_thickness
 
 VERSION = 2
+"""Version of the format that is read and written."""
 PALETTE_WIDTH = 64
-"""Palette entries in a row of the picture of higher harmonics."""
+"""Number of palette entries in a row of the picture of higher harmonics."""
 
 _ROTATION_MARK = 252
 _LARGEST_16 = 2**16 - 1

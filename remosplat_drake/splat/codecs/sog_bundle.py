@@ -31,7 +31,7 @@ _MAX_PICTURE = 2**28
 
 
 class SogBundle:
-    """The parts of one bundle, read when they are asked for."""
+    """The parts of a SOG bundle, read from its zip or folder on demand."""
 
     def __init__(self, path: Path, version: int):
         """Opens the bundle and reads its meta.json.
@@ -64,18 +64,26 @@ class SogBundle:
         check_count(path, self.count)
 
     def has(self, part: str) -> bool:
-        """Whether the bundle holds an optional part."""
+        """Returns whether the bundle holds an optional part."""
         return part in self._meta
 
     def integer(self, field: str) -> int:
-        """A whole number of meta.json, by a dotted name."""
+        """Returns a whole number of meta.json, by its dotted name.
+
+        Raises:
+            FileError: The field is missing or no whole number.
+        """
         value = self._field(field)
         if not isinstance(value, int) or isinstance(value, bool):
             raise FileError(self._path, f"{META}: {field} is no whole number")
         return value
 
     def numbers(self, field: str, n: int) -> np.ndarray:
-        """So many finite numbers of meta.json, by a dotted name."""
+        """Returns a list of n finite numbers of meta.json, by its dotted name.
+
+        Raises:
+            FileError: The field is missing or something else.
+        """
         values = self._field(field)
         try:
             numbers = np.array(values, float)
@@ -88,17 +96,17 @@ class SogBundle:
         return numbers
 
     def codebook(self, part: str) -> np.ndarray:
-        """The 256 numbers that a part's bytes stand for."""
+        """Returns the 256 numbers that the bytes of a part stand for."""
         return self.numbers(f"{part}.codebook", 256)
 
     def pictures(self, part: str, n: int) -> list[np.ndarray]:
-        """A part's n pictures as one RGBA row a splat, (count, 4) each."""
+        """Returns a part's n pictures, each as one RGBA row a splat."""
         return [self._splats(name) for name in self._names(part, n)]
 
     def palette(
         self, part: str, width: int, rows: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """A part's palette (rows, width, 4), and the labels, (count, 4)."""
+        """Returns a part's palette (rows, width, 4) and labels (count, 4)."""
         centroids, labels = self._names(part, 2)
         pixels = self._pixels(centroids, width * rows)
         if pixels.shape[1] != width or len(pixels) < rows:
@@ -194,13 +202,16 @@ def pack_bundle(
     meta: dict[str, Any],
     pictures: Mapping[str, Mapping[str, np.ndarray]],
 ) -> bytes:
-    """The bytes of a zipped bundle.
+    """Packs meta.json and pictures into a SOG zip archive.
 
     Args:
-        path: The file they are for, for errors.
-        meta: What meta.json holds; the names of the files are added.
-        pictures: For each part its pictures by name, rows (count, 4) of
-            values from 0 to 255.
+        path: The file that the archive is for, for errors.
+        meta: Content of meta.json; the names of the files are added.
+        pictures: For each part its pictures by name, rows (count, 4) of values
+            from 0 to 255.
+
+    Returns:
+        The bytes of the archive.
 
     Raises:
         FileError: There are no splats.

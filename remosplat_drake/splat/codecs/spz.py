@@ -27,10 +27,10 @@ from remosplat_drake.splat.gaussian_splat import SH_C0, GaussianSplat
 from remosplat_drake.splat.surfel_conversion import with_thickness
 
 AXIS_SIGNS = np.array([1.0, -1.0, -1.0])
-"""Right-up-back from right-down-front axes, and back."""
+"""Signs that turn right-up-back axes into right-down-front axes, and back."""
 
 QUATERNION_SIGNS = np.array([1.0, -1.0, -1.0, 1.0])
-"""The same change of axes for quaternions xyzw."""
+"""Signs that the change of axes gives to quaternions xyzw."""
 
 HARMONICS_SIGNS = np.array(
     # -1 where a harmonic changes sign with y and z; degrees 1 to 4 in turn.
@@ -41,10 +41,10 @@ HARMONICS_SIGNS = np.array(
         *(-1, 1, -1, 1, 1, -1, 1, -1, 1),
     ]
 )
-"""The same change of axes for the coefficients of higher harmonics."""
+"""Signs that the change of axes gives to the higher harmonics' coefficients."""
 
 COLOR_RANGE = 0.15
-"""A byte covers f_dc from -0.5 / 0.15 to 0.5 / 0.15."""
+"""Step of colours: a byte covers f_dc from -0.5 / 0.15 to 0.5 / 0.15."""
 
 _SIGN_BIT = 1 << 9
 _MAGNITUDE = _SIGN_BIT - 1

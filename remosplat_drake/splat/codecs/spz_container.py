@@ -1,4 +1,4 @@
-"""What holds SPZ's sections: one stream of gzip, or several of zstandard.
+"""The container of SPZ's sections: one gzip stream, or several of zstandard.
 
 Versions 1 to 3 are gzipped as a whole; version 4 has a table of streams. Sizes
 are checked before anything is unpacked.
@@ -32,15 +32,16 @@ _HARMONICS = (0, 3, 8, 15, 24)
 
 @dc.dataclass(frozen=True)
 class SpzHeader:
-    """The header's 16 bytes that all versions share.
+    """The 16 bytes of the header that all versions of SPZ share.
 
     Attributes:
-        version: 1 to 4.
+        version: Version of the format, 1 to 4.
         count: Number of splats.
-        degree: Of the spherical harmonics, 0 to 4.
-        fractional_bits: Of the fixed-point positions.
-        flags: 1: trained with anti-aliasing. 2: extensions follow.
-        num_streams: In version 4; else reserved.
+        degree: Degree of the spherical harmonics, 0 to 4.
+        fractional_bits: Number of fractional bits of the fixed-point positions.
+        flags: Bit 1: the splat was trained with anti-aliasing. Bit 2:
+            extensions follow.
+        num_streams: Number of zstandard streams in version 4; else reserved.
     """
 
     version: int
@@ -52,7 +53,10 @@ class SpzHeader:
 
     @property
     def section_sizes(self) -> tuple[int, ...]:
-        """Of positions, alphas, colours, scales, rotations, harmonics."""
+        """Sizes of the six unpacked sections [bytes].
+
+        They hold positions, alphas, colours, scales, rotations and harmonics.
+        """
         position = 6 if self.version == 1 else 9
         rotation = 3 if self.version < 3 else 4
         rest = 3 * _HARMONICS[self.degree]
@@ -61,15 +65,23 @@ class SpzHeader:
 
 
 def degree_of(harmonics: int) -> int | None:
-    """The degree that has so many higher harmonics, if SPZ can hold it."""
+    """Returns the spherical-harmonics degree of a number of coefficients.
+
+    Args:
+        harmonics: Number of coefficients of higher harmonics a colour channel.
+
+    Returns:
+        The degree; None if there is no such degree in SPZ.
+    """
     return _HARMONICS.index(harmonics) if harmonics in _HARMONICS else None
 
 
 def read_sections(path: Path) -> tuple[SpzHeader, list[bytes]]:
-    """The header and the six sections, unpacked, of the size it announces.
+    """Reads the header and the six unpacked sections of an SPZ file.
 
     Raises:
-        FileError: See `read_spz`.
+        FileError: The file is unreadable, no SPZ, damaged, truncated, or would
+            unpack to another size than its header announces.
         MissingExtraError: Version 4 needs the package zstandard.
     """
     data = read_whole(path)

@@ -21,10 +21,10 @@ ZIP_DAMAGES = (
     OSError,
     EOFError,
 )
-"""What zipfile raises where an archive is damaged, encrypted or exotic."""
+"""Exceptions of zipfile for archives that are damaged, encrypted or exotic."""
 
 MAX_SPLATS = 2**24
-"""As many as any trained scene has; each takes 50 to 350 bytes of memory."""
+"""Largest number of splats; each takes 50 to 350 bytes of memory."""
 
 _ALWAYS_ALLOWED = 2**26
 """Bytes that any file may unpack to: a uniform picture packs very tightly."""
@@ -34,10 +34,10 @@ _MAX_RATIO = 1000
 
 
 def read_whole(path: Path) -> bytes:
-    """The bytes of a file.
+    """Reads the bytes of a file.
 
     Raises:
-        FileError: It cannot be read.
+        FileError: The file cannot be read.
     """
     try:
         return path.read_bytes()
@@ -49,7 +49,7 @@ def check_count(path: Path, count: int) -> None:
     """Checks the number of splats that a file announces.
 
     Raises:
-        FileError: It is none, or more than a scene can have.
+        FileError: The number is zero, or larger than `MAX_SPLATS`.
     """
     if count < 1:
         raise FileError(path, "holds no splats")
@@ -64,11 +64,11 @@ def check_unpacked_size(path: Path, packed: int, unpacked: int) -> None:
 
     Args:
         path: The file, for the error.
-        packed: The part's size in the file [bytes].
-        unpacked: The size that it announces [bytes].
+        packed: Size of the part in the file [bytes].
+        unpacked: Unpacked size that the part announces [bytes].
 
     Raises:
-        FileError: It would become implausibly large.
+        FileError: The unpacked size is implausibly large (a zip bomb).
     """
     if unpacked > max(_ALWAYS_ALLOWED, _MAX_RATIO * packed):
         raise FileError(
@@ -79,7 +79,7 @@ def check_unpacked_size(path: Path, packed: int, unpacked: int) -> None:
 
 
 def gunzip_at_most(path: Path, data: bytes, size: int) -> bytes:
-    """The first `size` bytes, or fewer, of gzipped data.
+    """Unpacks the first `size` bytes, or fewer, of gzipped data.
 
     Raises:
         FileError: The data is damaged or ends early.
