@@ -1,12 +1,12 @@
-"""Forward kinematics and Jacobians of a whole robot in microseconds.
+"""Forward kinematics and Jacobians of a whole robot in microseconds (numba).
 
-`KinematicTree` is read off a MultibodyPlant once; the kernels below then
-work on arrays alone, so that a control tick, verification and rollouts cost
-microseconds and need no plant context. The plant is their referee in tests.
+`KinematicTree` is read off a MultibodyPlant once; the kernels below then work
+on arrays alone, so that a control tick, verification and rollouts cost
+microseconds and need no plant context. Tests compare them with the plant.
 
-Notation: u is the command (forward speed and yaw rate of a differential
-base, then the arm joint rates); q the configuration (x, y, yaw, arm). Column
-j of a Jacobian is a screw: the axis a_j and a point o_j on it.
+Notation: u is the command (forward speed and yaw rate of a differential base,
+then the arm joint rates); q the configuration (x, y, yaw, arm). Column j of a
+Jacobian is a screw: the axis a_j and a point o_j on it.
 """
 
 import dataclasses as dc
@@ -52,10 +52,10 @@ class KinematicTree:
     offset: np.ndarray
 
     def index(self, name: str) -> int:
-        """The body called `name`.
+        """Returns the index of the body called `name`.
 
         Raises:
-            RemoSplatError: There is none.
+            RemoSplatError: There is no such body.
         """
         try:
             return self.names.index(name)
@@ -66,7 +66,7 @@ class KinematicTree:
             ) from None
 
     def chain(self, body: int) -> list[int]:
-        """Bodies from the world (excluded) out to `body` (included)."""
+        """Returns the bodies from the world (excluded) to `body` (included)."""
         bodies = []
         while body > 0:
             bodies.append(body)
@@ -77,13 +77,13 @@ class KinematicTree:
 def make_kinematic_tree(
     plant: MultibodyPlant, joints: list[str], locked: dict[str, float]
 ) -> KinematicTree:
-    """Reads the tree off a finalized plant.
+    """Reads the kinematic tree off a finalized plant.
 
     Args:
-        plant: Any tree of welds, revolute and prismatic joints.
+        plant: A plant of welds, revolute and prismatic joints.
         joints: Joint names in the order of q.
-        locked: Constant positions of further joints [rad or m]; a joint
-            that is neither in `joints` nor here stays at zero.
+        locked: Constant positions of further joints [rad or m]; a joint that is
+            neither in `joints` nor here stays at zero.
 
     Raises:
         RemoSplatError: A joint has another type, or a name is unknown.
@@ -153,10 +153,19 @@ def make_kinematic_tree(
 
 @njit(cache=True)
 def advance(q, u, n_base, time):
-    """The configuration after holding u for a time, exactly, shape (n_q,).
+    """Integrates the configuration while u is held constant, exactly.
 
-    A differential base (n_base = 2) moves on an arc: the chord has length
-    v t sinc(omega t / 2) and the direction of the mid-way heading.
+    A differential base (n_base = 2) moves on an arc: the chord has length v t
+    sinc(omega t / 2) and the direction of the mid-way heading.
+
+    Args:
+        q: Configuration, shape (n_q,).
+        u: Command, shape (n_u,).
+        n_base: Number of base commands, 2 or 0.
+        time: How long u is held [s].
+
+    Returns:
+        The configuration afterwards, shape (n_q,).
     """
     result = q.copy()
     first = len(q) - len(u)
@@ -175,7 +184,7 @@ def advance(q, u, n_base, time):
 
 @njit(cache=True)
 def advance_for(q, u, n_base, times):
-    """`advance` by each of several times, shape (k, n_q)."""
+    """Evaluates `advance` for k times [s]; returns shape (k, n_q)."""
     states = np.empty((len(times), len(q)))
     for k in range(len(times)):
         states[k] = advance(q, u, n_base, times[k])
@@ -184,7 +193,11 @@ def advance_for(q, u, n_base, times):
 
 @njit(cache=True)
 def body_poses(parent, kind, axis_F, X_PF, X_MB, position, offset, q):
-    """Poses of all bodies, shape (b, 4, 4), and of their joint frames."""
+    """Computes the poses of all bodies and inboard joint frames in W.
+
+    The first arguments are the arrays of a `KinematicTree`, q is the
+    configuration, shape (n_q,). Both results have the shape (b, 4, 4).
+    """
     b = len(parent)
     X_WB = np.zeros((b, 4, 4))
     X_WF = np.zeros((b, 4, 4))
@@ -243,7 +256,13 @@ def _joint_pose(kind, axis, value, X):
 
 @njit(cache=True)
 def sphere_points(X_WB, body, p_BS):
-    """Sphere centres p_WS (n, 3) and link orientations R_WL (n, 3, 3)."""
+    """Computes sphere centres p_WS (n, 3) and link orientations R_WL (n, 3, 3).
+
+    Args:
+        X_WB: Poses of all bodies, shape (b, 4, 4).
+        body: Body of each sphere, shape (n,).
+        p_BS: Centres in their body frames, shape (n, 3) [m].
+    """
     n = len(body)
     p_WS = np.empty((n, 3))
     R_WL = np.empty((n, 3, 3))
@@ -259,14 +278,14 @@ def sphere_points(X_WB, body, p_BS):
 
 @njit(cache=True)
 def sphere_points_at(tree, states, state, body, p_BS):
-    """Spheres at several configurations.
+    """Computes sphere centres and link orientations at several configurations.
 
     Args:
         tree: The arguments of `body_poses` before q.
         states: Configurations, shape (k, n_q).
-        state: Configuration of each sphere, shape (m,).
+        state: Row of `states` for each sphere, shape (m,).
         body: Body of each sphere, shape (m,).
-        p_BS: Centres, shape (m, 3).
+        p_BS: Centres in their body frames, shape (m, 3) [m].
 
     Returns:
         Centres p_WS (m, 3) and link orientations R_WL (m, 3, 3).
@@ -289,7 +308,7 @@ def sphere_points_at(tree, states, state, body, p_BS):
 
 @njit(cache=True)
 def point_jacobians(a_W, o_W, revolute, moves, body, p_W):
-    """Translational Jacobians Jv_WP of n points, shape (n, 3, n_u).
+    """Computes the translational Jacobians Jv_WP of n points, (n, 3, n_u).
 
     Args:
         a_W: Screw axes, shape (n_u, 3).
@@ -297,7 +316,7 @@ def point_jacobians(a_W, o_W, revolute, moves, body, p_W):
         revolute: Whether the screw rotates, shape (n_u,).
         moves: Whether screw j moves body i, shape (b, n_u).
         body: Body of each point, shape (n,).
-        p_W: The points, shape (n, 3).
+        p_W: The points, shape (n, 3) [m].
     """
     n, n_u = len(body), len(a_W)
     J = np.zeros((n, 3, n_u))

@@ -1,9 +1,9 @@
-"""The robot's real look: rtb-data's meshes, converted once for Drake.
+"""Visual meshes of the robot: rtb-data's, converted once for Drake.
 
-Drake draws .gltf and .obj; the meshes of the Robotics Toolbox are
-.dae and .stl, one of them 16 MB. The first use converts them into the user's
-cache directory (a few seconds, offline); later uses only look there. Without
-the `meshes` extra and without the cache there are no meshes, and callers draw
+Drake draws .gltf and .obj; the meshes of the Robotics Toolbox are .dae and
+.stl, one of them 16 MB. The first use converts them into the user's cache
+directory (a few seconds, offline); later uses only look there. Without the
+`meshes` extra and without the cache there are no meshes, and callers draw
 collision primitives instead.
 """
 
@@ -42,9 +42,10 @@ class LinkMesh:
     """A mesh file V that Drake can draw, fixed to a link L.
 
     Attributes:
-        path: A .gltf file; it carries its own colours.
+        path: A .gltf file, which carries its own colours.
         X_LV: Pose of the mesh in its link.
-        colour: Red, green, blue, alpha: for viewers without glTF materials.
+        colour: Red, green, blue and alpha in [0, 1], for viewers without glTF
+            materials.
     """
 
     path: Path
@@ -53,14 +54,14 @@ class LinkMesh:
 
 
 def link_meshes(visuals: Path) -> dict[str, list[LinkMesh]]:
-    """The drawable meshes of each link, converting what the cache lacks.
+    """Lists the visual meshes of each link, converting what the cache lacks.
 
     Args:
-        visuals: A robot's `visuals.yaml`.
+        visuals: The `visuals.yaml` of a robot.
 
     Returns:
-        Link name to meshes; links without a usable mesh are absent. Empty
-        without the `meshes` extra and without a cache.
+        The meshes by link name; links without a usable mesh are absent. Empty
+            without the `meshes` extra and without a cache.
 
     Raises:
         RemoSplatError: `visuals` is unusable.
@@ -80,11 +81,11 @@ def link_meshes(visuals: Path) -> dict[str, list[LinkMesh]]:
 def register_link_meshes(
     meshes: dict[str, list[LinkMesh]], plant: MultibodyPlant
 ):
-    """Gives the links of a plant their look, for viewers and cameras.
+    """Registers visual meshes with a plant's links, for viewers and cameras.
 
     Args:
-        meshes: From `link_meshes`.
-        plant: Not yet finalized; link names must be unique in it.
+        meshes: The meshes by link name, from `link_meshes`.
+        plant: A plant that is not yet finalized; its link names must be unique.
     """
     for link, entries in meshes.items():
         body = plant.GetBodyByName(link)
@@ -99,10 +100,13 @@ def register_link_meshes(
 
 
 def source_mesh(mesh: str) -> "trimesh.Trimesh | None":
-    """The unconverted mesh as one trimesh [m], or None without the extra.
+    """Loads an unconverted mesh of the rtb-data package [m].
 
     Args:
         mesh: Path inside the rtb-data package.
+
+    Returns:
+        The mesh; None without the `meshes` extra.
     """
     path = _source_path(mesh)
     return None if path is None else _load_scene(path).to_geometry()

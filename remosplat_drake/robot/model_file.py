@@ -1,4 +1,4 @@
-"""A robot's model file, parsed into a plant."""
+"""Parsing of a robot's model file (URDF, SDF, *.dmd.yaml) into a plant."""
 
 import re
 
@@ -18,13 +18,17 @@ from remosplat_drake.robot.robot_description import RobotDescription
 def add_robot_model(
     description: RobotDescription, plant: MultibodyPlant
 ) -> list[ModelInstanceIndex]:
-    """Parses the robot's model file into a plant.
+    """Parses the robot's model file into a plant, its roots welded to W.
+
+    Args:
+        description: The robot, whose `model` names the file.
+        plant: A plant that is not yet finalized.
 
     Returns:
         Indices of the model instances that were added.
 
     Raises:
-        FileError: It is no model, or Drake refuses what it says.
+        FileError: The file is no model, or Drake refuses what it says.
     """
     parser = Parser(plant)
     parser.package_map().Add(

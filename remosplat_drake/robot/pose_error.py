@@ -1,4 +1,4 @@
-"""`PoseError`: how far the end effector is from where it shall be."""
+"""`PoseError`: translation and rotation from the end effector to its target."""
 
 import dataclasses as dc
 import math
@@ -8,12 +8,14 @@ import numpy as np
 
 @dc.dataclass(frozen=True, eq=False)
 class PoseError:
-    """How far the end effector E is from its target T.
+    """Pose error of the end effector E relative to its target T.
 
     Attributes:
         p_ET_W: Translation from E to T in W, shape (3,) [m].
-        rotation_W: Rotation from E to T as angle times axis in W, (3,) [rad].
-        p_ET_E: The translation in E, whose L1 norm scales the paper's costs.
+        rotation_W: Rotation vector (angle times axis) from E to T in W, shape
+            (3,) [rad].
+        p_ET_E: Translation from E to T in E, shape (3,) [m]; its L1 norm scales
+            the paper's costs.
     """
 
     p_ET_W: np.ndarray
@@ -22,22 +24,22 @@ class PoseError:
 
     @property
     def distance(self) -> float:
-        """Straight distance to the target [m]."""
+        """Euclidean distance from the end effector to the target [m]."""
         return math.hypot(*self.p_ET_W)
 
     @property
     def distance_l1(self) -> float:
-        """Sum of the absolute translation errors in E [m]."""
+        """L1 norm of the translation in E [m], as in the paper's costs."""
         return float(np.abs(self.p_ET_E).sum())
 
     @property
     def angle(self) -> float:
-        """Rotation angle to the target [rad]."""
+        """Angle of the rotation to the target [rad]."""
         return math.hypot(*self.rotation_W)
 
 
 def pose_error(X_WE: np.ndarray, X_WT: np.ndarray) -> PoseError:
-    """The error between two poses given as 4x4 matrices."""
+    """Computes the error from poses X_WE and X_WT, both of shape (4, 4)."""
     p_ET_W = X_WT[:3, 3] - X_WE[:3, 3]
     R_WE = X_WE[:3, :3]
     return PoseError(
@@ -46,7 +48,14 @@ def pose_error(X_WE: np.ndarray, X_WT: np.ndarray) -> PoseError:
 
 
 def rotation_vector(R: np.ndarray) -> np.ndarray:
-    """Angle times axis of a rotation matrix, stable at 0 and at pi."""
+    """Computes angle times axis of a rotation matrix, stable at 0 and at pi.
+
+    Args:
+        R: A rotation matrix, shape (3, 3).
+
+    Returns:
+        Shape (3,) [rad].
+    """
     twice_sine_axis = np.array(
         [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]
     )

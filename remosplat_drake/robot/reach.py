@@ -1,4 +1,4 @@
-"""How far a robot's arm reaches."""
+"""The reach of a robot's arm from its shoulder."""
 
 import numpy as np
 
@@ -7,17 +7,22 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 
 def shoulder(robot: RobotModel, q: np.ndarray) -> np.ndarray:
-    """Where the arm's first joint is at configuration q, p_W, shape (3,)."""
+    """Returns the position p_W of the arm's first joint, shape (3,) [m].
+
+    Args:
+        robot: The robot.
+        q: Configuration, shape (n_q,).
+    """
     tree, first = robot.tree, _first_body(robot)
     X_WP = robot.body_poses(q)[tree.parent[first]]
     return (X_WP @ tree.X_PF[first])[:3, 3]
 
 
 def arm_reach(robot: RobotModel) -> float:
-    """No part of the arm gets farther from its shoulder than that [m].
+    """Returns a bound on how far the arm reaches from its shoulder [m].
 
-    It is the length of the arm laid out straight, whatever its joints allow,
-    to the surface of its farthest sphere: an upper bound.
+    It is the length of the arm laid out straight, whatever its joints allow, to
+    the surface of its farthest sphere: an upper bound.
     """
     tree, first = robot.tree, _first_body(robot)
     travel = np.maximum(abs(robot.position_lower), abs(robot.position_upper))

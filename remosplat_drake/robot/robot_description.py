@@ -1,4 +1,4 @@
-"""`RobotDescription`: the YAML file that says which joints are what."""
+"""`RobotDescription`: the YAML file that says what a robot consists of."""
 
 import dataclasses as dc
 from pathlib import Path
@@ -14,11 +14,11 @@ from remosplat_drake.base.strict_yaml import load_strict
 
 @dc.dataclass
 class DifferentialBase(Config):
-    """A base with two wheels, modelled by three planar joints."""
+    """A mobile base with two driven wheels, modelled by three planar joints."""
 
-    # Joints x, y (prismatic) and yaw (revolute), in this order.
+    # Names of the joints x, y (prismatic) and yaw (revolute), in this order.
     joints: list[str] = dc.field(default_factory=list)
-    # The body that drives along its x axis.
+    # Name of the body that drives along its x axis.
     body: str = ""
 
 
@@ -26,10 +26,11 @@ class DifferentialBase(Config):
 class Arm(Config):
     """A serial arm of revolute or prismatic joints."""
 
-    # Prefix of the arm's ports at the station.
+    # Prefix of the names of the arm's ports at the station.
     name: str = "arm"
+    # Names of the arm's joints, from the base to the end effector.
     joints: list[str] = dc.field(default_factory=list)
-    # The arm's first link, fixed to the base.
+    # Name of the arm's first link, which is fixed to the base.
     mount: str = ""
 
 
@@ -37,57 +38,69 @@ class Arm(Config):
 class Hand(Config):
     """A parallel gripper of two prismatic fingers."""
 
-    # Prefix of the hand's ports at the station.
+    # Prefix of the names of the hand's ports at the station.
     name: str = "hand"
+    # Names of the two finger joints.
     joints: list[str] = dc.field(default_factory=list)
 
 
 @dc.dataclass
 class RobotDescription(Config):
-    """What a robot is made of, and its limits."""
+    """The parts of a robot, its limits and its files; see models/frankie."""
 
+    # Name of the robot, for messages and files.
     name: str = ""
-    # URDF, SDF or *.dmd.yaml, relative to this file.
+    # URDF, SDF or *.dmd.yaml file of the robot, relative to this file.
     model: str = ""
-    # Absent for an arm on a fixed base.
+    # The mobile base; absent for an arm that is fixed to the world.
     base: DifferentialBase | None = None
+    # The arm.
     arm: Arm = dc.field(default_factory=Arm)
-    # Absent for an arm without a gripper.
+    # The gripper; absent for an arm without one.
     hand: Hand | None = None
-    # Frame E that is driven to the target.
+    # Name of the frame E that the controller drives to the target.
     end_effector_frame: str = ""
-    # Symmetric bounds on u = (v, omega, arm rates) [m/s, rad/s].
+    # Symmetric bounds on the command u = (v, omega, arm joint rates) [m/s,
+    # rad/s].
     velocity_limits: list[Annotated[float, Interval(gt=0, le=100)]] = dc.field(
         default_factory=list
     )
-    # Bounds on |du/dt| [m/s^2, rad/s^2].
+    # Bounds on the absolute rate of change of the command u [m/s^2, rad/s^2].
     acceleration_limits: list[Annotated[float, Interval(gt=0, le=1000)]] = (
         dc.field(default_factory=list)
     )
-    # Arm configuration to start from [rad].
+    # Arm configuration to start from [rad, m for prismatic joints].
     home: list[JointPosition] = dc.field(default_factory=list)
-    # Constant positions of further joints, for example the fingers [m].
+    # Constant positions of further joints by name, for example of the fingers
+    # [rad, m for prismatic joints].
     locked: dict[str, JointPosition] = dc.field(default_factory=dict)
-    # Links that stand on the floor: their spheres do not see it.
+    # Names of links that stand on the floor: their spheres do not see it.
     floor_links: list[str] = dc.field(default_factory=list)
-    # Named sphere sets, files relative to this one.
+    # Sphere sets by name; their files are relative to this one.
     spheres: dict[str, str] = dc.field(default_factory=dict)
-    # Table of visual meshes, relative to this file; may be absent.
+    # Table of visual meshes, relative to this file; empty for none.
     visuals: str = ""
     # Path of this file, filled in by the loader.
     source: str = dc.field(default="", metadata={"yaml": False})
 
     @property
     def model_path(self) -> Path:
-        """The model file that `model` names."""
+        """Path of the model file that `model` names.
+
+        Raises:
+            FileError: There is no such file.
+        """
         return resources.resolve(self.model, Path(self.source).parent)
 
 
 def load_robot_description(name: str | Path) -> RobotDescription:
-    """Reads models/NAME/NAME.yaml, or the file at the path `name`.
+    """Reads a robot description.
+
+    Args:
+        name: NAME of models/NAME/NAME.yaml, or the path of a file.
 
     Raises:
-        RemoSplatError: No such robot, or the file has an unusable field.
+        RemoSplatError: There is no such robot, or a field is unusable.
     """
     path = resources.models_dir() / str(name) / f"{name}.yaml"
     if Path(name).suffix in (".yaml", ".yml"):

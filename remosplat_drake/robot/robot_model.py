@@ -52,18 +52,23 @@ class RobotState:
 
 
 class RobotModel:
-    """Kinematics, limits and spheres of one robot.
+    """Kinematics, limits and collision spheres of one robot.
+
+    Copying returns the object itself: it is never changed after it was made.
 
     Attributes:
-        description: The file it was made from.
+        description: The robot description that it was made from.
         spheres: The sphere model in use.
+        tree: The kinematic tree, body 0 being the world.
         n_q: Number of configuration variables (10 for Frankie).
         n_u: Number of commanded velocities (9 for Frankie).
         n_base: Number of base commands: 2 (differential) or 0 (fixed).
         velocity_limit: Symmetric bounds on u, shape (n_u,) [m/s, rad/s].
-        acceleration_limit: Bounds on |du/dt|, shape (n_u,).
-        position_lower: Joint limits of q; infinite for the base, (n_q,).
-        position_upper: See `position_lower`.
+        acceleration_limit: Bounds on |du/dt|, shape (n_u,) [m/s^2, rad/s^2].
+        position_lower: Lower joint limits of q, shape (n_q,) [m, rad]; infinite
+            for the base.
+        position_upper: Upper joint limits of q, shape (n_q,) [m, rad]; infinite
+            for the base.
     """
 
     def __init__(
@@ -72,13 +77,16 @@ class RobotModel:
         spheres: SphereModel,
         floor_height: float = -np.inf,
     ):
-        """Reads the kinematics off a plant made for that purpose.
+        """Reads the kinematics off a plant that is made for that purpose.
 
         Args:
-            description: What the robot is.
-            spheres: Its collision geometry; every link must exist.
-            floor_height: Spheres of the description's floor links ignore
-                scene points below this height [m].
+            description: The robot description.
+            spheres: The robot's collision geometry; every link must exist.
+            floor_height: Spheres of the description's floor links ignore scene
+                points below this height [m].
+
+        Raises:
+            RemoSplatError: The description does not fit its model file.
         """
         self.description = description
         self.spheres = spheres
@@ -182,7 +190,7 @@ class RobotModel:
 
     @cached_property
     def leading_spheres(self) -> np.ndarray:
-        """Whether each sphere moves with the arm's last joint, (n,) bool."""
+        """Which spheres move with the arm's last joint, shape (n,), bool."""
         last = self._screw_body[-1]
         return np.array(
             [last in self.tree.chain(body) for body in self._body_S], bool
@@ -194,15 +202,15 @@ class RobotModel:
         return np.array(self.description.home, float)
 
     def body_poses(self, q: np.ndarray) -> np.ndarray:
-        """Poses X_WL of all bodies of `tree`, shape (b, 4, 4)."""
+        """Computes the poses X_WL of all bodies of `tree`, shape (b, 4, 4)."""
         return kin.body_poses(*self._tree_arrays, q)[0]
 
     def end_effector_pose(self, q: np.ndarray) -> np.ndarray:
-        """The end-effector pose X_WE, a 4x4 matrix."""
+        """Computes the end-effector pose X_WE, shape (4, 4)."""
         return self.body_poses(q)[self._body_E] @ self._X_LE
 
     def spheres_at(self, q: np.ndarray) -> Spheres:
-        """The robot's spheres in W at configuration q."""
+        """Places the robot's spheres in W at configuration q, shape (n_q,)."""
         return self._spheres(self.body_poses(q))
 
     def _spheres(self, X_WL: np.ndarray) -> Spheres:
@@ -210,7 +218,7 @@ class RobotModel:
         return Spheres(p_WS, R_WL, self._radius, self._ignore_below)
 
     def state(self, q: np.ndarray) -> RobotState:
-        """Everything the controller needs at configuration q."""
+        """Computes all kinematic quantities at configuration q, (n_q,)."""
         X_WL, X_WF = kin.body_poses(*self._tree_arrays, q)
         X_WE = X_WL[self._body_E] @ self._X_LE
         a_W, o_W = self._screws(X_WL, X_WF)
@@ -249,7 +257,11 @@ class RobotModel:
         return a_W, np.ascontiguousarray(X_WF[:, :3, 3])
 
     def velocity_map(self, q: np.ndarray) -> np.ndarray:
-        """N(q) with q_dot = N(q) u, shape (n_q, n_u): no sideways slip."""
+        """Computes N(q) with q_dot = N(q) u, shape (n_q, n_u).
+
+        A differential base cannot slip sideways: this is its nonholonomic
+        constraint.
+        """
         N = np.zeros((self.n_q, self.n_u))
         arm = np.arange(self.n_q - self._base_q)
         N[self._base_q + arm, self.n_base + arm] = 1.0
@@ -260,34 +272,34 @@ class RobotModel:
         return N
 
     def advance(self, q: np.ndarray, u: np.ndarray, dt: float) -> np.ndarray:
-        """The configuration after holding u for dt [s], exactly."""
+        """Integrates the configuration while u is held for dt [s], exactly."""
         return kin.advance(q.astype(float), u, self.n_base, dt)
 
     def advance_for(
         self, q: np.ndarray, u: np.ndarray, times: np.ndarray
     ) -> np.ndarray:
-        """`advance` by several times, each from q on.
+        """Integrates the configuration while u is held, for several durations.
 
         Args:
             q: Configuration to start from, shape (n_q,).
             u: Command that is held, shape (n_u,).
-            times: For how long, shape (k,) [s].
+            times: Durations, each counted from q on, shape (k,) [s].
 
         Returns:
-            The configuration after each time, shape (k, n_q).
+            The configuration after each duration, shape (k, n_q).
         """
         return kin.advance_for(q.astype(float), u, self.n_base, times)
 
     def place_spheres(
         self, states: np.ndarray, state: np.ndarray, sphere: np.ndarray
     ) -> Spheres:
-        """Some spheres at some of several configurations.
+        """Places some spheres at some of several configurations.
 
         Args:
             states: Configurations, shape (k, n_q).
-            state: Row of `states` for each wanted sphere; equal ones in a
-                row are computed once, shape (m,).
-            sphere: Which sphere is wanted, shape (m,).
+            state: Row of `states` for each wanted sphere, shape (m,); equal
+                ones that follow each other are computed once.
+            sphere: Index of each wanted sphere, shape (m,).
         """
         p_WS, R_WL = kin.sphere_points_at(
             self._tree_arrays,
@@ -301,11 +313,11 @@ class RobotModel:
     def placed(
         self, sphere: np.ndarray, p_WS: np.ndarray, R_WL: np.ndarray
     ) -> Spheres:
-        """Some spheres, by number, where they are known to be.
+        """Makes `Spheres` of some spheres whose placement is known.
 
         Args:
-            sphere: Which ones, shape (m,).
-            p_WS: Their centres, shape (m, 3) [m].
+            sphere: Indices of the spheres, shape (m,).
+            p_WS: Their centres in W, shape (m, 3) [m].
             R_WL: Orientations of their links, shape (m, 3, 3).
         """
         return Spheres(
@@ -314,10 +326,10 @@ class RobotModel:
 
     @cached_property
     def arrays(self) -> tuple:
-        """What kernels of verification know of the robot.
+        """The arrays that kernels of verification take.
 
-        The arguments of `kinematics.body_poses` before q; then of each sphere
-        the body, the centre in it, the radius, and `bend`.
+        They are the arguments of `kinematics.body_poses` before q; then, of
+        each sphere, the body, the centre in it and the radius; then `bend`.
         """
         spheres = self._body_S, self._p_LS, self._radius
         return self._tree_arrays, *spheres, self.bend
@@ -379,9 +391,10 @@ def load_robot(
     """Loads a robot by the name of a folder in models/ or by its YAML file.
 
     Args:
-        name: `frankie`, or the path of a robot description.
+        name: A name such as `frankie`, or the path of a robot description.
         spheres: Name of one of the description's sphere sets.
-        floor_height: See `RobotModel`.
+        floor_height: Spheres of the robot's floor links ignore scene points
+            below this height [m]; -inf sees everything.
 
     Raises:
         RemoSplatError: Something named does not exist or does not fit.

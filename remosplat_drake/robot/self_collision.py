@@ -1,8 +1,8 @@
-"""Which spheres of the robot can meet, and how close they are.
+"""Self-collision: pairs of the robot's spheres, and their distances.
 
 Where the spheres enclose the robot (see `enclosure`), links whose spheres do
-not overlap do not touch. Links that are fewer than two moving joints apart
-are not watched: at their common joint they always meet.
+not overlap do not touch. Links that are fewer than two moving joints apart are
+not watched: at their common joint they always meet.
 """
 
 import dataclasses as dc
@@ -20,13 +20,15 @@ _WOBBLE = 0.005
 
 @dc.dataclass(frozen=True, eq=False)
 class NearPairs:
-    """Pairs of spheres that are close to each other, k of them.
+    """k pairs of the robot's spheres that are close to each other.
 
     Attributes:
-        first: Indices of one sphere of each pair, shape (k,).
-        second: Indices of the other, shape (k,).
-        distance: Between their surfaces, plus the pair's allowance, (k,) [m].
-        direction_W: Unit vectors from the first to the second, (k, 3).
+        first: Index of one sphere of each pair, shape (k,).
+        second: Index of the other sphere, shape (k,).
+        distance: Distance between their surfaces plus the pair's allowance,
+            shape (k,) [m].
+        direction_W: Unit vectors from the first centre to the second, in W,
+            shape (k, 3).
     """
 
     first: np.ndarray
@@ -37,14 +39,16 @@ class NearPairs:
 
 @dc.dataclass(frozen=True, eq=False)
 class SelfCollisionPairs:
-    """All pairs of spheres worth watching.
+    """All p pairs of the robot's spheres that are worth watching.
 
     Attributes:
-        first: Sphere indices, shape (p,).
-        second: Sphere indices, shape (p,).
-        link_pair: Which pair of links each belongs to, of which only the
-            nearest counts; those with an allowance count alone, shape (p,).
-        allowance: How much nearer than others a pair may come, (p,) [m].
+        first: Index of one sphere of each pair, shape (p,).
+        second: Index of the other sphere, shape (p,).
+        link_pair: Number of the pair of links that each belongs to, shape (p,).
+            Of a pair of links only the nearest spheres count; spheres with an
+            allowance count alone.
+        allowance: How much nearer than others the spheres may come, shape (p,)
+            [m].
     """
 
     first: np.ndarray
@@ -53,7 +57,12 @@ class SelfCollisionPairs:
     allowance: np.ndarray
 
     def nearest(self, spheres: Spheres, within: float) -> NearPairs:
-        """The closest pair of spheres of each link pair within a distance."""
+        """Finds the closest pair of spheres of each link pair.
+
+        Args:
+            spheres: The robot's spheres, placed in W.
+            within: Pairs at or beyond this distance are left out [m].
+        """
         rows, distance = _nearest(
             self.first,
             self.second,
@@ -72,7 +81,7 @@ class SelfCollisionPairs:
 def self_collision_pairs(
     robot: RobotModel, margin: float
 ) -> SelfCollisionPairs:
-    """Sphere pairs on links that are at least two moving joints apart.
+    """Lists sphere pairs on links that are at least two moving joints apart.
 
     Spheres at a short wrist may be nearer than `margin` in the home
     configuration already. Such a pair gets an allowance and counts alone, so

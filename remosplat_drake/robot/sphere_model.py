@@ -18,14 +18,14 @@ from remosplat_drake.robot.fitting.link_spheres import LinkSpheres
 class SphereModel:
     """n spheres S, each fixed to a link L (paper section III-B).
 
-    Whether they enclose the robot, and what that means, is said and proved
-    in `remosplat_drake.robot.fitting.enclosure`.
+    Whether they enclose the robot, and what that means, is said and proved in
+    `remosplat_drake.robot.fitting.enclosure`.
 
     Attributes:
-        name: What the set is called, for tables and logs.
+        name: Name of the sphere set, for tables and logs.
         links: Name of each sphere's link, length n.
         p_LS: Centre of each sphere in its link frame, shape (n, 3) [m].
-        radius: Shape (n,) [m].
+        radius: Radii, shape (n,) [m].
     """
 
     name: str
@@ -40,25 +40,25 @@ class SphereModel:
         return self
 
     def on_links(self, links: set[str]) -> np.ndarray:
-        """Boolean mask of the spheres that are fixed to one of `links`."""
+        """Returns which spheres are fixed to one of `links`, (n,), bool."""
         return np.array([link in links for link in self.links], bool)
 
     def on_link(self, link: str) -> LinkSpheres:
-        """The spheres of one link in its frame; there may be none."""
+        """Returns the spheres of one link in its frame; there may be none."""
         mask = self.on_links({link})
         return LinkSpheres(self.p_LS[mask], self.radius[mask])
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Spheres:
-    """n robot spheres placed in the world: what a distance field is asked.
+    """n robot spheres placed in the world: the argument of distance queries.
 
     Attributes:
-        p_WS: Centres, shape (n, 3) [m].
-        R_WL: Orientations of the spheres' links, shape (n, 3, 3).
-        radius: Shape (n,) [m].
-        ignore_below: Sphere i does not see scene points that lie below this
-            height z in W, shape (n,) [m]; -inf sees everything. It keeps the
+        p_WS: Centres in W, shape (n, 3) [m].
+        R_WL: Orientations of the spheres' links in W, shape (n, 3, 3).
+        radius: Radii, shape (n,) [m].
+        ignore_below: Height z in W below which scene points are invisible to
+            each sphere, shape (n,) [m]; -inf sees everything. It keeps the
             floor from blinding a mobile base (which always touches it).
     """
 
@@ -71,7 +71,7 @@ class Spheres:
         return len(self.radius)
 
     def select(self, index: np.ndarray) -> "Spheres":
-        """The spheres that a boolean mask or index array names."""
+        """Returns the spheres that a boolean mask or index array selects."""
         return Spheres(
             self.p_WS[index],
             self.R_WL[index],
@@ -85,7 +85,13 @@ class Spheres:
         radius: np.ndarray | float = 0.0,
         ignore_below: float = -np.inf,
     ) -> "Spheres":
-        """Spheres at points, with links aligned to W."""
+        """Places spheres at points, with links aligned to W.
+
+        Args:
+            p_WS: Centres, shape (n, 3) [m].
+            radius: One radius for all, or shape (n,) [m].
+            ignore_below: Height below which scene points are invisible [m].
+        """
         p_WS = np.atleast_2d(np.asarray(p_WS, float))
         n = len(p_WS)
         return Spheres(
@@ -97,21 +103,21 @@ class Spheres:
 
 
 SphereRow = Annotated[list[Coordinate], Len(4, 4)]
-"""x, y, z and radius of a sphere in its link's frame [m]."""
+"""Centre x, y, z and radius of a sphere in its link's frame [m]."""
 
 LARGEST = 10.0
-"""Radius of a sphere at most [m]."""
+"""Largest radius of a sphere [m]."""
 
 
 @dc.dataclass
 class SphereFile(Config):
-    """The spheres of every link, as YAML."""
+    """The spheres of every link of a robot, as their YAML file has them."""
 
-    # By link name; a link may have none.
+    # Rows [x, y, z, radius] by link name [m]; a link may have none.
     spheres: dict[str, list[SphereRow] | None] = dc.field(default_factory=dict)
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Checks that radii are positive and at most `LARGEST`."""
         for link, rows in self.spheres.items():
             for i, (*_, radius) in enumerate(rows or []):
                 if not 0 < radius <= LARGEST:
@@ -123,7 +129,7 @@ class SphereFile(Config):
 
 
 def load_sphere_model(path: Path) -> SphereModel:
-    """Reads a sphere model from YAML; see `SphereFile`.
+    """Reads the spheres of a robot from a YAML file, a `SphereFile`.
 
     Raises:
         FileError: The file cannot be read, or holds no spheres.

@@ -1,4 +1,4 @@
-"""What a robot's links look like: the table `visuals.yaml` of a robot."""
+"""Visual meshes of a robot's links: the table `visuals.yaml`."""
 
 import dataclasses as dc
 from pathlib import Path
@@ -15,22 +15,23 @@ from remosplat_drake.base.strict_yaml import load_strict
 
 @dc.dataclass
 class LinkVisual(Config):
-    """One mesh V on a link L."""
+    """One visual mesh V on a link L."""
 
-    # Path inside the rtb-data package.
+    # Path of the mesh inside the rtb-data package.
     mesh: str = ""
     # Position of the mesh's origin in the link [m].
     translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
     # Roll, pitch and yaw of the mesh in the link [deg].
     rpy_deg: RollPitchYawDeg = dc.field(default_factory=lambda: [0.0] * 3)
-    # Red, green, blue, alpha of what is drawn while there is no mesh.
+    # Red, green, blue and alpha in [0, 1] of the shape that is drawn while
+    # there is no mesh.
     colour: Annotated[
         list[Annotated[float, Interval(ge=0, le=1)]], Len(4, 4)
     ] = dc.field(default_factory=lambda: [0.9, 0.9, 0.9, 1])
 
     @property
     def X_LV(self) -> RigidTransform:
-        """Pose of the mesh in its link."""
+        """Pose of the mesh V in its link L."""
         return RigidTransform(
             RollPitchYaw(np.deg2rad(self.rpy_deg)), self.translation
         )
@@ -38,13 +39,14 @@ class LinkVisual(Config):
 
 @dc.dataclass
 class VisualTable(Config):
-    """The meshes of every link of a robot, by link name."""
+    """The visual meshes of every link of a robot."""
 
+    # The visual meshes by link name.
     links: dict[str, list[LinkVisual]] = dc.field(default_factory=dict)
 
 
 def load_visuals(path: Path) -> dict[str, list[LinkVisual]]:
-    """Reads a `visuals.yaml`.
+    """Reads a `visuals.yaml`; returns the visual meshes by link name.
 
     Raises:
         FileError: The file is missing or not YAML.

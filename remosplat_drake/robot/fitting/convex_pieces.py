@@ -23,9 +23,9 @@ class ConvexPiece:
     """A convex polyhedron in the link frame.
 
     Attributes:
-        vertices: Shape (v, 3) [m].
+        vertices: Vertices, shape (v, 3) [m].
         triangles: Vertex indices, anticlockwise from outside, shape (t, 3).
-        volume: What is inside [m^3].
+        volume: Volume of the polyhedron [m^3].
     """
 
     vertices: np.ndarray
@@ -34,7 +34,7 @@ class ConvexPiece:
 
     @property
     def surface(self) -> np.ndarray:
-        """The corners of its triangles, shape (t, 3, 3) [m]."""
+        """The corners of the triangles, shape (t, 3, 3) [m]."""
         return self.vertices[self.triangles]
 
 
@@ -44,15 +44,15 @@ def convex_pieces(
     tolerance: float,
     filling: float = 0.2,
 ) -> list[ConvexPiece]:
-    """Convex pieces that cover a surface and that the spheres enclose.
+    """Covers a surface with convex pieces that the link's spheres enclose.
 
     Args:
         surface: Triangles in the link frame, shape (t, 3, 3) [m].
-        spheres: Of that link; they enclose the surface.
-        tolerance: How far the surface may stand out of the pieces [m]; it
-            saves corners.
+        spheres: The spheres of that link, which enclose the surface.
+        tolerance: How far the surface may stand out of the pieces [m]; it saves
+            corners.
         filling: Two pieces are joined if their common hull adds at most this
-            share to their volume.
+            fraction to their volume.
 
     Raises:
         RemoSplatError: The spheres do not enclose the surface.

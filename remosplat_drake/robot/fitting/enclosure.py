@@ -20,18 +20,18 @@ _CHUNK = 4096
 def standing_out(
     triangles: np.ndarray, spheres: LinkSpheres, resolution: float = 5e-5
 ) -> float:
-    """How far a surface stands out of the union of spheres at most [m].
+    """Bounds how far a surface stands out of the union of spheres [m].
 
-    This is a bound for the whole surface, not for samples of it: the point of
-    a triangle that is farthest from a sphere is a corner. A triangle whose
-    corners are in no common sphere is cut in four until they are, or until
-    the bound is sharp.
+    This is a bound for the whole surface, not for samples of it: the point of a
+    triangle that is farthest from a sphere is a corner. A triangle whose
+    corners are in no common sphere is cut in four until they are, or until the
+    bound is sharp.
 
     Args:
         triangles: Corners in the link frame, shape (t, 3, 3) [m].
-        spheres: Of the link.
-        resolution: How much too large the result may be [m]. A surface that
-            is enclosed with so much to spare has a result of at most 0.
+        spheres: The spheres of the link.
+        resolution: How much too large the result may be [m]. A surface that is
+            enclosed with so much to spare has a result of at most 0.
     """
     worst, lower = -np.inf, -np.inf
     todo = [triangles[i : i + _CHUNK] for i in range(0, len(triangles), _CHUNK)]

@@ -10,40 +10,47 @@ from remosplat_drake.robot.fitting.solid_grid import SolidGrid
 
 @dc.dataclass(frozen=True, eq=False)
 class LinkSpheres:
-    """The spheres fitted to one link.
+    """k spheres fitted to one link.
 
     Attributes:
         p_LS: Centres in the link frame, shape (k, 3) [m].
-        radius: Shape (k,) [m].
+        radius: Radii, shape (k,) [m].
     """
 
     p_LS: np.ndarray
     radius: np.ndarray
 
     def outside(self, p: np.ndarray) -> np.ndarray:
-        """Distance of points to the union of the spheres, negative inside.
+        """Computes the signed distance of points to the union of the spheres.
 
         Args:
             p: Points in the link frame, shape (n, 3) [m].
+
+        Returns:
+            Shape (n,) [m], negative inside.
         """
         if len(p) == 0:
             return np.zeros(0)
         return self.outside_each(p).min(axis=1)
 
     def outside_each(self, p: np.ndarray) -> np.ndarray:
-        """Distance of points to each sphere, negative inside, (n, 3) to (n, k).
+        """Computes the signed distance of points to each sphere.
 
         Args:
-            p: Points in the link frame [m].
+            p: Points in the link frame, shape (n, 3) [m].
+
+        Returns:
+            Shape (n, k) [m], negative inside.
         """
         return cdist(p, self.p_LS) - self.radius
 
     def grown_over(self, p: np.ndarray, margin: float) -> "LinkSpheres":
-        """These spheres with radii that also enclose further points.
+        """Enlarges the radii so that the spheres also enclose further points.
 
         Args:
             p: Points in the link frame, shape (n, 3) [m].
-            margin: How deep inside points must lie that were outside [m].
+            margin: Depth inside the spheres at which points must lie that were
+                outside before [m].
         """
         missed = p[self.outside(p) > 0]
         radius = self.radius.copy()
@@ -56,7 +63,7 @@ class LinkSpheres:
 
 @dc.dataclass(frozen=True)
 class Bulge:
-    """How far a link's spheres stand out of it [m]."""
+    """Mean and maximum of how far a link's spheres stand out of it [m]."""
 
     mean: float
     max: float
@@ -65,12 +72,12 @@ class Bulge:
 def measure_bulge(
     spheres: LinkSpheres, solid: SolidGrid, directions: int = 2000
 ) -> Bulge:
-    """How far the spheres' visible surface stands out of the solid.
+    """Measures how far the spheres' visible surface stands out of a solid.
 
     Args:
-        spheres: Of one link.
+        spheres: The spheres of one link.
         solid: The link's body.
-        directions: Points on each sphere.
+        directions: Number of points on each sphere.
     """
     p_S = _sphere_directions(directions)
     out = [np.zeros(0)]

@@ -26,7 +26,7 @@ from remosplat_drake.base.errors import RemoSplatError
 def sample_shape(
     shape: Shape, spacing: float, rng: np.random.Generator
 ) -> np.ndarray:
-    """Random points on a shape's surface, one for each spacing^2 of area.
+    """Draws random points on a shape's surface, one for each spacing^2.
 
     Args:
         shape: Any of Drake's bounded shapes.
@@ -71,10 +71,10 @@ def sample_triangles(
     spacing: float,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Random points on triangles, uniform by area, and all vertices.
+    """Draws random points on triangles, uniform by area; adds all vertices.
 
     Args:
-        vertices: Shape (v, 3) [m].
+        vertices: Vertices, shape (v, 3) [m].
         triangles: Vertex indices, shape (t, 3).
         spacing: Mean distance of neighbouring points [m].
         rng: Source of randomness.
@@ -103,7 +103,18 @@ def collision_surface(
     spacing: float,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Points on all collision shapes of a link, in its frame, (n, 3) [m]."""
+    """Draws points on all collision shapes of a link.
+
+    Args:
+        plant: The plant.
+        inspector: The inspector of its scene graph.
+        link: Name of the link.
+        spacing: Mean distance of neighbouring points [m].
+        rng: Source of randomness.
+
+    Returns:
+        Points in the link's frame, shape (n, 3) [m].
+    """
     frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName(link).index())
     parts = [np.zeros((0, 3))]
     for geometry in inspector.GetGeometries(frame, Role.kProximity):

@@ -40,15 +40,16 @@ _POSITIONS = 9
 
 @dc.dataclass(frozen=True)
 class SurfaceOptions:
-    """Which surfaces of a model count.
+    """Which surfaces of a model are to be enclosed by spheres.
 
     Attributes:
         links: Names of the links; empty means all that have geometry.
-        visuals: A `visuals.yaml` whose meshes replace the collision shapes
-            of the links it names, or None.
+        visuals: A `visuals.yaml` whose meshes replace the collision shapes of
+            the links it names, or None.
         with_collision: Links that keep their collision shapes nevertheless.
         floor_links: Links that stand on the floor, the plane z = 0.
-        weights: Link name to weight (default 1): more is slimmer.
+        weights: Weight of each link (default 1); a larger one makes its spheres
+            slimmer.
     """
 
     links: tuple[str, ...] = ()
@@ -61,12 +62,12 @@ class SurfaceOptions:
 def model_surfaces(
     model: Path, options: SurfaceOptions, seed: int = 0
 ) -> dict[str, LinkSurface]:
-    """Samples the links of a model file.
+    """Samples the surfaces of the links of a model file.
 
     Args:
         model: URDF, SDF or *.dmd.yaml; link names must be unique in it.
         options: Which surfaces count.
-        seed: For the random points.
+        seed: Seed of the random points.
 
     Raises:
         RemoSplatError: The model cannot be read, a link is unknown or has no
@@ -164,10 +165,13 @@ def _load(model: Path, scene_graph: SceneGraph) -> MultibodyPlant:
 
 
 def mesh_triangles(visuals: list[LinkVisual]) -> np.ndarray:
-    """The meshes of a link as triangles in its frame, shape (t, 3, 3) [m].
+    """Loads the visual meshes of a link as triangles in its frame.
+
+    Returns:
+        Corners, shape (t, 3, 3) [m].
 
     Raises:
-        MissingExtraError: They are not installed.
+        MissingExtraError: The meshes are not installed (extra `meshes`).
     """
     parts = []
     for visual in visuals:

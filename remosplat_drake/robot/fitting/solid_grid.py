@@ -1,4 +1,4 @@
-"""`SolidGrid`: how deep inside or far outside a body a point is."""
+"""`SolidGrid`: a signed distance field of a solid body on a voxel grid."""
 
 import dataclasses as dc
 
@@ -11,13 +11,13 @@ _MAX_PAD = 24
 
 @dc.dataclass(frozen=True, eq=False)
 class SolidGrid:
-    """Signed depth of a solid on a voxel grid.
+    """Signed depth of a solid body on a voxel grid.
 
     Attributes:
         origin: Centre of the first voxel, shape (3,) [m].
-        pitch: Edge of a voxel [m]; depths are good to about half of it.
-        depth: Distance to the surface, positive inside, negative outside,
-            one value a voxel [m].
+        pitch: Edge length of a voxel [m]; depths are good to about half of it.
+        depth: Distance of each voxel to the surface, positive inside and
+            negative outside, shape (nx, ny, nz) [m].
     """
 
     origin: np.ndarray
@@ -25,7 +25,7 @@ class SolidGrid:
     depth: np.ndarray
 
     def depth_at(self, p: np.ndarray) -> np.ndarray:
-        """Depth at points, shape (..., 3) to (...), by interpolation."""
+        """Interpolates the depth at points, shape (..., 3) to (...), [m]."""
         cell = (np.asarray(p) - self.origin) / self.pitch
         # Beyond the grid, count the way to its border as well.
         last = np.array(self.depth.shape) - 1
@@ -36,7 +36,7 @@ class SolidGrid:
         return value.reshape(cell.shape[:-1]) - beyond
 
     def contains(self, p: np.ndarray) -> np.ndarray:
-        """Whether points are inside, shape (n, 3) to (n,): nearest voxel."""
+        """Returns whether points are inside, (n, 3) to (n,): nearest voxel."""
         cell = np.rint((p - self.origin) / self.pitch).astype(int)
         on_grid = (cell >= 0) & (cell < self.depth.shape)
         result = np.asarray(on_grid.all(axis=1))

@@ -38,15 +38,15 @@ _STEPS = np.array(
 
 @dc.dataclass(frozen=True, eq=False)
 class LinkSurface:
-    """What is to be covered on one link.
+    """The surface of one link that spheres have to cover.
 
     Attributes:
-        points: On the surface, in the link frame, shape (n, 3) [m].
-        solid: The body that they enclose, and what it is plugged into.
+        points: Points on the surface in the link frame, shape (n, 3) [m].
+        solid: The body that the points enclose, with what it is plugged into.
         thickness: Largest depth of the body alone [m].
         weight: Links with a larger weight get slimmer spheres.
-        floor: Whether the link stands on the plane z = 0; then no centre
-            goes below it.
+        floor: Whether the link stands on the plane z = 0; then no centre goes
+            below it.
     """
 
     points: np.ndarray
@@ -57,19 +57,25 @@ class LinkSurface:
 
 
 def voxel_pitch(extent: np.ndarray) -> float:
-    """Voxel edge for a link whose bounding box has these edges [m]."""
+    """Returns the voxel edge for a link [m].
+
+    Args:
+        extent: Edges of the link's bounding box, shape (3,) [m].
+    """
     return float(np.max(extent)) / _CELLS
 
 
 def make_link_surface(
     points: np.ndarray, weight: float = 1.0, floor: bool = False
 ) -> LinkSurface:
-    """A link as the fit needs it.
+    """Prepares the surface of a link for the fit.
 
     Args:
-        points: On the surface, shape (n, 3) [m], `POINTS_PER_VOXEL` dense.
-        weight: See `LinkSurface`.
-        floor: See `make_solid_grid`.
+        points: Points on the surface, shape (n, 3) [m], `POINTS_PER_VOXEL`
+            dense.
+        weight: Weight of the link; a larger one makes its spheres slimmer.
+        floor: Whether the link stands on the plane z = 0, see
+            `make_solid_grid`.
 
     Raises:
         RemoSplatError: There are no points.
@@ -93,17 +99,18 @@ def fit_spheres(
     """Fits at most `count` spheres to all links together.
 
     Args:
-        surfaces: The links.
-        count: Number of spheres to spend; at least one a link.
-        seed: The result depends on nothing else.
-        margin: How deep inside the spheres the points must lie, in voxels
-            of their link.
-        restarts: How many other starts are refined for each link; the best
-            result stays.
-        on_progress: Called after each finished link.
+        surfaces: The surfaces by link name.
+        count: Number of spheres to spend, at least one a link.
+        seed: Seed of all random choices.
+        margin: How deep inside the spheres the points must lie, in voxels of
+            their link.
+        restarts: Number of other starts that are refined for each link; the
+            best result is kept.
+        on_progress: Called after each finished link with its name and its
+            number of spheres.
 
     Raises:
-        RemoSplatError: Too few spheres.
+        RemoSplatError: There are fewer spheres than links need.
     """
     if count < len(surfaces):
         raise RemoSplatError(
