@@ -1,4 +1,4 @@
-"""`CompositeDistanceField`: several fields as one scene."""
+"""`CompositeDistanceField`: several distance fields as one scene."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -10,10 +10,11 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 ROWS = ("all", "closest")
+"""Which rows a composite field answers: all of them, or one a sphere."""
 
 
 class CompositeDistanceField(DistanceField):
-    """The minimum over its parts: a splat, unknown space, moving things.
+    """The union of several fields: a splat, unknown space, moving things.
 
     Args:
         parts: One or more fields of the same world.
@@ -36,7 +37,7 @@ class CompositeDistanceField(DistanceField):
 
     @cached_property
     def for_look_ahead(self) -> "CompositeDistanceField":
-        """Of its parts' fields for rollouts."""
+        """The composite of the parts' own fields for rollouts."""
         parts = [part.for_look_ahead for part in self.parts]
         return CompositeDistanceField(parts, self.rows)
 

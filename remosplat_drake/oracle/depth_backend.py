@@ -5,16 +5,21 @@ from importlib.util import find_spec
 from remosplat_drake.base.errors import FieldError, unknown_name
 
 BACKENDS = ("auto", "cpu", "cuda")
+"""Valid backends; "auto" is "cuda" wherever that can work."""
 
 
 def choose_backend(asked: str, is_surfel: bool, where: str, field: str) -> str:
-    """Either "cpu" or "cuda".
+    """Chooses the backend that renders depth views.
 
     Args:
         asked: One of `BACKENDS`; "auto" is "cuda" wherever that can work.
-        is_surfel: Whether the splat has discs; the GPU renders no ellipsoids.
-        where: The file to blame.
+        is_surfel: Whether the splat has 2DGS discs; the GPU renders no
+            ellipsoids.
+        where: The file that errors name.
         field: The field of that file that asked.
+
+    Returns:
+        Either "cpu" or "cuda".
 
     Raises:
         FieldError: There is no such backend, or "cuda" cannot work here.
@@ -30,7 +35,7 @@ def choose_backend(asked: str, is_surfel: bool, where: str, field: str) -> str:
 
 
 def missing_for_cuda() -> str:
-    """What keeps the GPU from rendering; empty if nothing does.
+    """Says what keeps the GPU from rendering; empty if nothing does.
 
     Where torch or gsplat is not installed, this loads neither.
     """

@@ -24,12 +24,15 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 LOOK_AHEAD_RESOLUTION = 24
-"""Pixels along a side of a view in rollouts: the nearest view at this
-resolution costs a sixth of a full query, and is off by millimetres."""
+"""Number of pixels along a side of a depth view in rollouts.
+
+The nearest view at this resolution costs a sixth of a full query, and is off by
+millimetres.
+"""
 
 
 class DepthRasterizationField(DistanceField):
-    """What six depth views from every sphere's centre see of a splat.
+    """Distances that six depth views from every sphere's centre measure.
 
     Opacity counts: a floater too transparent to be a surface is not one (paper
     section III-C.2). The answer is that of
@@ -41,10 +44,10 @@ class DepthRasterizationField(DistanceField):
         splat_W: The scene, expressed in W.
         sensor: The views and what counts as a surface.
         nearest_only: Answer only the nearest view of each sphere (cheaper).
-        num_threads: Threads that share the spheres of a query; the answer does
-            not depend on it.
-        prepared: That of an equal field, whose work need not be done again.
-            Kernels follow what it says wherever that leads.
+        num_threads: Number of threads that share the spheres of a query; the
+            answer does not depend on it.
+        prepared: The `prepared` of an equal field, to save building the
+            hierarchy again. Kernels trust its indices unchecked.
 
     Raises:
         FieldError: `num_threads` is not positive.
@@ -87,7 +90,7 @@ class DepthRasterizationField(DistanceField):
 
     @property
     def settings(self) -> dict:
-        """What a field is made of besides the splat, in plain values."""
+        """The constructor's arguments besides the splat, as plain values."""
         return {
             "sensor": dc.asdict(self.sensor),
             "nearest_only": self.nearest_only,
@@ -96,13 +99,13 @@ class DepthRasterizationField(DistanceField):
 
     @property
     def prepared(self) -> dict[str, np.ndarray]:
-        """What took the time when the field was built."""
+        """The arrays that took time to compute, for the constructor."""
         nodes, records = self._footprints.nodes, self._footprints.records
         return {"nodes": nodes, "records": records}
 
     @cached_property
     def for_look_ahead(self) -> "DepthRasterizationField":
-        """The nearest view of each sphere only, and fewer pixels."""
+        """A coarser field: the nearest view of each sphere, fewer pixels."""
         resolution = min(self.sensor.resolution, LOOK_AHEAD_RESOLUTION)
         coarse = copy.copy(self)
         coarse.sensor = dc.replace(self.sensor, resolution=resolution)
@@ -114,7 +117,15 @@ class DepthRasterizationField(DistanceField):
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """The clearances of all spheres; see `DistanceField.clearances`."""
+        """Measures the clearances of all spheres, one row a view.
+
+        Args:
+            spheres: The n robot spheres, placed in W.
+            max_distance: Rows at or beyond this distance are left out [m].
+
+        Returns:
+            Up to six rows a sphere, sorted by sphere, then by view.
+        """
         if not np.isfinite(spheres.p_WS).all():
             raise ValueError("a sphere's centre is not finite")
         if len(spheres) == 0 or len(self._footprints.records) == 0:

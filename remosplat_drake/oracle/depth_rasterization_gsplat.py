@@ -53,20 +53,20 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 MIN_ALPHA = 1 / 255
-"""gsplat drops fragments below this alpha."""
+"""Alpha below which gsplat drops fragments."""
 
 TRANSMITTANCE = 0.5
-"""gsplat's threshold of the median."""
+"""Transmittance threshold of gsplat's median depth."""
 
 _MAX_PAIRS = 1 << 23
 """Discs in views that are rendered at once: floats hold their index."""
 
 
 class GsplatDepthField(DistanceField):
-    """What six depth views from every sphere's centre see of a splat.
+    """Distances that six depth views measure on a CUDA device (gsplat).
 
-    The same question as `DepthRasterizationField`, answered with stock gsplat;
-    the module says where the answers differ.
+    It is `DepthRasterizationField` computed with unmodified gsplat; the
+    module's docstring says where the answers differ.
 
     Args:
         splat_W: The scene, expressed in W; 2DGS discs.
@@ -102,7 +102,15 @@ class GsplatDepthField(DistanceField):
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """The clearances of all spheres; see `DistanceField.clearances`."""
+        """Measures the clearances of all spheres, one row a view.
+
+        Args:
+            spheres: The n robot spheres, placed in W.
+            max_distance: Rows at or beyond this distance are left out [m].
+
+        Returns:
+            Up to six rows a sphere, sorted by sphere, then by view.
+        """
         if not np.isfinite(spheres.p_WS).all():
             raise ValueError("a sphere's centre is not finite")
         if len(spheres) == 0:
@@ -117,15 +125,20 @@ class GsplatDepthField(DistanceField):
     def nearest_pixels(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Range [m] and index of the nearest pixel of every view.
+        """Finds the nearest pixel of every view.
 
         Discs beyond `max_distance` are left out at first. They matter only
         to views whose nearest surface has gathered too little alpha without
         them, and those views are rendered again.
 
+        Args:
+            spheres: The n robot spheres, placed in W.
+            max_distance: Pixels at or beyond this distance do not count [m].
+
         Returns:
-            Two arrays of shape (n, 6), in the order of `R_DV`; the range is
-            inf where nothing is seen nearer than `max_distance`.
+            Range along the pixel's ray [m] and index of the pixel, two arrays
+            of shape (n, 6) in the order of `R_DV`; the range is inf where
+            nothing is seen nearer than `max_distance`.
         """
         bound = spheres.radius + max_distance
         # No pixel reaches beyond the corners of the far plane.

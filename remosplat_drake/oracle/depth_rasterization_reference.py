@@ -20,11 +20,12 @@ from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 ORDERS = ("ray", "center")
+"""Orders in which fragments are composited: along the ray, or as in gsplat."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class DepthImages:
-    """The six views of one sensor.
+    """The six depth images of one sensor.
 
     Attributes:
         depth: Median depth z along each view's axis, shape (6, r, r) [m];
@@ -37,7 +38,7 @@ class DepthImages:
 
 
 def pixel_rays(sensor: DepthSensor) -> np.ndarray:
-    """Rays (x, y, 1) in V of all pixels, shape (r, r, 3)."""
+    """Returns the rays (x, y, 1) in V of all pixels, shape (r, r, 3)."""
     x = sensor.pixel_centers()
     return np.stack([*np.meshgrid(x, x), np.ones((len(x),) * 2)], axis=2)
 
@@ -51,7 +52,7 @@ def render(
     ignore_below: float = -np.inf,
     order: str = "ray",
 ) -> DepthImages:
-    """The six depth images of a sensor at p_WS with orientation R_WD.
+    """Renders the six depth images of a sensor.
 
     Args:
         splat: The scene, expressed in W.
@@ -94,10 +95,20 @@ def render(
 def composite(
     z: np.ndarray, alpha: np.ndarray, sensor: DepthSensor
 ) -> tuple[float, float]:
-    """Median depth and accumulated alpha of ordered fragments, each (k,).
+    """Computes median depth and accumulated alpha of ordered fragments.
 
-    Source: 2DGS and the paper's equation for z_median, read as "the last
-    fragment that light still reaches with T > 0.5".
+    Source: 2DGS (Huang et al., 2024) and the paper's equation for z_median
+    (section on geometry-accurate splatting), read as "the last fragment that
+    light still reaches with T > 0.5".
+
+    Args:
+        z: Depths of the fragments along the ray, ascending, shape (k,) [m].
+        alpha: Their alphas, shape (k,).
+        sensor: The thresholds.
+
+    Returns:
+        The median depth [m], inf where the pixel does not count, and the
+        accumulated alpha.
     """
     after = np.cumprod(1 - alpha)
     before = np.concatenate([[1.0], after[:-1]])
@@ -161,10 +172,17 @@ def clearances(
     max_distance: float = np.inf,
     order: str = "ray",
 ) -> Clearances:
-    """The nearest pixel of each view of each sphere, as rows.
+    """Measures clearances: the nearest pixel of each view of each sphere.
 
     Rows are ordered by sphere, then by view; views that see nothing nearer
     than `max_distance` have none.
+
+    Args:
+        splat: The scene, expressed in W.
+        spheres: The robot's spheres, placed in W.
+        sensor: The views and their thresholds.
+        max_distance: Rows at or beyond this distance are left out [m].
+        order: One of `ORDERS`, see `render`.
     """
     rays_V = pixel_rays(sensor)
     lengths = np.linalg.norm(rays_V, axis=2)

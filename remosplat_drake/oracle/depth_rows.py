@@ -1,4 +1,4 @@
-"""From the nearest pixels of depth views to clearances."""
+"""Clearances from the nearest pixels of depth views."""
 
 import numpy as np
 
@@ -14,15 +14,18 @@ def nearest_rows(
     pixel: np.ndarray,
     revision: str,
 ) -> Clearances:
-    """A row for every view that sees something, by sphere, then by view.
+    """Makes a clearance row of every view that sees something.
 
     Args:
         spheres: The n spheres that carry the sensors.
         sensor: The views.
-        reach: Range of each view's nearest pixel, shape (n, 6) [m]; inf where
-            nothing is seen.
-        pixel: Its row-major index, shape (n, 6).
-        revision: Of the field that answers.
+        reach: Range of each view's nearest pixel along its ray, shape (n, 6)
+            [m]; inf where nothing is seen.
+        pixel: Row-major index of that pixel, shape (n, 6).
+        revision: Revision of the field that answers.
+
+    Returns:
+        The rows, sorted by sphere, then by view.
     """
     sphere, view = np.nonzero(np.isfinite(reach))
     reach, pixel = reach[sphere, view], pixel[sphere, view]

@@ -12,6 +12,7 @@ import numpy as np
 from remosplat_drake.base.errors import FieldError, unknown_name
 
 N_VIEWS = 6
+"""Number of views of a sensor, which see all around together."""
 
 R_DV = np.array(
     [
@@ -24,13 +25,18 @@ R_DV = np.array(
     ],
     float,
 )
-"""Orientations of the six views in the sensor (paper section III-C.2)."""
+"""Orientations of the six views in the sensor (paper section III-C.2).
+
+Shape (6, 3, 3), read-only.
+"""
 R_DV.flags.writeable = False
 
 ORIENTATIONS = ("link", "world")
+"""Valid orientations of a sensor: fixed to the sphere's link, or to W."""
 
 FILTER_SCALE = 2.0
-"""Weight of a squared pixel distance under the low-pass filter of 2DGS."""
+"""Weight of a squared pixel distance under the low-pass filter of 2DGS
+[1/px^2]."""
 
 
 @dc.dataclass(frozen=True)
@@ -56,8 +62,8 @@ class DepthSensor:
     doubles the time of a query.
 
     Attributes:
-        resolution: Pixels along each side of a view; the field of view is 90
-            degrees (the authors' code: 80).
+        resolution: Number of pixels along each side of a view, whose field of
+            view is 90 degrees (the authors' code: 80).
         alpha_cutoff: Least accumulated alpha of a pixel that counts (0.7).
         transmittance: Threshold of the median depth (0.5).
         near: Fragments nearer than this depth z are not seen [m].
@@ -107,13 +113,13 @@ class DepthSensor:
         raise FieldError("depth sensor", field, problem)
 
     def R_WD(self, R_WL: np.ndarray) -> np.ndarray:
-        """Sensor orientations for link orientations, both (n, 3, 3)."""
+        """Returns sensor orientations for link orientations, both (n, 3, 3)."""
         if self.orientation == "link":
             return R_WL
         return np.broadcast_to(np.eye(3), R_WL.shape)
 
     def pixel_centers(self) -> np.ndarray:
-        """Ray coordinates of the pixel columns (and rows), (resolution,).
+        """Returns ray coordinates of pixel columns (and rows), (resolution,).
 
         Pixel i has the ray coordinate (i + 1/2 - c) / f with focal length f
         and principal point c both resolution / 2.

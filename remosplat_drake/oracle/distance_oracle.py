@@ -14,7 +14,7 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 
 class DistanceOracle(LeafSystem):
-    """Answers how far each robot sphere is from the scene.
+    """A Drake system that measures how far each robot sphere is from the scene.
 
     .. pydrake_system::
 
@@ -26,14 +26,15 @@ class DistanceOracle(LeafSystem):
         - clearances
         - distance_field
 
-    `clearances` is cached: it is computed once for a configuration and a
-    map, whoever asks. The optional input carries a map that changes while
-    the diagram runs; a new one takes effect between ticks, never half. Of a
-    configuration that is not finite it answers `Clearances.unknown`.
+    `clearances` is cached: it is computed once for a configuration and a map,
+    whoever asks. The optional input carries a `DistanceField` that changes
+    while the diagram runs; a new one takes effect between ticks, never half.
+    For a configuration that is not finite the output is `Clearances.unknown`.
 
     Args:
-        robot: Places the spheres.
-        field: The map while the input port is not connected.
+        robot: The robot, which places the spheres.
+        field: The distance field that is used while the input port is not
+            connected.
         max_distance: Clearances beyond this distance are left out [m].
     """
 
@@ -77,7 +78,19 @@ class DistanceOracle(LeafSystem):
         max_distance: float,
         configuration: OutputPort,
     ) -> "DistanceOracle":
-        """Adds an oracle and connects it to the measured configuration."""
+        """Adds an oracle and connects it to the measured configuration.
+
+        Args:
+            builder: The builder of the diagram.
+            robot: The robot, which places the spheres.
+            field: The distance field that is used while the input port
+                `distance_field` is not connected.
+            max_distance: Clearances beyond this distance are left out [m].
+            configuration: Port of the measured configuration q.
+
+        Returns:
+            The oracle.
+        """
         oracle = builder.AddSystem(
             DistanceOracle(robot=robot, field=field, max_distance=max_distance)
         )

@@ -20,19 +20,20 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 SPLATS, SOLIDS = "splats", "solids"
-"""What a map is made of."""
+"""Kinds of maps: a Gaussian splat, or solids of known geometry."""
 
 LAYERS = 10
-"""Depth views see splats of which so many, one behind another, are opaque."""
+"""Number of faint splats behind each other that depth views see as opaque."""
 
 
 @dc.dataclass(frozen=True)
 class Place:
-    """Somewhere a robot will be.
+    """A place where a robot will be.
 
     Attributes:
-        name: What to call it: "the start", "target 1".
-        within_reach: How many splats or solids the oracle knows there.
+        name: Name of the place: "the start", "target 1".
+        within_reach: Number of splats or solids within reach that the oracle
+            knows.
     """
 
     name: str
@@ -41,18 +42,19 @@ class Place:
 
 @dc.dataclass(frozen=True)
 class MapSummary:
-    """What a map holds, as a whole and where a robot works.
+    """Number of splats or solids in a map, in all and where a robot works.
 
     Attributes:
-        kind: `SPLATS` or `SOLIDS`.
-        kept: How many of them the oracle knows.
-        faint: How many splats it ignores because of their opacity.
-        cropped: How many splats were cropped away.
-        reach: What is no farther from a place is within its reach [m].
+        kind: Either `SPLATS` or `SOLIDS`.
+        kept: Number of splats or solids that the oracle knows.
+        faint: Number of splats that the oracle ignores because of their
+            opacity.
+        cropped: Number of splats that were cropped away.
+        reach: Distance up to which something is within reach of a place [m].
         places: The start, and each target.
-        ignored: Share of the splats within reach that are ignored, from 0 to
+        ignored: Fraction of the splats within reach that are ignored, from 0 to
             1. Floors do not count: cropping one away is no mistake.
-        ignored_opacity: The same share of the sum of their opacities.
+        ignored_opacity: The same fraction of the sum of their opacities.
     """
 
     kind: str
@@ -76,7 +78,7 @@ class MapSummary:
 
 
 def least_opacity(oracle: SphereToEllipsoid | DepthRasterization) -> float:
-    """Splats below this opacity are as good as not there.
+    """Returns the opacity below which an oracle ignores a splat.
 
     Depth views have no such threshold; there a splat counts if `LAYERS` of
     its kind make a surface.
@@ -89,7 +91,13 @@ def least_opacity(oracle: SphereToEllipsoid | DepthRasterization) -> float:
 def summarize_solids(
     scene: PrimitiveScene, places: Mapping[str, np.ndarray], reach: float
 ) -> MapSummary:
-    """What true geometry holds; see `summarize_splat`."""
+    """Counts the solids of known geometry, as `summarize_splat` does splats.
+
+    Args:
+        scene: The scene.
+        places: Points p_WP where the robot will be, shape (3,), by name [m].
+        reach: How far the robot may get from there [m].
+    """
     field = SignedDistanceField(scene, rows="per_primitive")
     return MapSummary(
         kind=SOLIDS,
@@ -113,15 +121,15 @@ def summarize_splat(
     reach: float,
     floor_height: float,
 ) -> MapSummary:
-    """Counts what an oracle makes of a splat.
+    """Counts the splats of a map, as far as an oracle knows them.
 
     Args:
-        splat_W: The map.
-        cropped_W: What was cropped away from it.
-        oracle: Which splats count.
-        places: Points p_WP where the robot will be, shape (3,), by name.
-        reach: How far it may get from there [m].
-        floor_height: What is lower is the floor [m].
+        splat_W: The map, cropped.
+        cropped_W: The splats that were cropped away.
+        oracle: The oracle, which says which splats count.
+        places: Points p_WP where the robot will be, shape (3,), by name [m].
+        reach: How far the robot may get from there [m].
+        floor_height: Height below which everything is the floor [m].
     """
     p_WP = np.array(list(places.values()), np.float32).reshape(-1, 3)
     opaque = splat_W.opacities >= least_opacity(oracle)

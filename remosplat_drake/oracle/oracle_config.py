@@ -19,47 +19,51 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 @dc.dataclass
 class SphereToEllipsoid(Config):
-    """The exact distance to the splats as solid shapes."""
+    """The exact distance to the splats as solid ellipsoids or discs."""
 
-    # Semi-axes of a splat in standard deviations.
+    # Semi-axes of a splat, in standard deviations.
     n_sigma: Annotated[float, Interval(gt=0, le=10)] = 1.0
-    # Splats below this opacity do not count; 0 counts floaters too.
+    # Splats below this opacity are ignored; with 0 floaters count, too.
     min_opacity: Annotated[float, Interval(ge=0, lt=1)] = 0.1
-    # 0 solves exactly; the authors' benchmark stopped after 3 steps.
+    # Number of bisection steps; 0 solves to double precision. The authors'
+    # benchmark stopped after 3 steps.
     bisection_steps: Annotated[int, Interval(ge=0, le=100)] = 0
-    # Threads of a query; 1 is the steadiest.
+    # Number of threads of a query; 1 is the steadiest.
     threads: Annotated[int, Interval(ge=1, le=256)] = 1
 
 
 @dc.dataclass
 class DepthRasterization(Config):
-    """Six depth views from every sphere: opacity counts, floaters do not."""
+    """Distances from six depth views of every sphere, which floaters pass."""
 
-    # Pixels along a side of a view.
+    # Number of pixels along a side of a view.
     resolution: Annotated[int, Interval(ge=2, le=2048)] = 80
-    # Opacity that a pixel must gather to count as a surface.
+    # Alpha that a pixel must accumulate to count as a surface.
     alpha_cutoff: Annotated[float, Interval(gt=0, le=1)] = 0.7
-    # Near and far plane of the views [m].
+    # Near plane of the views [m].
     near: Annotated[float, Interval(gt=0, le=1)] = 0.0106
+    # Far plane of the views, which must exceed `near` [m].
     far: Annotated[float, Interval(gt=0, le=100)] = 0.9
-    # Only the nearest view of each sphere.
+    # Whether only the nearest view of each sphere is answered.
     nearest_only: bool = False
-    # `cpu`, `cuda` (gsplat), or `auto`: cuda wherever it can work.
+    # Where views are rendered: `cpu`, `cuda` (gsplat), or `auto`, which is cuda
+    # wherever that can work.
     backend: Annotated[str, OneOf(BACKENDS, "backend")] = "cpu"
-    # Threads of a query on the CPU.
+    # Number of threads of a query on the CPU.
     threads: Annotated[int, Interval(ge=1, le=256)] = 1
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Checks that the near plane is nearer than the far plane."""
         if not self.near < self.far:
             yield "far", f"must exceed `near`, got {self.far}"
 
 
 @dc.dataclass
 class GroundTruth(Config):
-    """The exact signed distance to the scene's true geometry."""
+    """The exact signed distance to the scene's true boxes and cylinders."""
 
-    # `closest` a sphere, or `per_primitive`.
+    # Rows of the answer: `closest`, one a sphere, or `per_primitive`, one a
+    # sphere and primitive.
     rows: Annotated[str, OneOf(("closest", "per_primitive"))] = "closest"
 
 
@@ -72,13 +76,13 @@ def make_field(
     truth: PrimitiveScene | None,
     where: str,
 ) -> DistanceField:
-    """Builds the field that a configuration names.
+    """Builds the distance field that a configuration names.
 
     Args:
         config: Which oracle, and its parameters.
         splat_W: The scene's splat in W, if it has one.
         truth: The scene's true geometry, if it is known.
-        where: The file to blame.
+        where: The file that errors name.
 
     Raises:
         FieldError: The oracle lacks its input, or a value is out of range.

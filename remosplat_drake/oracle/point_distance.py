@@ -14,13 +14,12 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 
 class PointDistanceField(DistanceField):
-    """The unsigned distance from sphere centres to the nearest point.
+    """Distances to the nearest point of a cloud, which has no inside.
 
-    A cloud has no inside: a sphere whose centre has passed a surface is
-    outside again. And points are samples of a surface, so a distance to them
-    is never too small, and before a flat surface too large by at most
-    sqrt(d^2 + s^2) - d at distance d, where s is how far a surface point may
-    be from its nearest sample.
+    A sphere whose centre has passed a surface is outside again. And points are
+    samples of a surface, so a distance to them is never too small, and before a
+    flat surface too large by at most sqrt(d^2 + s^2) - d at distance d, where s
+    is how far a surface point may be from its nearest sample.
 
     A sphere does not see points below its `ignore_below`. For a centre that
     lies exactly on a point the direction is -z.
@@ -50,7 +49,11 @@ class PointDistanceField(DistanceField):
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """The nearest point of each sphere that has one within the distance.
+        """Measures the clearance of each sphere to its nearest point.
+
+        Args:
+            spheres: The robot spheres, placed in W.
+            max_distance: Rows at or beyond this distance are left out [m].
 
         Raises:
             ValueError: A centre is not finite, or a radius or floor is NaN.

@@ -15,10 +15,11 @@ from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 ROWS = ("closest", "per_primitive")
+"""Which rows the field answers: one a sphere, or one a sphere and primitive."""
 
 
 class SignedDistanceField(DistanceField):
-    """The signed distance to a `PrimitiveScene`.
+    """The exact signed distance to a `PrimitiveScene` (ground truth).
 
     A primitive that lies wholly below a sphere's `ignore_below` is not seen
     by that sphere.
@@ -57,7 +58,7 @@ class SignedDistanceField(DistanceField):
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """The clearances of all spheres; see `DistanceField.clearances`."""
+        """Measures the clearances of all spheres; see `DistanceField`."""
         sphere, distance, direction_W, p_WC = _clearances(
             np.ascontiguousarray(spheres.p_WS, np.float64),
             np.ascontiguousarray(spheres.radius, np.float64),
@@ -75,11 +76,11 @@ class SignedDistanceField(DistanceField):
 
 @njit(cache=True)
 def box_distance(x, y, z, size):
-    """Signed distance to a box at the origin, and its gradient.
+    """Computes the signed distance to a box at the origin, and its gradient.
 
-    Outside, the closest point is the point clamped to the box. Inside, it
-    lies on the nearest face; ties go to the first axis, and to its positive
-    side.
+    Outside, the closest point is the point clamped to the box. Inside, it lies
+    on the nearest face; ties go to the first axis, and to its positive side.
+    `size` holds the half extents [m].
     """
     qx, qy, qz = abs(x) - size[0], abs(y) - size[1], abs(z) - size[2]
     sx = 1.0 if x >= 0 else -1.0
@@ -98,9 +99,10 @@ def box_distance(x, y, z, size):
 
 @njit(cache=True)
 def cylinder_distance(x, y, z, size):
-    """Signed distance to a cylinder along z at the origin, and its gradient.
+    """Computes the signed distance to a cylinder along z, and its gradient.
 
-    Inside, ties go to the mantle; on the axis the radial direction is x.
+    The cylinder is centred at the origin; `size` holds radius and half height
+    [m]. Inside, ties go to the mantle; on the axis the radial direction is x.
     """
     rho = np.sqrt(x * x + y * y)
     ux, uy = (x / rho, y / rho) if rho > 1e-12 else (1.0, 0.0)

@@ -1,4 +1,4 @@
-"""`SphereToEllipsoidField`: distance to the splats as solid shapes."""
+"""`SphereToEllipsoidField`: exact distance to splats as solid ellipsoids."""
 
 from collections.abc import Mapping
 
@@ -18,14 +18,14 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 
 class SphereToEllipsoidField(DistanceField):
-    """Distance from robot spheres to the nearest splat's n-sigma shape.
+    """Exact distance from robot spheres to the nearest splat's n-sigma shape.
 
-    Paper section III-C1. A 3DGS splat is an ellipsoid with a signed distance:
-    inside, it is negative, and the direction points away from the nearest
-    surface point. A 2DGS splat is a flat, filled disc, which has no inside:
-    the distance of a sphere's centre is never negative, the direction flips
-    when the centre crosses the disc, and for a centre exactly on the disc it
-    is the disc's normal R_WK[:, 2]. A sphere that reaches through either has
+    See section III-C.1 of the paper. A 3DGS splat is an ellipsoid with a signed
+    distance: inside, it is negative, and the direction points away from the
+    nearest surface point. A 2DGS splat is a flat, filled disc, which has no
+    inside: the distance of a sphere's centre is never negative, the direction
+    flips when the centre crosses the disc, and for a centre exactly on the disc
+    it is the disc's normal R_WK[:, 2]. A sphere that reaches through either has
     a negative clearance.
 
     The answer is exact: it equals trying every splat, ties going to the
@@ -42,10 +42,10 @@ class SphereToEllipsoidField(DistanceField):
         num_threads: int = 1,
         prepared: Mapping[str, np.ndarray] | None = None,
     ):
-        """Builds the hierarchy; not for the control process.
+        """Builds the hierarchy, which takes too long for a control tick.
 
         Args:
-            splat_W: The scene, expressed in W.
+            splat_W: The Gaussian splat, expressed in W.
             n_sigma: Semi-axes of a splat in standard deviations.
             min_opacity: Splats below this opacity are ignored: with 0, as in
                 the paper, floaters blind the robot.
@@ -54,11 +54,11 @@ class SphereToEllipsoidField(DistanceField):
                 authors' benchmark used 3): then a distance may be off by a
                 good part of the splat, but stays a distance to its box; the
                 field is then not Lipschitz.
-            num_threads: Threads of a query, at most as many as there are
-                cores. One is steady; two are a little faster in the median
-                and far slower when the cores are busy.
-            prepared: That of an equal field, whose work need not be done
-                again. Kernels follow what it says wherever that leads.
+            num_threads: Number of threads of a query, at most the number of
+                cores. One is steady; two are a little faster in the median and
+                far slower when the cores are busy.
+            prepared: The `prepared` of an equal field, to save building the
+                hierarchy again. Kernels trust its indices unchecked.
 
         Raises:
             ValueError: A parameter is out of range.
@@ -96,18 +96,25 @@ class SphereToEllipsoidField(DistanceField):
 
     @property
     def prepared(self) -> dict[str, np.ndarray]:
-        """What took the time when the field was built."""
+        """The arrays that took time to compute, for the constructor."""
         return {"nodes": self._tree.nodes, "records": self._tree.records}
 
     @property
     def num_splats(self) -> int:
-        """How many splats are opaque enough to count."""
+        """Number of splats that are opaque enough to count."""
         return len(self._tree.records)
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """The nearest splat of each sphere that has one within the distance.
+        """Measures the clearance of each sphere to its nearest splat.
+
+        Args:
+            spheres: The n robot spheres, placed in W.
+            max_distance: Rows at or beyond this distance are left out [m].
+
+        Returns:
+            At most one row a sphere.
 
         Raises:
             ValueError: A centre is not finite, or a radius or floor is NaN.
@@ -126,7 +133,15 @@ class SphereToEllipsoidField(DistanceField):
     def nearest_splats(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> np.ndarray:
-        """Index in the splat of each sphere's nearest splat, or -1."""
+        """Finds the index of each sphere's nearest splat.
+
+        Args:
+            spheres: The n robot spheres, placed in W.
+            max_distance: Splats at or beyond this distance do not count [m].
+
+        Returns:
+            Shape (n,), int64; -1 where no splat is nearer than `max_distance`.
+        """
         return self._answer(spheres, max_distance)[:, 0].astype(np.int64)
 
     def _answer(self, spheres: Spheres, max_distance: float) -> np.ndarray:
@@ -170,10 +185,13 @@ def _prepare(
 def splat_records(
     splat_W: GaussianSplat, min_opacity: float, n_sigma: float
 ) -> np.ndarray:
-    """The rows (N, 16) that `nearest_splat` describes, by splat index.
+    """Packs splats into rows of 16 numbers, described in `nearest_splat`.
 
     The axes of a splat come in the order of falling semi-axes; a disc's
     normal stays last.
+
+    Returns:
+        Shape (N, 16), by splat index.
     """
     index = np.flatnonzero(splat_W.opacities >= min_opacity)
     scales = splat_W.scales[index]

@@ -15,13 +15,14 @@ def nearest_splats(
     n_sigma: float = 1.0,
     chunk: int = 8,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The nearest splat of each query point, by trying them all.
+    """Finds the nearest splat of each query point by trying them all.
 
     Args:
         splat_W: Discs or ellipsoids in W.
-        p_WQ: Points, shape (n, 3) [m].
-        n_sigma: Semi-axes in standard deviations.
-        chunk: Points a pass; bounds the memory, changes nothing else.
+        p_WQ: Query points, shape (n, 3) [m].
+        n_sigma: Semi-axes of a splat in standard deviations.
+        chunk: Number of points in a pass; bounds the memory, changes nothing
+            else.
 
     Returns:
         Signed distance (n,) [m], closest point p_WC (n, 3) [m] and the index
@@ -54,7 +55,7 @@ def nearest_splats(
 
 
 def closest_points(y: np.ndarray, semi_axes: np.ndarray) -> np.ndarray:
-    """Closest surface points of origin-centred ellipsoids and solid discs.
+    """Computes closest surface points of centred ellipsoids and solid discs.
 
     Eberly, "Distance from a Point to an Ellipse, an Ellipsoid, or a
     Hyperellipsoid": with x_i = e_i^2 y_i / (T + e_i^2), bisect T until x is

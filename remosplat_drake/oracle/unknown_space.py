@@ -16,7 +16,7 @@ _LONGEST = 30_000
 
 
 class UnknownSpaceField(DistanceField):
-    """The signed distance to the unseen voxels of a grid, as one solid.
+    """The exact signed distance to the unseen voxels of a grid, as one solid.
 
     Nobody has looked outside the grid either. A sphere whose centre is in
     unseen space has a negative distance, and its direction points away from
@@ -28,9 +28,9 @@ class UnknownSpaceField(DistanceField):
     Args:
         unseen: Which voxels no camera has seen, shape (nx, ny, nz), bool.
         lower: Lower corner of the grid in W, shape (3,) [m].
-        voxel: Edge of a voxel [m].
-        prepared: That of an equal field, whose work need not be done again.
-            Kernels follow what it says wherever that leads.
+        voxel: Edge length of a voxel [m].
+        prepared: The `prepared` of an equal field, to save computing the
+            columns again. Kernels trust its indices unchecked.
 
     Raises:
         RemoSplatError: The grid is no such grid, or nothing of it was seen.
@@ -69,19 +69,23 @@ class UnknownSpaceField(DistanceField):
 
     @property
     def unseen(self) -> np.ndarray:
-        """Which voxels no camera has seen, as it was given."""
+        """Which voxels no camera has seen, shape (nx, ny, nz), bool."""
         return self._columns.unseen[1:-1, 1:-1, 1:-1]
 
     @property
     def prepared(self) -> dict[str, np.ndarray]:
-        """What took the time when the field was built."""
+        """The arrays that took time to compute, for the constructor."""
         names = "unseen", "up", "down", "apart"
         return {name: getattr(self._columns, name) for name in names}
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """The nearest boundary of each sphere that has one within the distance.
+        """Measures the clearance of each sphere to unseen space.
+
+        Args:
+            spheres: The robot spheres, placed in W.
+            max_distance: Rows at or beyond this distance are left out [m].
 
         Raises:
             ValueError: A centre is not finite, or a radius or floor is NaN.

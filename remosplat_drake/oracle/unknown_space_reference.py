@@ -11,10 +11,20 @@ from remosplat_drake.robot.sphere_model import Spheres
 def signed_distances(
     unseen: np.ndarray, lower: np.ndarray, voxel: float, spheres: Spheres
 ) -> np.ndarray:
-    """From the spheres' centres to the boundary of unseen space, (n,) [m].
+    """Measures distances to the boundary of unseen space, by trying all voxels.
 
-    The arguments are those of `UnknownSpaceField`. One layer of voxels
-    around the grid stands for all that lies outside: it is unseen.
+    One layer of voxels around the grid stands for all that lies outside: it is
+    unseen.
+
+    Args:
+        unseen: Which voxels no camera has seen, shape (nx, ny, nz), bool.
+        lower: Lower corner of the grid in W, shape (3,) [m].
+        voxel: Edge length of a voxel [m].
+        spheres: The n spheres, placed in W.
+
+    Returns:
+        Signed distances from the centres, shape (n,) [m]; negative in unseen
+        space.
     """
     unseen = np.pad(unseen, 1, constant_values=True)
     low = lower + voxel * (np.argwhere(np.ones(unseen.shape, bool)) - 1)

@@ -1,8 +1,8 @@
-"""Whole depth images of a sensor, fast enough to look at (numba).
+"""Whole depth images of a sensor, fast enough for display (numba).
 
-The distance oracle never makes images: it only wants the nearest pixel of
-each view. People want to see all of them. Pixel for pixel these equal those
-of `depth_rasterization_reference.render`.
+The distance oracle never makes images: it only needs the nearest pixel of each
+view. Pixel for pixel these equal those of
+`depth_rasterization_reference.render`.
 """
 
 import dataclasses as dc
@@ -27,7 +27,7 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 @dc.dataclass(frozen=True, eq=False)
 class SphereViews:
-    """The six views of one robot sphere, seen from its centre.
+    """The six depth images from the centre of one robot sphere.
 
     Attributes:
         images: Depth z and accumulated alpha, see `DepthImages`.
@@ -38,7 +38,7 @@ class SphereViews:
         nearest: Row and column of each view's nearest pixel, shape (6, 2).
         p_WS: The sphere's centre, shape (3,) [m].
         R_WD: Orientation of the sensor, shape (3, 3).
-        radius: Of the sphere [m].
+        radius: Radius of the sphere [m].
     """
 
     images: DepthImages
@@ -51,20 +51,20 @@ class SphereViews:
 
     @property
     def clearances(self) -> np.ndarray:
-        """Of each view's nearest pixel, inf without one, shape (6,) [m]."""
+        """Clearance of each view's nearest pixel, (6,) [m]; inf without one."""
         view = np.arange(N_VIEWS)
         return self.ranges[view, *self.nearest.T] - self.radius
 
     @property
     def nearest_points(self) -> np.ndarray:
-        """Each view's nearest point in W, shape (6, 3) [m]."""
+        """Scene point of each view's nearest pixel in W, shape (6, 3) [m]."""
         return self.p_WP[np.arange(N_VIEWS), *self.nearest.T]
 
 
 def look_around(
     splat_W: GaussianSplat, sensor: DepthSensor, spheres: Spheres, i: int
 ) -> SphereViews:
-    """What sphere i sees of a splat that is expressed in W."""
+    """Renders what sphere i sees of a splat that is expressed in W."""
     p_WS, radius = spheres.p_WS[i], float(spheres.radius[i])
     R_WD = np.array(sensor.R_WD(spheres.R_WL)[i])
     images = render(splat_W, p_WS, R_WD, sensor, spheres.ignore_below[i])
@@ -93,9 +93,9 @@ def render(
     sensor: DepthSensor,
     ignore_below: float = -np.inf,
 ) -> DepthImages:
-    """The six depth images of a sensor at p_WS with orientation R_WD.
+    """Renders the six depth images of a sensor.
 
-    Arguments and answer are those of the reference's `render`.
+    Arguments and result are those of `depth_rasterization_reference.render`.
     """
     rules = make_rules(sensor, splat_W.is_surfel)
     # No pixel reaches beyond the corners of the far plane.

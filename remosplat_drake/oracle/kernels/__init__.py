@@ -1,4 +1,4 @@
-"""The fast inner loops of the oracles: arrays in, arrays out.
+"""The inner loops of the distance oracles, compiled: arrays in, arrays out.
 
-Each has a slow, readable twin, which the tests hold it to.
+Each has a slow, readable twin with which the tests compare it.
 """

@@ -62,10 +62,12 @@ def nearest_pixels(
     reach,
     pixel,
 ):
-    """Fills `reach` and `pixel`, both (n, 6), for spheres first::step.
+    """Finds the nearest pixels of the views of the spheres first::step.
 
-    Views without a complete pixel nearer than the sphere's `bound` get inf
-    and -1. With `nearest_only`, views other than the nearest may get them.
+    The results are written into `reach`, ranges [m], and `pixel`, indices, both
+    of shape (n, 6). Views without a complete pixel nearer than the sphere's
+    `bound` get inf and -1. With `nearest_only`, views other than the nearest
+    may get them.
     """
     pixels = rules.resolution * rules.resolution
     room = 8 * pixels

@@ -1,4 +1,4 @@
-"""`Views`: the six depth views of one sphere, and what they see (numba).
+"""`DepthViews`: the six depth views of one sphere, for kernels (numba).
 
 Sets of views are written as bits: bit v is view v.
 """
@@ -24,7 +24,7 @@ _VIEWS_BEHIND = ALL_VIEWS - (2 ** np.arange(N_VIEWS)) @ (_AXES > 0.5)
 _VIEWS_BEFORE = ALL_VIEWS - (2 ** np.arange(N_VIEWS)) @ (_AXES < -0.5)
 
 
-class Views(NamedTuple):
+class DepthViews(NamedTuple):
     """The six views of one sphere.
 
     Attributes:
@@ -42,7 +42,7 @@ class Views(NamedTuple):
 
 @kernel
 def make_views(p_WS, R_WD, ignore_below):
-    """The views of a sphere whose sensor has the orientation R_WD."""
+    """Makes the views of a sphere whose sensor has the orientation R_WD."""
     R_WV = np.zeros((N_VIEWS, 3, 3))
     borders_W = np.zeros((len(_BORDERS_D), 3))
     for i in range(3):
@@ -52,12 +52,12 @@ def make_views(p_WS, R_WD, ignore_below):
                     R_WV[v, i, j] += R_WD[i, k] * R_DV[v, k, j]
             for b in range(len(_BORDERS_D)):
                 borders_W[b, i] += R_WD[i, k] * _BORDERS_D[b, k]
-    return Views(p_WS, R_WV, borders_W, ignore_below)
+    return DepthViews(p_WS, R_WV, borders_W, ignore_below)
 
 
 @inlined
 def views_of_ball(views, x, y, z, radius, seen):
-    """Which views of the set `seen` a ball around p_WS + (x, y, z) meets."""
+    """Returns which views of the set `seen` meet a ball at p_WS + (x, y, z)."""
     for b in range(len(_BORDERS_D)):
         nx, ny, nz = (
             views.borders_W[b, 0],
@@ -74,7 +74,7 @@ def views_of_ball(views, x, y, z, radius, seen):
 
 @inlined
 def views_beyond(best, distance, seen):
-    """Which views of the set `seen` look farther than a distance."""
+    """Returns which views of the set `seen` look farther than `distance`."""
     for v in range(N_VIEWS):
         if distance >= best[v]:
             seen &= ~(1 << v)
@@ -83,16 +83,19 @@ def views_beyond(best, distance, seen):
 
 @inlined
 def views_of_box(splats, link, side, views, seen, best, spread):
-    """Lower bound of the ranges in a child's box, and the views that need it.
+    """Bounds the ranges in a child's box, and finds the views that need it.
 
     Args:
         splats: The `Footprints`.
-        link: A node.
-        side: Which of its children.
+        link: Index of a node.
+        side: Which of its two children.
         views: The views.
-        seen: The views that need the node.
-        best: Each view needs nothing from this range on, shape (6,) [m].
-        spread: See `Rules`.
+        seen: Set of the views that need the node.
+        best: Range from which on each view needs nothing, shape (6,) [m].
+        spread: Reach of the low-pass filter, see `Rules`.
+
+    Returns:
+        A lower bound of the ranges [m], and the set of views.
     """
     nodes = splats.nodes
     if nodes[link, 12 + side] < views.ignore_below:
@@ -136,7 +139,10 @@ def _middle(low, high):
 
 @lean
 def ray_meets_box(splats, link, side, views, ray_W, rules):
-    """Whether a ray passes a child's box (and its spread) in near to far."""
+    """Returns whether a ray meets a child's box between `near` and `far`.
+
+    The box is enlarged by the spread of the low-pass filter.
+    """
     if splats.nodes[link, 12 + side] < views.ignore_below:
         return False
     column = 6 * side

@@ -1,4 +1,4 @@
-"""`Footprints`: splats as a depth view sees them (arrays and numba kernels).
+"""`Footprints`: splats as a depth view sees them (numba).
 
 In a view, everything about a splat is a function of the ray (x, y, 1) of a
 pixel. A disc has three linear forms A, B, C and its plane's height h with
@@ -17,19 +17,19 @@ from remosplat_drake.splat.bvh import build_hierarchy
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 kernel = njit(cache=True, nogil=True, error_model="numpy")
-"""Compiles a function as all kernels of the depth views are compiled."""
+"""Numba decorator of the kernels of depth views: cached, without the GIL."""
 
 lean = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-"""The same for functions that make no arrays: it counts no references to any.
+"""Numba decorator of functions that make no arrays: no reference counts.
 
 Counting takes a tenth of a query's time.
 """
 
 inlined = njit(inline="always", error_model="numpy")
-"""The same for a function whose arguments cost more to pass than its work."""
+"""Numba decorator of functions whose arguments cost more than their work."""
 
 PROJECTION_SIZE = 27
-"""Length of the array that holds a projected splat."""
+"""Length of the array that holds a projected splat, see `project`."""
 
 # Pixels at an outline are tested one by one; this widens the spans by far
 # more than rounding can move them [px].
@@ -37,7 +37,7 @@ _MARGIN = 1e-6
 
 
 class Footprints(NamedTuple):
-    """The m splats that can be seen at all, and the hierarchy over them.
+    """The m splats that can be seen at all, and a hierarchy over them.
 
     Attributes:
         nodes: As in `BoundingVolumeHierarchy`.
@@ -56,7 +56,21 @@ class Footprints(NamedTuple):
 
 
 class Rules(NamedTuple):
-    """The numbers of a `DepthSensor` that the kernels need."""
+    """The numbers of a `DepthSensor` that the kernels need.
+
+    Attributes:
+        resolution: Number of pixels along a side of a view.
+        alpha_cutoff: Least accumulated alpha of a pixel that counts.
+        transmittance: Threshold of the median depth.
+        near: Near plane [m].
+        far: Far plane [m].
+        n_sigma_squared: Squared Mahalanobis distance at which splats end.
+        min_alpha: Fragments below this alpha are dropped.
+        is_surfel: Whether the splats are discs.
+        low_pass_filter: Whether the screen-space filter of 2DGS is used.
+        spread: Reach of the filter's footprint as a fraction of the centre's
+            distance.
+    """
 
     resolution: int
     alpha_cutoff: float
@@ -72,7 +86,7 @@ class Rules(NamedTuple):
 
 
 def make_rules(sensor: DepthSensor, is_surfel: bool) -> Rules:
-    """The rules by which a sensor looks at discs or at ellipsoids."""
+    """Makes the rules by which a sensor sees discs or ellipsoids."""
     dot = 2 * sensor.n_sigma / np.sqrt(FILTER_SCALE) / sensor.resolution
     return Rules(
         sensor.resolution,
@@ -89,7 +103,7 @@ def make_rules(sensor: DepthSensor, is_surfel: bool) -> Rules:
 
 
 def make_footprints(splat_W: GaussianSplat, sensor: DepthSensor) -> Footprints:
-    """What a sensor can see of a splat that is expressed in W."""
+    """Prepares what a sensor can see of a splat that is expressed in W."""
     opacity = splat_W.opacities.astype(float)
     with np.errstate(divide="ignore"):
         # alpha >= min_alpha is weight <= 2 ln(opacity / min_alpha).
@@ -120,7 +134,7 @@ def make_footprints(splat_W: GaussianSplat, sensor: DepthSensor) -> Footprints:
 
 @inlined
 def nearest_range(records, k, rules, x, y, z):
-    """Lower bound of the ranges at which a camera sees splat k.
+    """Bounds from below the ranges at which a camera sees splat k [m].
 
     (x, y, z) is the vector from the camera to the centre, in W [m].
     """
@@ -170,7 +184,7 @@ def project(records, k, rules, p_WV, R_WV, s):
 
 @lean
 def fragment(s, rules, x, y):
-    """Depth and weight of the projected splat s on the ray (x, y, 1)."""
+    """Returns depth and weight of the projected splat s on a ray (x, y, 1)."""
     a = s[0] * x + s[1] * y + s[2]
     b = s[3] * x + s[4] * y + s[5]
     c = s[6] * x + s[7] * y + s[8]
@@ -193,7 +207,7 @@ def fragment(s, rules, x, y):
 
 @lean
 def fragment_alpha(z, weight, opacity, rules):
-    """Alpha of a fragment, 0 where it is not seen."""
+    """Returns the alpha of a fragment, 0 where it is not seen."""
     if not (weight <= rules.n_sigma_squared):
         return 0.0
     if not (rules.near <= z <= rules.far):
@@ -204,7 +218,7 @@ def fragment_alpha(z, weight, opacity, rules):
 
 @lean
 def pixel_span(low, high, resolution):
-    """First and last pixel whose centre lies in [low, high] of a ray axis."""
+    """Returns the first and last pixel with centres in [low, high] of a row."""
     half = resolution / 2
     first = np.ceil((max(low, -1.0) + 1) * half - 0.5 - _MARGIN)
     last = np.floor((min(high, 1.0) + 1) * half - 0.5 + _MARGIN)

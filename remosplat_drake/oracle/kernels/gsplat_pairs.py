@@ -1,4 +1,4 @@
-"""Which disc may be seen in which depth view: broad phase of the GPU (torch).
+"""Broad phase of the GPU: which disc may be seen in which view (torch).
 
 Tensors are float32 on one device. D is a sensor's frame, V that of one of its
 six views (OpenCV axes). A *camera* is 6 times the sphere plus the view's slot
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 VIEWS = np.concatenate(
     [np.argmax(R_DV[:, :, 2], axis=0), np.argmin(R_DV[:, :, 2], axis=0)]
 )
-"""The views that look along +x, +y, +z, -x, -y and -z of the sensor."""
+"""Indices in `R_DV` of the views along +x, +y, +z, -x, -y, -z of the sensor."""
 
 # Axis of the sensor that each axis of such a view follows, and its sign.
 _AXES = np.abs(R_DV[VIEWS]).argmax(axis=1)
@@ -30,17 +30,17 @@ _SIGNS = R_DV[VIEWS].sum(axis=1)
 _SLACK = 2e-3
 
 
-class Discs(NamedTuple):
-    """N discs of a splat, expressed in W.
+class DiscTensors(NamedTuple):
+    """N discs of a splat in W, as tensors on the GPU.
 
     Attributes:
         frames_W: Columns (a, b, p) of each disc, shape (N, 3, 3): the two
             axes of one standard deviation and the centre [m].
-        opacity: Shape (N,).
+        opacity: Peak opacities, shape (N,).
         cut: Largest squared Mahalanobis distance that is seen, (N,).
-        radius: Of the ball around what is seen of each disc, (N,) [m].
-        axes: Axis of D that each axis of a view follows, (6, 3).
-        signs: Whether along (1) or against it (-1), shape (6, 3).
+        radius: Radius of the ball around what is seen of each disc, (N,) [m].
+        axes: Axis of D that each axis of a view is parallel to, (6, 3).
+        signs: Whether it points along (1) or against that axis (-1), (6, 3).
     """
 
     frames_W: "Tensor"
@@ -52,7 +52,7 @@ class Discs(NamedTuple):
 
 
 class Sensors(NamedTuple):
-    """The sensors of n spheres.
+    """The depth sensors of n spheres, as tensors on the GPU.
 
     Attributes:
         p_WS: Positions, shape (n, 3) [m].
@@ -85,7 +85,7 @@ class Pairs(NamedTuple):
 
 def make_discs(
     splat_W: GaussianSplat, min_alpha: float, device: "torch.device"
-) -> Discs:
+) -> DiscTensors:
     """Uploads the discs of a splat that can be seen at all."""
     import torch
 
@@ -98,15 +98,17 @@ def make_discs(
     cut = 2 * np.log(opacity / min_alpha)
     radius = np.sqrt(cut) * scales.max(axis=1, initial=0.0)
     arrays = (frames_W, opacity, cut, radius)
-    return Discs(
+    return DiscTensors(
         *(torch.tensor(x, dtype=torch.float32, device=device) for x in arrays),
         axes=torch.tensor(_AXES, device=device),
         signs=torch.tensor(_SIGNS, dtype=torch.float32, device=device),
     )
 
 
-def visible_pairs(discs: Discs, sensors: Sensors, sensor: DepthSensor) -> Pairs:
-    """Finds what every view may see, by the balls around the discs."""
+def visible_pairs(
+    discs: DiscTensors, sensors: Sensors, sensor: DepthSensor
+) -> Pairs:
+    """Finds the discs that every view may see, by the balls around them."""
     import torch
 
     p_WK = discs.frames_W[:, :, 2]

@@ -16,14 +16,14 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from remosplat_drake.oracle.depth_sensor import FILTER_SCALE, DepthSensor
-from remosplat_drake.oracle.kernels.gsplat_pairs import Discs, Pairs
+from remosplat_drake.oracle.kernels.gsplat_pairs import DiscTensors, Pairs
 
 if TYPE_CHECKING:
     import torch
     from torch import Tensor
 
 TILE = 8
-"""Side of the tiles that gsplat sorts and composites [px]."""
+"""Side length of the tiles that gsplat sorts and composites [px]."""
 
 # Screen-space filter footprints are out of every pixel's reach there [px].
 _NOWHERE = 1e6
@@ -38,7 +38,7 @@ class Rays(NamedTuple):
 
 
 def make_rays(sensor: DepthSensor, device: "torch.device") -> Rays:
-    """The rays of a sensor's views, row by row."""
+    """Makes the rays of the pixels of a sensor's views, row by row."""
     import torch
 
     axis = torch.tensor(
@@ -68,14 +68,15 @@ class Footprint(NamedTuple):
 def footprint(
     frames_V: "Tensor", cut: "Tensor", sensor: DepthSensor
 ) -> Footprint:
-    """Bounds discs in their images.
+    """Computes the bounding boxes of discs in their images.
 
     A disc ends at the ellipse of the dual conic E - p p', E being
     cut (a a' + b b'); one that reaches behind the camera is cut off there.
 
     Args:
         frames_V: Columns (a, b, p) of each disc in V, shape (P, 3, 3).
-        cut: See `Discs`, shape (P,).
+        cut: Largest squared Mahalanobis distance of each disc that is seen,
+            shape (P,).
         sensor: The views.
     """
     rows = frames_V.flatten(1).T.contiguous().view(3, 3, -1)
@@ -136,9 +137,17 @@ def _plane(axes: "Tensor", p: "Tensor") -> "Tensor":
 
 
 def render(
-    pairs: Pairs, n_cameras: int, discs: Discs, rays: Rays, sensor: DepthSensor
+    pairs: Pairs,
+    n_cameras: int,
+    discs: DiscTensors,
+    rays: Rays,
+    sensor: DepthSensor,
 ) -> tuple["Tensor", "NearestPixels"]:
-    """The cameras that any pair names, shape (C,), and what they see."""
+    """Renders the cameras that any pair names.
+
+    Returns:
+        Their numbers, shape (C,), and their nearest pixels.
+    """
     used = pairs.camera.new_zeros(n_cameras)
     used[pairs.camera] = 1
     cameras = used.nonzero()[:, 0]
@@ -224,8 +233,9 @@ class NearestPixels(NamedTuple):
     """The nearest pixel of each of C images.
 
     Attributes:
-        range: Shape (C,) [m]; inf where no pixel counts.
-        pixel: Its row-major index, shape (C,).
+        range: Range of the pixel along its ray, shape (C,) [m]; inf where no
+            pixel counts.
+        pixel: Row-major index of the pixel, shape (C,).
         open_range: Smallest range of all pixels with a median, whether they
             count or not, shape (C,) [m]. Where it is smaller, discs farther
             behind could make that pixel count.
@@ -244,14 +254,15 @@ def nearest_pixels(
     rays: Rays,
     sensor: DepthSensor,
 ) -> NearestPixels:
-    """Meets the pixels' rays with their median discs.
+    """Intersects the pixels' rays with their median discs.
 
     Args:
-        frames_V: Of the pairs, shape (P, 3, 3).
-        plane: Of the pairs, see `Footprint`.
-        median: Pair on each pixel, shape (C, resolution^2).
+        frames_V: Columns (a, b, p) of the pairs' discs, shape (P, 3, 3).
+        plane: Planes of the pairs' discs, see `Footprint`, shape (4, P).
+        median: Pair that holds the median of each pixel, shape (C,
+            resolution^2).
         alpha: Accumulated alpha, of the same shape.
-        rays: Of the pixels.
+        rays: Rays of the pixels.
         sensor: The views.
     """
     n_x, n_y, n_z, height = plane[:, median]

@@ -1,4 +1,4 @@
-"""Nearest splat of many points: ordered descent through the hierarchy.
+"""Nearest splat of many points: branch and bound in the hierarchy (numba).
 
 All kernels here work on plain arrays. A splat is a record of 16 numbers in
 leaf order: centre p_WK, the columns of R_WK sorted by falling semi-axis, the
@@ -26,14 +26,14 @@ _CHUNK = 8
 
 
 class SplatTree(NamedTuple):
-    """What a query searches.
+    """The splats and the hierarchy that a query searches.
 
     Attributes:
-        nodes: As in `BoundingVolumeHierarchy`.
-        links: As in `BoundingVolumeHierarchy`.
+        nodes: Nodes of the `BoundingVolumeHierarchy`.
+        links: Links of the `BoundingVolumeHierarchy`.
         records: Splats in leaf order, shape (N, 16).
-        is_surfel: The splats are discs, not ellipsoids.
-        steps: Bisection steps, or CONVERGE.
+        is_surfel: Whether the splats are discs, not ellipsoids.
+        steps: Number of bisection steps, or CONVERGE.
     """
 
     nodes: np.ndarray
@@ -59,7 +59,10 @@ def query(tree, spheres, answer):
 
 @njit(cache=True, parallel=True)
 def query_parallel(tree, spheres, answer):
-    """The same as `query` on several threads, with equal answers."""
+    """Finds the nearest splat of every sphere, on several threads.
+
+    Arguments and answers are those of `query`.
+    """
     n = len(answer)
     for chunk in prange((n + _CHUNK - 1) // _CHUNK):
         start = chunk * _CHUNK
@@ -68,10 +71,10 @@ def query_parallel(tree, spheres, answer):
 
 @njit(cache=True)
 def query_every_splat(records, is_surfel, steps, spheres, answer):
-    """The same as `query` by trying all pairs: what the hierarchy must equal.
+    """Finds the nearest splat of every sphere by trying all pairs.
 
-    The records are sorted by splat index, so of several nearest splats the
-    first has the lowest one.
+    It is what `query` must equal. The records are sorted by splat index, so of
+    several nearest splats the first has the lowest one.
     """
     for i in range(len(answer)):
         p = (spheres[i, 0], spheres[i, 1], spheres[i, 2])

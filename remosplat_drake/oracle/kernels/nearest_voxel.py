@@ -19,18 +19,19 @@ _HALF_DIAGONAL = 0.8661
 
 
 class VoxelColumns(NamedTuple):
-    """A grid of unseen and seen voxels; the outermost ones are unseen.
+    """A grid of unseen and seen voxels, of which the outermost are unseen.
 
     Attributes:
-        unseen: The kinds, shape (nx, ny, nz), bool.
-        up: Level of the next voxel above that is of the other kind, nz
-            without one; shape (nx, ny, nz), int16.
-        down: The same below, -1 without one.
-        apart: Between the centres of a voxel and of the nearest unseen one
-            that is not in the lowest level, in voxels, shape (nx, ny, nz),
-            float32. Who stands on the floor does not see that level.
+        unseen: Which voxels are unseen, shape (nx, ny, nz), bool.
+        up: Level of the next voxel above that is of the other kind, nz without
+            one, shape (nx, ny, nz), int16.
+        down: Level of the next voxel below that is of the other kind, -1
+            without one, shape (nx, ny, nz), int16.
+        apart: Distance between the centres of a voxel and of the nearest unseen
+            one that is not in the lowest level [voxels], shape (nx, ny, nz),
+            float32. Spheres that stand on the floor do not see that level.
         lower: Lower corner of the grid, shape (3,) [m].
-        voxel: Edge of a voxel [m].
+        voxel: Edge length of a voxel [m].
     """
 
     unseen: np.ndarray
@@ -46,7 +47,7 @@ def query(grid, spheres, answer):
     """Finds the boundary of unseen space nearest to every sphere's centre.
 
     Args:
-        grid: `VoxelColumns`.
+        grid: The grid, a `VoxelColumns`.
         spheres: (n, 5): centre p_WS, the distance from the centre that an
             answer must undercut, the height below which voxels with their
             centres there are seen.

@@ -1,4 +1,4 @@
-"""A priority queue of tree nodes in two arrays, for numba kernels."""
+"""A priority queue (binary heap) of tree nodes in two arrays (numba)."""
 
 from numba import njit
 
@@ -19,10 +19,7 @@ def push(keys, items, size, key, item):
 
 @njit(cache=True, nogil=True)
 def pop(keys, items, size):
-    """Removes the first item, the one with the least key.
-
-    Returns its key, the item and the new size.
-    """
+    """Removes the item with the least key; returns key, item and new size."""
     top_key, top_item = keys[0], items[0]
     size -= 1
     key, item = keys[size], items[size]

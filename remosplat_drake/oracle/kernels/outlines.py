@@ -9,12 +9,12 @@ import numpy as np
 from remosplat_drake.oracle.kernels.footprints import inlined, lean
 
 OUTLINE, NEAR = 15, 21
-"""Where the array of a projected splat holds its two outlines."""
+"""Places of the two outlines in the array of a projected splat."""
 
 
 @lean
 def outline(s, rules, cut):
-    """Writes the outline weight = cut of the projected splat into s[OUTLINE:].
+    """Writes the outline weight = cut of a projected splat into s[OUTLINE:].
 
     It is a quadratic form of the ray, <= 0 inside: entries xx, xy, xz, yy,
     yz, zz.
@@ -51,7 +51,7 @@ def near_outline(s, reach):
 
 @lean
 def row_span(s, rules, at):
-    """Rows y of the image that the outline s[at:] meets."""
+    """Returns the first and last image row y that the outline s[at:] meets."""
     xx, xy, xz = s[at], s[at + 1], s[at + 2]
     yy, yz, zz = s[at + 3], s[at + 4], s[at + 5]
     if xx > 0:
@@ -74,7 +74,7 @@ def row_span(s, rules, at):
 
 @inlined
 def column_span(s, rules, at, y):
-    """Columns x of row y inside the outline s[at:]; empty if low > high."""
+    """Returns the columns x of row y inside an outline; empty if low > high."""
     return _quadratic_span(
         s[at],
         s[at + 1] * y + s[at + 2],

@@ -16,7 +16,7 @@ from remosplat_drake.oracle.kernels.footprints import (
 )
 
 ROUNDING = 1e-9
-"""Products of the same factors in another order differ by much less."""
+"""Bound on how much products of equal factors differ by their order."""
 
 
 class Canvas(NamedTuple):
@@ -64,7 +64,13 @@ class Canvas(NamedTuple):
 
 @kernel
 def new_canvas(resolution, n_nodes, capacity):
-    """A canvas for views of a tree's nodes with room for so many fragments."""
+    """Makes the scratch memory of one thread.
+
+    Args:
+        resolution: Number of pixels along a side of a view.
+        n_nodes: Number of nodes of the hierarchy.
+        capacity: Number of fragments that there is room for.
+    """
     length = np.empty(resolution * resolution)
     for row in range(resolution):
         y = (row + 0.5) * 2 / resolution - 1
@@ -114,13 +120,13 @@ def add_fragment(canvas, pixel, stamp, reach, alpha):
 
 @lean
 def has_median(canvas, pixel, rules):
-    """Whether the pixel's kept fragments may have a median nearer than best."""
+    """Returns whether a pixel may have a median nearer than the best range."""
     return canvas.clear[pixel] <= rules.transmittance + ROUNDING
 
 
 @lean
 def median_range(canvas, pixel, rules, best):
-    """Median range and accumulated alpha of a pixel's kept fragments.
+    """Computes median range and accumulated alpha of a pixel's fragments.
 
     Fragments at or beyond `best` no longer count towards `canvas.clear`.
     """
