@@ -42,7 +42,7 @@ class AppendFile:
 
         Returns:
             The system's error message if it failed, such as "No space left on
-                device"; otherwise the empty string.
+            device"; otherwise the empty string.
         """
         rest = memoryview(piece)
         try:

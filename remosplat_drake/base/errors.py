@@ -63,7 +63,7 @@ def unknown_name(kind: str, name: object, valid: Iterable[str]) -> str:
 
     Returns:
         One line such as "unknown robot 'franky' (did you mean 'frankie'?);
-            valid: ...".
+        valid: ...".
     """
     names = sorted(valid)
     close = get_close_matches(str(name), names, n=1)

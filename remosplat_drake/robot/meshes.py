@@ -61,7 +61,7 @@ def link_meshes(visuals: Path) -> dict[str, list[LinkMesh]]:
 
     Returns:
         The meshes by link name; links without a usable mesh are absent. Empty
-            without the `meshes` extra and without a cache.
+        without the `meshes` extra and without a cache.
 
     Raises:
         RemoSplatError: `visuals` is unusable.

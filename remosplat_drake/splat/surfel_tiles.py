@@ -84,8 +84,8 @@ def surfel_mesh(
 
     Returns:
         Vertices p_GV (N * sides, 3) [m], faces (N * (sides - 2), 3) and linear
-            RGB colours of the vertices (N * sides, 3), bright enough for the
-            page's lights.
+        RGB colours of the vertices (N * sides, 3), bright enough for the page's
+        lights.
     """
     rows = np.arange(len(splat))
     order = np.argsort(-splat.scales, axis=1, kind="stable")[:, :2]
@@ -111,7 +111,7 @@ def polygon_faces(count: int, sides: int) -> np.ndarray:
 
     Returns:
         Shape (count * (sides - 2), 3), int32, read-only. Equal arguments give
-            the same array, so that tiles of one size share it.
+        the same array, so that tiles of one size share it.
     """
     fan = np.arange(1, sides - 1)
     polygon = np.stack([np.zeros_like(fan), fan, fan + 1], axis=1)

@@ -16,7 +16,7 @@ def smallest_three(unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     Returns:
         The index of the largest component, shape (N,), and the other three in
-            order, with the sign that makes the largest positive, (N, 3).
+        order, with the sign that makes the largest positive, (N, 3).
     """
     n = len(unit)
     largest = np.abs(unit).argmax(axis=1)
