@@ -13,28 +13,30 @@ _LARGEST = 1e9
 """No camera's pixels or metres are more; their squares are still numbers."""
 
 MIN_VIEWS = 2
-"""One image shows one side of everything."""
+"""Least number of views of a capture; one shows one side of everything."""
 
 MIN_DEPTH_FRACTION = 0.01
-"""Captures with less depth than this fraction of their pixels have none."""
+"""Least fraction of a capture's pixels that must have a depth."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Capture:
-    """n images of one size from cameras C in a world frame W.
+    """n posed RGB-D images of one size from pinhole cameras C in frame W.
 
     Attributes:
         K: Intrinsic matrices, shape (n, 3, 3) [pixels]; pixel (row i, column
             j) has its centre at (j + 0.5, i + 0.5).
-        X_WC: Camera poses (OpenCV axes), shape (n, 4, 4).
-        rgb: Colours, shape (n, h, w, 3), uint8.
-        depth: z in C, shape (n, h, w), float32 [m]; 0 where unknown.
+        X_WC: Camera poses in OpenCV axes (x right, y down, z forward), shape
+            (n, 4, 4).
+        rgb: sRGB colours, shape (n, h, w, 3), uint8.
+        depth: Depth z in C, shape (n, h, w), float32 [m]; 0 where unknown.
         hidden: Pixels that do not show the scene (but the robot, say), shape
-            (n, h, w), bool; their depth is 0. None: every pixel shows it.
+            (n, h, w), bool; their depth is 0. None: every pixel shows the
+            scene.
 
     Raises:
-        RemoSplatError: The arrays do not fit each other, or a view's pose is
-            no rigid transform; names the view.
+        RemoSplatError: The arrays do not fit each other, or a view's pose is no
+            rigid transform; the error names the view.
     """
 
     K: np.ndarray
@@ -79,11 +81,18 @@ class Capture:
         return self.depth.shape[1], self.depth.shape[2]
 
     def points_W(self, view: int) -> np.ndarray:
-        """Scene points of a view's pixels, (h, w, 3) [m]; NaN if unknown."""
+        """Back-projects the pixels of a view to scene points in W.
+
+        Args:
+            view: Index of the view.
+
+        Returns:
+            Shape (h, w, 3) [m]; NaN where the depth is unknown.
+        """
         return back_project(self.K[view], self.depth[view], self.X_WC[view])
 
     def select(self, views: np.ndarray) -> "Capture":
-        """The views that a boolean mask or index array names."""
+        """Returns the views that a boolean mask or index array selects."""
         hidden = None if self.hidden is None else self.hidden[views]
         return Capture(
             self.K[views],
@@ -97,7 +106,16 @@ class Capture:
 def back_project(
     K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray
 ) -> np.ndarray:
-    """Points in W of a depth image, (h, w, 3) [m]; NaN where depth is 0."""
+    """Back-projects a depth image to scene points in W.
+
+    Args:
+        K: Intrinsic matrix, shape (3, 3) [pixels].
+        depth: Depth z in C, shape (h, w) [m]; 0 where unknown.
+        X_WC: Camera pose (OpenCV axes), shape (4, 4).
+
+    Returns:
+        Shape (h, w, 3) [m]; NaN where the depth is 0.
+    """
     height, width = depth.shape
     u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     z = np.where(depth > 0, depth, np.nan).astype(float)
@@ -108,10 +126,10 @@ def back_project(
 
 
 def check_reconstructible(capture: Capture):
-    """Refuses what no splat can come from, before any work starts.
+    """Checks that a splat can be made of a capture, before any work starts.
 
     Raises:
-        RemoSplatError: There are too few views, or there is no depth.
+        RemoSplatError: There are too few views, or too little depth.
     """
     if len(capture) < MIN_VIEWS:
         raise RemoSplatError(
@@ -127,15 +145,16 @@ def check_reconstructible(capture: Capture):
 
 
 def check_camera(name: str, K: np.ndarray, X_WC: np.ndarray):
-    """Refuses a view without a pinhole camera or a rigid pose.
+    """Checks that a view has a pinhole camera and a rigid pose.
 
     Args:
-        name: What the error calls the view.
-        K: Its intrinsic matrix, shape (3, 3) [pixels].
-        X_WC: Its pose, shape (4, 4).
+        name: Name of the view, for the error.
+        K: Intrinsic matrix, shape (3, 3) [pixels].
+        X_WC: Camera pose, shape (4, 4).
 
     Raises:
-        RemoSplatError: It is neither.
+        RemoSplatError: The matrix is no intrinsic matrix, or the pose is no
+            rigid transform.
     """
     if not (np.isfinite(K).all() and np.isfinite(X_WC).all()):
         raise RemoSplatError(f"{name}: its camera is not finite")

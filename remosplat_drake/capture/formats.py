@@ -24,12 +24,13 @@ from remosplat_drake.capture.readers import (
 
 @dc.dataclass(frozen=True)
 class Format:
-    """How captures of one kind are told from others, and read.
+    """A format in which captures are stored.
 
     Attributes:
-        looks_for: In words.
-        recognises: Whether a path is of this kind, by what it holds.
-        read_frames: Every n-th frame of a path.
+        looks_for: What the format looks for in a path, in words.
+        recognises: Function that returns whether a path is of this format, by
+            what it holds.
+        read_frames: Function that iterates over every n-th frame of a path.
     """
 
     looks_for: str
@@ -48,8 +49,10 @@ FORMATS = {
         "trajectory-log": trajectory_log,
     }.items()
 }
-"""By name, in the order in which they are tried. "nerfstudio" is instant-ngp's
-and NeRFCapture's format too."""
+"""All formats by name, in the order in which they are tried.
+
+"nerfstudio" is also the format of instant-ngp and of NeRFCapture.
+"""
 
 
 @reads_file
@@ -68,16 +71,18 @@ def read_capture(
 
     Args:
         path: A file or folder.
-        format: A name of `FORMATS`; None tells it by the content.
+        format: A name of `FORMATS`; None detects it by the content.
         stride: Only every n-th frame is read.
-        max_depth: Depths beyond become unknown [m].
-        max_size: Wider or higher images are shrunk to this [pixels].
+        max_depth: Largest depth that is trusted; deeper pixels become unknown
+            [m].
+        max_size: Largest width or height; larger images are shrunk to it
+            [pixels].
 
     Raises:
         FileError: Something is missing, damaged, too large, of no known
             format, or does not fit the rest.
         FieldError: A field of a file, or an argument, is unusable.
-        RemoSplatError: A pose is no rigid transform; names the frame.
+        RemoSplatError: A pose is no rigid transform; the error names the frame.
         MissingExtraError: A reader's package is not installed.
     """
     path = Path(path).expanduser()
@@ -100,10 +105,13 @@ def read_capture(
 
 
 def detect_format(path: Path) -> str:
-    """The name of the format that a file or folder has.
+    """Detects the format of a file or folder by its content.
+
+    Returns:
+        A name of `FORMATS`.
 
     Raises:
-        FileError: It has none that we know.
+        FileError: The path has none of these formats.
     """
     if not path.exists():
         raise FileError(path, "no such file or folder")

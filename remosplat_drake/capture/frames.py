@@ -23,18 +23,19 @@ _ASPECT_TOLERANCE = 0.02
 
 @dc.dataclass(frozen=True, eq=False)
 class Frame:
-    """One image of a camera C in a world frame W, as a file has it.
+    """One RGB-D image of a camera C in a world frame W, as a file has it.
 
     Attributes:
-        name: What errors call it.
+        name: Name of the frame, for errors.
         K: Intrinsic matrix of the colour image, shape (3, 3) [pixels]; the
             first pixel has its centre at (0.5, 0.5).
         X_WC: Camera pose (OpenCV axes), shape (4, 4).
-        rgb: Colours, shape (h, w, 3), uint8.
-        depth: z in C, shape (h', w'), float32 [m]; 0 where unknown.
-        hidden: Pixels that do not show the scene, shape (h", w"), or None.
-        distortion: Of the lens; None for images of a pinhole camera.
-        time: When it was taken, if that is known [s].
+        rgb: sRGB colours, shape (h, w, 3), uint8.
+        depth: Depth z in C, shape (h', w'), float32 [m]; 0 where unknown.
+        hidden: Pixels that do not show the scene, shape (h", w"), bool, or
+            None.
+        distortion: Distortion of the lens; None for images of a pinhole camera.
+        time: Time at which the image was taken [s]; None if unknown.
     """
 
     name: str
@@ -50,7 +51,13 @@ class Frame:
 def scale_intrinsics(
     K: np.ndarray, size: tuple[float, float], new_size: tuple[int, int]
 ) -> np.ndarray:
-    """The intrinsic matrix of a resized image; sizes are (height, width)."""
+    """Scales an intrinsic matrix to a resized image.
+
+    Args:
+        K: Intrinsic matrix, shape (3, 3) [pixels].
+        size: Height and width of the image before [pixels].
+        new_size: Height and width of the resized image [pixels].
+    """
     rows, columns = new_size[0] / size[0], new_size[1] / size[1]
     # What overflows here, `check_camera` refuses.
     with np.errstate(over="ignore", invalid="ignore"):
@@ -58,7 +65,12 @@ def scale_intrinsics(
 
 
 def sample_nearest(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """The pixels of `image` (h, w, ...) under the centres of a new grid's."""
+    """Resizes an image by picking the pixel under each new pixel's centre.
+
+    Args:
+        image: Shape (h, w, ...).
+        size: Height and width of the result [pixels].
+    """
     rows, columns = (
         ((np.arange(new) + 0.5) * old / new).astype(int)
         for new, old in zip(size, image.shape[:2], strict=True)
@@ -73,17 +85,19 @@ def assemble(
     max_depth: float | None = None,
     max_size: int | None = None,
 ) -> Capture:
-    """A capture of undistorted frames of one size.
+    """Assembles a capture from frames: undistorts them and makes them one size.
 
     Args:
-        path: What errors name besides the frame.
-        frames: At least one.
-        max_depth: Depths beyond become unknown [m].
-        max_size: Wider or higher images are shrunk to this [pixels].
+        path: File or folder of the capture, for errors.
+        frames: The frames, at least one.
+        max_depth: Largest depth that is trusted; deeper pixels become unknown
+            [m].
+        max_size: Largest width or height; larger images are shrunk to it
+            [pixels].
 
     Raises:
-        RemoSplatError: A frame's camera is none, its images do not fit each
-            other, or those of the frames before; or there is no frame.
+        RemoSplatError: A frame has no usable camera, its images do not fit each
+            other or those of the frames before, or there is no frame.
     """
     fitted: list[Frame] = []
     for frame in frames:

@@ -14,17 +14,20 @@ import numpy as np
 from remosplat_drake.base.errors import FieldError, FileError, MissingExtraError
 
 MAX_PIXELS = 50_000_000
-"""No camera's image is larger; one that says so is damaged or a trap."""
+"""Largest number of pixels of an image that is read."""
 
 Source = Path | zipfile.Path
-"""A file in a folder or in an archive."""
+"""A file in a folder or in a zip archive."""
 
 
 def read_colors(source: Source) -> np.ndarray:
-    """Colours of an image file, shape (h, w, 3), uint8; alpha is dropped.
+    """Reads the sRGB colours of an image file; alpha is dropped.
+
+    Returns:
+        Shape (h, w, 3), uint8.
 
     Raises:
-        FileError: It is missing or damaged, or has no 8-bit colours.
+        FileError: The file is missing or damaged, or has no 8-bit colours.
         MissingExtraError: Pillow is not installed.
     """
     image = _read_image(source, "8-bit colours", ("RGB", "RGBA", "L", "P"))
@@ -32,14 +35,17 @@ def read_colors(source: Source) -> np.ndarray:
 
 
 def read_depth(source: Source, unit: float) -> np.ndarray:
-    """Depth (h, w), float32 [m], from a 16-bit or float image, .exr or .npy.
+    """Reads depth from a 16-bit or float image, an OpenEXR or a .npy file.
 
     Args:
-        source: The file. What is not finite in it is unknown.
-        unit: One step of its numbers [m].
+        source: The file.
+        unit: Length that one step of the file's numbers stands for [m].
+
+    Returns:
+        Shape (h, w), float32 [m]; 0 where the file has no finite number.
 
     Raises:
-        FileError: It is missing or damaged, or is no depth image.
+        FileError: The file is missing or damaged, or is no depth image.
         MissingExtraError: Pillow or OpenEXR is not installed.
     """
     if source.name.endswith(".npy"):
@@ -57,12 +63,17 @@ def read_depth(source: Source, unit: float) -> np.ndarray:
 
 
 def read_levels(source: Source) -> np.ndarray:
-    """The numbers 0..255 of a mask or confidence image, shape (h, w)."""
+    """Reads the numbers 0..255 of a mask or confidence image, shape (h, w)."""
     return np.asarray(_read_image(source).convert("L"))
 
 
 def shrink_colors(rgb: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """Colours (h, w, 3) averaged over the pixels of a coarser grid."""
+    """Shrinks an image (h, w, 3) by averaging over areas.
+
+    Args:
+        rgb: Colours, shape (h, w, 3), uint8.
+        size: Height and width of the result [pixels].
+    """
     if rgb.shape[:2] == size:
         return rgb
     image = image_module()
@@ -73,10 +84,10 @@ def shrink_colors(rgb: np.ndarray, size: tuple[int, int]) -> np.ndarray:
 
 
 def check_pixel_count(source: Source, width: int, height: int):
-    """Refuses sizes that no camera has, before memory is asked for.
+    """Checks the size of an image before memory is allocated for it.
 
     Raises:
-        FileError: The size is too large.
+        FileError: The image has more than `MAX_PIXELS` pixels.
     """
     if width * height > MAX_PIXELS:
         raise FileError(
@@ -87,10 +98,10 @@ def check_pixel_count(source: Source, width: int, height: int):
 
 
 def check_announced_size(where: str, field: str, width: float, height: float):
-    """Refuses the size of an image that only a field of a file tells.
+    """Checks the size of an image that only a field of a file tells.
 
     Raises:
-        FieldError: No camera has it; names `where` and `field`.
+        FieldError: The size is unusable; the error names `where` and `field`.
     """
     if not (width >= 1 and height >= 1 and width * height <= MAX_PIXELS):
         raise FieldError(
@@ -99,7 +110,7 @@ def check_announced_size(where: str, field: str, width: float, height: float):
 
 
 def image_module() -> ModuleType:
-    """Pillow's `Image` module.
+    """Imports Pillow's `Image` module.
 
     Raises:
         MissingExtraError: Pillow is not installed.

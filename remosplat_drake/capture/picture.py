@@ -1,4 +1,4 @@
-"""A capture at a glance: its frames, and its cameras from above."""
+"""A capture at a glance: its frames, and a map of its cameras from above."""
 
 import numpy as np
 from matplotlib import colormaps
@@ -34,8 +34,8 @@ def draw_capture(
     """Draws a sheet of frames, colour over depth, and a map.
 
     Args:
-        capture: At least one frame.
-        title: Says which capture it is.
+        capture: A capture of at least one frame.
+        title: Title of the sheet, such as the capture's name.
         wrong_frames: Indices of frames to draw in red.
     """
     shown = np.unique(np.linspace(0, len(capture) - 1, _MOST).round()).astype(
@@ -82,9 +82,12 @@ def draw_capture(
 
 
 def up_axis(capture: Capture) -> tuple[int, float]:
-    """The world axis that is most nearly up for the cameras, and its sign.
+    """Finds the world axis that is most nearly up for the cameras.
 
     Most cameras are held upright, and files differ in which axis is up.
+
+    Returns:
+        Index of the axis, and its sign: 1.0 if it points up, else -1.0.
     """
     up_W = -capture.X_WC[:, :3, 1].mean(axis=0)
     axis = int(np.abs(up_W).argmax())

@@ -1,4 +1,4 @@
-"""Turns images of lenses into those of pinhole cameras.
+"""Undistortion: turns images of lenses into those of pinhole cameras.
 
 The model is the Brown-Conrady polynomial of OpenCV and nerfstudio: a ray
 through (x, y) on the plane z = 1 reaches the sensor at (x_d, y_d),
@@ -19,7 +19,7 @@ from scipy.ndimage import map_coordinates
 
 @dc.dataclass(frozen=True)
 class Distortion:
-    """Coefficients of the radial (k) and tangential (p) distortion."""
+    """Brown-Conrady coefficients: radial k1 to k4, tangential p1 and p2."""
 
     k1: float = 0.0
     k2: float = 0.0
@@ -30,7 +30,7 @@ class Distortion:
 
 
 def distort(distortion: Distortion, xy: np.ndarray) -> np.ndarray:
-    """Where rays through points of the plane z = 1 arrive, (..., 2) both."""
+    """Applies the distortion to points (x, y) of the plane z = 1, (..., 2)."""
     d = distortion
     x, y = xy[..., 0], xy[..., 1]
     s = x**2 + y**2
@@ -41,9 +41,10 @@ def distort(distortion: Distortion, xy: np.ndarray) -> np.ndarray:
 
 
 def valid_radius(distortion: Distortion) -> float:
-    """The radius at which the radial polynomial turns back on itself.
+    """Returns the radius at which the radial polynomial turns back on itself.
 
-    Beyond it the model shows the same pixels again, so it says nothing.
+    Beyond it, on the plane z = 1, the model shows the same pixels again, so it
+    says nothing. It is inf for a polynomial that never turns back.
     """
     d = distortion
     slope = [9 * d.k4, 7 * d.k3, 5 * d.k2, 3 * d.k1, 1.0]
@@ -59,16 +60,16 @@ def undistort(
     depth: np.ndarray,
     hidden: np.ndarray | None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The images that a pinhole camera with the same K would have taken.
+    """Computes the images that a pinhole camera with the same K would take.
 
     Colours are interpolated. Depths and masks are picked from the nearest
     pixel, as a depth between two surfaces belongs to neither.
 
     Args:
-        distortion: Of the images.
-        K: Their intrinsic matrix, shape (3, 3) [pixels].
+        distortion: Distortion of the images.
+        K: Intrinsic matrix, shape (3, 3) [pixels].
         rgb: Colours, shape (h, w, 3), uint8.
-        depth: Depths, shape (h, w); z stays as it is.
+        depth: Depths, shape (h, w) [m]; z stays as it is.
         hidden: Pixels that do not show the scene, shape (h, w), or None.
 
     Returns:

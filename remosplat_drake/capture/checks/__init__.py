@@ -1,1 +1,1 @@
-"""Whether a capture's poses, scale and clocks can be right."""
+"""Checks whether a capture's poses, scale and clocks can be right."""

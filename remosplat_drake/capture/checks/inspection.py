@@ -43,7 +43,7 @@ _UNITS = (
 
 @dc.dataclass(frozen=True, eq=False)
 class CaptureInspection:
-    """What a capture of n frames is like, and what is wrong with it.
+    """Measurements of a capture of n frames, and what is wrong with it.
 
     Attributes:
         frames: Number of frames n.
@@ -54,13 +54,14 @@ class CaptureInspection:
             (p1, median, p99); NaN without any.
         known: Fraction of the pixels that have a depth.
         hidden: Fraction of the pixels that do not show the scene.
-        path_length: Of the camera from frame to frame [m].
-        extent: Sides of the box around the camera's positions, (3,) [m].
-        registration: Of colour and depth; None if there is too little to
-            tell.
-        overlap: Of neighbouring frames.
-        wrong_frames: Frames that disagree with all of their neighbours.
-        warnings: A sentence with numbers for each thing that is wrong.
+        path_length: Length of the camera's path from frame to frame [m].
+        extent: Sides of the box around the camera's positions, shape (3,) [m].
+        registration: Registration of colour and depth; None if there is too
+            little to tell.
+        overlap: Agreement of neighbouring frames about depth.
+        wrong_frames: Indices of the frames that disagree with all of their
+            neighbours.
+        warnings: One sentence with numbers for each thing that is wrong.
     """
 
     frames: int
@@ -82,7 +83,7 @@ def inspect_capture(capture: Capture) -> CaptureInspection:
     """Measures and judges a capture.
 
     Args:
-        capture: At least one frame.
+        capture: A capture of at least one frame.
     """
     height, width = capture.size
     focal = capture.K[:, (0, 1), (0, 1)]
@@ -208,6 +209,11 @@ def _judge_overlap(
 
 
 def list_frames(frames: np.ndarray, most: int = 10) -> str:
-    """Frame indices in words, the first ones of many."""
+    """Words a list of frame indices, such as "3, 7, 9 and more".
+
+    Args:
+        frames: Indices of the frames.
+        most: Largest number of indices that are listed.
+    """
     names = ", ".join(str(i) for i in frames[:most])
     return names if len(frames) <= most else f"{names} and more"

@@ -1,4 +1,4 @@
-"""Whether the views of a capture agree about the depth of what they share.
+"""Agreement of a capture's views about the depth of what they share.
 
 Points of one view are projected into another one, whose depth image must
 have them where they are. A point that lies behind the other view's surface
@@ -13,7 +13,7 @@ import numpy as np
 from remosplat_drake.capture.capture import Capture
 
 TOLERANCE = 0.02
-"""Depths that differ by less than this fraction agree."""
+"""Fraction of a depth by which agreeing depths may differ."""
 
 _SAMPLES = 400
 _COARSE = 40
@@ -27,7 +27,7 @@ _MIN_JUDGED = 20
 """Fewer points than this say nothing about a pair of views."""
 
 MIN_AGREEMENT = 0.5
-"""Views with the right poses agree about most of what they share."""
+"""Least fraction of their shared points about which right views agree."""
 
 _MAX_JUMP = 0.05
 """Between pixels whose depths differ by more there is an edge, no surface."""
@@ -35,15 +35,16 @@ _MAX_JUMP = 0.05
 
 @dc.dataclass(frozen=True, eq=False)
 class Overlap:
-    """What m pairs of neighbouring views say about each other.
+    """What m pairs of neighbouring views say about each other's depths.
 
     Attributes:
         pairs: Indices of the views (a, b) with a < b, shape (m, 2).
-        agreeing: Points of either view that the other one has where they
-            are, to within `TOLERANCE`, shape (m,).
-        contradicting: Points through which the other one looks, shape (m,).
-        differences: Depths by which these points miss the other view's
-            surface, of all pairs, without signs [m].
+        agreeing: Number of points of either view that the other one has where
+            they are, to within `TOLERANCE`, shape (m,).
+        contradicting: Number of points through which the other one looks, shape
+            (m,).
+        differences: Absolute differences between these points' depths and the
+            other view's surface, over all pairs [m].
         supported: Fraction of all the views' points that agree with a
             neighbour's.
     """
@@ -65,31 +66,31 @@ class Overlap:
 
     @property
     def agreements(self) -> np.ndarray:
-        """That fraction of each pair, (m,); NaN of pairs that share little."""
+        """Agreement of each pair, (m,); NaN of pairs that share little."""
         judged = self.agreeing + self.contradicting
         shares = judged >= _MIN_JUDGED
         return np.where(shares, self.agreeing / np.maximum(judged, 1), np.nan)
 
     @property
     def median(self) -> float:
-        """The median difference [m]; NaN when nothing could be judged."""
+        """Median absolute difference of depths [m]; NaN if none was judged."""
         if not len(self.differences):
             return np.nan
         return float(np.median(self.differences))
 
     def within(self, distance: float) -> float:
-        """Fraction of the judged points that differ by < distance [m]."""
+        """Returns the fraction of points that differ by < distance [m]."""
         if not len(self.differences):
             return np.nan
         return float((self.differences < distance).mean())
 
 
 def measure_overlap(capture: Capture, seed: int = 0) -> Overlap:
-    """Compares each view's depth with its neighbours'.
+    """Compares each view's depth with that of its neighbours.
 
     Args:
-        capture: Any views; the order does not matter.
-        seed: Of the choice of points.
+        capture: The views, in any order.
+        seed: Seed of the random choice of points.
     """
     p_C = sample_points(capture, _SAMPLES, np.random.default_rng(seed))
     pairs = neighbours(capture, p_C[:, :_COARSE])
@@ -117,9 +118,12 @@ def measure_overlap(capture: Capture, seed: int = 0) -> Overlap:
 
 
 def wrong_frames(overlap: Overlap) -> np.ndarray:
-    """Views that disagree with all of their neighbours: ascending indices.
+    """Finds views that disagree with all of their neighbours.
 
     A view without neighbours is not among them: nothing speaks against it.
+
+    Returns:
+        Their indices, ascending.
     """
     agreements = overlap.agreements
     views = np.unique(overlap.pairs[np.isfinite(agreements)])
@@ -128,11 +132,14 @@ def wrong_frames(overlap: Overlap) -> np.ndarray:
 
 
 def neighbours(capture: Capture, p_C: np.ndarray) -> np.ndarray:
-    """Pairs of views that see much of the same, (m, 2).
+    """Finds pairs of views that see much of the same.
 
     Args:
-        capture: The views.
+        capture: The n views.
         p_C: Some points of each view in its camera, (n, k, 3) [m] or NaN.
+
+    Returns:
+        Indices of the views, shape (m, 2).
     """
     n = len(capture)
     seen = np.zeros((n, n))
@@ -150,7 +157,12 @@ def neighbours(capture: Capture, p_C: np.ndarray) -> np.ndarray:
 def sample_points(
     capture: Capture, count: int, rng: np.random.Generator
 ) -> np.ndarray:
-    """Points of random known pixels of each view in its camera.
+    """Draws points of random known pixels of each view, in its camera frame.
+
+    Args:
+        capture: The n views.
+        count: Number of points of each view.
+        rng: Source of randomness.
 
     Returns:
         Shape (n, count, 3) [m]; NaN for a view without depth.
@@ -172,19 +184,20 @@ def sample_points(
 def compare(
     capture: Capture, p_C: np.ndarray, a: int, b: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Depths in view b of points of view a: where they are, and measured.
+    """Compares depths of points of view a with what view b measured there.
 
     The measured depth is interpolated on the surface between four pixels;
     1 / z is linear in the image of a plane.
 
     Args:
         capture: The views.
-        p_C: Points in a's camera, (k, 3) [m].
-        a: The points' view.
-        b: The view they are looked for in.
+        p_C: Points in a's camera, shape (k, 3) [m].
+        a: Index of the points' view.
+        b: Index of the view that they are projected into.
 
     Returns:
-        Two arrays (k,) [m]; NaN where b has no surface there.
+        Depths of the points in b's camera, and b's measured depths, both of
+        shape (k,) [m]; NaN where b has no surface there.
     """
     K, image = capture.K[b], capture.depth[b]
     height, width = capture.size
@@ -207,13 +220,13 @@ def compare(
 
 
 def to_world(capture: Capture, p_C: np.ndarray, view: int) -> np.ndarray:
-    """Points of a view's camera in W, (k, 3)."""
+    """Transforms points (k, 3) from a view's camera frame to W [m]."""
     X_WC = capture.X_WC[view]
     return p_C @ X_WC[:3, :3].T + X_WC[:3, 3]
 
 
 def to_camera(capture: Capture, p_W: np.ndarray, view: int) -> np.ndarray:
-    """Points in W in a view's camera, (k, 3)."""
+    """Transforms points (k, 3) from W to a view's camera frame [m]."""
     X_WC = capture.X_WC[view]
     return (p_W - X_WC[:3, 3]) @ X_WC[:3, :3]
 

@@ -1,9 +1,9 @@
-"""The usual mistakes about camera poses, and which of them a capture has.
+"""Usual mistakes about camera poses, and which of them a capture has.
 
 Every reader of captures must know whether poses go from the camera to the
-world, how the camera's axes point, the order of a quaternion's numbers and
-the unit of lengths. With one of these wrong the views contradict each other;
-with the mistake undone they agree.
+world, how the camera's axes point (OpenCV or OpenGL), the order of a
+quaternion's numbers (xyzw or wxyz) and the unit of lengths. With one of these
+wrong the views contradict each other; with the mistake undone they agree.
 """
 
 import dataclasses as dc
@@ -18,7 +18,7 @@ from remosplat_drake.capture.checks.overlap import Overlap, measure_overlap
 _FLIP_YZ = np.diag([1.0, -1.0, -1.0, 1.0])
 
 GOOD_AGREEMENT = 0.8
-"""Neighbours with the right poses agree about more than this."""
+"""Agreement that neighbouring views with the right poses exceed."""
 
 _LEFT = 0.5
 """With the mistake undone, less than this part of the disagreement is left."""
@@ -26,11 +26,12 @@ _LEFT = 0.5
 
 @dc.dataclass(frozen=True)
 class Mistake:
-    """A wrong belief about poses.
+    """A wrong belief about poses, and how it is undone.
 
     Attributes:
-        words: What the poses look like.
-        undo: The right poses X_WC, (n, 4, 4), from the wrong ones.
+        words: What the poses look like, as part of a warning.
+        undo: Function from the wrong poses to the right poses X_WC, both of
+            shape (n, 4, 4).
     """
 
     words: str
@@ -40,11 +41,12 @@ class Mistake:
 def find_mistake(
     capture: Capture, overlap: Overlap
 ) -> tuple[Mistake, Overlap] | None:
-    """The mistake that explains why views disagree.
+    """Finds the mistake about poses that explains why views disagree.
 
     Args:
-        capture: Its depths are taken to be right, up to their unit.
-        overlap: As measured with the poses as they are.
+        capture: The views; their depths are taken to be right, up to their
+            unit.
+        overlap: Overlap as measured with the poses as they are.
 
     Returns:
         The mistake and the overlap without it; None when none fits.
@@ -132,4 +134,7 @@ MISTAKES = (
         _scale(0.2),
     ),
 )
-"""Turning the axes before poses are inverted as well would only turn W."""
+"""All mistakes that are tried.
+
+Turning the axes before poses are inverted as well would only turn W.
+"""

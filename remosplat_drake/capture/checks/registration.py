@@ -1,4 +1,4 @@
-"""Whether the colours of a capture lie on its depths.
+"""Registration of colour to depth: whether their edges lie on each other.
 
 Where a surface ends, both its depth and, often, its colour change. So the
 edges of the two images match best when they are not shifted against each
@@ -45,9 +45,9 @@ class Registration:
     Attributes:
         shift: Columns and rows by which the colour image has to be moved to
             lie on the depth image [pixels].
-        correlation: Of the edges at that shift.
-        unshifted: Of the edges as they are.
-        tolerance: Shorter shifts mean nothing [pixels].
+        correlation: Correlation of the edges at that shift.
+        unshifted: Correlation of the edges without a shift.
+        tolerance: Length up to which a shift means nothing [pixels].
     """
 
     shift: tuple[int, int]
@@ -65,10 +65,10 @@ class Registration:
 
 
 def measure_registration(capture: Capture) -> Registration | None:
-    """Tries shifts; None when the edges cannot tell.
+    """Finds the shift at which edges match best; None if they cannot tell.
 
     Args:
-        capture: Views of which up to two dozen are looked at.
+        capture: Views, of which up to two dozen are used.
     """
     width = capture.size[1]
     reach = max(2, round(_MAX_SHIFT * width))
@@ -100,13 +100,13 @@ def measure_registration(capture: Capture) -> Registration | None:
 
 
 def color_edges(rgb: np.ndarray) -> np.ndarray:
-    """Size of the brightness gradient, (h, w, 3) uint8 -> (h, w)."""
+    """Computes the brightness gradient's magnitude, (h, w, 3) to (h, w)."""
     down, right = np.gradient(rgb.astype(float).mean(axis=-1))
     return np.hypot(down, right)
 
 
 def depth_edges(depth: np.ndarray) -> np.ndarray:
-    """Pixels at which a surface ends, (h, w) -> float (h, w), 0 or 1.
+    """Marks pixels at which a surface ends, (h, w) to float (h, w), 0 or 1.
 
     Only the nearer side of a jump between known depths counts: it is the
     one that has the outline.

@@ -1,4 +1,4 @@
-"""`SeenSpaceField`: how far a place is from what depth images show.
+"""`SeenSpaceField`: distance to the surfaces that depth images show.
 
 Scenes from mesh files have no signed distance: a mesh may be open, and its
 inside undefined. Depth images tell what is free: all between a camera and
@@ -29,11 +29,11 @@ _AZIMUTHS = np.arange(8) * np.pi / 4
 
 
 class SeenSpaceField(DistanceField):
-    """Distances to the points of depth images; negative where none saw.
+    """Distances to the points of depth images; negative in unseen space.
 
     Args:
-        K: Intrinsic matrix of all images, shape (3, 3) [pixels].
-        depth: z in C, shape (n, h, w) [m]; 0 where nothing is.
+        K: Intrinsic matrix that all images share, shape (3, 3) [pixels].
+        depth: Depth z in C, shape (n, h, w) [m]; 0 where nothing is.
         X_WC: Camera poses (OpenCV axes), shape (n, 4, 4).
 
     Raises:
@@ -55,7 +55,7 @@ class SeenSpaceField(DistanceField):
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """The clearances of all spheres; see `DistanceField.clearances`."""
+        """Measures the clearances of all spheres; see `DistanceField`."""
         answer = self._cloud.clearances(spheres)
         radius = spheres.radius[answer.sphere]
         side = np.where(self.is_seen(spheres.p_WS[answer.sphere]), 1.0, -1.0)
@@ -68,7 +68,14 @@ class SeenSpaceField(DistanceField):
         ).within(max_distance)
 
     def is_seen(self, p_WS: np.ndarray) -> np.ndarray:
-        """Which points (n, 3) lie in front of what some image shows."""
+        """Returns which points lie in front of what some image shows.
+
+        Args:
+            p_WS: Points in W, shape (n, 3) [m].
+
+        Returns:
+            Shape (n,), bool.
+        """
         seen = np.zeros(len(p_WS), bool)
         height, width = self._depth.shape[1:]
         for z, X_WC in zip(self._depth, self._X_WC, strict=True):
@@ -90,14 +97,15 @@ def look_round(
     upper: np.ndarray,
     around: np.ndarray | None = None,
 ) -> SeenSpaceField:
-    """Looks at a scene from outside, and in all directions from within.
+    """Renders depth images of a scene from outside and from within.
 
     Args:
-        solids: The scene.
+        solids: The solids of the scene.
         lower: Lower corner of a box around what matters, shape (3,) [m].
-        upper: Its upper corner.
-        around: A point of free space to look around from, for scenes that
-            are seen from within; none unless given.
+        upper: Upper corner of that box, shape (3,) [m].
+        around: A point of free space from which all directions are rendered,
+            shape (3,) [m], for scenes that are seen from within; None: no such
+            images.
 
     Raises:
         RemoSplatError: There is nothing to be seen.

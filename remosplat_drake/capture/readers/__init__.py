@@ -1,1 +1,1 @@
-"""One reader for each way in which RGB-D captures are stored."""
+"""Readers of RGB-D captures, one for each format in which they are stored."""

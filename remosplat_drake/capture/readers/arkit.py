@@ -6,19 +6,21 @@ from remosplat_drake.base.errors import FileError
 from remosplat_drake.capture.images import Source
 
 MIN_CONFIDENCE = 2
-"""Depth is kept if ARKit trusts it this much: 0 low, 1 medium, 2 high. Around
-edges medium depths float between two surfaces."""
+"""Least ARKit confidence of a depth that is kept: 0 low, 1 medium, 2 high.
+
+Around edges, depths of medium confidence float between two surfaces.
+"""
 
 
 def keep_confident(
     source: Source, depth: np.ndarray, levels: np.ndarray
 ) -> np.ndarray:
-    """Depth (h, w) without what the confidence levels put in doubt.
+    """Sets depths of low confidence to 0, unknown.
 
     Args:
-        source: The file with the levels.
-        depth: Shape (h, w) [m].
-        levels: As many numbers as `depth` has, 0 to 2.
+        source: The file with the confidence levels, for errors.
+        depth: Depth, shape (h, w) [m].
+        levels: Confidence of each pixel, 0 to 2, as many as `depth` has.
 
     Raises:
         FileError: The sizes differ.

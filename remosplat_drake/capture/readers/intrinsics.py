@@ -1,6 +1,6 @@
-"""Finds the camera file of captures that keep it beside their images.
+"""Camera files that lie beside the images of a capture.
 
-Such files follow OpenCV: the centre of the first pixel is (0, 0). Ours is
+Such files follow OpenCV: the centre of the first pixel is (0, 0). Here it is
 (0.5, 0.5), so half a pixel is added to the principal point.
 """
 
@@ -19,17 +19,17 @@ _MATRIX_FILES = ("camera-intrinsics.txt", "intrinsics.txt", "intrinsic.txt")
 _JSON_PATTERNS = ("camera*.json", "intrinsic*.json")
 
 EXPECTED = f"{', '.join(_MATRIX_FILES)} (3x3) or camera*.json (Open3D)"
-"""What `find_intrinsics` looks for."""
+"""Names of the files that `find_intrinsics` looks for, in words."""
 
 
 def find_intrinsics(*folders: Path) -> np.ndarray:
-    """The intrinsic matrix from the first camera file in some folders.
+    """Reads the intrinsic matrix from the first camera file in some folders.
 
     Returns:
         K, shape (3, 3) [pixels].
 
     Raises:
-        FileError: There is none, or it is unreadable.
+        FileError: There is no camera file, or it is unreadable.
     """
     for folder in folders:
         for name in _MATRIX_FILES:
@@ -43,7 +43,7 @@ def find_intrinsics(*folders: Path) -> np.ndarray:
 
 
 def from_opencv(K: np.ndarray) -> np.ndarray:
-    """Moves an OpenCV principal point to pixels with centres at a half."""
+    """Moves OpenCV's principal point to pixels with centres at a half."""
     return K + np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])
 
 

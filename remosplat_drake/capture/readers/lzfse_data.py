@@ -1,4 +1,4 @@
-"""Unpacks LZFSE data, Apple's compression, without trusting its size.
+"""Unpacking of LZFSE data (Apple's compression) with a bound on its size.
 
 A block of a few bytes can stand for megabytes. Blocks say how long they are
 packed and unpacked, so the whole length is known before any is unpacked (see
@@ -11,7 +11,7 @@ from remosplat_drake.base.errors import FileError, MissingExtraError
 from remosplat_drake.capture.images import MAX_PIXELS, Source
 
 MAX_BYTES = 4 * MAX_PIXELS
-"""A float32 image is not longer."""
+"""Largest unpacked size, that of a float32 image of `MAX_PIXELS` [bytes]."""
 
 
 _MIN_HEADER = 32
@@ -19,11 +19,11 @@ _MIN_HEADER = 32
 
 
 def unpack(source: Source, max_bytes: int = MAX_BYTES) -> bytes:
-    """The unpacked content of a file.
+    """Unpacks an LZFSE file.
 
     Args:
         source: The file.
-        max_bytes: Longer content is refused.
+        max_bytes: Largest size of the content [bytes].
 
     Raises:
         FileError: The file is missing, damaged or too long.
@@ -52,7 +52,7 @@ def unpack(source: Source, max_bytes: int = MAX_BYTES) -> bytes:
 
 
 def unpacked_size(packed: bytes) -> int:
-    """The length that all blocks together claim to unpack to [bytes].
+    """Adds up the sizes that all blocks claim to unpack to [bytes].
 
     Raises:
         ValueError: A block is of no known kind, or the last one is missing.

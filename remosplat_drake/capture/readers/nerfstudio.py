@@ -1,9 +1,9 @@
-"""Captures as nerfstudio and instant-ngp folders; NeRFCapture writes them too.
+"""Captures in the format of nerfstudio, instant-ngp and NeRFCapture.
 
-The folder holds `transforms.json` and images. Its cameras look along their
--z axis (OpenGL); ours look along +z (OpenCV). Both put the centre of the
-first pixel at (0.5, 0.5). A frame's own camera fields go before the
-document's. Files may lie outside the folder; they are only read.
+A folder holds `transforms.json` and images. Its cameras look along their -z
+axis (OpenGL); ours look along +z (OpenCV). Both put the centre of the first
+pixel at (0.5, 0.5). A frame's own camera fields go before the document's. Files
+may lie outside the folder; they are only read.
 
 Depth is 16-bit or float, in steps of `depth_unit_scale_factor` (a millimetre
 unless told) for `depth_file_path`, nerfstudio's name, and of
@@ -38,8 +38,11 @@ from remosplat_drake.capture.readers.text_files import read_json
 from remosplat_drake.capture.undistortion import Distortion
 
 DEPTH_UNIT = 1e-3
-"""One step of a depth image that we write [m]. Nerfstudio itself takes the
-unit from its command line, a millimetre unless told: no other is safe."""
+"""Length of one step of the depth images that we write [m].
+
+Nerfstudio takes the unit from its command line, a millimetre unless told: no
+other is safe.
+"""
 
 _PNG_LEVEL = 3
 """Of compression: twice as fast as the usual 6, for a sixth more bytes."""
@@ -61,12 +64,12 @@ _MAX_STEPS = 65535
 
 
 def recognises(path: Path) -> bool:
-    """Whether `path` is such a file or folder."""
+    """Returns whether a path is a `transforms.json` or a folder with one."""
     return path.name == TRANSFORMS or (path / TRANSFORMS).is_file()
 
 
 def read_frames(path: Path, stride: int) -> Iterator[Frame]:
-    """Every `stride`-th frame.
+    """Reads every `stride`-th frame.
 
     Raises:
         FileError: A file is missing or unreadable.
@@ -83,12 +86,12 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
 
 
 def read_frame(path: Path, document: dict, i: int) -> Frame:
-    """Frame i of a document.
+    """Reads frame i of a document.
 
     Args:
-        path: The document's file.
-        document: What it holds.
-        i: Index among its frames.
+        path: Path of the document, `transforms.json`.
+        document: Content of the document.
+        i: Index of the frame.
 
     Raises:
         FileError: A file is missing or unreadable.
@@ -258,11 +261,15 @@ def _finite_matrix(
 
 
 def write_capture(folder: str | Path, capture: Capture):
-    """Writes a nerfstudio folder; `transforms.json` comes last.
+    """Writes a capture as a nerfstudio folder; `transforms.json` comes last.
 
     An older one goes first: it would not fit images that are half replaced.
     Depth is rounded to whole millimetres; beyond 65.535 m it is unknown. All
     else comes back as it was.
+
+    Args:
+        folder: The folder to write.
+        capture: The capture.
 
     Raises:
         FileError: The folder cannot be written.
@@ -295,13 +302,16 @@ def write_capture(folder: str | Path, capture: Capture):
 def write_images(
     folder: Path, name: str, capture: Capture, view: int = 0
 ) -> dict:
-    """Writes a view's images; its entry in the document, but for the camera.
+    """Writes the images of a view.
 
     Args:
-        folder: Of the document.
-        name: Of the image files.
-        capture: Holds the view.
-        view: Its index.
+        folder: Folder of the document.
+        name: Name of the image files, without suffix.
+        capture: The capture that holds the view.
+        view: Index of the view.
+
+    Returns:
+        The view's entry in `transforms.json`, without the camera's fields.
 
     Raises:
         FileError: A file cannot be written.
@@ -332,6 +342,6 @@ def write_images(
 
 
 def camera_fields(K: np.ndarray) -> dict[str, float]:
-    """The fields of a camera with the intrinsic matrix K."""
+    """Returns the fields fl_x, fl_y, cx and cy of an intrinsic matrix K."""
     values = K[[0, 1, 0, 1], [0, 1, 2, 2]].tolist()
     return dict(zip(_INTRINSICS, values, strict=True))

@@ -1,15 +1,17 @@
-"""Camera poses as files write them."""
+"""Camera poses as files write them: quaternions, OpenGL or OpenCV axes."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 OPENGL_FROM_OPENCV = np.diag([1.0, -1.0, -1.0, 1.0])
-"""Turns OpenGL's camera (looks along -z, y up) into OpenCV's and back:
-X_WC = X_WC_gl @ OPENGL_FROM_OPENCV."""
+"""Turns OpenGL's camera (looks along -z, y up) into OpenCV's and back.
+
+X_WC = X_WC_gl @ OPENGL_FROM_OPENCV.
+"""
 
 
 def shortened(quaternions: np.ndarray) -> np.ndarray:
-    """Finite quaternions (n, 4) of a length whose square does not overflow.
+    """Scales finite quaternions (n, 4) so that their squares do not overflow.
 
     Raises:
         ValueError: A quaternion is zero.
@@ -23,9 +25,13 @@ def shortened(quaternions: np.ndarray) -> np.ndarray:
 def poses_from_quaternions(
     quaternions_xyzw: np.ndarray, translations: np.ndarray
 ) -> np.ndarray:
-    """Poses (n, 4, 4) from quaternions (n, 4) of any length and (n, 3) [m].
+    """Makes poses X, shape (n, 4, 4), of quaternions and translations.
 
     What is not finite stays so, for a later check to name.
+
+    Args:
+        quaternions_xyzw: Quaternions of any length but zero, shape (n, 4).
+        translations: Translations, shape (n, 3) [m].
 
     Raises:
         ValueError: A quaternion is zero.

@@ -38,7 +38,7 @@ from remosplat_drake.capture.readers.text_files import as_matrix, read_json
 
 SUFFIX = ".r3d"
 MAX_MEMBER_BYTES = 64_000_000
-"""No file of an archive is larger; one that says so is a trap."""
+"""Largest size of a file in an archive [bytes]."""
 
 LOOKS_FOR = (
     f"an {SUFFIX} file, or a folder with metadata and rgbd/, or with"
@@ -66,14 +66,14 @@ _EXPORT = _Layout("metadata.json", "rgb/{}.jpg", "depth/{}.exr", None)
 
 
 def recognises(path: Path) -> bool:
-    """Whether `path` is such an archive or folder."""
+    """Returns whether a path is a Record3D archive or an export's folder."""
     if path.is_dir():
         return any(layout.found_in(path) for layout in (_ARCHIVE, _EXPORT))
     return path.suffix.lower() == SUFFIX
 
 
 def read_frames(path: Path, stride: int) -> Iterator[Frame]:
-    """Every `stride`-th frame.
+    """Reads every `stride`-th frame.
 
     Raises:
         FileError: A file is missing, unreadable or too large.

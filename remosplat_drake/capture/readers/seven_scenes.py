@@ -18,7 +18,7 @@ from remosplat_drake.capture.readers.intrinsics import find_intrinsics
 from remosplat_drake.capture.readers.text_files import read_matrix
 
 DEPTH_UNIT = 1e-3
-"""One step of a depth image [m]."""
+"""Length of one step of a depth image [m]."""
 
 _NO_DEPTH = 65535 * DEPTH_UNIT
 _POSE = ".pose.txt"
@@ -27,12 +27,12 @@ LOOKS_FOR = f"a folder with frame-*{_POSE}"
 
 
 def recognises(path: Path) -> bool:
-    """Whether `path` is such a folder."""
+    """Returns whether a path is a folder of 7-Scenes or 3DMatch."""
     return next(path.glob(f"frame-*{_POSE}"), None) is not None
 
 
 def read_frames(path: Path, stride: int) -> Iterator[Frame]:
-    """Every `stride`-th frame.
+    """Reads every `stride`-th frame.
 
     Raises:
         FileError: A file is missing or unreadable.

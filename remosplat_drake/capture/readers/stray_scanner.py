@@ -25,7 +25,7 @@ from remosplat_drake.capture.readers.poses import poses_from_quaternions
 from remosplat_drake.capture.readers.text_files import read_matrix, read_text
 
 DEPTH_UNIT = 1e-3
-"""One step of a depth image [m]."""
+"""Length of one step of a depth image [m]."""
 
 VIDEO = "rgb.mp4"
 ODOMETRY = "odometry.csv"
@@ -36,12 +36,12 @@ _CAMERA = ("fx", "fy", "cx", "cy")
 
 
 def recognises(path: Path) -> bool:
-    """Whether `path` is such a folder."""
+    """Returns whether a path is a folder of the Stray Scanner app."""
     return (path / VIDEO).is_file() and (path / ODOMETRY).is_file()
 
 
 def read_frames(path: Path, stride: int) -> Iterator[Frame]:
-    """Every `stride`-th frame.
+    """Reads every `stride`-th frame.
 
     The app may stop its video a few frames before its odometry; those are
     left out.

@@ -1,4 +1,4 @@
-"""Reads the small text files that come with captures."""
+"""Small text files that come with captures: JSON, tables and matrices."""
 
 import zipfile
 from pathlib import Path
@@ -9,14 +9,14 @@ from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.strict_json import parse_json_object
 
 MAX_BYTES = 256_000_000
-"""No capture's text is longer; a file that is, is something else."""
+"""Largest size of a text file [bytes]; a larger one is something else."""
 
 
 def read_text(path: Path | zipfile.Path) -> str:
-    """A whole text file.
+    """Reads a whole text file.
 
     Raises:
-        FileError: It is missing, too long, or no text.
+        FileError: The file is missing, too long, or no text.
     """
     try:
         if isinstance(path, Path) and path.stat().st_size > MAX_BYTES:
@@ -29,39 +29,39 @@ def read_text(path: Path | zipfile.Path) -> str:
 
 
 def read_json(path: Path | zipfile.Path) -> dict:
-    """The object in a JSON file.
+    """Reads a JSON file that holds an object.
 
     Raises:
-        FileError: It is missing or holds no JSON object that is read; see
+        FileError: The file is missing or holds no usable JSON object; see
             `parse_json`.
     """
     return parse_json_object(read_text(path), str(path))
 
 
 def read_rows(path: Path) -> list[list[str]]:
-    """The words of a file's lines, without comments (#) and empty lines.
+    """Reads the words of a file's lines, without comments (#) and empty lines.
 
     Raises:
-        FileError: It is missing or no text.
+        FileError: The file is missing or no text.
     """
     lines = (line.split("#")[0] for line in read_text(path).splitlines())
     return [line.replace(",", " ").split() for line in lines if line.strip()]
 
 
 def read_matrix(path: Path, shape: tuple[int, int]) -> np.ndarray:
-    """A matrix of numbers.
+    """Reads a matrix of numbers.
 
     Raises:
-        FileError: The file is missing or holds no such matrix.
+        FileError: The file is missing or holds no matrix of this shape.
     """
     return as_matrix(path, read_rows(path), shape)
 
 
 def as_matrix(path: Path, rows: object, shape: tuple[int, int]) -> np.ndarray:
-    """Rows of words or numbers as a matrix.
+    """Converts rows of words or numbers to a matrix.
 
     Raises:
-        FileError: They are no matrix of this shape; names `path`.
+        FileError: They are no matrix of this shape; the error names `path`.
     """
     try:
         matrix = np.array(rows, float)

@@ -18,7 +18,7 @@ from remosplat_drake.capture.readers.intrinsics import find_intrinsics
 from remosplat_drake.capture.readers.text_files import as_matrix, read_rows
 
 DEPTH_UNIT = 1e-3
-"""One step of a depth image [m]."""
+"""Length of one step of a depth image [m]."""
 
 _LOGS = ("trajectory.log", "scene/trajectory.log", "odometry.log")
 _COLOR_FOLDERS = ("color", "rgb", "image")
@@ -28,12 +28,12 @@ LOOKS_FOR = f"a folder with {' or '.join(_LOGS)}"
 
 
 def recognises(path: Path) -> bool:
-    """Whether `path` is such a folder."""
+    """Returns whether a path is a folder with a trajectory log."""
     return any((path / log).is_file() for log in _LOGS)
 
 
 def read_frames(path: Path, stride: int) -> Iterator[Frame]:
-    """Every `stride`-th frame of the trajectory.
+    """Reads every `stride`-th frame of the trajectory.
 
     Raises:
         FileError: A file is missing or unreadable.
@@ -63,10 +63,10 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
 
 
 def read_log(path: Path) -> list[tuple[int, np.ndarray]]:
-    """Frame numbers and poses X_WC (4, 4) of a log.
+    """Reads the frame numbers and poses X_WC, shape (4, 4), of a log.
 
     Raises:
-        FileError: It is missing or no such log.
+        FileError: The file is missing or no such log.
     """
     rows = read_rows(path)
     if not rows or len(rows) % 5:

@@ -29,10 +29,10 @@ from remosplat_drake.capture.readers.text_files import as_matrix, read_rows
 from remosplat_drake.capture.undistortion import Distortion
 
 DEPTH_UNIT = 1 / 5000
-"""One step of a depth image [m]."""
+"""Length of one step of a depth image [m]."""
 
 TOLERANCE = 0.02
-"""Images and poses further apart than this do not belong together [s]."""
+"""Largest time between an image and a pose that belong together [s]."""
 
 LOOKS_FOR = "a folder with rgb.txt, depth.txt and groundtruth.txt"
 
@@ -52,12 +52,12 @@ _CAMERAS = {
 
 
 def recognises(path: Path) -> bool:
-    """Whether `path` is such a folder."""
+    """Returns whether a path is a folder of the TUM RGB-D benchmark."""
     return all((path / name).is_file() for name in _FILES)
 
 
 def read_frames(path: Path, stride: int) -> Iterator[Frame]:
-    """Every `stride`-th frame with colour, depth and a pose.
+    """Reads every `stride`-th frame with colour, depth and a pose.
 
     Raises:
         FileError: A file is missing or unreadable.
@@ -88,11 +88,11 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
 def associate(
     times: np.ndarray, others: np.ndarray, tolerance: float = TOLERANCE
 ) -> np.ndarray:
-    """The nearest of the sorted times `others` for each of `times`.
+    """Finds the nearest of the sorted times `others` for each of `times`.
 
     Args:
-        times: Shape (n,) [s].
-        others: Shape (m,) [s].
+        times: Times, shape (n,) [s].
+        others: Sorted times, shape (m,) [s].
         tolerance: Largest difference [s].
 
     Returns:
@@ -108,9 +108,15 @@ def associate(
 def interpolate_pose(
     times: np.ndarray, poses: np.ndarray, time: float
 ) -> np.ndarray:
-    """The pose at a time between rows `tx ty tz qx qy qz qw`, (4, 4).
+    """Interpolates a trajectory; before and after it, the pose is constant.
 
-    Before the first and after the last row it is that row's.
+    Args:
+        times: Sorted times of the rows, shape (n,) [s].
+        poses: Rows `tx ty tz qx qy qz qw`, shape (n, 7).
+        time: Time of the wanted pose [s].
+
+    Returns:
+        The pose, shape (4, 4).
     """
     after = int(np.searchsorted(times, time).clip(1, len(times) - 1))
     rows = slice(after - 1, after + 1)

@@ -1,1 +1,1 @@
-"""Captures of scenes that are known, rendered instead of taken."""
+"""Synthetic captures: RGB-D images of known scenes, rendered by Drake."""

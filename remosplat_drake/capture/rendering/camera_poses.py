@@ -1,4 +1,4 @@
-"""Where cameras stand to capture a scene."""
+"""Camera poses from which a scene is captured."""
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
@@ -8,10 +8,10 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import DistanceField
 
 RADIUS = 2.0
-"""Of the part of a scene that a robot's task takes place in [m]."""
+"""Radius of the part of a scene that a robot's task takes place in [m]."""
 
 CLEARANCE = 0.12
-"""No camera is nearer than this to a solid [m]."""
+"""Least distance of a camera from every solid [m]."""
 
 _CANDIDATES = 12
 _MAX_REJECTED = 300
@@ -19,7 +19,12 @@ _MAX_REJECTED = 300
 
 
 def look_at(p_WC: np.ndarray, p_WT: np.ndarray) -> RigidTransform:
-    """The upright camera pose X_WC at p_WC that looks at the point T."""
+    """Returns the upright camera pose X_WC at p_WC that looks at the point T.
+
+    Args:
+        p_WC: Position of the camera in W, shape (3,) [m].
+        p_WT: Point to look at in W, shape (3,) [m].
+    """
     z_W = (p_WT - p_WC) / np.linalg.norm(p_WT - p_WC)
     x_W = np.cross(z_W, [0, 0, 1])
     if np.linalg.norm(x_W) < 1e-6:
@@ -38,7 +43,7 @@ def survey(
     clearance: float = CLEARANCE,
     lowest: float = -np.inf,
 ) -> list[RigidTransform]:
-    """Camera poses X_WC that see a scene around a point from all sides.
+    """Chooses camera poses X_WC that see a scene around a point from all sides.
 
     A quarter looks on from afar. The others each face a surface point near
     the focus, below table tops and inside shelves too, and keep away from
@@ -48,12 +53,12 @@ def survey(
         field: Signed distances to the scene.
         focus: The point in W, shape (3,) [m].
         n: Number of poses.
-        seed: Of the random choice.
-        radius: How far from the focus the farthest cameras stand, measured
-            level [m]; every other length but the clearance goes with it.
-        clearance: No camera is nearer than this to a solid [m].
-        lowest: No camera stands lower: under a floor it would see nothing
-            that matters [m].
+        seed: Seed of the random choice.
+        radius: Horizontal distance of the farthest cameras from the focus [m];
+            every other length but the clearance goes with it.
+        clearance: Least distance of a camera from every solid [m].
+        lowest: Least height of a camera [m]: under a floor it would see nothing
+            that matters.
 
     Raises:
         RemoSplatError: No free place is found.

@@ -25,10 +25,10 @@ from remosplat_drake.capture.rendering.solid_texture import brightness
 from remosplat_drake.capture.rendering.solids import Solid
 
 FIELD_OF_VIEW = 1.0
-"""Vertical, of rendered captures unless asked otherwise [rad]."""
+"""Vertical field of view of rendered captures unless asked otherwise [rad]."""
 
 NEAR, FAR = 0.05, 10.0
-"""What is nearer or farther than this is not seen [m]."""
+"""Clipping planes: what is nearer or farther than this is not seen [m]."""
 
 _ENGINE = "vtk"
 _LIGHTS_W = (
@@ -40,10 +40,10 @@ _LIGHTS_W = (
 
 
 def steady_light() -> RenderEngineVtkParams:
-    """Lights that are fixed in W, on black.
+    """Makes lights that are fixed in W, on a black background.
 
-    They give a surface the same colour in every view, as a splat of degree 0
-    needs it.
+    They give a surface the same colour in every view, as a splat of
+    spherical-harmonics degree 0 needs it.
     """
     lights = [
         LightParameter(frame="world", direction=direction, intensity=0.6)
@@ -53,14 +53,14 @@ def steady_light() -> RenderEngineVtkParams:
 
 
 class SceneRenderer:
-    """Draws solids for cameras of one kind, anywhere.
+    """Renders solids off-screen (VTK) for pinhole cameras of one kind.
 
     Args:
-        solids: The scene.
-        width: Of each image [pixels].
-        height: Of each image [pixels].
+        solids: The solids of the scene.
+        width: Width of each image [pixels].
+        height: Height of each image [pixels].
         fov_y: Vertical field of view [rad].
-        light: Lights and background; `steady_light` unless given.
+        light: Lights and background; None: `steady_light`.
 
     Attributes:
         K: Intrinsic matrix, shape (3, 3) [pixels].
@@ -102,7 +102,7 @@ class SceneRenderer:
             self._scene_graph.RegisterAnchoredGeometry(source, instance)
 
     def depth(self, X_WC: RigidTransform) -> np.ndarray:
-        """Depths z in C, shape (h, w), float32 [m]; 0 where nothing is seen."""
+        """Renders depths z in C, shape (h, w), float32 [m]; 0 for nothing."""
         image = self._query.RenderDepthImage(
             self._depth_camera, self._world, X_WC
         )
@@ -110,7 +110,7 @@ class SceneRenderer:
         return np.where(np.isfinite(z), z, np.float32(0))
 
     def color(self, X_WC: RigidTransform) -> np.ndarray:
-        """The lit colours, (h, w, 3) uint8."""
+        """Renders the lit sRGB colours, shape (h, w, 3), uint8."""
         image = self._query.RenderColorImage(
             self._color_camera, self._world, X_WC
         )
@@ -125,13 +125,13 @@ def render_views(
     fov_y: float = FIELD_OF_VIEW,
     on_view: Callable[[], None] = lambda: None,
 ) -> Capture:
-    """Renders a scene with a texture that is the same in every view.
+    """Renders a capture of a scene with a texture that fills space.
 
     Args:
-        solids: The scene.
+        solids: The solids of the scene.
         poses: Camera poses X_WC (OpenCV axes).
-        width: Of each image [pixels].
-        height: Of each image [pixels].
+        width: Width of each image [pixels].
+        height: Height of each image [pixels].
         fov_y: Vertical field of view [rad].
         on_view: Called after each view.
     """

@@ -1,4 +1,4 @@
-"""Solids from model files (URDF, SDF, MJCF) and mesh files.
+"""Reading of scenes from model files (URDF, SDF, MJCF) and mesh files.
 
 Drake draws .obj and .gltf meshes itself; trimesh (extra `meshes`) converts
 the other formats. Files of the glTF family are y-up, as that format has it,
@@ -28,7 +28,7 @@ from remosplat_drake.base.errors import FileError, MissingExtraError
 from remosplat_drake.capture.rendering.solids import Solid, painted
 
 MODELS = (".urdf", ".sdf", ".xml")
-"""Files that Drake's parser reads; `.dmd.yaml` too."""
+"""Suffixes of files that Drake's parser reads; `.dmd.yaml` is read, too."""
 
 DRAWN_MESHES = (".obj", ".gltf")
 CONVERTED_MESHES = (".glb", ".stl", ".ply", ".dae", ".off")
@@ -43,12 +43,12 @@ _X_YZ = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])
 def read_solids(
     path: Path, X_WM: RigidTransform | None = None, scale: float = 1.0
 ) -> tuple[Solid, ...]:
-    """What a file looks like, in the default pose of its joints.
+    """Reads the solids of a file, in the default pose of its joints.
 
     Args:
-        path: A file in one of the formats above.
-        X_WM: Where the file's frame M is put in W; the identity unless given.
-        scale: What a unit of a mesh file is [m]; model files are in metres.
+        path: A model file or a mesh file.
+        X_WM: Pose of the file's frame M in W; None: the identity.
+        scale: Length of a unit of a mesh file [m]; model files are in metres.
 
     Raises:
         FileError: The file is missing, unreadable, of an unknown kind or has
@@ -121,7 +121,7 @@ def _without_collision(path: Path) -> str:
 
 
 def solids_of(query: QueryObject) -> Iterator[Solid]:
-    """All that cameras would see of a scene graph, where it is now."""
+    """Iterates over all that cameras would see of a scene graph, posed in W."""
     inspector = query.inspector()
     for geometry in inspector.GetAllGeometryIds(Role.kPerception):
         X_WG = query.GetPoseInWorld(geometry)

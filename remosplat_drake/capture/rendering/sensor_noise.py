@@ -1,4 +1,4 @@
-"""`SensorNoise`: what real RGB-D cameras do to perfect images.
+"""`SensorNoise`: a noise model of real RGB-D cameras.
 
 Depth noise grows with the square of the distance, as triangulation has it;
 depth comes in steps of disparity; outlines wander and are frayed; surfaces
@@ -26,28 +26,33 @@ _OUTLINE_REACH = 2
 
 @dc.dataclass(frozen=True)
 class SensorNoise:
-    """A camera's imperfections; the default has none.
+    """The imperfections of an RGB-D camera; the default has none.
 
     At depth z and angle of incidence theta the depth's standard deviation is
     axial_floor + axial_growth (z - axial_start)^2
     + axial_grazing theta^2 / (sqrt(z) (pi/2 - theta)^2).
 
     Attributes:
-        axial_floor: Depth noise at its least [m].
-        axial_growth: Its growth with the distance [1/m].
-        axial_start: Where the growth starts [m].
-        axial_grazing: Its growth with the angle of incidence [m^1.5].
-        inverse_depth_step: Step of 1/z between two disparities [1/m].
-        outline_jitter: How far outlines wander, standard deviation [pixels].
-        outline_loss: Chance that a pixel at an outline has no depth.
-        dropout: Chance that any other pixel has none.
-        max_incidence: Surfaces beyond this angle return nothing [rad].
-        min_range: Nearer surfaces have no depth [m].
-        max_range: Farther surfaces have none [m].
-        color_noise: Standard deviation of each channel [grey levels].
-        color_gain: Of each image's exposure, relative.
-        position: Of each camera's position along each axis [m].
-        rotation: Of each camera's rotation about each axis [rad].
+        axial_floor: Least standard deviation of depth [m].
+        axial_growth: Growth of the depth noise with the squared distance [1/m].
+        axial_start: Depth at which the growth starts [m].
+        axial_grazing: Growth of the depth noise with the angle of incidence
+            [m^1.5].
+        inverse_depth_step: Step of 1/z between two disparities [1/m]; 0 for
+            none.
+        outline_jitter: Standard deviation of how far outlines wander [pixels].
+        outline_loss: Probability that a pixel at an outline has no depth.
+        dropout: Probability that any other pixel has no depth.
+        max_incidence: Angle of incidence beyond which surfaces have no depth
+            [rad].
+        min_range: Depth below which surfaces have no depth [m].
+        max_range: Depth beyond which surfaces have no depth [m].
+        color_noise: Standard deviation of each colour channel [grey levels].
+        color_gain: Relative standard deviation of each image's exposure.
+        position: Standard deviation of each camera's position along each axis
+            [m].
+        rotation: Standard deviation of each camera's rotation about each axis
+            [rad].
     """
 
     axial_floor: float = 0.0
@@ -67,7 +72,7 @@ class SensorNoise:
     rotation: float = 0.0
 
     def axial(self, z: np.ndarray, incidence: np.ndarray) -> np.ndarray:
-        """Standard deviations of depths z [m] at angles of incidence [rad]."""
+        """Computes standard deviations of depths z [m] at incidences [rad]."""
         spread = self.axial_floor + self.axial_growth * np.square(
             z - self.axial_start
         )
@@ -114,11 +119,11 @@ PRESETS = {
         color_gain=0.02,
     ),
 }
-"""Cameras by name."""
+"""Noise models of known cameras, by name."""
 
 
 def sensor_noise(name: str) -> SensorNoise:
-    """The noise of a named camera.
+    """Returns the noise model of a named camera.
 
     Raises:
         RemoSplatError: There is no such preset.
@@ -129,14 +134,14 @@ def sensor_noise(name: str) -> SensorNoise:
 
 
 def with_noise(capture: Capture, noise: SensorNoise, seed: int = 0) -> Capture:
-    """What a real camera would have captured.
+    """Simulates what a real camera would have captured.
 
     A view's noise depends on the seed and its index alone.
 
     Args:
-        capture: A perfect one.
+        capture: A perfect capture.
         noise: The camera's imperfections.
-        seed: Of the random choice.
+        seed: Seed of the random noise.
     """
     X_WC = capture.X_WC.copy()
     rgb, depth = np.empty_like(capture.rgb), np.empty_like(capture.depth)
@@ -154,7 +159,17 @@ def noisy_depth(
     noise: SensorNoise,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """A depth image (h, w) [m] as the sensor would give it; 0: unknown."""
+    """Simulates a depth image as a real sensor would measure it.
+
+    Args:
+        K: Intrinsic matrix, shape (3, 3) [pixels].
+        depth: Perfect depth, shape (h, w) [m]; 0 where unknown.
+        noise: The camera's imperfections.
+        rng: Source of randomness.
+
+    Returns:
+        Shape (h, w) [m]; 0 where unknown.
+    """
     incidence = _incidence(K, depth)
     outline = _near_outline(depth)
     z = _with_jittered_outline(depth, outline, noise.outline_jitter, rng)

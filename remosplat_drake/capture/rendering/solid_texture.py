@@ -1,4 +1,4 @@
-"""A texture that fills space, so that bare solids have something to align.
+"""A texture that fills space, so that bare solids have something to match.
 
 Being a function of the world point alone it looks alike from everywhere: a
 mean of plane waves of wavelengths from 7 to 80 cm.
@@ -29,7 +29,7 @@ _WAVES_W = _wave_vectors()
 def brightness_reference(
     K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray
 ) -> np.ndarray:
-    """What `brightness` computes, point by point in W."""
+    """Computes what `brightness` does, point by point in W."""
     p_W = np.nan_to_num(back_project(K, depth, X_WC))
     return _MEAN + _CONTRAST * np.sin(p_W @ _WAVES_W.T).mean(axis=-1)
 
@@ -37,12 +37,15 @@ def brightness_reference(
 def brightness(
     K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray
 ) -> np.ndarray:
-    """The texture at what a depth image sees, (h, w), around 0.85.
+    """Evaluates the texture at the points that a depth image sees.
 
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].
-        depth: z in C, shape (h, w) [m]; pixels of depth 0 get some value.
+        depth: Depth z in C, shape (h, w) [m]; pixels of depth 0 get some value.
         X_WC: Camera pose (OpenCV axes), shape (4, 4).
+
+    Returns:
+        Factors of the brightness around 0.85, shape (h, w).
     """
     # The phase of a wave at p_W = R_WC p_C + p_WC is linear in p_C.
     return _brightness(

@@ -1,4 +1,4 @@
-"""`Solid`: a posed shape with a look, what every rendered scene is made of."""
+"""`Solid`: a posed shape with an appearance, part of a rendered scene."""
 
 import colorsys
 import dataclasses as dc
@@ -21,12 +21,13 @@ from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 @dc.dataclass(frozen=True, eq=False)
 class Solid:
-    """A shape that stands still in the world.
+    """A shape G that stands still in the world, with its appearance.
 
     Attributes:
         X_WG: Pose of the shape's frame G in W.
         shape: Anything that Drake can draw.
-        look: Its perception properties; meshes may bring their own colours.
+        look: Perception properties for Drake's renderers; meshes may bring
+            their own colours.
     """
 
     X_WG: RigidTransform
@@ -34,19 +35,23 @@ class Solid:
     look: PerceptionProperties
 
     def moved(self, X: RigidTransform) -> "Solid":
-        """The same solid after a motion X of W."""
+        """Returns the same solid after a motion X of W."""
         return dc.replace(self, X_WG=X @ self.X_WG)
 
 
 def painted(rgba: Iterable[float]) -> PerceptionProperties:
-    """The look of a solid in one colour, display values in [0, 1]."""
+    """Makes perception properties of one colour.
+
+    Args:
+        rgba: Red, green, blue and alpha as display (sRGB) values in [0, 1].
+    """
     look = PerceptionProperties()
     look.AddProperty("phong", "diffuse", Rgba(*rgba))
     return look
 
 
 def primitive_solids(scene: PrimitiveScene) -> tuple[Solid, ...]:
-    """The primitives of a scene: boxes like wood, cylinders in many hues."""
+    """Makes solids of primitives: wooden boxes, cylinders in many hues."""
     return tuple(
         Solid(primitive.X_WP, drake_shape(primitive), _look(primitive, i))
         for i, primitive in enumerate(scene.primitives)
@@ -54,17 +59,20 @@ def primitive_solids(scene: PrimitiveScene) -> tuple[Solid, ...]:
 
 
 def drake_shape(primitive: Box | Cylinder) -> Shape:
-    """The primitive as Drake's shape of the same frame."""
+    """Converts a primitive to Drake's shape of the same frame."""
     if isinstance(primitive, Box):
         return drake_geometry.Box(*(2 * primitive.half_extents))
     return drake_geometry.Cylinder(primitive.radius, 2 * primitive.half_height)
 
 
 def extent(solids: Iterable[Solid]) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper corner of a box of W that holds all solids, (3,) [m].
+    """Computes a box of W that holds all solids.
 
     The box may be larger than need be by what a tilted solid's own box is.
     Half-spaces have no end and are left out.
+
+    Returns:
+        Lower and upper corner, both of shape (3,) [m].
 
     Raises:
         RemoSplatError: There is nothing but half-spaces.

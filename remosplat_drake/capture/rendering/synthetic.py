@@ -1,7 +1,7 @@
-"""RGB-D captures of primitive scenes, whose geometry is known exactly.
+"""Synthetic RGB-D captures of primitive scenes, with exact depth.
 
-The depth is exact too, so what a splat trained on such a capture gets wrong
-is the reconstruction's doing: the primitives are its ground truth.
+The geometry is known exactly, so what a splat trained on such a capture gets
+wrong is the reconstruction's doing: the primitives are its ground truth.
 """
 
 from collections.abc import Sequence
@@ -31,7 +31,15 @@ def render_capture(
     height: int = 480,
     fov_y: float = FIELD_OF_VIEW,
 ) -> Capture:
-    """Renders a scene from camera poses X_WC; see `render_views`."""
+    """Renders a capture of a primitive scene; see `render_views`.
+
+    Args:
+        scene: The scene.
+        poses: Camera poses X_WC (OpenCV axes).
+        width: Width of each image [pixels].
+        height: Height of each image [pixels].
+        fov_y: Vertical field of view [rad].
+    """
     return render_views(primitive_solids(scene), poses, width, height, fov_y)
 
 
@@ -41,7 +49,13 @@ def survey_poses(
     seed: int = 0,
     clearance: float = CLEARANCE,
 ) -> list[RigidTransform]:
-    """Camera poses X_WC around a scene's target; see `survey`.
+    """Chooses camera poses X_WC around a scene's target; see `survey`.
+
+    Args:
+        scene: The scene.
+        n: Number of poses.
+        seed: Seed of the random choice.
+        clearance: Least distance of a camera from every solid [m].
 
     Raises:
         RemoSplatError: The scene has no target, or no room for cameras.
