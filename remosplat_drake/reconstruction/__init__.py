@@ -1,1 +1,1 @@
-"""From posed RGB-D images to a splat."""
+"""Reconstruction of a Gaussian splat from posed RGB-D images."""

@@ -1,4 +1,4 @@
-"""Which part of the robot's workspace the cameras of a capture have seen."""
+"""Coverage: which part of the robot's workspace a capture's cameras saw."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ def make_coverage(
     upper: np.ndarray,
     voxel: float = 0.05,
 ) -> Coverage:
-    """Sorts the voxels of a box by what the cameras saw of them.
+    """Sorts the voxels of a box into surface, free and unseen ones.
 
     A voxel that holds a measured point is surface; one whose centre a camera
     looked through is free. Unseen is all else, the inside of things too.
@@ -23,8 +23,8 @@ def make_coverage(
         capture: Posed RGB-D images.
         surface_W: Measured points, shape (n, 3) [m].
         lower: Lower corner of the box, shape (3,) [m].
-        upper: Upper corner, shape (3,) [m].
-        voxel: Edge of a voxel [m].
+        upper: Upper corner of the box, shape (3,) [m].
+        voxel: Edge length of a voxel [m].
     """
     shape = np.maximum(1, np.ceil((upper - lower) / voxel - 1e-9)).astype(int)
     index = np.argwhere(np.ones(shape, bool))

@@ -1,4 +1,4 @@
-"""What a splat may be made on."""
+"""Devices on which a splat can be reconstructed."""
 
 import importlib.util
 
@@ -10,13 +10,14 @@ from remosplat_drake.base.errors import (
 )
 
 AUTO, CUDA, CPU, NONE = "auto", "cuda", "cpu", "none"
-"""Devices: the best there is; train; refine only; surfels as they are."""
+"""Devices: the best that there is; train on a GPU; refine; raw surfels."""
 
 DEVICES = (AUTO, CUDA, CPU, NONE)
+"""All devices that a user may name."""
 
 
 def choose_device(name: str) -> str:
-    """The device that a name stands for.
+    """Returns the device that a name stands for, never `AUTO`.
 
     Raises:
         FieldError: There is no such name.

@@ -1,4 +1,4 @@
-"""The floor of a capture, and with it gravity.
+"""The floor of a capture, and with it the direction of gravity.
 
 Handheld captures come in the frame of their first image. A mobile robot wants
 one whose z axis points up and whose floor is z = 0.
@@ -28,17 +28,18 @@ _TABLE = 0.2
 
 @dc.dataclass
 class FloorConfig:
-    """What makes a plane the floor."""
+    """Thresholds by which a plane counts as the floor."""
 
-    # Angle between it and the mean upright of the cameras, at most [rad].
+    # Largest angle between the plane's normal and the mean upright of the
+    # cameras [rad].
     max_tilt: float = 0.9
     # Surfels within this distance of the plane belong to it [m] ...
     thickness: float = 0.02
     # ... if they face along its normal within this angle [rad].
     facing: float = 0.35
-    # Its least area [m^2].
+    # Least area of the floor [m^2].
     min_area: float = 0.3
-    # The cameras' median height over it is at least this [m].
+    # Least median height of the cameras over the floor [m].
     min_camera_height: float = 0.25
     # Fraction of what was seen that may lie more than `depth` beneath it ...
     max_beneath: float = 0.05
@@ -50,14 +51,14 @@ class FloorConfig:
 
 @dc.dataclass(frozen=True, eq=False)
 class Floor:
-    """A horizontal plane at the bottom of a capture.
+    """The floor F of a capture: a level plane at its bottom.
 
     Attributes:
-        X_FW: To the frame F with z up and the floor at z = 0. Its x axis is
-            W's, as far as the floor allows, and its origin lies below or
-            above W's.
-        area: Of what was seen of the floor [m^2].
-        rms: Of its surfels' heights [m].
+        X_FW: Pose of the capture's frame W in the frame F with z up and the
+            floor at z = 0. F's x axis is W's, as far as the floor allows, and
+            its origin lies below or above W's.
+        area: Area of what was seen of the floor [m^2].
+        rms: Root mean square of its surfels' heights [m].
         tilt: Angle between the floor's normal and the mean upright of the
             cameras [rad].
         beneath: Fraction of the seen surfaces that lie beneath it.
@@ -72,23 +73,28 @@ class Floor:
     camera_height: float
 
     def aligned(self, capture: Capture) -> Capture:
-        """The capture in the frame F."""
+        """Returns the capture with camera poses expressed in the frame F."""
         X_FC = self.X_FW.GetAsMatrix4() @ capture.X_WC
         return dc.replace(capture, X_WC=X_FC)
 
 
 def find_floor(capture: Capture, config: FloorConfig | None = None) -> Floor:
-    """The large level plane with nearly nothing beneath it.
+    """Finds the large level plane with nearly nothing beneath it (RANSAC).
 
-    Each hypothesis is the tangent plane of one random surfel (RANSAC with a
-    sample of one, as surfels have normals); the best one is then fitted to
-    its surfels by least squares, together with the largest level surface over
-    it: a near table says more about gravity than a far floor. A table top is
-    no floor as soon as the capture shows anything that is lower; in a capture
-    that shows nothing lower, it cannot be told from one.
+    Each hypothesis is the tangent plane of one random surfel (a sample of one,
+    as surfels have normals); the best one is then fitted to its surfels by
+    least squares, together with the largest level surface over it: a near table
+    says more about gravity than a far floor. A table top is no floor as soon as
+    the capture shows anything that is lower; in a capture that shows nothing
+    lower, it cannot be told from one.
+
+    Args:
+        capture: Posed RGB-D images.
+        config: Thresholds; None takes the defaults.
 
     Raises:
-        RemoSplatError: No plane is convincing; says what the best one lacks.
+        RemoSplatError: No plane is convincing; the error says what the best one
+            lacks.
     """
     config = config or FloorConfig()
     surfels = surfels_from_capture(capture, _SAMPLES, stride=4)

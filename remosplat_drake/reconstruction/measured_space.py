@@ -1,4 +1,4 @@
-"""What a capture's depth says about space: surfaces, and what is free.
+"""Measured surfaces and free space of a capture's depth images.
 
 A pixel with a depth has looked through everything before it. That is the
 evidence that surfaces, floaters and free space are judged by where nobody
@@ -35,7 +35,7 @@ def measured_points(
     upper: np.ndarray,
     voxel: float = 0.003,
 ) -> np.ndarray:
-    """Points on the surfaces that a capture measured, shape (n, 3) [m].
+    """Computes points on the surfaces that a capture measured.
 
     They are the means of the pixels' points in each voxel. A point that two
     views looked through is left out: depth cameras invent points at
@@ -49,10 +49,13 @@ def measured_points(
 
     Args:
         capture: Posed RGB-D images.
-        lower: Lower corner of a box in W; points outside are left out,
-            shape (3,) [m].
-        upper: Upper corner, shape (3,) [m].
-        voxel: Edge of a voxel [m].
+        lower: Lower corner of a box in W, shape (3,) [m]; points outside are
+            left out.
+        upper: Upper corner of the box, shape (3,) [m].
+        voxel: Edge length of a voxel [m].
+
+    Returns:
+        Points in W, shape (n, 3) [m].
     """
     height, width = capture.size
     pixels = len(capture) * height * width
@@ -71,7 +74,7 @@ def measured_points(
 
 
 def voxel_means(p_W: np.ndarray, voxel: float) -> np.ndarray:
-    """The mean of the points in each voxel that holds any, (m, 3) [m]."""
+    """Averages the points (n, 3) [m] in each voxel that holds any."""
     if not len(p_W):
         return p_W.reshape(0, 3)
     cell = np.floor((p_W - p_W.min(axis=0)) / voxel).astype(np.int64)
@@ -83,10 +86,10 @@ def voxel_means(p_W: np.ndarray, voxel: float) -> np.ndarray:
 
 
 def scatter(p_W: np.ndarray, count: int = 500, seed: int = 0) -> float:
-    """How thick a cloud's surfaces are: a noise level, 0 without one [m].
+    """Estimates the noise of a point cloud: how thick its surfaces are [m].
 
-    The median, over `count` random points, of the standard deviation of the
-    points around it from the plane through them.
+    It is the median, over `count` random points, of the standard deviation of
+    the points around it from the plane through them; 0 without any such point.
     """
     if len(p_W) < _MIN_NEIGHBORS:
         return 0.0
@@ -101,10 +104,14 @@ def scatter(p_W: np.ndarray, count: int = 500, seed: int = 0) -> float:
 
 
 def thinned(p_W: np.ndarray, passes: int = 2) -> np.ndarray:
-    """Moves every point along the normal of its surroundings onto their mean.
+    """Thins a point cloud: moves each point onto the mean of its surroundings.
 
-    A layer of noisy points becomes a surface (moving least squares of degree
-    0); edges are rounded off by millimetres.
+    Points move along their normals. A layer of noisy points becomes a surface
+    (moving least squares of degree 0); edges are rounded off by millimetres.
+
+    Args:
+        p_W: Points, shape (n, 3) [m].
+        passes: How often every point is moved.
     """
     for _ in range(passes):
         tree = KDTree(p_W)
@@ -131,14 +138,17 @@ def _onto_mean(p_W: np.ndarray, tree: KDTree) -> np.ndarray:
 def times_looked_through(
     capture: Capture, p_W: np.ndarray, margin: float = 0.03
 ) -> np.ndarray:
-    """How many views have seen something behind each point, shape (n,).
+    """Counts the views that have measured something behind each point.
 
     Args:
         capture: Posed RGB-D images.
-        p_W: Points, shape (n, 3) [m].
+        p_W: Points in W, shape (n, 3) [m].
         margin: A view looked through a point when the pixel that it projects
-            to, and all pixels around that, are deeper by this much; beyond 2 m
-            it grows with the square of the depth [m].
+            to, and all pixels around that, are deeper by this much [m]; beyond
+            2 m it grows with the square of the depth.
+
+    Returns:
+        Numbers of views, shape (n,).
     """
     count = np.zeros(len(p_W), np.int64)
     p_W = np.ascontiguousarray(p_W, float)
@@ -176,9 +186,9 @@ def _count_if_behind(front, K, X_WC, p_W, margin, count):
 
 
 def nearest_around(depth: np.ndarray) -> np.ndarray:
-    """The least depth of each pixel and its neighbours, (h, w) [m].
+    """Returns the least depth of each pixel and its neighbours, (h, w) [m].
 
-    0, unknown, where one of them is unknown.
+    It is 0, unknown, where one of them is unknown.
     """
     return minimum_filter(depth, 3, mode="nearest")
 
@@ -191,7 +201,7 @@ def free_points(
     farthest: float = 0.5,
     seed: int = 0,
 ) -> np.ndarray:
-    """Points in a box of W that cameras have looked through.
+    """Draws points in a box of W that cameras have looked through.
 
     Each lies on the ray of a random pixel, by a random length of up to
     `farthest` before the measured surface.
@@ -200,9 +210,9 @@ def free_points(
         capture: Posed RGB-D images.
         count: Number of points.
         lower: Lower corner of the box, shape (3,) [m].
-        upper: Upper corner, shape (3,) [m].
-        farthest: From the measured point, along the ray [m].
-        seed: Of the random choice.
+        upper: Upper corner of the box, shape (3,) [m].
+        farthest: Largest distance from the measured point, along the ray [m].
+        seed: Seed of the random choice.
 
     Returns:
         Shape (n, 3) [m]; n < count where little of the box was seen.

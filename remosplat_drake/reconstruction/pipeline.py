@@ -1,4 +1,4 @@
-"""From a capture to a splat: surfels, refinement, training.
+"""`reconstruct`: from a capture to a splat, by surfels, refinement, training.
 
 Surfels are laid on the measured surfaces, refined against all depth images on
 the CPU, and, where there is a CUDA device, trained on colours and depth.
@@ -40,17 +40,17 @@ _MARGIN_PER_SCATTER = 4.0
 """How much farther than a surface scatters free space begins."""
 
 Report = Callable[[str, int, int], None]
-"""Called with the stage, and how much of it is done of how much."""
+"""Called with the name of the stage, the steps done and the steps in all."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Reconstruction:
-    """A splat and how it came about.
+    """A reconstructed splat and how it was made.
 
     Attributes:
-        splat: In the capture's world frame.
-        method: In words.
-        seconds: Wall-clock time it took [s].
+        splat: The splat in the capture's world frame.
+        method: How the splat was made, in words.
+        seconds: Wall-clock time that it took [s].
     """
 
     splat: GaussianSplat
@@ -71,19 +71,21 @@ def reconstruct(
     checkpoint: Path | None = None,
     report: Report = lambda stage, done, total: None,
 ) -> Reconstruction:
-    """Makes a splat of a capture.
+    """Reconstructs a Gaussian splat of 2DGS discs from a capture.
 
     Args:
         capture: Posed RGB-D images.
         device: One of `DEVICES`.
-        initialisation: See `InitialisationConfig`.
-        surfels: Where the discs start, in place of an initialisation.
-        refinement: See `RefinementConfig`.
-        steps: Training steps at most.
-        seed: Of the order of the images in training.
-        held_out: Views, shape (n,), bool, that only judge.
-        checkpoint: Where training keeps its state; removed at the end.
-        report: See `Report`.
+        initialisation: How surfels are laid on the measured surfaces; None
+            takes the defaults.
+        surfels: Surfels to start from, in place of an initialisation.
+        refinement: Settings of the refinement; None takes the defaults.
+        steps: Largest number of training steps.
+        seed: Seed of the order of the images in training.
+        held_out: Which views are not trained on but decide when training stops,
+            shape (n,), bool.
+        checkpoint: File in which training keeps its state; removed at the end.
+        report: Called with the progress, see `Report`.
 
     Raises:
         RemoSplatError: The capture or a setting is unusable.

@@ -1,4 +1,4 @@
-"""`Workspace`: the box that a splat has to be right in."""
+"""`Workspace`: the box in which a splat's distances have to be right."""
 
 import dataclasses as dc
 
@@ -22,9 +22,12 @@ class Workspace:
 
     @staticmethod
     def around(focus: np.ndarray, reach: float = 1.0) -> "Workspace":
-        """A cube around a point, the target for example.
+        """Makes a cube around a point, such as the target.
 
-        Of a point above the floor, z = 0, only what is above the floor.
+        Args:
+            focus: Centre of the cube, shape (3,) [m]. Of a point above the
+                floor, z = 0, only the cube's part above the floor is taken.
+            reach: Half the cube's side length [m].
         """
         focus = np.asarray(focus, float)
         lower = focus - reach
@@ -34,14 +37,18 @@ class Workspace:
 
     @staticmethod
     def of_capture(capture: Capture) -> "Workspace":
-        """What holds most of what was captured: 2 % are beyond each side."""
+        """Makes a box around most of a capture; 2 % are beyond each side.
+
+        Raises:
+            RemoSplatError: The capture has no depth.
+        """
         p_W = _some_points(capture)
         if not len(p_W):
             raise RemoSplatError("the capture has no depth to compare with")
         return Workspace(*np.percentile(p_W, [2, 98], axis=0))
 
     def is_seen(self, capture: Capture) -> bool:
-        """Whether a capture shows any surface in the box."""
+        """Returns whether a capture shows any surface in the box."""
         p_W = _some_points(capture)
         inside = (p_W >= self.lower) & (p_W <= self.upper)
         return bool(inside.all(axis=1).any())

@@ -1,1 +1,1 @@
-"""How far a splat can be trusted, measured and told."""
+"""Reports on how far a splat can be trusted: measured, drawn and told."""

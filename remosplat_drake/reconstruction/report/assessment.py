@@ -1,4 +1,4 @@
-"""Measures how far a splat can be trusted, against the capture it is from."""
+"""`assess`: measures how far a splat can be trusted, against its capture."""
 
 import dataclasses as dc
 from collections.abc import Callable, Sequence
@@ -45,8 +45,11 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 NEAREST, FARTHEST = 0.03, 0.5
-"""Distances at which fields are compared: no robot sphere has its centre
-nearer to a surface, and the controller looks no farther [m]."""
+"""Range of the distances at which fields are compared [m].
+
+No robot sphere has its centre nearer to a surface, and the controller looks no
+farther.
+"""
 
 _NOTHING = 1.0  # An oracle that sees nothing has measured this [m].
 _LISTED_FLOATERS = 100
@@ -54,15 +57,15 @@ _LISTED_FLOATERS = 100
 
 @dc.dataclass(frozen=True, eq=False)
 class Assessment:
-    """A report and what its pictures are drawn from.
+    """A quality report and the data that its pictures are drawn from.
 
     Attributes:
-        report: The numbers.
+        report: The numbers of the assessment.
         pictures: The views that were compared.
         errors: Measured minus true distances by oracle, against the best
             reference, each (n,) [m].
-        coverage: Of the workspace.
-        floaters: Those in the workspace.
+        coverage: Coverage of the workspace.
+        floaters: Floaters in the workspace.
     """
 
     report: QualityReport
@@ -91,13 +94,13 @@ def assess(
         splat_W: The splat, in the capture's world frame.
         capture: All views, those that training used too.
         compared: Indices of the views whose images are compared.
-        truth: The true geometry, where it is known.
-        workspace: Where distances matter; None: where most was captured.
+        truth: The true geometry; None where it is not known.
+        workspace: Box in which distances matter; None: where most was captured.
         method: How the splat was made, in words.
-        held_out: Whether training did without the compared views.
-        count: Points at which distances are compared, at most.
-        seed: Of the random points.
-        progress: Told what is done next.
+        held_out: Whether the compared views were not trained on.
+        count: Largest number of points at which distances are compared.
+        seed: Seed of the random points.
+        progress: Called with what is done next.
 
     Raises:
         RemoSplatError: The capture shows no surface or no free space in the

@@ -13,13 +13,13 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 @dc.dataclass(frozen=True, eq=False)
 class Floaters:
-    """n floaters, the worst first.
+    """n floaters of a splat, the worst first.
 
     Attributes:
-        index: In the splat, shape (n,).
+        index: Indices in the splat, shape (n,).
         p_WK: Centres, shape (n, 3) [m].
-        height: From the centre to the nearest real surface: by so much a
-            robot there is told to be too near, shape (n,) [m].
+        height: Distance from the centre to the nearest real surface, shape (n,)
+            [m]: by so much a robot there is told to be too near.
     """
 
     index: np.ndarray
@@ -41,19 +41,20 @@ def find_floaters(
     min_views: int = 2,
     margin: float = 0.03,
 ) -> Floaters:
-    """The splats that some views contradict.
+    """Finds splats that hang where some views have looked through.
 
     Args:
-        splat_W: The splat.
+        splat_W: The splat in W.
         capture: Posed RGB-D images of the same scene.
-        truth: Distances to the real surfaces.
-        lower: Lower corner of a box in W; floaters outside are left out,
-            shape (3,) [m].
-        upper: Upper corner, shape (3,) [m].
-        min_opacity: More transparent splats disturb no oracle.
-        min_views: So many views must have looked through the centre.
-        margin: See `times_looked_through`; surfaces nearer to a floater than
-            this show in the distance errors instead [m].
+        truth: Distance field of the real surfaces.
+        lower: Lower corner of a box in W, shape (3,) [m]; floaters outside are
+            left out.
+        upper: Upper corner of the box, shape (3,) [m].
+        min_opacity: Opacity below which splats disturb no oracle and do not
+            count.
+        min_views: Least number of views that have looked through the centre.
+        margin: Margin of `times_looked_through` [m]; surfaces nearer to a
+            floater than this show in the distance errors instead.
     """
     inside = ((splat_W.p_GK >= lower) & (splat_W.p_GK <= upper)).all(axis=1)
     candidate = np.flatnonzero(inside & (splat_W.opacities >= min_opacity))

@@ -1,4 +1,4 @@
-"""How alike two colour images are: PSNR and SSIM, without the hidden pixels.
+"""Image quality: PSNR and SSIM of two colour images, without hidden pixels.
 
 The SSIM is the one that training maximises (`losses.structural_similarity`),
 without torch.
@@ -14,12 +14,12 @@ _C1, _C2 = 0.01**2, 0.03**2
 def psnr(
     image: np.ndarray, target: np.ndarray, hidden: np.ndarray | None = None
 ) -> float:
-    """Peak signal-to-noise ratio of (h, w, 3) images in [0, 1] [dB].
+    """Computes the peak signal-to-noise ratio of two images [dB].
 
     Args:
-        image: The rendered image.
-        target: The captured one.
-        hidden: Pixels that do not count, shape (h, w), bool.
+        image: The rendered image, shape (h, w, 3), in [0, 1].
+        target: The captured image, of the same shape.
+        hidden: Pixels that do not count, shape (h, w), bool; None: all count.
 
     Returns:
         inf for equal images, NaN if no pixel counts.
@@ -36,10 +36,17 @@ def psnr(
 def structural_similarity(
     image: np.ndarray, target: np.ndarray, hidden: np.ndarray | None = None
 ) -> float:
-    """Mean SSIM of (h, w, 3) images in [0, 1] (Wang et al. 2004).
+    """Computes the mean SSIM of two images (Wang et al., 2004).
 
-    A pixel counts when its whole window of 11 x 11 pixels does; arguments and
-    answer otherwise as of `psnr`.
+    A pixel counts when its whole window of 11 x 11 pixels does.
+
+    Args:
+        image: The rendered image, shape (h, w, 3), in [0, 1].
+        target: The captured image, of the same shape.
+        hidden: Pixels that do not count, shape (h, w), bool; None: all count.
+
+    Returns:
+        At most 1, which equal images have; NaN if no pixel counts.
     """
     similarity = _similarity_map(image.astype(float), target.astype(float))
     if hidden is not None:

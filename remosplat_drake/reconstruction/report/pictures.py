@@ -22,13 +22,13 @@ _BEST_PSNR = 99.0  # Of equal images; JSON knows no infinity [dB].
 
 @dc.dataclass(frozen=True, eq=False)
 class Picture:
-    """One captured view and what the splat shows from there.
+    """A captured view and the splat's image from the same camera.
 
     Attributes:
-        view: Index in the capture.
-        rendered: The splat's image.
-        rgb: The captured colours, (h, w, 3), uint8.
-        depth: The captured depth, (h, w) [m]; 0 where unknown.
+        view: Index of the view in the capture.
+        rendered: The image that the splat shows from there.
+        rgb: The captured sRGB colours, shape (h, w, 3), uint8.
+        depth: The captured depth, shape (h, w) [m]; 0 where unknown.
     """
 
     view: int
@@ -38,7 +38,7 @@ class Picture:
 
     @property
     def depth_error(self) -> np.ndarray:
-        """Rendered minus captured, (h, w) [m]; NaN where either is unknown."""
+        """Rendered minus captured depth, (h, w) [m]; NaN if one is unknown."""
         known = (self.depth > 0) & (self.rendered.depth > 0)
         return np.where(known, self.rendered.depth - self.depth, np.nan)
 
@@ -46,7 +46,13 @@ class Picture:
 def draw_pictures(
     splat_W: GaussianSplat, capture: Capture, compared: Sequence[int]
 ) -> tuple[Picture, ...]:
-    """What a splat shows from the views of those indices."""
+    """Renders a splat from some views of a capture.
+
+    Args:
+        splat_W: The splat, in the capture's world frame.
+        capture: Posed RGB-D images.
+        compared: Indices of the views.
+    """
     renderer = SplatRenderer(splat_W)
     return tuple(
         Picture(
@@ -62,7 +68,13 @@ def draw_pictures(
 def score_pictures(
     pictures: tuple[Picture, ...], capture: Capture, held_out: bool
 ) -> ImageScores:
-    """The mean scores of some views; hidden pixels do not count."""
+    """Computes mean scores of rendered views; hidden pixels do not count.
+
+    Args:
+        pictures: The views.
+        capture: The capture that they are from.
+        held_out: Whether these views were not trained on.
+    """
     ratios, similarities, depth_errors = [], [], []
     for picture in pictures:
         hidden = (

@@ -1,4 +1,4 @@
-"""How well a reconstruction measures distances, against known geometry."""
+"""`DistanceQuality`: errors of a splat's distances against a reference."""
 
 import dataclasses as dc
 
@@ -10,12 +10,12 @@ from remosplat_drake.signals.distance_field import DistanceField
 
 @dc.dataclass(frozen=True)
 class DistanceQuality:
-    """Errors of measured distances, over points or spheres near a scene.
+    """Errors of measured distances at points or spheres near a scene.
 
     Attributes:
-        count: Number of them.
-        median: Of the absolute error [m].
-        percentile_99: Of the absolute error [m].
+        count: Number of points or spheres.
+        median: Median of the absolute error [m].
+        percentile_99: 99th percentile of the absolute error [m].
         over: Largest over-estimate, which hides an obstacle [m].
         under: Largest under-estimate, which invents one [m].
     """
@@ -37,17 +37,17 @@ def distance_quality(
     farthest: float = 0.5,
     seed: int = 0,
 ) -> DistanceQuality:
-    """Compares two fields at random points of a box of W.
+    """Compares two distance fields at random points of a box of W.
 
     Args:
-        field: The reconstruction's.
-        truth: The ground truth's, signed.
+        field: The distance field of the reconstruction.
+        truth: The distance field of the ground truth, signed.
         lower: Lower corner of the box, shape (3,) [m].
-        upper: Upper corner, shape (3,) [m].
+        upper: Upper corner of the box, shape (3,) [m].
         count: Number of points to draw.
-        nearest: Points truly nearer than this are left out [m].
-        farthest: And those truly farther [m].
-        seed: Of the random points.
+        nearest: Points whose true distance is less are left out [m].
+        farthest: Points whose true distance is larger are left out [m].
+        seed: Seed of the random points.
     """
     points = np.random.default_rng(seed).uniform(lower, upper, (count, 3))
     spheres = Spheres.at(points)
@@ -58,7 +58,7 @@ def distance_quality(
 
 
 def summarize(error: np.ndarray) -> DistanceQuality:
-    """The quality that errors, measured minus true distance, (n,) [m], mean."""
+    """Sums up errors, measured minus true distances, shape (n,) [m]."""
     return DistanceQuality(
         count=len(error),
         median=float(np.median(np.abs(error))),

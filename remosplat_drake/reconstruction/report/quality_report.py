@@ -16,55 +16,67 @@ from remosplat_drake.base.strict_json import read_json_object
 from remosplat_drake.base.strict_yaml import load_strict
 
 MAP_ERROR_MARGIN = 0.002
-"""A stopping distance must exceed the map's error by so much [m]."""
+"""Least length by which a stopping distance must exceed the map's error [m]."""
 
 CAPTURE, TRUTH = "capture", "truth"
-"""What distances are compared with: measured depth, or known geometry."""
+"""References of distances: measured depth, or known geometry."""
 
 
 Length = Annotated[float, Interval(ge=-1e4, le=1e4)]
+"""A length, or a difference of lengths [m]."""
 Count = Annotated[int, Interval(ge=0, le=10**12)]
+"""A number of things."""
 Share = Annotated[float, Interval(ge=0, le=1)]
+"""A fraction from 0 to 1."""
 
 
 @dc.dataclass
 class DistanceErrors(Config):
-    """An oracle's distance errors, see `DistanceQuality` [m]."""
+    """Distance errors of one oracle against one reference."""
 
+    # Name of the oracle.
     oracle: str = ""
-    # `capture` or `truth`.
+    # What distances are compared with: `capture` or `truth`.
     reference: str = ""
+    # Number of points.
     count: Count = 0
+    # Median of the absolute error [m].
     median: Length = 0.0
+    # 99th percentile of the absolute error [m].
     percentile_99: Length = 0.0
+    # Largest over-estimate, which hides an obstacle [m].
     over: Length = 0.0
+    # Largest under-estimate, which invents an obstacle [m].
     under: Length = 0.0
 
 
 @dc.dataclass
 class ImageScores(Config):
-    """Rendered images beside captured ones."""
+    """Quality of rendered images beside captured ones."""
 
-    # How many views.
+    # Number of views.
     views: Count = 0
-    # Whether training did without them.
+    # Whether these views were not trained on.
     held_out: bool = True
-    # Means over the views; PSNR in dB.
+    # Mean peak signal-to-noise ratio of the views [dB].
     psnr: Annotated[float, Interval(ge=-1000, le=1000)] = 0.0
+    # Mean structural similarity (SSIM) of the views.
     ssim: Annotated[float, Interval(ge=-1, le=1)] = 0.0
-    # Of the absolute depth error of the pixels [m].
+    # Median of the pixels' absolute depth error [m].
     depth_median: Length = 0.0
+    # 99th percentile of the pixels' absolute depth error [m].
     depth_percentile_99: Length = 0.0
 
 
 @dc.dataclass
 class FloaterSummary(Config):
-    """Splats in space that cameras have looked through."""
+    """Floaters: splats in space that cameras have looked through."""
 
+    # Number of floaters.
     count: Count = 0
-    # Largest under-estimate of a distance that one causes [m].
+    # Largest under-estimate of a distance that a floater causes [m].
     worst: Length = 0.0
-    # Centres in W of up to a hundred, the worst first [m].
+    # Centres in W of up to a hundred floaters, the worst first [m].
     p_WK: list[Position] = dc.field(default_factory=list)
 
 
@@ -72,55 +84,63 @@ class FloaterSummary(Config):
 class CoverageSummary(Config):
     """What the cameras saw of the workspace, as fractions of its volume."""
 
-    # The workspace in W [m].
+    # Lower corner of the workspace in W [m].
     lower: Annotated[list[Coordinate], Len(0, 3)] = dc.field(
         default_factory=list
     )
+    # Upper corner of the workspace in W [m].
     upper: Annotated[list[Coordinate], Len(0, 3)] = dc.field(
         default_factory=list
     )
+    # Fraction that cameras have looked through.
     free: Share = 0.0
+    # Fraction that holds a measured surface.
     surface: Share = 0.0
-    # Hidden, out of view, or inside things.
+    # Fraction that is hidden, out of view, or inside things.
     unseen: Share = 0.0
 
 
 @dc.dataclass
 class QualityReport(Config):
-    """What was measured of a splat."""
+    """Measurements of a splat's quality, and the verdict; a file beside it."""
 
-    # How the splat was made.
+    # How the splat was made, in words.
     method: str = ""
-    # SHA-256 of the splat's file.
+    # SHA-256 digest of the splat's file, in hex.
     splat_digest: str = ""
+    # Number of splats.
     splats: Count = 0
-    # Views of the capture.
+    # Number of views of the capture.
     views: Count = 0
-    # How thick the surfaces are that the capture measured: its noise [m].
+    # Thickness of the surfaces that the capture measured: its noise [m].
     scatter: Length = 0.0
+    # Distance errors of each oracle against each reference.
     distances: list[DistanceErrors] = dc.field(default_factory=list)
+    # Quality of rendered images.
     images: ImageScores = dc.field(default_factory=ImageScores)
+    # Floaters in the workspace.
     floaters: FloaterSummary = dc.field(default_factory=FloaterSummary)
+    # Coverage of the workspace.
     coverage: CoverageSummary = dc.field(default_factory=CoverageSummary)
-    # Largest over-estimate of a distance by any oracle, by the best
-    # reference there is [m].
+    # Largest over-estimate of a distance by any oracle, by the best reference
+    # there is [m].
     map_error: Annotated[float, Interval(ge=0, le=1e4)] = 0.0
     # The verdict in words.
     trust: str = ""
 
 
 def report_path(splat: Path) -> Path:
-    """Where the report of a splat file is."""
+    """Returns the path of the report of a splat file."""
     return splat.with_suffix(".quality.json")
 
 
 def page_path(splat: Path) -> Path:
-    """Where the page of a splat file's report is."""
+    """Returns the path of the HTML page of a splat file's report."""
     return splat.with_suffix(".quality.html")
 
 
 def pose_path(splat: Path) -> Path:
-    """Where the pose of the capture's world in the splat's frame is.
+    """Returns the path of the pose of the capture's world in the splat's frame.
 
     There is no such file where the two frames are the same.
     """
@@ -134,8 +154,8 @@ def write_report(
 
     Args:
         splat: The splat file.
-        report: Its report, which learns the file's digest.
-        folder: Another folder to put it in.
+        report: The report, into which the file's digest is written.
+        folder: Another folder to put it in; None: the splat's.
 
     Raises:
         FileError: The splat cannot be read or the report not written.
@@ -151,8 +171,8 @@ def read_report(splat: Path) -> QualityReport:
     """Reads the report of a splat file.
 
     Raises:
-        FileError: It is missing, no report, or one of another splat.
-        FieldError: A field is missing, unknown or unusable; names it.
+        FileError: The report is missing, no report, or one of another splat.
+        FieldError: A field is missing, unknown or unusable; the error names it.
     """
     path = report_path(splat)
     document = read_json_object(path)
@@ -170,10 +190,10 @@ def read_report(splat: Path) -> QualityReport:
 
 
 def file_digest(path: Path) -> str:
-    """SHA-256 of a file's bytes.
+    """Computes the SHA-256 digest of a file's bytes, in hex.
 
     Raises:
-        FileError: It cannot be read.
+        FileError: The file cannot be read.
     """
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest()
@@ -182,7 +202,7 @@ def file_digest(path: Path) -> str:
 
 
 def judge(report: QualityReport) -> str:
-    """The verdict on a report: what distances may be relied on, and where."""
+    """Words a verdict: which distances may be relied on, and where."""
     reference = reference_of(report)
     judged = [d for d in report.distances if d.reference == reference]
     usual = max(d.percentile_99 for d in judged)
@@ -211,13 +231,13 @@ def judge(report: QualityReport) -> str:
 
 
 def reference_of(report: QualityReport) -> str:
-    """The best reference that a report compares distances with."""
+    """Returns the best reference that a report compares distances with."""
     known = {d.reference for d in report.distances}
     return TRUTH if TRUTH in known else CAPTURE
 
 
 def rounded_up(length: float) -> str:
-    """A length in words; tenths of a millimetre matter below 1 cm."""
+    """Words a length, rounded up: in tenths of a millimetre below 1 cm."""
     # Whole micrometres first: what is 6 mm but for rounding stays 6 mm.
     tenths = -(-round(1e6 * length) // 100)
     return f"{tenths / 10:.1f} mm" if tenths < 100 else f"{-(-tenths // 10)} mm"

@@ -66,11 +66,11 @@ img { display: block; width: 100%; border-radius: .2em; }
 
 
 def to_html(assessment: Assessment, title: str) -> str:
-    """One self-contained page.
+    """Makes one self-contained HTML page of an assessment.
 
     Args:
-        assessment: What was measured.
-        title: Heading, the splat's name for example.
+        assessment: The assessment.
+        title: Heading, such as the splat's name.
     """
     report = assessment.report
     name = html.escape(title)
@@ -101,12 +101,12 @@ def write_assessment(
     """Writes NAME.quality.json and NAME.quality.html beside a splat file.
 
     Args:
-        splat: The file that the assessment is about.
-        assessment: What was measured.
-        folder: Another folder to put them in.
+        splat: The splat file that the assessment is about.
+        assessment: The assessment.
+        folder: Another folder to put them in; None: the splat's.
 
     Returns:
-        The page.
+        The path of the page.
 
     Raises:
         FileError: The splat cannot be read or a file not written.

@@ -17,13 +17,13 @@ _SLICES = 8
 
 
 def color_image(image: np.ndarray) -> str:
-    """A data URI of an image (h, w, 3) in [0, 1], made smaller."""
+    """Encodes an image (h, w, 3) in [0, 1] as a data URI, made smaller."""
     image = _smaller(np.clip(image, 0, 1))
     return _data_uri((255 * image).round().astype(np.uint8), "jpeg")
 
 
 def depth_image(depth: np.ndarray, limits) -> str:
-    """A data URI of a depth image (h, w) [m], grey where it is 0.
+    """Encodes a depth image (h, w) [m] as a data URI, grey where it is 0.
 
     Args:
         depth: The image.
@@ -35,24 +35,24 @@ def depth_image(depth: np.ndarray, limits) -> str:
 
 
 def depth_error_limit(errors: Sequence[np.ndarray]) -> float:
-    """Where the colours of these depth errors should end [m]."""
+    """Chooses the depth error at which the colours of errors end [m]."""
     error = np.abs(np.concatenate([e[np.isfinite(e)] for e in errors]))
     usual = np.percentile(error, 90) if len(error) else 0.0
     return next((x for x in _DEPTH_ERRORS if x >= usual), _DEPTH_ERRORS[-1])
 
 
 def depth_error_image(error: np.ndarray, limit: float) -> str:
-    """A data URI of depth errors (h, w) [m]: blue too near, red too far.
+    """Encodes depth errors (h, w) [m] as a data URI: blue near, red far.
 
     Args:
-        error: NaN where unknown, which is grey.
+        error: The errors; NaN where unknown, which is grey.
         limit: Error of the full colours [m].
     """
     return _colored(0.5 + error / (2 * limit), "RdBu_r")
 
 
 def error_histogram(errors: dict[str, np.ndarray]) -> str:
-    """SVG: how often distance errors [m] occur, by oracle."""
+    """Draws a histogram of distance errors [m] by oracle, as SVG."""
     axes, figure = _axes(7.5, 2.8)
     reach = max(np.percentile(np.abs(e), 99.5) for e in errors.values())
     reach = 1e3 * max(reach, 1e-4)
@@ -74,7 +74,7 @@ def error_histogram(errors: dict[str, np.ndarray]) -> str:
 
 
 def coverage_slices(coverage: Coverage) -> str:
-    """SVG: horizontal slices of a coverage, the lowest first."""
+    """Draws horizontal slices of a coverage, the lowest first, as SVG."""
     from matplotlib.colors import ListedColormap
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch

@@ -33,14 +33,14 @@ NEAR, FAR = 0.01, 100.0
 """Depths z between which fragments are seen [m]."""
 
 SENSOR = DepthSensor(near=NEAR, far=FAR)
-"""What a fragment is: the oracle's definition (3 sigma, alpha >= 1/255)."""
+"""The oracle's definition of a fragment (3 sigma, alpha >= 1/255)."""
 
 _BAND = 32  # Rows of pixels that are drawn together, so that memory stays hot.
 
 
 @dc.dataclass(frozen=True, eq=False)
 class SplatImage:
-    """What a camera sees of a splat.
+    """Colour and depth of a splat through a pinhole camera C.
 
     Attributes:
         color: Expected colour over black, shape (h, w, 3), float32.
@@ -69,16 +69,17 @@ class _Camera(NamedTuple):
 
 
 class SplatRenderer:
-    """Draws a splat by the order of the fragments along each ray.
+    """Renders a splat, fragments being sorted along each ray.
 
     A fragment is what `DepthSensor` defines, with the exact intersection of
     ray and disc; colours are those of spherical-harmonics degree 0.
 
     Args:
         splat_W: The scene, expressed in W.
-        low_pass_filter: Use the screen-space filter of 2DGS, with which
-            splats are usually trained: no splat appears smaller than a dot of
-            about a pixel, and such a dot has the depth of its centre.
+        low_pass_filter: Whether to use the screen-space filter of 2DGS (after
+            Zwicker et al., EWA splatting, 2001), with which splats are usually
+            trained: no splat appears smaller than a dot of about a pixel, and
+            such a dot has the depth of its centre.
     """
 
     def __init__(self, splat_W: GaussianSplat, *, low_pass_filter: bool = True):
@@ -91,11 +92,11 @@ class SplatRenderer:
     def render(
         self, K: np.ndarray, X_WC: np.ndarray, size: tuple[int, int]
     ) -> SplatImage:
-        """The image of a camera.
+        """Renders the image of a camera.
 
         Args:
             K: Intrinsic matrix, shape (3, 3) [pixels].
-            X_WC: Pose (OpenCV axes), shape (4, 4).
+            X_WC: Camera pose (OpenCV axes), shape (4, 4).
             size: Height and width [pixels].
         """
         height, width = size

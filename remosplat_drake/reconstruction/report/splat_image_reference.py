@@ -19,7 +19,7 @@ def render(
     size: tuple[int, int],
     low_pass_filter: bool = True,
 ) -> SplatImage:
-    """What a camera sees; arguments as of `SplatRenderer`."""
+    """Renders the image of a camera; arguments are those of `SplatRenderer`."""
     height, width = size
     u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     pixels = np.stack([u, v, np.ones_like(u)], axis=-1).reshape(-1, 3)

@@ -1,1 +1,1 @@
-"""Surfels from depth images: gathered, thinned, refined."""
+"""Surfels from depth images: gathered, thinned and refined without a GPU."""

@@ -8,21 +8,26 @@ import numba
 import numpy as np
 
 REACHES = (4, 2, 1)
-"""Pixels to the neighbours that span a normal, best first."""
+"""Distances to the neighbours that span a normal, best first [pixels]."""
 
 MAX_BEND = 0.25
-"""Where opposite neighbours are off a straight line by more than this
-fraction of their distance there is an edge, and no normal."""
+"""Bend of a surface from which on there is an edge, and no normal.
+
+It is how far opposite neighbours are off a straight line, as a fraction of
+their distance.
+"""
 
 
 def depth_normals(K: np.ndarray, depth: np.ndarray) -> np.ndarray:
-    """Unit normals in C, towards the camera, (h, w, 3), float32.
-
-    NaN at the border, at edges and where depth is unknown.
+    """Computes unit normals in C, towards the camera, from a depth image.
 
     Args:
-        K: Intrinsics, shape (3, 3) [pixels].
-        depth: z in C, shape (h, w) [m]; 0 where unknown.
+        K: Intrinsic matrix, shape (3, 3) [pixels].
+        depth: Depth z in C, shape (h, w) [m]; 0 where unknown.
+
+    Returns:
+        Shape (h, w, 3), float32; NaN at the border, at edges and where depth is
+        unknown.
     """
     camera = (K[0, 0], K[1, 1], K[0, 2], K[1, 2])
     normal = np.full((*depth.shape, 3), np.nan, np.float32)

@@ -7,7 +7,7 @@ from remosplat_drake.reconstruction.surfels.normals import MAX_BEND, REACHES
 
 
 def depth_normals_reference(K: np.ndarray, depth: np.ndarray) -> np.ndarray:
-    """See `depth_normals`."""
+    """Computes unit normals from a depth image, as `depth_normals` does."""
     p_C = back_project(K, depth, np.eye(4))
     normal = np.full(p_C.shape, np.nan)
     for reach in REACHES:

@@ -30,18 +30,20 @@ _NORMAL_RADIUS = 3
 
 @dc.dataclass
 class InitialisationConfig:
-    """Where the surfels of a reconstruction come from."""
+    """How the surfels that a reconstruction starts from are made."""
 
-    # "surfels": depth images pooled with their normals; "voxels": the
+    # Method: "surfels" pools depth images with their normals; "voxels" is the
     # paper's point cloud, which needs the `reconstruction` extra.
     method: str = "surfels"
-    # At most as many surfels.
+    # Largest number of surfels.
     count: int = 60_000
-    # Of method "voxels": edge of a voxel [m].
+    # Edge length of a voxel in the method "voxels" [m].
     voxel: float = 0.01
-    # Of method "surfels": the point around which they are finest [m].
+    # Point in W around which surfels are finest in the method "surfels", shape
+    # (3,) [m]; None: equally fine everywhere.
     focus: np.ndarray | None = None
-    # Random points added over the captured box (paper, experiment 3).
+    # Number of random points added over the captured box (the paper's third
+    # experiment).
     random_points: int = 0
     # Seed of all random choices.
     seed: int = 0
@@ -50,7 +52,11 @@ class InitialisationConfig:
 def initialise(
     capture: Capture, config: InitialisationConfig | None = None
 ) -> Surfels:
-    """The surfels that a reconstruction starts with.
+    """Makes the surfels that a reconstruction starts from.
+
+    Args:
+        capture: Posed RGB-D images.
+        config: Settings; None takes the defaults.
 
     Raises:
         FieldError: The configuration is unusable.
@@ -92,16 +98,16 @@ def initialise(
 def surfels_from_voxels(
     capture: Capture, count: int = 60_000, voxel: float = 0.01, seed: int = 0
 ) -> Surfels:
-    """The frames' points, pooled in voxels and drawn uniformly.
+    """Makes surfels of all frames' points, pooled in voxels and drawn evenly.
 
     A voxel that two faces share gets one point between them, so edges are
     off by up to half a voxel, and boards thinner than one lose a side.
 
     Args:
         capture: Posed RGB-D images.
-        count: At most as many surfels.
-        voxel: Edge of a voxel [m].
-        seed: Of the draw.
+        count: Largest number of surfels.
+        voxel: Edge length of a voxel [m].
+        seed: Seed of the random draw.
 
     Raises:
         MissingExtraError: Open3D is not installed.
@@ -138,15 +144,15 @@ def surfels_from_voxels(
 def random_surfels(
     lower: np.ndarray, upper: np.ndarray, count: int, seed: int = 0
 ) -> Surfels:
-    """Points uniformly in a box that stand for nothing: future floaters.
+    """Draws surfels uniformly in a box, which stand for nothing: floaters.
 
     The paper's third experiment adds 1,000 of them before training.
 
     Args:
         lower: Lower corner of the box, shape (3,) [m].
-        upper: Upper corner, shape (3,) [m].
-        count: How many, at least 4.
-        seed: Of their places, normals and colours.
+        upper: Upper corner of the box, shape (3,) [m].
+        count: Number of surfels, at least 4.
+        seed: Seed of their positions, normals and colours.
     """
     rng = np.random.default_rng(seed)
     p_WK = rng.uniform(lower, upper, (count, 3))
@@ -156,7 +162,7 @@ def random_surfels(
 
 
 def joined(*parts: Surfels) -> Surfels:
-    """All the surfels of the parts, each with the spacing it had."""
+    """Concatenates surfels, each with the spacing that it had."""
     return Surfels(
         *(
             np.concatenate([getattr(part, field.name) for part in parts])

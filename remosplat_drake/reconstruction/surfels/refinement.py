@@ -1,4 +1,4 @@
-"""A splat without CUDA: surfels fitted to all depth images at once.
+"""Refinement of a splat without a GPU: surfels fitted to all depth images.
 
 Depth images measure surfaces directly, so a splat for distances needs no
 rendering to be optimised. Sweeps over the views move every surfel along its
@@ -59,24 +59,26 @@ _CHUNK = 30_000
 class RefinementConfig:
     """Sweeps and thresholds of `refine`."""
 
-    # At most as many sweeps over all views.
+    # Largest number of sweeps over all views.
     sweeps: int = 8
-    # They end when 99 % of the surfels move by less than this [m].
+    # Sweeps end when 99 % of the surfels move by less than this [m].
     converged: float = 2e-4
-    # Heights that belong to a surface whatever the noise, in the first sweep
-    # and in the last [m]; each sweep halves it.
+    # Heights over a surface that belong to it whatever the noise, in the first
+    # sweep and in the last [m]; each sweep halves it.
     tolerance: tuple[float, float] = (0.012, 0.0015)
-    # Windows reach as many spacings around a surfel, within limits [m].
+    # Radius of the window around a surfel, as a multiple of its spacing.
     window: float = 1.6
+    # Least and largest radius of a window [m].
     window_limits: tuple[float, float] = (0.01, 0.05)
-    # First guess of the depth's noise: near [m], and growing with z^2 [1/m].
-    # Its size is then estimated from the capture.
+    # First guess of the depth's standard deviation: its least [m], and its
+    # growth with z^2 [1/m]. Its size is then estimated from the capture.
     noise: tuple[float, float] = (1e-3, 2e-3)
     # Views that see a surfel more slantingly than this cosine are ignored.
     min_cosine: float = 0.1
-    # Standard deviation of a disc over its surfel's spacing.
+    # Standard deviation of a disc as a multiple of its surfel's spacing.
     scale: float = 0.62
-    # Surfels nearer to a better one than this fraction of their spacing go.
+    # Surfels nearer to a better known one than this fraction of their spacing
+    # are dropped.
     crowding: float = 0.35
     # Opacity of a disc that many views confirm.
     opacity: float = 0.95
@@ -95,10 +97,10 @@ def refine(
 
     Args:
         capture: Posed RGB-D images.
-        surfels: Where the discs start.
-        config: See `RefinementConfig`.
-        report: Called after every view with the passes over a view done and
-            those due at most.
+        surfels: Surfels at which the discs start.
+        config: Settings; None takes the defaults.
+        report: Called after every view with the number of passes over a view
+            that are done and the largest number of them.
 
     Returns:
         The splat, in the capture's world frame.

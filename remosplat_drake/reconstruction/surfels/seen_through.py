@@ -1,4 +1,4 @@
-"""What views have looked through is free; what they have not may be solid."""
+"""Free space that views have looked through; the rest may be solid."""
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -20,11 +20,11 @@ than this; else views only disagree by a little about one surface [m]."""
 
 
 def drop_floaters(capture: Capture, splat: GaussianSplat) -> GaussianSplat:
-    """The splat without discs that hang where views have looked through.
+    """Drops discs that hang in space that views have looked through.
 
     Args:
         capture: Posed RGB-D images.
-        splat: In W.
+        splat: A splat of discs in W.
     """
     through = times_looked_through(capture, splat.p_GK) >= _ENOUGH_VIEWS
     if through.all():
@@ -36,7 +36,7 @@ def drop_floaters(capture: Capture, splat: GaussianSplat) -> GaussianSplat:
 def fill_holes(
     capture: Capture, splat: GaussianSplat, before: GaussianSplat
 ) -> GaussianSplat:
-    """The splat, and discs from before where it lost a surface.
+    """Puts back discs where an optimisation lost a surface.
 
     What only one slanted view has seen, or what views with wrong poses see in
     different places, may fade or be merged away. A hole hides an obstacle, so
@@ -44,8 +44,11 @@ def fill_holes(
 
     Args:
         capture: Posed RGB-D images.
-        splat: What an optimisation has made of `before`; in W.
-        before: Where it started; in W.
+        splat: The splat that an optimisation has made of `before`; in W.
+        before: The splat at which it started; in W.
+
+    Returns:
+        The splat with the discs that were put back.
     """
     apart, _ = KDTree(splat.p_GK).query(before.p_GK)
     lost = np.flatnonzero(apart > _HOLE * before.scales.max(axis=1))

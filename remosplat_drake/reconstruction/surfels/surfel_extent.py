@@ -1,4 +1,4 @@
-"""How far the surface around a surfel goes on, from votes in its plane.
+"""Extent of the surface around a surfel, from votes in its plane.
 
 A disc that reaches beyond an edge makes distances too short, one that ends
 before it makes them too long. So where views look past a surfel, the edges
@@ -30,13 +30,13 @@ class Extents:
     """Edges around n surfels.
 
     Attributes:
-        turn: Angle of the edges' frame in the tangent plane, shape (n,).
+        turn: Angle of the edges' frame in the tangent plane, shape (n,) [rad].
         edge: Distance of the edge from the centre along that frame's axes x,
             -x, y, -y, shape (n, 4) [m]; negative where the centre is beyond
             it, inf without one.
-        solid: Mean number of votes a cell within the edges that there is a
-            surface, shape (n,).
-        free: And that there is none, likewise.
+        solid: Mean number of votes for a surface in the cells within the edges,
+            shape (n,).
+        free: Mean number of votes for free space in these cells, shape (n,).
     """
 
     turn: np.ndarray
@@ -48,11 +48,11 @@ class Extents:
 def find_extents(
     solid: np.ndarray, free: np.ndarray, radius: np.ndarray
 ) -> Extents:
-    """The edges that separate the votes best.
+    """Finds the edges that separate the votes best.
 
     Args:
-        solid: Votes for a surface; see `gather_votes`.
-        free: Votes against.
+        solid: Votes for a surface, shape (n, GRID, GRID); see `gather_votes`.
+        free: Votes for free space, shape (n, GRID, GRID).
         radius: Half the width of the grids, shape (n,) [m].
     """
     n = len(solid)
@@ -93,7 +93,7 @@ def fit_discs(
     R_WK: np.ndarray,
     reach: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Ellipses that end at the edges.
+    """Fits elliptic discs that end at the edges.
 
     Args:
         extents: The edges.

@@ -1,6 +1,6 @@
-"""What depth images say around each surfel (numba).
+"""Evidence of depth images around each surfel: planes, colours, votes (numba).
 
-`surfel_gathering_reference` says the same slowly and readably.
+`surfel_gathering_reference` computes the same slowly and readably.
 """
 
 from typing import NamedTuple
@@ -11,23 +11,33 @@ from numba import njit
 from remosplat_drake.capture.capture import Capture
 
 NEAR = 0.05
-"""Surfels nearer to a camera than this are not seen by it [m]."""
+"""Least distance at which a camera sees a surfel [m]."""
 
 MAX_REACH = 6
-"""A window has at most this many samples to either side of its centre."""
+"""Largest number of samples of a window to either side of its centre."""
 
 PLANE_SUMS = 10
+"""Number of columns of the plane sums of `gather_planes`."""
 COLOR_SUMS = 4
-"""Columns of the sums of `gather_planes`."""
+"""Number of columns of the colour sums of `gather_planes`."""
 
 GRID = 14
-"""Cells along a side of a surfel's grid of votes."""
+"""Number of cells along a side of a surfel's grid of votes."""
 
 _kernel = njit(cache=True, nogil=True, error_model="numpy")
 
 
 class DepthView(NamedTuple):
-    """One image of a capture, as the kernels take it; see `Capture`."""
+    """One image of a `Capture`, as the kernels take it.
+
+    Attributes:
+        depth: Depth z in C, shape (h, w) [m]; 0 where unknown.
+        rgb: Colours, shape (h, w, 3).
+        focal: Focal lengths along x and y, shape (2,) [pixels].
+        center: Principal point, shape (2,) [pixels].
+        R_WC: Orientation of the camera, shape (3, 3).
+        p_WC: Position of the camera, shape (3,) [m].
+    """
 
     depth: np.ndarray
     rgb: np.ndarray
@@ -43,7 +53,7 @@ class Patches(NamedTuple):
     Attributes:
         p_WK: Centres, shape (n, 3) [m].
         R_WK: Columns are two tangents and the normal, shape (n, 3, 3).
-        radius: Of the windows, shape (n,) [m].
+        radius: Radii of the windows, shape (n,) [m].
         colors: RGB in [0, 1], shape (n, 3).
     """
 
@@ -54,13 +64,14 @@ class Patches(NamedTuple):
 
 
 class DepthNoise(NamedTuple):
-    """What a measured depth z is worth.
+    """Noise model of a measured depth z.
 
     Attributes:
-        floor: Standard deviation near the camera [m].
-        growth: And its growth with z^2 [1/m].
-        min_cosine: Surfels that a view sees more slantingly are left out.
-        color_step: A colour off by this counts half.
+        floor: Standard deviation of the depth near the camera [m].
+        growth: Growth of the standard deviation with z^2 [1/m].
+        min_cosine: Surfels that a view sees more slantingly than this cosine
+            are left out.
+        color_step: Difference of colour at which a sample's weight is halved.
     """
 
     floor: float
@@ -70,7 +81,7 @@ class DepthNoise(NamedTuple):
 
 
 def make_view(capture: Capture, i: int) -> DepthView:
-    """View i of a capture."""
+    """Makes the `DepthView` of view i of a capture."""
     K, X_WC = capture.K[i], capture.X_WC[i]
     return DepthView(
         capture.depth[i],
@@ -138,8 +149,8 @@ def gather_votes(patches, view, noise, tolerance, solid, free):
         view: The view.
         noise: The noise of its depth.
         tolerance: Heights up to this belong to the surface [m].
-        solid: Votes for a surface, by a and b, shape (n, GRID, GRID).
-        free: Votes against, likewise.
+        solid: Votes for a surface, by tangential cell, shape (n, GRID, GRID).
+        free: Votes for free space, shape (n, GRID, GRID).
     """
     votes = np.zeros((2, GRID, GRID))
     for i in range(len(patches.p_WK)):

@@ -20,7 +20,10 @@ def gather_planes(
     planes: np.ndarray,
     colors: np.ndarray,
 ):
-    """As `surfel_gathering.gather_planes`."""
+    """Adds a view's points near each patch to the patch's sums.
+
+    Arguments and results are those of `surfel_gathering.gather_planes`.
+    """
     for i in range(len(patches.p_WK)):
         rows, columns, cosine = _window(patches, i, view, noise)
         z = view.depth[rows, columns].astype(float)
@@ -48,7 +51,10 @@ def gather_votes(
     solid: np.ndarray,
     free: np.ndarray,
 ):
-    """As `surfel_gathering.gather_votes`."""
+    """Adds where a view finds each patch's surface, and where it does not.
+
+    Arguments and results are those of `surfel_gathering.gather_votes`.
+    """
     for i in range(len(patches.p_WK)):
         rows, columns, _ = _window(patches, i, view, noise)
         z = view.depth[rows, columns].astype(float)

@@ -1,4 +1,4 @@
-"""Fewer surfels where several have moved onto the same place."""
+"""Thinning of surfels where several have moved onto the same place."""
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -12,16 +12,19 @@ _FAINT = 0.1
 def uncrowded(
     surfels: Surfels, weight: np.ndarray, crowding: float
 ) -> np.ndarray:
-    """Mask that drops, of surfels that fell together, the less known ones.
+    """Selects, of surfels that fell together, the best known ones.
 
     A faint one, about which the views say next to nothing, goes when a
     well-known one is within its spacing: its normal is not to be trusted.
 
     Args:
-        surfels: The surfels.
+        surfels: The n surfels.
         weight: How well each is known, shape (n,).
         crowding: Surfels that face the same way are too many when nearer
             than this fraction of their spacing.
+
+    Returns:
+        Which surfels are kept, shape (n,), bool.
     """
     # In the order of what is known about them, ties by index.
     rank = np.empty(len(surfels), np.int64)
@@ -47,7 +50,7 @@ def uncrowded(
 
 
 def with_spacing(surfels: Surfels, kept: np.ndarray) -> Surfels:
-    """The kept surfels, with the spacing that they have now."""
+    """Returns the kept surfels, with the spacing that they have now."""
     p_WK, least = surfels.p_WK[kept], surfels.spacing[kept]
     neighbors, _ = KDTree(p_WK).query(p_WK, k=min(4, len(p_WK)))
     spacing = neighbors[:, 1:].mean(axis=1)

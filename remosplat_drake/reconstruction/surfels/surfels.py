@@ -1,4 +1,4 @@
-"""Surfels from RGB-D images: where the training of a splat starts.
+"""Surfels (oriented points) from RGB-D images, at which training starts.
 
 Every pixel with a depth is a point on a surface, with a normal from its
 neighbours. Pooling those points in voxels gives an even cover of what the
@@ -27,7 +27,7 @@ _LARGEST_VOXEL = 16.0
 
 @dc.dataclass(frozen=True, eq=False)
 class Surfels:
-    """n oriented, coloured points on surfaces.
+    """n surfels: oriented, coloured points on surfaces (Pfister et al., 2000).
 
     Attributes:
         p_WK: Centres, shape (n, 3) [m].
@@ -51,14 +51,14 @@ def surfels_from_capture(
     focus: np.ndarray | None = None,
     stride: int = 2,
 ) -> Surfels:
-    """An even cover of the captured surfaces with at most `count` surfels.
+    """Covers the captured surfaces evenly with at most `count` surfels.
 
     Args:
         capture: Posed RGB-D images.
-        count: The number of surfels to come close to from below.
-        focus: A point in W around which the cover is finest; its spacing
-            doubles with every doubling of the distance beyond 0.6 m. Without
-            it the cover is equally fine everywhere.
+        count: Number of surfels to come close to from below.
+        focus: A point in W around which the cover is finest, shape (3,) [m];
+            its spacing doubles with every doubling of the distance beyond 0.6
+            m. None: the cover is equally fine everywhere.
         stride: Every stride-th row and column of the images is used; fewer
             where that would be too many pixels.
 
@@ -91,13 +91,13 @@ def surfels_from_capture(
 def splat_of_surfels(
     surfels: Surfels, scale: float = 0.6, opacity: float = 0.95
 ) -> GaussianSplat:
-    """One disc a surfel: a splat without training, which needs no GPU.
+    """Makes a splat of one disc a surfel, without training or a GPU.
 
     Args:
-        surfels: Where the discs are.
+        surfels: The surfels, at which the discs are.
         scale: Standard deviation of a disc over its surfel's spacing; with
             0.6 discs overlap just enough for a view to find no gaps.
-        opacity: Of every disc.
+        opacity: Opacity of every disc.
     """
     n = len(surfels)
     return GaussianSplat(
@@ -110,7 +110,14 @@ def splat_of_surfels(
 
 
 def quaternions_onto(normals: np.ndarray) -> np.ndarray:
-    """Shortest rotations of the z axis onto unit normals, (n, 4) wxyz."""
+    """Computes the shortest rotations of the z axis onto unit normals.
+
+    Args:
+        normals: Unit vectors, shape (n, 3).
+
+    Returns:
+        Quaternions wxyz, shape (n, 4).
+    """
     x, y, z = normals.T
     zero = np.zeros_like(x)
     quaternions = np.stack([1 + z, -y, x, zero], axis=1)

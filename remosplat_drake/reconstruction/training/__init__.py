@@ -1,1 +1,1 @@
-"""Training a splat's discs on images; the only part that needs torch."""
+"""Training of a splat's discs on images; the only part that needs torch."""

@@ -14,15 +14,15 @@ class Discs(nn.Module):
     """n discs K as raw parameters, with their activations as properties.
 
     Args:
-        splat: Where they start; a surfel splat in W.
+        splat: The surfel splat in W at which the discs start.
         scale_limits: A disc's standard deviations stay within these factors
             of those it starts with.
 
     Attributes:
         p_WK: Centres, (n, 3) [m].
-        quaternions: Of any length, wxyz, (n, 4).
-        log_scales: (n, 2).
-        logits: Of the opacities, (n,).
+        quaternions: Orientations as quaternions wxyz of any length, (n, 4).
+        log_scales: Logarithms of the standard deviations, (n, 2).
+        logits: Logits of the opacities, (n,).
         colors: RGB in [0, 1], (n, 3).
     """
 
@@ -43,17 +43,17 @@ class Discs(nn.Module):
 
     @property
     def opacity(self) -> Tensor:
-        """Shape (n,), in (0, 1)."""
+        """Opacities of the discs, shape (n,), in (0, 1)."""
         return torch.sigmoid(self.logits)
 
     @property
     def scales(self) -> Tensor:
-        """Standard deviations, (n, 2) [m]."""
+        """Standard deviations of the discs, shape (n, 2) [m]."""
         return torch.exp(self.log_scales)
 
     @property
     def R_WK(self) -> Tensor:
-        """Orientations, (n, 3, 3); the last column is the normal."""
+        """Orientations R_WK of the discs, (n, 3, 3), with normals as z axes."""
         w, x, y, z = F.normalize(self.quaternions, dim=-1).unbind(-1)
         rows = (
             (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
@@ -64,7 +64,7 @@ class Discs(nn.Module):
 
     @property
     def normal_W(self) -> Tensor:
-        """Unit normals, (n, 3)."""
+        """Unit normals of the discs in W, shape (n, 3)."""
         return self.R_WK[..., 2]
 
     @torch.no_grad()
@@ -75,7 +75,11 @@ class Discs(nn.Module):
 
     @torch.no_grad()
     def splat(self, min_opacity: float = 0.0) -> GaussianSplat:
-        """The discs of at least that opacity, off the device."""
+        """Converts the discs to a splat in main memory.
+
+        Args:
+            min_opacity: Discs below this opacity are left out.
+        """
         splat = GaussianSplat(
             p_GK=_array(self.p_WK),
             quaternions=_array(self.quaternions),

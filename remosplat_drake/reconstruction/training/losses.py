@@ -1,4 +1,4 @@
-"""What a splat is trained to: images, surfaces, free space, opaque discs.
+"""Losses of training: images, surfaces, free space, opaque discs.
 
 Images alone leave depth vague. So geometry is tied to the depth images twice.
 Seen from the discs: each one that a view can see must lie on the measured
@@ -20,7 +20,10 @@ from remosplat_drake.reconstruction.training.views import Views
 
 
 def photometric_loss(rendered: Rendered, views: Views) -> Tensor:
-    """0.8 L1 + 0.2 (1 - SSIM) (3DGS paper, eq. 7), where the scene is seen."""
+    """Computes 0.8 L1 + 0.2 (1 - SSIM) (3DGS paper, eq. 7).
+
+    Pixels that do not show the scene do not count.
+    """
     image = rendered.image
     target = torch.where(views.shown[..., None], views.rgb, image.detach())
     l1 = (image - target).abs().mean()
@@ -28,7 +31,12 @@ def photometric_loss(rendered: Rendered, views: Views) -> Tensor:
 
 
 def structural_similarity(a: Tensor, b: Tensor) -> Tensor:
-    """Mean SSIM of (v, h, w, 3) images in [0, 1] (Wang et al. 2004)."""
+    """Computes the mean SSIM of images (Wang et al., 2004).
+
+    Args:
+        a: Images, shape (v, h, w, 3), in [0, 1].
+        b: The images to compare them with, of the same shape.
+    """
     offset = torch.arange(11, device=a.device, dtype=a.dtype) - 5
     window = torch.exp(-(offset**2) / (2 * 1.5**2))
     window = (window / window.sum()).repeat(3, 1)
@@ -50,15 +58,18 @@ def structural_similarity(a: Tensor, b: Tensor) -> Tensor:
 
 
 def ray_splat_depth(discs: Discs, views: Views, median: Tensor) -> Tensor:
-    """Depth z at which rays meet the discs they end at, (v, h, w) [m].
+    """Computes the depth z at which rays meet the discs that they end at.
 
-    Differentiable in centres and orientations; NaN where a ray ends nowhere
-    or runs along its disc.
+    Differentiable in centres and orientations.
 
     Args:
         discs: The discs.
         views: The cameras.
         median: Index of each pixel's disc, see `Rendered`, (v, h, w).
+
+    Returns:
+        Shape (v, h, w) [m]; NaN where a ray ends nowhere or runs along its
+        disc.
     """
     p_CK, normal_C = _in_cameras(discs, views)
     view = torch.arange(len(views), device=median.device)[:, None, None]
@@ -73,7 +84,7 @@ def ray_splat_depth(discs: Discs, views: Views, median: Tensor) -> Tensor:
 def depth_loss(
     discs: Discs, views: Views, rendered: Rendered, margin: float
 ) -> Tensor:
-    """Mean distance of measured points from the discs their rays end at [m].
+    """Computes the mean distance of measured points from their rays' discs [m].
 
     It is the error of the ray-splat depth, resolved along the disc's normal:
     at grazing rays a small tilt is a large depth. Errors beyond the margin
@@ -91,13 +102,13 @@ def depth_loss(
 def disc_losses(
     discs: Discs, views: Views, margin: float
 ) -> tuple[Tensor, Tensor, Tensor]:
-    """How the discs disagree with depth images.
+    """Computes how far the discs disagree with depth images.
 
     Args:
-        discs: The discs.
+        discs: The n discs.
         views: The depth images.
-        margin: A disc within this depth of the surface belongs to it; one
-            nearer to the camera hangs in free space [m].
+        margin: Difference of depth within which a disc belongs to a surface
+            [m]; one that is nearer to the camera hangs in free space.
 
     Returns:
         Sums over the discs divided by n, averaged over the views: distance to
@@ -134,13 +145,19 @@ def disc_losses(
 
 
 def coverage_loss(rendered: Rendered, views: Views) -> Tensor:
-    """Mean transmittance of the pixels that show a surface; 0 without any."""
+    """Computes the mean transmittance of pixels that show a surface.
+
+    It is 0 without any such pixel.
+    """
     known = views.depth > 0
     return (1 - rendered.alpha)[known].sum() / known.sum().clamp(min=1)
 
 
 def haze_loss(discs: Discs) -> Tensor:
-    """Zero when every disc is either opaque or gone."""
+    """Computes the mean of o (1 - o) of the discs' opacities o.
+
+    It is zero when every disc is either opaque or gone.
+    """
     return (discs.opacity * (1 - discs.opacity)).mean()
 
 

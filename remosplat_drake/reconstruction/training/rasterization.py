@@ -1,4 +1,4 @@
-"""Images of discs, differentiable, by gsplat on a CUDA device."""
+"""Differentiable rendering of discs, by gsplat on a CUDA device."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -12,13 +12,13 @@ from remosplat_drake.reconstruction.training.discs import Discs
 from remosplat_drake.reconstruction.training.views import Views
 
 NEAR = 0.01
-"""Discs whose centre is nearer are not drawn [m]."""
+"""Least depth of a disc's centre for the disc to be drawn [m]."""
 
 NO_DISC = -1
 
 
 class Rendered(NamedTuple):
-    """Images over black.
+    """Rendered images of v views over a black background.
 
     Attributes:
         image: Colours, (v, h, w, 3).
@@ -36,7 +36,7 @@ Rasterizer = Callable[[Discs, Views], Rendered]
 
 
 def rasterize(discs: Discs, views: Views) -> Rendered:
-    """Draws all discs into all views.
+    """Renders all discs into all views.
 
     gsplat's own median depth is that of the disc's centre (gsplat issue 477).
     So each disc carries its index as a fourth colour, of which gsplat then

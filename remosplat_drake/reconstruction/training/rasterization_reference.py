@@ -1,4 +1,4 @@
-"""What `rasterization.rasterize` computes, written to be read.
+"""The definition of `rasterization.rasterize`, slow and readable, in torch.
 
 Every disc meets every pixel, so it is for small scenes only.
 """
@@ -21,7 +21,7 @@ _FILTER = 2.0
 
 
 def rasterize_reference(discs: Discs, views: Views) -> Rendered:
-    """See `rasterize`."""
+    """Renders all discs into all views, as `rasterize` does."""
     parts = [_draw(discs, views[i : i + 1]) for i in range(len(views))]
     return Rendered(
         *(torch.cat(tensors) for tensors in zip(*parts, strict=True))

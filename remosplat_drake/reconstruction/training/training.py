@@ -32,41 +32,51 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 @dc.dataclass(frozen=True)
 class TrainingConfig:
-    """Steps, weights and limits of the optimisation."""
+    """Steps, weights and limits of the optimisation by Adam."""
 
-    # Optimisation steps at most, and images in each.
+    # Largest number of optimisation steps.
     steps: int = 500
+    # Number of images in each step.
     batch: int = 2
     # Seed of the order of the images.
     seed: int = 0
-    # A disc's standard deviations stay within these factors of the first.
+    # A disc's standard deviations stay within these factors of the first ones.
     # Discs that shrink at an edge hide it: distances become too large.
     scale_limits: tuple[float, float] = (0.85, 1.2)
-    # Learning rates; that of the centres is in metres a step. Discs start
-    # where all depth images together have put them, and shall stay near.
+    # Learning rate of the centres [m a step]. Discs start where all depth
+    # images together have put them, and shall stay near.
     center_rate: float = 2e-5
+    # Learning rate of the quaternions.
     rotation_rate: float = 1e-4
+    # Learning rate of the logarithms of the scales.
     scale_rate: float = 5e-3
+    # Learning rate of the logits of the opacities.
     opacity_rate: float = 3e-2
+    # Learning rate of the colours.
     color_rate: float = 5e-3
-    # The centres' rate falls to this fraction, to hold what is found.
+    # Fraction to which the centres' learning rate falls, to hold what is found.
     final_rate: float = 0.01
-    # Loss weights, beside 1 for the photometric loss.
+    # Weight of `depth_loss`; that of `photometric_loss` is 1.
     depth_weight: float = 10.0
+    # Weight of the distance to the surface in `disc_losses`.
     surface_weight: float = 100.0
+    # Weight of the angle to the normal in `disc_losses`.
     normal_weight: float = 1.0
+    # Weight of the opacity in free space in `disc_losses`.
     free_space_weight: float = 10.0
+    # Weight of `coverage_loss`.
     coverage_weight: float = 0.1
+    # Weight of `haze_loss`.
     haze_weight: float = 0.1
-    # Depth within which a disc belongs to a measured surface [m].
+    # Difference of depth within which a disc belongs to a surface [m].
     margin: float = 0.02
-    # Discs below this opacity are dropped at the end.
+    # Opacity below which discs are dropped at the end.
     min_opacity: float = 0.2
-    # Steps between two looks at the held-out views.
+    # Number of steps between two looks at the held-out views.
     check_every: int = 100
-    # Training stops early when that many looks in a row have not lowered
-    # their loss by more than this fraction.
+    # Number of looks in a row without progress after which training stops.
     patience: int = 3
+    # Fraction by which a look must lower the held-out loss to be progress.
     least_gain: float = 0.01
 
 
@@ -75,9 +85,9 @@ class Progress:
     """How far training has come.
 
     Attributes:
-        step: Steps done.
-        steps: Steps at most.
-        loss: Of the latest batch.
+        step: Number of steps done.
+        steps: Largest number of steps.
+        loss: Loss of the latest batch.
         held_out: Loss of the held-out views at the latest look; NaN before,
             or without such views.
     """
@@ -90,11 +100,11 @@ class Progress:
 
 @dc.dataclass(frozen=True, eq=False)
 class Trained:
-    """A trained splat.
+    """A trained splat and how its training ended.
 
     Attributes:
-        splat: In the capture's world frame.
-        progress: How training ended.
+        splat: The splat in the capture's world frame.
+        progress: Progress at the end of training.
     """
 
     splat: GaussianSplat
@@ -112,19 +122,19 @@ def train(
     device: str = "cuda",
     rasterizer: Rasterizer = rasterize,
 ) -> Trained:
-    """Fits discs to a capture.
+    """Fits 2DGS discs to a capture by differentiable rendering.
 
     Args:
         capture: Posed RGB-D images.
-        start: Where the discs start: a surfel splat in the capture's W.
-        config: See `TrainingConfig`.
+        start: The surfel splat in the capture's W at which the discs start.
+        config: Settings; None takes the defaults.
         held_out: Views, shape (n,), bool, that are not trained on but decide
             when to stop; without them all steps are run.
         checkpoint: A file that keeps the state at every look, and from which
             an interrupted training of the same goes on.
-        report: Called every ten steps.
-        device: Where to compute; gsplat needs "cuda".
-        rasterizer: Draws the discs.
+        report: Called with the progress every ten steps.
+        device: Name of the torch device; gsplat needs "cuda".
+        rasterizer: Function that renders the discs.
 
     Raises:
         MissingExtraError: gsplat is not installed.
@@ -151,7 +161,10 @@ def train(
 def train_without_holes(
     capture: Capture, start: GaussianSplat, *arguments, **options
 ) -> Trained:
-    """`train`, and discs put back where it lost a surface; see `fill_holes`."""
+    """Fits discs to a capture, and puts discs back where it lost a surface.
+
+    Arguments are those of `train`; see `fill_holes`.
+    """
     trained = train(capture, start, *arguments, **options)
     return dc.replace(trained, splat=fill_holes(capture, trained.splat, start))
 

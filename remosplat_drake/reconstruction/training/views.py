@@ -13,17 +13,17 @@ from remosplat_drake.reconstruction.surfels.normals import depth_normals
 
 @dc.dataclass(frozen=True, eq=False)
 class Views:
-    """v images of one size.
+    """v RGB-D images of one size as tensors on the training device.
 
     Attributes:
-        X_CW: World to camera (OpenCV), (v, 4, 4).
-        K: Intrinsics, (v, 3, 3) [pixels].
+        X_CW: Poses of W in the cameras C (OpenCV axes), (v, 4, 4).
+        K: Intrinsic matrices, (v, 3, 3) [pixels].
         rgb: Colours in [0, 1], (v, h, w, 3).
-        depth: z in C, (v, h, w) [m]; 0 where unknown.
+        depth: Depth z in C, (v, h, w) [m]; 0 where unknown.
         front: Least depth of a pixel and its neighbours, (v, h, w) [m]; inf
             where none is known.
         normal_C: Surface normals towards C, (v, h, w, 3); 0 where unknown.
-        shown: Where the scene is seen, (v, h, w), bool.
+        shown: Which pixels show the scene, (v, h, w), bool.
     """
 
     X_CW: Tensor
@@ -38,12 +38,12 @@ class Views:
         return len(self.X_CW)
 
     def __getitem__(self, indices: Tensor) -> "Views":
-        """The views of those indices."""
+        """Returns the views of some indices."""
         return Views(*(getattr(self, f.name)[indices] for f in dc.fields(self)))
 
     @property
     def rays_C(self) -> Tensor:
-        """Directions (x, y, 1) of the pixels, (v, h, w, 3)."""
+        """Directions (x, y, 1) of the pixels in C, shape (v, h, w, 3)."""
         height, width = self.depth.shape[1:]
         u = torch.arange(width, device=self.K.device) + 0.5
         v = torch.arange(height, device=self.K.device) + 0.5
@@ -54,7 +54,7 @@ class Views:
 
     @staticmethod
     def of_capture(capture: Capture, device: str) -> "Views":
-        """All views of a capture."""
+        """Copies all views of a capture to a torch device."""
 
         def tensor(array: np.ndarray) -> Tensor:
             return torch.tensor(array, dtype=torch.float32, device=device)
