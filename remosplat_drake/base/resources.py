@@ -14,6 +14,7 @@ _WHEEL_SHARE = _PACKAGE / "share"
 _ROOT = _WHEEL_SHARE if _WHEEL_SHARE.is_dir() else _PACKAGE.parent
 
 PACKAGE_SCHEME = "package://remosplat_drake/"
+"""Beginning of URIs of files that come with this package."""
 
 
 def models_dir() -> Path:

@@ -24,6 +24,7 @@ DEEPEST = 40
 """Deepest nesting of lists and mappings."""
 
 YAML_TAG = "tag:yaml.org,2002:"
+"""Beginning of the tags of YAML's own types."""
 
 
 def read_text(path: Path) -> str:

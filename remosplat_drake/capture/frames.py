@@ -68,7 +68,7 @@ def sample_nearest(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     """Resizes an image by picking the pixel under each new pixel's centre.
 
     Args:
-        image: Shape (h, w, ...).
+        image: Pixels of any kind, shape (h, w, ...).
         size: Height and width of the result [pixels].
     """
     rows, columns = (

@@ -1,4 +1,4 @@
-"""Which backend renders the depth views: the CPU's or gsplat's on a GPU."""
+"""Choice of the backend for depth views: the CPU, or gsplat on a GPU."""
 
 from importlib.util import find_spec
 

@@ -54,7 +54,8 @@ class MapSummary:
         places: The start, and each target.
         ignored: Fraction of the splats within reach that are ignored, from 0 to
             1. Floors do not count: cropping one away is no mistake.
-        ignored_opacity: The same fraction of the sum of their opacities.
+        ignored_opacity: Fraction of the opacity within reach that is ignored,
+            from 0 to 1, each splat counting by its opacity.
     """
 
     kind: str

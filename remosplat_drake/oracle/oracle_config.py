@@ -68,6 +68,7 @@ class GroundTruth(Config):
 
 
 OracleConfig = SphereToEllipsoid | DepthRasterization | GroundTruth
+"""Any of the oracles that a scenario may name."""
 
 
 def make_field(
@@ -79,7 +80,7 @@ def make_field(
     """Builds the distance field that a configuration names.
 
     Args:
-        config: Which oracle, and its parameters.
+        config: The oracle and its parameters.
         splat_W: The scene's splat in W, if it has one.
         truth: The scene's true geometry, if it is known.
         where: The file that errors name.

@@ -63,7 +63,8 @@ def closest_points(y: np.ndarray, semi_axes: np.ndarray) -> np.ndarray:
 
     Args:
         y: Points, shape (..., 3) [m].
-        semi_axes: Shape (..., 3) [m]; a zero third axis makes a solid disc.
+        semi_axes: Semi-axes, shape (..., 3) [m]; a zero third one makes a solid
+            disc.
 
     Returns:
         Shape (..., 3) [m].

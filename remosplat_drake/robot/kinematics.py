@@ -25,6 +25,7 @@ from pydrake.multibody.tree import (
 from remosplat_drake.base.errors import RemoSplatError
 
 FIXED, REVOLUTE, PRISMATIC = 0, 1, 2
+"""Kinds of joints in `KinematicTree.kind`."""
 
 
 @dc.dataclass(frozen=True, eq=False)

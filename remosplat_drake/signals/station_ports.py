@@ -10,16 +10,25 @@ import dataclasses as dc
 from remosplat_drake.robot.robot_description import RobotDescription
 
 INPUT, OUTPUT = "input", "output"
+"""Directions of a port."""
 
 WRIST_CAMERA_RGB = "wrist_camera.rgb"
+"""Name of the output with the wrist camera's colour image."""
 WRIST_CAMERA_DEPTH = "wrist_camera.depth"
+"""Name of the output with the wrist camera's depth image [m]."""
 STATUS = "status"
+"""Name of the output with the `StationStatus`."""
 CHEAT_QUERY_OBJECT = "cheat.query_object"
+"""Name of the output with the scene graph's query object (ground truth)."""
 CHEAT_CONTACT = "cheat.contact"
+"""Name of the output with the contact results (ground truth)."""
 
 BASE_COMMAND = "base.velocity_commanded"
+"""Name of the input with the base's forward and yaw rate [m/s, rad/s]."""
 BASE_POSE = "base.pose_measured"
+"""Name of the output with the base's pose x, y, yaw in W [m, m, rad]."""
 BASE_VELOCITY = "base.velocity_measured"
+"""Name of the output with the base's forward and yaw rate [m/s, rad/s]."""
 
 
 @dc.dataclass(frozen=True)

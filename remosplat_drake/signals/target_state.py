@@ -20,6 +20,7 @@ SCAN = "scan"
 """Mode in which the target visits the poses of a scan."""
 
 MODES = (HOLD, FOLLOW, VELOCITY, GO, SCAN)
+"""All modes of a target."""
 
 
 @dc.dataclass(frozen=True, eq=False)

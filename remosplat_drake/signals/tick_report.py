@@ -19,6 +19,7 @@ BRAKING = "braking"
 """Status of a tick without a usable program: the command ramps down to zero."""
 
 STATUSES = (OPTIMAL, ACCELERATION_DROPPED, RELAXED, BRAKING)
+"""All statuses of a tick, the best first."""
 
 
 @dc.dataclass(frozen=True, eq=False)

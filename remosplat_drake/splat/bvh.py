@@ -25,11 +25,11 @@ class BoundingVolumeHierarchy:
     """A binary tree of axis-aligned boxes; the arrays are read-only.
 
     Attributes:
-        nodes: Shape (m, 16), single precision. Columns 0 to 5 hold the left
-            child's box (x, y, z lower, then upper) [m], 6 to 11 the right
-            child's, 12 and 13 the highest z of a box centre below each [m].
-            Columns 14 and 15 are `links` in the same memory. The root is
-            node 0.
+        nodes: Nodes of the tree, shape (m, 16), single precision. Columns 0 to
+            5 hold the left child's box (x, y, z lower, then upper) [m], 6 to 11
+            the right child's, 12 and 13 the highest z of a box centre below
+            each [m]. Columns 14 and 15 are `links` in the same memory. The root
+            is node 0.
         links: The same memory as integers: links[i, 14 + side] is the child
             node, or negative for a leaf, whose boxes `leaf_range` tells.
         order: Box indices in leaf order, shape (n,).

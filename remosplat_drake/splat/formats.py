@@ -65,9 +65,11 @@ class SplatFormat:
 
 
 PLY = SplatFormat("PLY", ".ply", read_ply, write_ply, keeps_surfels=True)
+"""PLY as INRIA's 3DGS and 2DGS write it."""
 CHECKPOINT = SplatFormat(
     "gsplat checkpoint", ".pt", read_checkpoint, write_checkpoint
 )
+"""Checkpoints of gsplat's trainers (torch)."""
 ANTIMATTER = SplatFormat(
     ".splat",
     ".splat",
@@ -76,6 +78,7 @@ ANTIMATTER = SplatFormat(
     loss="Rotations, colours and opacities are rounded to 8 bits; higher"
     " harmonics are lost.",
 )
+"""The `.splat` format of antimatter15's viewer."""
 SPZ = SplatFormat(
     "SPZ",
     ".spz",
@@ -84,6 +87,7 @@ SPZ = SplatFormat(
     loss="Positions have steps of 0.24 mm, scales steps of 6 % and a least of"
     " 45 um; rotations are rounded to 10 bits, colours and opacities to 8.",
 )
+"""Niantic's SPZ."""
 COMPRESSED_PLY = SplatFormat(
     "compressed PLY",
     ".compressed.ply",
@@ -94,6 +98,7 @@ COMPRESSED_PLY = SplatFormat(
     " opacities to 8 bits; the splats are reordered.",
     reorders=True,
 )
+"""PlayCanvas' compressed PLY."""
 SOG = SplatFormat(
     "SOG",
     ".sog",
@@ -103,6 +108,7 @@ SOG = SplatFormat(
     " opacities to 8 bits, scales and colours to one of 256 values each;"
     " higher harmonics are lost.",
 )
+"""PlayCanvas' SOG."""
 
 FORMATS = (COMPRESSED_PLY, PLY, CHECKPOINT, ANTIMATTER, SPZ, SOG)
 """All formats, those with the longer suffix first."""

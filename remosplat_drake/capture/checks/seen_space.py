@@ -19,10 +19,10 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 _SIZE = 120
-"""Of the square images that a look round takes [pixels]."""
+"""Width and height of the depth images that `look_round` renders [pixels]."""
 
 _WIDE = np.pi / 2
-"""Their field of view [rad]: six of them see all around."""
+"""Field of view of these images [rad]: six of them see all around."""
 
 _ELEVATIONS = (0.15, 0.8)
 _AZIMUTHS = np.arange(8) * np.pi / 4

@@ -15,7 +15,7 @@ MAX_BYTES = 4 * MAX_PIXELS
 
 
 _MIN_HEADER = 32
-"""Of a block of kind 2; keeps damaged ones from standing still."""
+"""Least size of a block of kind 2, so that reading always advances [bytes]."""
 
 
 def unpack(source: Source, max_bytes: int = MAX_BYTES) -> bytes:

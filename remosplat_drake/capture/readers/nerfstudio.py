@@ -45,10 +45,13 @@ other is safe.
 """
 
 _PNG_LEVEL = 3
-"""Of compression: twice as fast as the usual 6, for a sixth more bytes."""
+"""Level of compression: twice as fast as the usual 6, for a sixth more bytes.
+"""
 
 TRANSFORMS = "transforms.json"
+"""Name of the document that describes a capture."""
 LOOKS_FOR = f"a folder with {TRANSFORMS}, or that file"
+"""What `recognises` looks for, in words."""
 
 _INTRINSICS = ("fl_x", "fl_y", "cx", "cy")
 _CAMERA_MODELS = (

@@ -37,6 +37,7 @@ from remosplat_drake.capture.readers.poses import (
 from remosplat_drake.capture.readers.text_files import as_matrix, read_json
 
 SUFFIX = ".r3d"
+"""Suffix of the app's archives."""
 MAX_MEMBER_BYTES = 64_000_000
 """Largest size of a file in an archive [bytes]."""
 
@@ -44,6 +45,7 @@ LOOKS_FOR = (
     f"an {SUFFIX} file, or a folder with metadata and rgbd/, or with"
     " metadata.json, rgb/ and depth/"
 )
+"""What `recognises` looks for, in words."""
 
 
 @dc.dataclass(frozen=True)

@@ -24,6 +24,7 @@ _NO_DEPTH = 65535 * DEPTH_UNIT
 _POSE = ".pose.txt"
 
 LOOKS_FOR = f"a folder with frame-*{_POSE}"
+"""What `recognises` looks for, in words."""
 
 
 def recognises(path: Path) -> bool:

@@ -28,8 +28,11 @@ DEPTH_UNIT = 1e-3
 """Length of one step of a depth image [m]."""
 
 VIDEO = "rgb.mp4"
+"""Name of the colour video."""
 ODOMETRY = "odometry.csv"
+"""Name of the table of camera poses."""
 LOOKS_FOR = f"a folder with {VIDEO} and {ODOMETRY}"
+"""What `recognises` looks for, in words."""
 
 _POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 _CAMERA = ("fx", "fy", "cx", "cy")

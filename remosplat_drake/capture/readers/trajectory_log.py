@@ -25,6 +25,7 @@ _COLOR_FOLDERS = ("color", "rgb", "image")
 _IMAGES = {".png", ".jpg", ".jpeg"}
 
 LOOKS_FOR = f"a folder with {' or '.join(_LOGS)}"
+"""What `recognises` looks for, in words."""
 
 
 def recognises(path: Path) -> bool:

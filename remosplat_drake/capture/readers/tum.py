@@ -35,6 +35,7 @@ TOLERANCE = 0.02
 """Largest time between an image and a pose that belong together [s]."""
 
 LOOKS_FOR = "a folder with rgb.txt, depth.txt and groundtruth.txt"
+"""What `recognises` looks for, in words."""
 
 _FILES = ("rgb.txt", "depth.txt", "groundtruth.txt")
 _CAMERAS = {

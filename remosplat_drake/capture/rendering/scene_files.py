@@ -31,7 +31,9 @@ MODELS = (".urdf", ".sdf", ".xml")
 """Suffixes of files that Drake's parser reads; `.dmd.yaml` is read, too."""
 
 DRAWN_MESHES = (".obj", ".gltf")
+"""Suffixes of mesh files that Drake draws itself."""
 CONVERTED_MESHES = (".glb", ".stl", ".ply", ".dae", ".off")
+"""Suffixes of mesh files that trimesh converts."""
 
 _WITH_COLLISION = (".urdf", ".sdf")
 _GRAY = (0.75, 0.75, 0.75, 1.0)

@@ -88,7 +88,7 @@ def views_of_box(splats, link, side, views, seen, best, spread):
     Args:
         splats: The `Footprints`.
         link: Index of a node.
-        side: Which of its two children.
+        side: Side of the child, 0 (left) or 1 (right).
         views: The views.
         seen: Set of the views that need the node.
         best: Range from which on each view needs nothing, shape (6,) [m].

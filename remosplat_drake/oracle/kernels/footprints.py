@@ -40,8 +40,8 @@ class Footprints(NamedTuple):
     """The m splats that can be seen at all, and a hierarchy over them.
 
     Attributes:
-        nodes: As in `BoundingVolumeHierarchy`.
-        links: As in `BoundingVolumeHierarchy`.
+        nodes: Nodes of the `BoundingVolumeHierarchy`.
+        links: Links of the `BoundingVolumeHierarchy`.
         records: The splats in leaf order, shape (m, 16), two cache lines
             each. Columns 0 to 2 hold the centre in W [m]; 3 to 11 the rows
             that map W to the splat's axes in standard deviations (a disc's

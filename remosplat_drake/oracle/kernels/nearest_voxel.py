@@ -15,7 +15,7 @@ from numba import njit
 _kernel = njit(cache=True, nogil=True)
 
 _HALF_DIAGONAL = 0.8661
-"""Of a voxel, in voxels, rounded up."""
+"""Half the diagonal of a voxel, rounded up [voxels]."""
 
 
 class VoxelColumns(NamedTuple):

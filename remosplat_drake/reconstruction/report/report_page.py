@@ -63,6 +63,7 @@ img { display: block; width: 100%; border-radius: .2em; }
 .plot { margin-top: 1.4em; }
 .plot svg { max-width: 100%; height: auto; }
 """
+"""Style sheet (CSS) of the page."""
 
 
 def to_html(assessment: Assessment, title: str) -> str:

@@ -19,7 +19,7 @@ _FINE_RADIUS = 0.6
 """Voxels are finest within this distance of the focus [m]."""
 
 _MAX_SAMPLES = 6_000_000
-"""Of long captures fewer pixels are used, for the sake of memory: 216 MB."""
+"""Largest number of pixels that are used, for the sake of memory: 216 MB."""
 
 _LARGEST_VOXEL = 16.0
 """Voxels grow up to this edge to keep to a number of surfels [m]."""

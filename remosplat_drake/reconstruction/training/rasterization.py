@@ -15,6 +15,7 @@ NEAR = 0.01
 """Least depth of a disc's centre for the disc to be drawn [m]."""
 
 NO_DISC = -1
+"""Index of a pixel that no disc is the median of."""
 
 
 class Rendered(NamedTuple):
@@ -33,6 +34,7 @@ class Rendered(NamedTuple):
 
 
 Rasterizer = Callable[[Discs, Views], Rendered]
+"""Type of functions that render discs into views, such as `rasterize`."""
 
 
 def rasterize(discs: Discs, views: Views) -> Rendered:

@@ -66,7 +66,7 @@ def model_surfaces(
 
     Args:
         model: URDF, SDF or *.dmd.yaml; link names must be unique in it.
-        options: Which surfaces count.
+        options: Options, which say which surfaces count.
         seed: Seed of the random points.
 
     Raises:

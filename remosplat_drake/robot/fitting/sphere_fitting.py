@@ -27,8 +27,8 @@ _MAX_POINTS = 4000
 _CELLS = 80
 _ROUNDS = 60
 
-# Spacing of surface points, in voxels, that leaves no hole in the shell.
 POINTS_PER_VOXEL = 2.5
+"""Surface points along a voxel's edge that leave no hole in the shell."""
 
 _STEPS = np.array(
     [[x, y, z] for x in (0, -1, 1) for y in (0, -1, 1) for z in (0, -1, 1)],
