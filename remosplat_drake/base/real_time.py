@@ -27,9 +27,8 @@ def realtime_priority(priority: int) -> Iterator[None]:
 
     Where the system does not allow it (see `ulimit -r`), nothing changes. It
     concerns all threads that exist when the block begins, such as those that
-    receive LCM messages, and threads and processes that these start inside;
-    a `ChildProcess` leaves it again. At the end the first ones return to
-    SCHED_OTHER.
+    receive LCM messages, and what these start inside, except a `ChildProcess`.
+    At the end the first ones return to SCHED_OTHER.
 
     Args:
         priority: `CONTROLLER_PRIORITY` or `DRIVER_PRIORITY`; of two threads

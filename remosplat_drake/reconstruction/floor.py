@@ -33,17 +33,20 @@ class FloorConfig:
     # Largest angle between the plane's normal and the mean upright of the
     # cameras [rad].
     max_tilt: float = 0.9
-    # Surfels within this distance of the plane belong to it [m] ...
+    # Largest distance of a surfel that belongs to the plane from it [m].
     thickness: float = 0.02
-    # ... if they face along its normal within this angle [rad].
+    # Largest angle between the normals of the plane and of a surfel that
+    # belongs to it [rad].
     facing: float = 0.35
     # Least area of the floor [m^2].
     min_area: float = 0.3
     # Least median height of the cameras over the floor [m].
     min_camera_height: float = 0.25
-    # Fraction of what was seen that may lie more than `depth` beneath it ...
+    # Largest fraction of what was seen that may lie more than `depth` beneath
+    # the plane.
     max_beneath: float = 0.05
-    # ... which leaves room for noise and mirror images [m].
+    # Depth beneath the plane up to which surfaces pass for noise or mirror
+    # images [m].
     depth: float = 0.06
     # Seed of the random choice of hypotheses.
     seed: int = 0

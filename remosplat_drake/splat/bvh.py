@@ -13,7 +13,7 @@ LEAF_SIZE = 4
 """Largest number of boxes in a leaf; must be below 16, see `leaf_range`."""
 
 MAX_DEPTH = 96
-"""Depth that no node reaches: far above it boxes are split by count."""
+"""Depth that no node reaches, since deep nodes are split by count."""
 
 _LEAF_STRIDE = 16
 _BINS = 16

@@ -89,7 +89,7 @@ def measure_overlap(capture: Capture, seed: int = 0) -> Overlap:
     """Compares each view's depth with that of its neighbours.
 
     Args:
-        capture: The views, in any order.
+        capture: Posed RGB-D images, in any order.
         seed: Seed of the random choice of points.
     """
     p_C = sample_points(capture, _SAMPLES, np.random.default_rng(seed))

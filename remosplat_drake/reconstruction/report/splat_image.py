@@ -77,9 +77,9 @@ class SplatRenderer:
     Args:
         splat_W: The scene, expressed in W.
         low_pass_filter: Whether to use the screen-space filter of 2DGS (after
-            Zwicker et al., EWA splatting, 2001), with which splats are usually
-            trained: no splat appears smaller than a dot of about a pixel, and
-            such a dot has the depth of its centre.
+            Botsch et al., 2005), with which splats are usually trained: no
+            splat appears smaller than a dot of about a pixel, and such a dot
+            has the depth of its centre.
     """
 
     def __init__(self, splat_W: GaussianSplat, *, low_pass_filter: bool = True):

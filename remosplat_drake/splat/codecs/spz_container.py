@@ -39,7 +39,7 @@ class SpzHeader:
         count: Number of splats.
         degree: Degree of the spherical harmonics, 0 to 4.
         fractional_bits: Number of fractional bits of the fixed-point positions.
-        flags: Bit 1: the splat was trained with anti-aliasing. Bit 2:
+        flags: Sum of 1 if the splat was trained with anti-aliasing and 2 if
             extensions follow.
         num_streams: Number of zstandard streams in version 4; else reserved.
     """
