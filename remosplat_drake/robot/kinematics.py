@@ -156,8 +156,8 @@ def make_kinematic_tree(
 def advance(q, u, n_base, time):
     """Integrates the configuration while u is held constant, exactly.
 
-    A differential base (n_base = 2) moves on an arc: the chord has length v t
-    sinc(omega t / 2) and the direction of the mid-way heading.
+    A differential base (n_base = 2), a unicycle, moves on an arc: the chord has
+    length v t sinc(omega t / 2) and the direction of the mid-way heading.
 
     Args:
         q: Configuration, shape (n_q,).

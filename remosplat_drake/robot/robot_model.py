@@ -329,19 +329,21 @@ class RobotModel:
         """The arrays that kernels of verification take.
 
         They are the arguments of `kinematics.body_poses` before q; then, of
-        each sphere, the body, the centre in it and the radius; then `bend`.
+        each sphere, the body, the centre in it and the radius; then
+        `hessian_bound`.
         """
         spheres = self._body_S, self._p_LS, self._radius
-        return self._tree_arrays, *spheres, self.bend
+        return self._tree_arrays, *spheres, self.hessian_bound
 
     @cached_property
-    def reach(self) -> np.ndarray:
-        """Bound on |dp_WS/du_j| over all configurations, shape (n, n_u).
+    def jacobian_bound(self) -> np.ndarray:
+        """Bounds on |dp_WS/du_j| over all configurations, shape (n, n_u).
 
-        A turning joint moves a sphere by no more than the length of the
-        links between them; a slide moves it one to one.
+        They bound the spheres' Jacobians [m/rad or 1]. A turning joint moves a
+        sphere by no more than the length of the links between them; a slide
+        moves it one to one.
         """
-        reach = np.zeros((len(self.spheres), self.n_u))
+        bound = np.zeros((len(self.spheres), self.n_u))
         p_LS = np.linalg.norm(self._p_LS, axis=1)
         for i, body in enumerate(self._body_S):
             length = p_LS[i]
@@ -349,23 +351,25 @@ class RobotModel:
                 length += np.linalg.norm(self.tree.X_MB[link, :3, 3])
                 columns = np.flatnonzero(self._screw_body == link)
                 turning = self._screw_revolute[columns]
-                reach[i, columns] = np.where(turning, length, 1.0)
+                bound[i, columns] = np.where(turning, length, 1.0)
                 length += self._travel(link)
                 length += np.linalg.norm(self.tree.X_PF[link, :3, 3])
-        return reach
+        return bound
 
     @cached_property
-    def bend(self) -> np.ndarray:
+    def hessian_bound(self) -> np.ndarray:
         """Bounds on |d2p_WS / dq_j dq_k|, shape (n, n_u, n_u).
 
-        While u is held, no sphere's velocity changes by more than
-        |u|' bend |u| [m/s^2]. Two turning joints: the outer one's axis or
-        the arm from it to the sphere is carried around by the inner one, so
-        the outer one's reach bounds it. A slide's unit vector is carried
-        around by a turning joint, and a slide carries nothing around.
+        They bound the spheres' Hessians: while u is held, no sphere's velocity
+        changes by more than |u|' hessian_bound |u| [m/s^2]. Two turning joints:
+        the outer one's axis or the arm from it to the sphere is carried around
+        by the inner one, so the outer one's Jacobian bound holds. A slide's
+        unit vector is carried around by a turning joint, and a slide carries
+        nothing around.
         """
         turning, moves = self._screw_revolute, self._moves[self._body_S]
-        outer = np.minimum(self.reach[:, :, None], self.reach[:, None, :])
+        bound = self.jacobian_bound
+        outer = np.minimum(bound[:, :, None], bound[:, None, :])
         both_move = moves[:, :, None] & moves[:, None, :]
         two_turn = turning[:, None] & turning[None, :]
         one_turns = turning[:, None] ^ turning[None, :]

@@ -10,7 +10,7 @@ UNSEEN, FREE, SURFACE = 0, 1, 2
 
 @dc.dataclass(frozen=True, eq=False)
 class Coverage:
-    """Which voxels of a box the cameras have seen, as a grid in frame W.
+    """An occupancy grid in W of what the cameras have seen.
 
     Attributes:
         lower: Lower corner of the box, shape (3,) [m].

@@ -1,4 +1,4 @@
-"""Agreement of a capture's views about the depth of what they share.
+"""Depth consistency between the views of a capture that share something.
 
 Points of one view are projected into another one, whose depth image must
 have them where they are. A point that lies behind the other view's surface

@@ -42,7 +42,8 @@ class SelfClearance:
             stopping: Distance that they keep [m].
         """
         pairs = self_collision_pairs(robot, stopping)
-        first, second = robot.reach[pairs.first], robot.reach[pairs.second]
+        bound = robot.jacobian_bound
+        first, second = bound[pairs.first], bound[pairs.second]
         # What carries both around leaves their distance as it is.
         one_moves = (first > 0.0) ^ (second > 0.0)
         rate = np.zeros((pairs.link_pair.max(initial=-1) + 1, robot.n_u))

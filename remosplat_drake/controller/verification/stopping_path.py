@@ -66,4 +66,4 @@ class StoppingPath:
 
     def sphere_travel(self) -> np.ndarray:
         """Bounds on the lengths of the spheres' ways, shape (n,) [m]."""
-        return self.robot.reach @ np.abs(self.u) * self.times[-1]
+        return self.robot.jacobian_bound @ np.abs(self.u) * self.times[-1]

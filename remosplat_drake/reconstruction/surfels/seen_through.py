@@ -1,4 +1,4 @@
-"""Free space that views have looked through; the rest may be solid."""
+"""Free space that views have looked through, and surfaces in it."""
 
 import numpy as np
 from scipy.spatial import KDTree

@@ -12,7 +12,7 @@ _FAINT = 0.1
 def uncrowded(
     surfels: Surfels, weight: np.ndarray, crowding: float
 ) -> np.ndarray:
-    """Selects, of surfels that fell together, the best known ones.
+    """Selects the best known of crowded surfels (non-maximum suppression).
 
     A faint one, about which the views say next to nothing, goes when a
     well-known one is within its spacing: its normal is not to be trusted.

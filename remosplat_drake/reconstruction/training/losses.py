@@ -156,7 +156,7 @@ def coverage_loss(rendered: Rendered, views: Views) -> Tensor:
 def haze_loss(discs: Discs) -> Tensor:
     """Computes the mean of o (1 - o) of the discs' opacities o.
 
-    It is zero when every disc is either opaque or gone.
+    This opacity regularisation is zero when every disc is opaque or gone.
     """
     return (discs.opacity * (1 - discs.opacity)).mean()
 

@@ -428,7 +428,7 @@ def test_reach_bounds_every_jacobian(frankie):
     for _ in range(50):
         q = np.array([*rng.uniform(-1, 1, 3), *rng.uniform(lower, upper)])
         speeds = np.linalg.norm(frankie.state(q).Jv_WS, axis=1)
-        assert (speeds <= frankie.reach + 1e-12).all()
+        assert (speeds <= frankie.jacobian_bound + 1e-12).all()
 
 
 def test_bend_bounds_every_change_of_velocity(frankie, three_link):
@@ -446,7 +446,7 @@ def test_bend_bounds_every_change_of_velocity(frankie, three_link):
                 for t in (-h, 0.0, h)
             )
             change = np.linalg.norm(a - 2 * b + c, axis=1) / h**2
-            bound = robot.bend @ np.abs(u) @ np.abs(u)
+            bound = robot.hessian_bound @ np.abs(u) @ np.abs(u)
             assert (change <= bound + 1e-6).all()
 
 
@@ -462,7 +462,7 @@ def test_no_sphere_travels_farther_than_its_bound(frankie, seed, time, joint):
     path = frankie.advance_for(q, u, np.linspace(0.0, time, 200))
     p_WS = np.array([frankie.spheres_at(state).p_WS for state in path])
     way = np.linalg.norm(np.diff(p_WS, axis=0), axis=2).sum(axis=0)
-    bend = frankie.bend @ np.abs(u) @ np.abs(u)
+    bend = frankie.hessian_bound @ np.abs(u) @ np.abs(u)
     for i in range(len(way)):
         bound = longest_way(p_WS[0, i], p_WS[-1, i], bend[i], time)
         assert way[i] <= bound + 1e-12

@@ -32,7 +32,7 @@ def bend_of(bound, speed) -> float:
     """How fast the velocity of a sphere may change [m/s^2].
 
     Args:
-        bound: Its part of `RobotModel.bend`, shape (n_u, n_u).
+        bound: Its part of `RobotModel.hessian_bound`, shape (n_u, n_u).
         speed: Of the command, |u|, shape (n_u,).
     """
     total = 0.0
