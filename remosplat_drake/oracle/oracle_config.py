@@ -34,7 +34,7 @@ class SphereToEllipsoid(Config):
 
 @dc.dataclass
 class DepthRasterization(Config):
-    """Distances from six depth views of every sphere, which floaters pass."""
+    """Distances from six depth views a sphere, ignoring faint floaters."""
 
     # Number of pixels along a side of a view.
     resolution: Annotated[int, Interval(ge=2, le=2048)] = 80
