@@ -20,7 +20,8 @@ from remosplat_drake.app.world import load_world
 from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.controller.braking import braking_command
 from remosplat_drake.controller.controller_config import gain_set
-from remosplat_drake.controller.tick import ReactiveLaw, run_tick
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
@@ -103,7 +104,7 @@ def drive(
     u = np.zeros(robot.n_u)
     for k in range(ticks):
         clearances = field.clearances(
-            robot.spheres_at(q), law.config.collision.influence
+            robot.spheres_at(q), law.collision.influence
         )
         report = run_tick(law, k * law.dt, q, X_WT, clearances, field, u)
         u = report.command
@@ -146,7 +147,7 @@ def test_the_true_clearance_is_kept(frankie, seed, gains):
     law = law_with(frankie, gains)
     path, _ = drive(law, field, q, random_target(rng), ticks=80)
     d = clearances_along(frankie, field, path)
-    assert_kept_clear(d, law.config.collision.stopping)
+    assert_kept_clear(d, law.collision.stopping)
     assert d.min() > 0
 
 
@@ -161,7 +162,7 @@ def test_the_clearance_by_a_splat_is_kept(frankie, seed):
     law = law_with(frankie, "tuned")
     path, _ = drive(law, field, q, random_target(rng), ticks=60)
     d = clearances_along(frankie, field, path)
-    assert_kept_clear(d, law.config.collision.stopping)
+    assert_kept_clear(d, law.collision.stopping)
 
 
 @given(seed=st.integers(0, 2**32 - 1), nearest_only=st.booleans())
@@ -181,7 +182,7 @@ def test_the_clearance_by_depth_views_is_kept(frankie, seed, nearest_only):
     law = law_with(frankie, "tuned")
     path, _ = drive(law, field, q, random_target(rng), ticks=60)
     d = clearances_along(frankie, field, path)
-    assert_kept_clear(d, law.config.collision.stopping)
+    assert_kept_clear(d, law.collision.stopping)
 
 
 def test_verification_is_what_keeps_the_clearance(frankie):

@@ -9,7 +9,10 @@ PACKAGE = Path(remosplat_drake.__file__).parent
 
 PICKLES = {"pickle", "cPickle", "cloudpickle", "dill", "joblib", "shelve"}
 
-OUR_PIPES = {"controller/guidance/map_transfer.py"}
+OUR_PIPES = {
+    "controller/guidance/map_transfer.py",
+    "controller/guidance/rule_transfer.py",
+}
 """Modules that pickle what they tell a process of their own."""
 
 

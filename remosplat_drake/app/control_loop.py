@@ -7,7 +7,7 @@ Everything else of the application looks on or adds to it.
 """
 
 import dataclasses as dc
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
@@ -24,6 +24,8 @@ from remosplat_drake.controller.guidance.guidance_selector import (
     GuidanceSelector,
 )
 from remosplat_drake.controller.reactive_controller import ReactiveController
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.reactive_program import Ingredient
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.signals import station_ports as ports
@@ -84,6 +86,7 @@ def AddControlLoop(
     add_targets: Callable[[OutputPort], Targets],
     *,
     hardware: bool,
+    ingredients: Sequence[Ingredient] = (),
 ) -> ControlLoop:
     """Adds the stages and closes the loop.
 
@@ -93,6 +96,7 @@ def AddControlLoop(
         world: What its files hold.
         add_targets: Adds the targets, given the measured configuration.
         hardware: Whether the station is the real robot; nothing else differs.
+        ingredients: Of the control law, besides the scenario's.
 
     Raises:
         RemoSplatError: The station cannot be made, or there is no target.
@@ -102,11 +106,12 @@ def AddControlLoop(
     configuration = AddConfiguration(builder, robot, station)
     targets = add_targets(configuration)
     oracle = AddOracle(builder, scenario, world, configuration)
-    controller = AddController(
-        builder, scenario, robot, configuration, targets, oracle
+    law = ReactiveLaw.make(
+        scenario.controller, robot, scenario.control_period, ingredients
     )
+    controller = AddController(builder, law, configuration, targets, oracle)
     selector = AddGuidance(
-        builder, scenario, robot, configuration, targets, oracle, controller
+        builder, scenario, law, configuration, targets, oracle, controller
     )
     supervisor = AddSupervisor(builder, scenario, robot, controller, station)
     loop = ControlLoop(

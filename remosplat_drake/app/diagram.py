@@ -5,6 +5,7 @@ each stage is made and connected.
 """
 
 import dataclasses as dc
+from collections.abc import Sequence
 from functools import partial
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
@@ -22,6 +23,7 @@ from remosplat_drake.app.teleop_stages import (
 )
 from remosplat_drake.app.world import World
 from remosplat_drake.base.ranges import check_ranges
+from remosplat_drake.controller.reactive_program import Ingredient
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
@@ -52,6 +54,7 @@ def build(
     *,
     hardware: bool = False,
     teleoperation: Teleoperation | None = None,
+    ingredients: Sequence[Ingredient] = (),
 ) -> Application:
     """Wires a scenario's stages into one diagram.
 
@@ -61,6 +64,8 @@ def build(
         page: A browser page to draw on.
         hardware: Whether the station is the real robot; nothing else differs.
         teleoperation: An operator moves the target, and the map may grow.
+        ingredients: Costs and constraints of the control law, besides the
+            scenario's; rollouts know them, too.
 
     Raises:
         RemoSplatError: The station cannot be made, or there is no target.
@@ -81,7 +86,12 @@ def build(
             page=page,
         )
     loop = AddControlLoop(
-        builder, scenario, world, add_targets, hardware=hardware
+        builder,
+        scenario,
+        world,
+        add_targets,
+        hardware=hardware,
+        ingredients=ingredients,
     )
     if panel is not None and loop.supervisor is not None:
         panel.ConnectTo(

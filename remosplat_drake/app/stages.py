@@ -27,7 +27,7 @@ from remosplat_drake.controller.guidance.selection_rule import (
     make_selection_rule,
 )
 from remosplat_drake.controller.reactive_controller import ReactiveController
-from remosplat_drake.controller.tick import ReactiveLaw
+from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
@@ -113,19 +113,14 @@ def AddOracle(
 
 def AddController(
     builder: DiagramBuilder,
-    scenario: Scenario,
-    robot: RobotModel,
+    law: ReactiveLaw,
     configuration: OutputPort,
     targets: TargetSequence | OperatorTarget,
     oracle: DistanceOracle,
 ) -> ReactiveController:
-    """Adds the reactive controller, which ticks at the control period."""
+    """Adds the reactive controller, which ticks at the law's period."""
     controller = ReactiveController.AddToBuilder(
-        builder,
-        law=ReactiveLaw.make(
-            scenario.controller, robot, scenario.control_period
-        ),
-        oracle=oracle,
+        builder, law=law, oracle=oracle
     )
     _ConnectGoal(builder, configuration, targets, controller)
     return controller
@@ -134,28 +129,30 @@ def AddController(
 def AddGuidance(
     builder: DiagramBuilder,
     scenario: Scenario,
-    robot: RobotModel,
+    law: ReactiveLaw,
     configuration: OutputPort,
     targets: TargetSequence | OperatorTarget,
     oracle: DistanceOracle,
     controller: ReactiveController,
 ) -> GuidanceSelector | None:
     """Adds the look-ahead beside the controller, if the scenario wants it."""
-    config = scenario.controller
-    if not config.guidance.enabled:
+    config = scenario.controller.guidance
+    if not config.enabled:
         return None
     arrived = partial(has_arrived, config=scenario.arrival)
-    process, period = None, scenario.control_period
-    if config.guidance.asynchronous:
-        process = LookAheadProcess(config, robot, arrived)
+    rule = make_selection_rule(law, config, arrived)
+    process, period = None, law.dt
+    if config.asynchronous:
+        budget = 1e-3 * config.budget_ms
+        process = LookAheadProcess(rule, budget)
         # To ask more often than it answers would only cost time.
-        period *= math.ceil(1e-3 * config.guidance.budget_ms / period)
+        period *= math.ceil(budget / period)
     selector = GuidanceSelector.AddToBuilder(
         builder,
         controller=controller,
         oracle=oracle,
-        rule=make_selection_rule(config, robot, arrived),
-        budget=config.guidance.budget,
+        rule=rule,
+        budget=config.budget,
         period=period,
         process=process,
     )

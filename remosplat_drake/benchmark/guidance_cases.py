@@ -27,7 +27,8 @@ from remosplat_drake.controller.guidance.selection_rule import (
     SelectionRule,
     make_selection_rule,
 )
-from remosplat_drake.controller.tick import ReactiveLaw, run_tick
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
@@ -49,6 +50,7 @@ class _Task:
     scenario: Scenario
     robot: RobotModel
     field: DistanceField
+    law: ReactiveLaw
     rule: SelectionRule
     q0: np.ndarray
     X_WT: np.ndarray
@@ -85,15 +87,17 @@ def _make_task() -> _Task:
         scenario.scene.floor_height,
     )
     assert scene.X_WE_target is not None and scene.X_WB_start is not None
+    law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)
     rule = make_selection_rule(
-        scenario.controller,
-        robot,
+        law,
+        scenario.controller.guidance,
         lambda error: has_arrived(error, scenario.arrival),
     )
     return _Task(
         scenario,
         robot,
         SphereToEllipsoidField(surfel_splat(scene)),
+        law,
         rule,
         np.array([*scene.X_WB_start, *robot.home]),
         scene.X_WE_target.GetAsMatrix4(),
@@ -124,9 +128,8 @@ def _rollout_steps(task: _Task) -> Iterator[None]:
 
 def _periods(task: _Task, budget: int) -> Iterator[None]:
     """Control periods of closed loops: look-ahead, oracle, tick, motion."""
-    config, dt = task.scenario.controller, task.scenario.control_period
-    robot, field, rule = task.robot, task.field, task.rule
-    law = ReactiveLaw.make(config, robot, dt)
+    robot, field, law, rule = task.robot, task.field, task.law, task.rule
+    dt = law.dt
     while True:
         q, u, time = task.q0, np.zeros(robot.n_u), 0.0
         selection = start_selection(rule)
@@ -144,7 +147,7 @@ def _periods(task: _Task, budget: int) -> Iterator[None]:
                 budget=budget,
             )
             clearances = field.clearances(
-                robot.spheres_at(q), config.collision.influence
+                robot.spheres_at(q), law.collision.influence
             )
             u = run_tick(
                 law, time, q, task.X_WT, clearances, field, u, guidance

@@ -18,7 +18,8 @@ from remosplat_drake.base.real_time import (
     realtime_priority,
 )
 from remosplat_drake.benchmark.live_session import LiveSession
-from remosplat_drake.controller.tick import ReactiveLaw, run_tick
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.mapping.mapping_config import FREE, OBSTACLE
 from remosplat_drake.mapping.store.session import SESSION_FILE
 from remosplat_drake.oracle.composite import CompositeDistanceField
@@ -139,15 +140,15 @@ def measure_unknown(
     """
     field = session.status.scene_map.field
     assert isinstance(field, CompositeDistanceField)
-    robot, config = session.robot, scenario.controller
-    law = ReactiveLaw.make(config, robot, session.period)
+    robot = session.robot
+    law = ReactiveLaw.make(scenario.controller, robot, session.period)
     fields = {OBSTACLE: field, FREE: field.parts[0]}
     taken: dict[str, list[float]] = {name: [] for name in fields}
     for before, report in pairwise(session.reports):
         for name, asked in fields.items():
             start = time.perf_counter()
             spheres = robot.spheres_at(report.q)
-            clearances = asked.clearances(spheres, config.collision.influence)
+            clearances = asked.clearances(spheres, law.collision.influence)
             run_tick(
                 law,
                 report.time,

@@ -9,8 +9,9 @@ from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.benchmark.timing import Case
 from remosplat_drake.controller.decision import solve
+from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.reactive_program import Tick, build_program
-from remosplat_drake.controller.tick import ReactiveLaw, run_tick
+from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.robot.pose_error import pose_error
 
 _EVERY = 4

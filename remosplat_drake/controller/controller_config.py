@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated
 
-from remosplat_drake.base.ranges import Config, OneOf
+from remosplat_drake.base.ranges import Config, OneOf, check_ranges
 from remosplat_drake.controller import ingredients as ing
 from remosplat_drake.controller.guidance.deflection import NEAR
 from remosplat_drake.controller.guidance.guidance_config import GuidanceConfig
@@ -116,10 +116,21 @@ def gain_set(name: str) -> ReactiveControllerConfig:
     return GAIN_SETS[name]()
 
 
-def make_ingredients(
-    config: ReactiveControllerConfig, robot: RobotModel
+def default_ingredients(
+    robot: RobotModel, config: ReactiveControllerConfig | None = None
 ) -> list[Ingredient]:
-    """The ingredients that a configuration stands for."""
+    """The ingredients that a configuration stands for.
+
+    Args:
+        robot: The robot to drive.
+        config: The controller's; None takes the defaults, the gain set
+            `tuned`.
+
+    Raises:
+        FieldError: A value of the configuration is unusable.
+    """
+    config = config or ReactiveControllerConfig()
+    check_ranges(config)
     return [
         ing.ServoTracking(config.servo, config.collision),
         ing.VelocityCost(config.velocity_cost),

@@ -50,7 +50,7 @@ def _add_tracking(drake: DrakeProgram, tracking: Tracking) -> None:
     prog = drake.prog
     prog.AddLinearEqualityConstraint(
         np.hstack([tracking.J, np.eye(6)]), tracking.V, drake.x
-    ).evaluator().set_description("servo tracking")
+    ).evaluator().set_description(tracking.name)
     prog.AddBoundingBoxConstraint(
         -tracking.limit, tracking.limit, drake.delta
     ).evaluator().set_description("slack limit")

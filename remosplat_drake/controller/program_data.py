@@ -28,12 +28,14 @@ class Tracking:
     """J u + delta = V with the cost |delta|^2 price / 2 and bounds on delta.
 
     Attributes:
+        name: Of the ingredient that tracks.
         J: Jacobian of the end effector (angular, translational), (6, n_u).
         V: Wanted twist, shape (6,).
         price: Of the squared slack delta.
         limit: Bounds on |delta|, shape (6,).
     """
 
+    name: str
     J: np.ndarray
     V: np.ndarray
     price: float

@@ -13,9 +13,14 @@ from typing import Protocol
 import numpy as np
 from pydrake.solvers import MathematicalProgram
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.controller.drake_program import DrakeProgram, fill
 from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
-from remosplat_drake.controller.program_data import ProgramData, Rows
+from remosplat_drake.controller.program_data import (
+    ProgramData,
+    Rows,
+    Tracking,
+)
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
 from remosplat_drake.signals.distance_field import Clearances
@@ -65,15 +70,33 @@ class Tick:
 
 
 class Ingredient(Protocol):
-    """A cost or constraint of the program."""
+    """A cost or constraint of the program.
+
+    Any object with this method is one. The controller and its rollouts share
+    it, so `AddToProgram` must depend on its arguments alone; and it must be
+    possible to pickle it if rollouts run in a process of their own.
+    """
 
     def AddToProgram(self, program: "ReactiveProgram", tick: Tick) -> None:
-        """Adds what the ingredient stands for, described by its name."""
+        """Adds what the ingredient stands for to the program of one tick.
+
+        Args:
+            program: Takes costs, rows and bounds, each by a name of its own.
+            tick: What is known.
+        """
         ...
+
+
+class TermError(RemoSplatError, ValueError):
+    """A term of the program has a name that is taken, or the wrong shape."""
 
 
 class ReactiveProgram(ProgramData):
     """What the ingredients of one tick add to.
+
+    The program minimises the sum of all costs over the command u, shape
+    (n_u,), within the bounds and subject to all rows. A term's name may be
+    used once for each kind of term.
 
     `prog` is the same as Drake's `MathematicalProgram`, `dense` as matrices
     in u alone. An ingredient may add to `prog` itself what the methods here
@@ -102,27 +125,106 @@ class ReactiveProgram(ProgramData):
         self._drake: DrakeProgram | None = None
         self._is_finished = False
 
+    def add_linear_cost(self, name: str, c: np.ndarray) -> None:
+        """Adds the cost c'u.
+
+        Args:
+            name: Of the cost.
+            c: Shape (n_u,).
+
+        Raises:
+            TermError: There is a linear cost of that name already, or the
+                shape is another.
+        """
+        self._check("a linear cost", name, name in self.linear, c, (self.n_u,))
+        self.linear[name] = c
+
+    def add_quadratic_cost(self, name: str, weights: np.ndarray) -> None:
+        """Adds the cost u' diag(weights) u / 2.
+
+        Args:
+            name: Of the cost.
+            weights: Not negative, shape (n_u,).
+
+        Raises:
+            TermError: There is a quadratic cost of that name already, or the
+                shape is another.
+        """
+        taken = name in self.quadratic
+        self._check("a quadratic cost", name, taken, weights, (self.n_u,))
+        self.quadratic[name] = weights
+
     def add_rows(
         self,
         name: str,
         A: np.ndarray,
         b: np.ndarray,
-        label: Callable[[int], str],
-    ):
-        """Adds the rows A u <= b of the ingredient called `name`.
+        label: Callable[[int], str] = "row {}".format,
+    ) -> None:
+        """Adds the rows A u <= b.
 
-        `label(i)` says what row i is about; asked only when it must yield.
+        Args:
+            name: Of the rows.
+            A: Shape (m, n_u).
+            b: Shape (m,).
+            label: Says what row i is about; asked only when it must yield.
 
         Raises:
-            ValueError: Another ingredient has added rows of that name.
+            TermError: There are rows of that name already, or the shape is
+                another.
         """
-        if name in self.rows:
-            raise ValueError(f"there are rows called {name!r} already")
+        self._check("a set of rows", name, name in self.rows, A, (len(b), self.n_u))
         if self.relax:
             negative = np.flatnonzero(b < 0)
             self.yielded += [f"{name}[{label(int(i))}]" for i in negative]
             b = np.maximum(b, 0.0)
         self.rows[name] = Rows(A, b, np.ones(len(b), bool))
+
+    def track(
+        self,
+        name: str,
+        J: np.ndarray,
+        V: np.ndarray,
+        *,
+        price: float,
+        limit: np.ndarray,
+    ) -> None:
+        """Tracks the end effector's twist: J u + delta = V with a slack delta.
+
+        The slack costs price |delta|^2 / 2. A program tracks one twist.
+
+        Args:
+            name: Of what is tracked.
+            J: Jacobian of the end effector (angular, translational), shape
+                (6, n_u).
+            V: Wanted twist, shape (6,) [rad/s, m/s].
+            price: Of the squared slack.
+            limit: Bounds on |delta|, shape (6,) [rad/s, m/s].
+
+        Raises:
+            TermError: Something is tracked already, or the shape is another.
+        """
+        if self.tracking is not None:
+            raise TermError(
+                f"{name!r}: there is tracking {self.tracking.name!r} already"
+            )
+        self._check("tracking", name, False, J, (6, self.n_u))
+        self.tracking = Tracking(name, J, V, price, limit)
+
+    def _check(
+        self,
+        kind: str,
+        name: str,
+        taken: bool,
+        array: np.ndarray,
+        shape: tuple[int, ...],
+    ) -> None:
+        if taken:
+            raise TermError(f"there is {kind} {name!r} already")
+        if np.shape(array) != shape:
+            raise TermError(
+                f"{name!r}: expected the shape {shape}, got {np.shape(array)}"
+            )
 
     def finish(self):
         """Marks the rows that cannot bind, and ends the data's part.

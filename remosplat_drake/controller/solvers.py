@@ -39,12 +39,20 @@ class DrakeSolver:
     def __init__(self, solver: SolverInterface):
         self._solver = solver
 
+    def __reduce__(self):
+        # Drake's solvers hold nothing, but do not know how to be pickled.
+        return _drake_solver, (type(self._solver),)
+
     def solve(self, program: ReactiveProgram) -> np.ndarray | None:
         """See `Solver`."""
         result = self._solver.Solve(program.prog, None, None)  # pyright: ignore
         if not result.is_success():
             return None
         return result.GetSolution(program.drake.u)
+
+
+def _drake_solver(maker: type[SolverInterface]) -> DrakeSolver:
+    return DrakeSolver(maker())
 
 
 class ActiveSetSolver:

@@ -1,94 +1,25 @@
 """One control tick as a pure function: state in, command and report out."""
 
-import dataclasses as dc
-from collections.abc import Sequence
 from time import perf_counter
 
 import numpy as np
 
-from remosplat_drake.base.errors import FieldError
-from remosplat_drake.base.ranges import check_ranges
-from remosplat_drake.controller.controller_config import (
-    LONGEST_VERIFIED,
-    ReactiveControllerConfig,
-    make_ingredients,
-)
-from remosplat_drake.controller.decision import Decision, Solver, brake, decide
+from remosplat_drake.controller.decision import Decision, brake, decide
 from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
 from remosplat_drake.controller.ingredients import collision_damper
-from remosplat_drake.controller.reactive_program import (
-    Ingredient,
-    Tick,
-    build_program,
-)
-from remosplat_drake.controller.solvers import make_solver
-from remosplat_drake.controller.verification.self_sweep import SelfClearance
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.reactive_program import Tick, build_program
 from remosplat_drake.controller.verification.verify import (
     Surroundings,
     verified_command,
 )
 from remosplat_drake.robot.pose_error import pose_error
-from remosplat_drake.robot.robot_model import RobotModel, RobotState
+from remosplat_drake.robot.robot_model import RobotState
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.tick_report import TickReport
 
 _TIGHT = 1e-4
 """Rows this close to equality count as tight [m/s]."""
-
-
-@dc.dataclass(frozen=True, eq=False)
-class ReactiveLaw:
-    """The control law: what stays the same from tick to tick.
-
-    Attributes:
-        robot: The robot it drives.
-        config: Its parameters.
-        dt: Control period [s].
-        ingredients: Costs and constraints of the program.
-        solver: The convex solver.
-        self_clearance: What verification keeps the robot from itself; None:
-            nothing.
-    """
-
-    robot: RobotModel
-    config: ReactiveControllerConfig
-    dt: float
-    ingredients: Sequence[Ingredient]
-    solver: Solver
-    self_clearance: SelfClearance | None
-
-    @staticmethod
-    def make(
-        config: ReactiveControllerConfig, robot: RobotModel, dt: float
-    ) -> "ReactiveLaw":
-        """The law that a configuration stands for.
-
-        Raises:
-            FieldError: A value of it is unusable, or `dt` is.
-        """
-        check_ranges(config)
-        if config.verify and not 0 < dt <= LONGEST_VERIFIED:
-            raise FieldError(
-                "ReactiveLaw",
-                "dt",
-                f"must lie in (0, {LONGEST_VERIFIED}] with `verify`, got {dt}",
-            )
-        return ReactiveLaw(
-            robot,
-            config,
-            dt,
-            make_ingredients(config, robot),
-            make_solver(config.solver, "scenario"),
-            _self_clearance(config, robot),
-        )
-
-
-def _self_clearance(
-    config: ReactiveControllerConfig, robot: RobotModel
-) -> SelfClearance | None:
-    if not (config.verify and config.self_collision.enabled):
-        return None
-    return SelfClearance.make(robot, config.self_collision.stopping)
 
 
 def run_tick(
@@ -119,7 +50,7 @@ def run_tick(
     problem = _unknown_surroundings(q, clearances)
     if problem:
         return _blind_report(law, time, q, X_WT, u_previous, problem)
-    clearances = clearances.within(law.config.collision.influence)
+    clearances = clearances.within(law.collision.influence)
     state = state or law.robot.state(q)
     after_kinematics = perf_counter()
     if np.isfinite(X_WT).all():
@@ -210,9 +141,9 @@ def _verified(
     guidance: Guidance,
 ) -> tuple[np.ndarray, float]:
     """The command that may be applied, and its fraction."""
-    if not law.config.verify:
+    if not law.verify:
         return u, 1.0
-    robot, collision = law.robot, law.config.collision
+    robot, collision = law.robot, law.collision
     around = Surroundings(
         robot,
         field,

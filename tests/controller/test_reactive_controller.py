@@ -17,7 +17,7 @@ from pydrake.systems.primitives import ConstantValueSource, Integrator
 from remosplat_drake.controller import reactive_controller
 from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.reactive_controller import ReactiveController
-from remosplat_drake.controller.tick import ReactiveLaw
+from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene

@@ -19,8 +19,8 @@ from remosplat_drake.benchmark.scene_generators import (
 )
 from remosplat_drake.controller import ingredients as ing
 from remosplat_drake.controller.controller_config import (
+    default_ingredients,
     gain_set,
-    make_ingredients,
 )
 from remosplat_drake.controller.decision import decide, solve
 from remosplat_drake.controller.reactive_program import (
@@ -95,7 +95,7 @@ def random_tick(robot, make_tick, seed: int) -> Tick:
 
 
 def ingredients_of(robot, gains: str):
-    return make_ingredients(gain_set(gains), robot)
+    return default_ingredients(robot, gain_set(gains))
 
 
 def matrices(program: ReactiveProgram):
@@ -243,7 +243,7 @@ class Push:
         self.p = np.array(p, float)
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        program.linear["push"] = -self.p
+        program.add_linear_cost("push", -self.p)
 
 
 @pytest.mark.parametrize("slack_limit", [0.1, LOOSEST])

@@ -7,7 +7,8 @@ import pytest
 from pydrake.math import RigidTransform
 
 from remosplat_drake.controller.controller_config import gain_set
-from remosplat_drake.controller.tick import ReactiveLaw, run_tick
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals import tick_report
@@ -84,7 +85,7 @@ def test_tight_rows_are_the_ones_that_stop_the_robot(law, inputs, frankie):
         inputs["q"] = frankie.advance(inputs["q"], report.command, DT)
         inputs["u_previous"] = report.command
     assert report.tight.any()
-    assert report.clearances.minimum() >= law.config.collision.stopping
+    assert report.clearances.minimum() >= law.collision.stopping
     assert report.clearances.distance[report.tight].min() < 0.03
 
 
@@ -143,7 +144,7 @@ def test_a_bad_target_ends_at_a_standstill_before_the_wall(
 ):
     """From full speed, with just the room that verification had left."""
     field, q = inputs["field"], inputs["q"]
-    stopping = law.config.collision.stopping
+    stopping = law.collision.stopping
     gap = field.clearances(frankie.spheres_at(q)).minimum()
     # The ramp from 0.5 m/s at 1 m/s^2 takes less than 0.125 m.
     q[0] += gap - stopping - 0.125

@@ -2,7 +2,6 @@
 
 import logging
 import weakref
-from collections.abc import Callable
 from multiprocessing.connection import Connection
 from threading import Thread
 from time import perf_counter
@@ -10,18 +9,18 @@ from time import perf_counter
 import numpy as np
 
 from remosplat_drake.base.child_process import ChildProcess
-from remosplat_drake.controller.controller_config import (
-    ReactiveControllerConfig,
-)
 from remosplat_drake.controller.guidance.map_transfer import send_map
+from remosplat_drake.controller.guidance.rule_transfer import (
+    TransferError,
+    pack_rule,
+)
 from remosplat_drake.controller.guidance.selection import Selection
+from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.controller.guidance.worker import (
     Failure,
     PresentState,
     serve,
 )
-from remosplat_drake.robot.pose_error import PoseError
-from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
 
 START_TIME = 60.0
@@ -53,23 +52,21 @@ class LookAheadProcess:
         process: The process.
     """
 
-    def __init__(
-        self,
-        config: ReactiveControllerConfig,
-        robot: RobotModel,
-        arrived: Callable[[PoseError], bool],
-    ):
+    def __init__(self, rule: SelectionRule, budget: float):
         """Starts the process and waits until it has loaded everything.
 
         Args:
-            config: The controller's.
-            robot: The robot.
-            arrived: Whether a pose error counts as arrival; a function that
-                the process can import, or a `functools.partial` of one.
+            rule: What is tried. The process must be able to import the
+                classes of its law's ingredients and its other parts: what is
+                typed into a notebook it cannot find.
+            budget: Time that an answer may take [s].
+
+        Raises:
+            TransferError: A part of the rule cannot go there; names it.
         """
-        budget = 1e-3 * config.guidance.budget_ms
+        packed = pack_rule(rule)
         self._child = ChildProcess(serve, "look-ahead", _NICENESS)
-        self._child.start(config, robot, arrived, budget)
+        self._child.start(packed, budget)
         self._connection, self.process = self._child.wait_until_started()
         self.missing = ""
         self._lost = False
@@ -86,6 +83,9 @@ class LookAheadProcess:
             message = self._connection.recv() if ready else Failure("no answer")
         except (EOFError, OSError):
             message = Failure(DIED)
+        if isinstance(message, TransferError):
+            self.close()
+            raise message
         if isinstance(message, Failure):
             self._give_up(f"look-ahead has not started: {message.reason}")
 

@@ -6,7 +6,8 @@ import math
 import numpy as np
 
 from remosplat_drake.controller.guidance.guidance import Guidance
-from remosplat_drake.controller.tick import ReactiveLaw, run_tick
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotState
 from remosplat_drake.signals.distance_field import DistanceField
@@ -89,7 +90,7 @@ def step_rollout(
         rollout.time,
         rollout.q,
         X_WT,
-        field.clearances(state.spheres, law.config.collision.influence),
+        field.clearances(state.spheres, law.collision.influence),
         field,
         rollout.u,
         rollout.guidance,

@@ -3,16 +3,14 @@
 import dataclasses as dc
 from collections.abc import Callable
 
-from remosplat_drake.controller.controller_config import (
-    ReactiveControllerConfig,
-)
 from remosplat_drake.controller.guidance.guidance import (
     Guidance,
     make_candidates,
 )
-from remosplat_drake.controller.tick import ReactiveLaw
+from remosplat_drake.controller.guidance.guidance_config import GuidanceConfig
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.solvers import make_solver
 from remosplat_drake.robot.pose_error import PoseError
-from remosplat_drake.robot.robot_model import RobotModel
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -34,23 +32,34 @@ class SelectionRule:
 
 
 def make_selection_rule(
-    config: ReactiveControllerConfig,
-    robot: RobotModel,
+    law: ReactiveLaw,
+    config: GuidanceConfig,
     arrived: Callable[[PoseError], bool],
 ) -> SelectionRule:
-    """The selector's rule for a controller configuration.
+    """The selector's rule beside a controller.
 
-    Rollouts run the controller's own law with a longer step, and a solver
-    that is quicker with small programs. Verification is part of it: a future
-    that it would stop must not count as arrival.
+    Rollouts run the controller's own law, with all its ingredients, at a
+    longer step and with a solver that is quicker with small programs.
+    Verification is part of it: a future that it would stop must not count as
+    arrival.
+
+    Args:
+        law: The controller's.
+        config: How far and how much the selector looks ahead.
+        arrived: Whether a pose error counts as arrival.
+
+    Raises:
+        FieldError: The rollouts' step or solver is unusable.
     """
-    guidance = config.guidance
-    law = ReactiveLaw.make(
-        dc.replace(config, solver=guidance.solver), robot, guidance.step
-    )
+    solver = make_solver(config.solver, "scenario", "guidance.solver")
     candidates = make_candidates(
-        [config.collision.stopping, *guidance.tiers],
-        guidance.bearing,
-        guidance.active_scale,
+        [law.collision.stopping, *config.tiers],
+        config.bearing,
+        config.active_scale,
     )
-    return SelectionRule(law, candidates, arrived, guidance.horizon)
+    return SelectionRule(
+        law.with_step(config.step, solver=solver),
+        candidates,
+        arrived,
+        config.horizon,
+    )

@@ -11,24 +11,21 @@ from time import perf_counter
 
 import numpy as np
 
-from remosplat_drake.controller.controller_config import (
-    ReactiveControllerConfig,
-)
 from remosplat_drake.controller.guidance.map_transfer import (
     MapHeader,
     receive_map,
+)
+from remosplat_drake.controller.guidance.rule_transfer import (
+    PackedRule,
+    TransferError,
+    unpack_rule,
 )
 from remosplat_drake.controller.guidance.selection import (
     Selection,
     advance_selection,
     start_selection,
 )
-from remosplat_drake.controller.guidance.selection_rule import (
-    SelectionRule,
-    make_selection_rule,
-)
-from remosplat_drake.robot.pose_error import PoseError
-from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.signals.distance_field import DistanceField
 
 READY = "ready"
@@ -52,29 +49,23 @@ class Failure:
     reason: str
 
 
-def serve(
-    connection: Connection,
-    config: ReactiveControllerConfig,
-    robot: RobotModel,
-    arrived: Callable[[PoseError], bool],
-    budget: float,
-) -> None:
+def serve(connection: Connection, packed: PackedRule, budget: float) -> None:
     """Answers until the other end is closed.
 
     Args:
         connection: Brings a map before the first `PresentState`, see
             `map_transfer`; takes READY, then for each state a `Selection`,
             or None where the latest one still holds. After a `Failure`
-            nothing follows.
-        config: The controller's.
-        robot: The robot.
-        arrived: Whether a pose error counts as arrival.
+            or a `TransferError` nothing follows.
+        packed: The rule.
         budget: Time that an answer may take [s].
     """
     try:
-        _answer(connection, make_selection_rule(config, robot, arrived), budget)
+        _answer(connection, unpack_rule(packed), budget)
     except (EOFError, ConnectionError):
         return
+    except TransferError as error:
+        connection.send(error)
     except Exception as error:
         connection.send(Failure(f"{type(error).__name__}: {error}"))
 

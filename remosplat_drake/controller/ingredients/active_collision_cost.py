@@ -45,4 +45,4 @@ class ActiveCollisionCost:
         w = (influence - clearances.distance) / span
         mean = w @ tick.approach_rates / w.sum()
         nearness = (influence - clearances.minimum()) / span
-        program.linear["active collision"] = gain * nearness**2 * mean
+        program.add_linear_cost("active collision", gain * nearness**2 * mean)

@@ -38,4 +38,4 @@ class BaseOrientationCost:
         c = np.zeros(program.n_u)
         theta = math.atan2(p_BE_B[1], p_BE_B[0])
         c[1] = -self._gain * (theta - tick.guidance.bearing)
-        program.linear["base orientation"] = c
+        program.add_linear_cost("base orientation", c)

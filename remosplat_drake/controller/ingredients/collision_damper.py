@@ -41,14 +41,19 @@ class CollisionDamperConfig(Config):
 
 
 class CollisionDamper:
-    """n' Jv_WS u <= xi (d - d_s) / (d_i - d_s) (paper section IV-D)."""
+    """n' Jv_WS u <= xi (d - d_s) / (d_i - d_s) (paper section IV-D).
+
+    Attributes:
+        config: Its distances; verification and the oracle's queries of a
+            `ReactiveLaw` go by them, too.
+    """
 
     def __init__(self, config: CollisionDamperConfig):
-        self._config = config
+        self.config = config
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
         """Adds a row for every clearance within the influence distance."""
-        config, clearances = self._config, tick.clearances
+        config, clearances = self.config, tick.clearances
         if not len(clearances):
             return
         stopping = config.stopping_for(tick.guidance)

@@ -39,7 +39,7 @@ class ManipulabilityCost:
         )
         c = np.zeros(program.n_u)
         c[arm] = -self._gain * gradient
-        program.linear["manipulability"] = c
+        program.add_linear_cost("manipulability", c)
 
 
 @njit(cache=True)

@@ -41,15 +41,19 @@ class SelfCollisionDamper:
 
     One row for each pair of links, that of their nearest pair of spheres,
     and one for each pair that is nearer at home than what is kept.
+
+    Attributes:
+        config: Its distances; verification of a `ReactiveLaw` goes by them,
+            too.
     """
 
     def __init__(self, config: SelfCollisionDamperConfig, robot: RobotModel):
-        self._config = config
+        self.config = config
         self._pairs = self_collision_pairs(robot, config.stopping)
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
         """Adds the rows of link pairs within the influence distance."""
-        config, spheres = self._config, tick.state.spheres
+        config, spheres = self.config, tick.state.spheres
         if not (config.enabled and len(self._pairs.first)):
             return
         near = self._pairs.nearest(spheres, config.influence)

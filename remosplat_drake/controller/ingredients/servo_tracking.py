@@ -11,7 +11,6 @@ from remosplat_drake.controller.guidance.deflection import deflected_velocity
 from remosplat_drake.controller.ingredients.collision_damper import (
     CollisionDamperConfig,
 )
-from remosplat_drake.controller.program_data import Tracking
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 from remosplat_drake.controller.servo import servo_twist
 
@@ -60,7 +59,8 @@ class ServoTracking:
         V_WE = np.concatenate([w, v])
         state = tick.state
         # Standing still must stay feasible, however fast the servo's twist.
-        program.tracking = Tracking(
+        program.track(
+            "servo tracking",
             J=np.concatenate([state.Jw_WE, state.Jv_WE]),
             V=V_WE,
             price=1.0 / tick.error_scale,

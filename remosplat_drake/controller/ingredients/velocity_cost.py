@@ -32,4 +32,4 @@ class VelocityCost:
         """Adds the cost."""
         weights = np.full(program.n_u, self._config.weight)
         weights[: tick.robot.n_base] /= tick.error_scale
-        program.quadratic["velocity"] = weights
+        program.add_quadratic_cost("velocity", weights)

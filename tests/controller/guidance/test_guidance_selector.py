@@ -1,7 +1,6 @@
 """The selector as a system, beside the controller in the whole diagram."""
 
 import copy
-import dataclasses as dc
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +22,8 @@ from remosplat_drake.controller.guidance.selection_rule import (
     make_selection_rule,
 )
 from remosplat_drake.controller.reactive_controller import ReactiveController
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.solvers import ActiveSetSolver
 from remosplat_drake.scene.rmmi import write_rmmi
 
 STUCK = ("table", 6)
@@ -189,12 +190,13 @@ def test_without_guidance_there_is_no_selector(application):
 def test_the_rule_has_every_candidate_of_every_tier(frankie):
     config = load_scenario(None, "{}").controller
     config.guidance.tiers = [0.010]
-    rule = make_selection_rule(config, frankie, lambda error: False)
+    law = ReactiveLaw.make(config, frankie, 0.01)
+    rule = make_selection_rule(law, config.guidance, lambda error: False)
     assert [[g.name for g in tier] for tier in rule.candidates] == [
         ["direct", "left", "right"]
     ] * 2
     assert [tier[0].stopping for tier in rule.candidates] == [0.021, 0.010]
-    expected = dc.replace(config, solver=config.guidance.solver)
-    assert rule.law.config == expected
+    assert rule.law.ingredients is law.ingredients
+    assert isinstance(rule.law.solver, ActiveSetSolver)
     assert rule.law.dt == config.guidance.step == 0.1
     assert rule.horizon == 8.0

@@ -5,6 +5,8 @@ import dataclasses as dc
 import operator
 import os
 import signal
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from functools import partial
 from time import monotonic, perf_counter, sleep
@@ -12,6 +14,7 @@ from time import monotonic, perf_counter, sleep
 import numpy as np
 import pytest
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.guidance import look_ahead_process
@@ -29,10 +32,17 @@ from remosplat_drake.controller.guidance.selection_rule import (
     make_selection_rule,
 )
 from remosplat_drake.controller.guidance.worker import PresentState, look_ahead
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.reactive_program import (
+    Ingredient,
+    ReactiveProgram,
+    Tick,
+)
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 ARRIVED = partial(has_arrived, config=ArrivalConfig())
+BUDGET = 0.008
 LONG = 120.0
 
 
@@ -56,7 +66,7 @@ def stuck(frankie) -> Stuck:
     scene = generate("table", 6)
     assert scene.X_WE_target is not None and scene.X_WB_start is not None
     return Stuck(
-        make_selection_rule(gain_set("tuned"), frankie, ARRIVED),
+        make_rule(frankie),
         SignedDistanceField(scene),
         PresentState(
             0.0,
@@ -69,15 +79,19 @@ def stuck(frankie) -> Stuck:
 
 @pytest.fixture(scope="module")
 def shared_process(frankie) -> Iterator[LookAheadProcess]:
-    process = make_process(frankie)
+    process = LookAheadProcess(make_rule(frankie), BUDGET)
     yield process
     process.close()
     assert not process.process.is_alive()
     process.close()  # Once more does no harm.
 
 
-def make_process(frankie, arrived: Callable = ARRIVED) -> LookAheadProcess:
-    return LookAheadProcess(gain_set("tuned"), frankie, arrived)
+def make_rule(
+    frankie, *ingredients: Ingredient, arrived: Callable = ARRIVED
+) -> SelectionRule:
+    config = gain_set("tuned")
+    law = ReactiveLaw.make(config, frankie, 0.01, ingredients)
+    return make_selection_rule(law, config.guidance, arrived)
 
 
 def until(process, stuck, good, now=None, field=None) -> Selection:
@@ -170,7 +184,7 @@ def test_interrupted_it_stops_between_two_steps(stuck):
 
 
 def test_without_its_process_it_cycles_and_says_why(frankie, stuck):
-    process = make_process(frankie)
+    process = LookAheadProcess(make_rule(frankie), BUDGET)
     until(process, stuck, lambda s: s.latest)
     process.process.kill()
     selection = until(process, stuck, lambda s: s.missing)
@@ -183,7 +197,7 @@ def test_without_its_process_it_cycles_and_says_why(frankie, stuck):
 
 
 def test_while_its_process_hangs_it_cycles(frankie, stuck, monkeypatch):
-    process = make_process(frankie)
+    process = LookAheadProcess(make_rule(frankie), BUDGET)
     until(process, stuck, lambda s: s.latest)
     pid = process.process.pid
     assert pid is not None
@@ -200,6 +214,58 @@ def test_while_its_process_hangs_it_cycles(frankie, stuck, monkeypatch):
 
 
 def test_an_error_inside_is_named(frankie, stuck):
-    process = make_process(frankie, partial(operator.truediv, 1.0))
+    never = partial(operator.truediv, 1.0)
+    process = LookAheadProcess(make_rule(frankie, arrived=never), BUDGET)
     selection = until(process, stuck, lambda s: s.missing)
     assert selection.missing.startswith("look-ahead failed: TypeError")
+
+
+class Unpicklable:
+    """An ingredient that holds a lambda."""
+
+    def __init__(self):
+        self.weight = lambda: 1.0
+
+    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
+        program.add_linear_cost("mine", np.full(program.n_u, self.weight()))
+
+
+def test_what_cannot_be_sent_is_named(frankie):
+    match = "^Unpicklable cannot go to the look-ahead process, .* be pickled"
+    with pytest.raises(RemoSplatError, match=match):
+        LookAheadProcess(make_rule(frankie, Unpicklable()), BUDGET)
+
+
+def test_what_was_typed_into_a_notebook_is_named():
+    """Its class is nowhere to be found for another process."""
+    typed = """
+from functools import partial
+from remosplat_drake.controller.guidance.guidance_config import GuidanceConfig
+from remosplat_drake.controller.guidance.look_ahead_process import (
+    LookAheadProcess,
+)
+from remosplat_drake.controller.guidance.selection_rule import (
+    make_selection_rule,
+)
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.robot.robot_model import load_robot_model
+from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
+
+class MyCost:
+    def AddToProgram(self, program, tick):
+        pass
+
+law = ReactiveLaw(load_robot_model("frankie", "paper"), [MyCost()])
+arrived = partial(has_arrived, config=ArrivalConfig())
+try:
+    LookAheadProcess(make_selection_rule(law, GuidanceConfig(), arrived), 1.0)
+except Exception as error:
+    print(error)
+"""
+    answer = subprocess.run(
+        [sys.executable, "-"], input=typed, capture_output=True, text=True
+    )
+    assert answer.stdout.startswith(
+        "MyCost cannot go to the look-ahead process, for it cannot be imported"
+    ), answer.stderr
+    assert answer.stdout.count("\n") == 1

@@ -20,7 +20,8 @@ from remosplat_drake.controller.guidance.rollout import (
     Rollout,
     step_rollout,
 )
-from remosplat_drake.controller.tick import ReactiveLaw, run_tick
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 
 

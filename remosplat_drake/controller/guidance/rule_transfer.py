@@ -1,0 +1,72 @@
+"""Send a selection rule to another process, part by part.
+
+A rule holds what others have written: an ingredient that is a lambda cannot
+be sent, and the class of one that was typed into a notebook cannot be found
+again. So each part is tried by itself, and what fails is named.
+"""
+
+import dataclasses as dc
+import pickle
+from collections.abc import Callable
+from typing import TypeVar
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.controller.guidance.selection_rule import SelectionRule
+
+T = TypeVar("T")
+
+
+class TransferError(RemoSplatError):
+    """A part of a rule cannot go to another process."""
+
+
+@dc.dataclass(frozen=True)
+class PackedRule:
+    """A rule as bytes.
+
+    Attributes:
+        parts: Name and pickle of each part that may be another's.
+        whole: The pickle of the rule.
+    """
+
+    parts: tuple[tuple[str, bytes], ...]
+    whole: bytes
+
+
+def pack_rule(rule: SelectionRule) -> PackedRule:
+    """Packs a rule.
+
+    Raises:
+        TransferError: A part cannot be pickled; names it.
+    """
+    parts = [("whether it has arrived", rule.arrived)]
+    parts += [(type(i).__name__, i) for i in rule.law.ingredients]
+    return PackedRule(
+        tuple(
+            (name, _attempt(name, "be pickled", pickle.dumps, part))
+            for name, part in parts
+        ),
+        pickle.dumps(rule),
+    )
+
+
+def unpack_rule(packed: PackedRule) -> SelectionRule:
+    """Unpacks a rule, in another process.
+
+    Raises:
+        TransferError: A part cannot be loaded there; names it.
+    """
+    for name, part in packed.parts:
+        _attempt(name, "be imported there", pickle.loads, part)
+    return pickle.loads(packed.whole)
+
+
+def _attempt(name: str, done: str, step: Callable[..., T], part: object) -> T:
+    try:
+        return step(part)
+    except Exception as error:
+        raise TransferError(
+            f"{name} cannot go to the look-ahead process, for it cannot {done}"
+            f" ({' '.join(str(error).split())}): put it into a module, or set"
+            " controller.guidance.asynchronous to false"
+        ) from error

@@ -1,0 +1,168 @@
+"""`ReactiveLaw`: the control law, made of its ingredients."""
+
+import copy
+from collections.abc import Iterable, Sequence
+from typing import Any, TypeVar
+
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.controller.controller_config import (
+    LONGEST_VERIFIED,
+    ReactiveControllerConfig,
+    default_ingredients,
+)
+from remosplat_drake.controller.decision import Solver
+from remosplat_drake.controller.ingredients import (
+    CollisionDamper,
+    CollisionDamperConfig,
+    SelfCollisionDamper,
+    SelfCollisionDamperConfig,
+)
+from remosplat_drake.controller.reactive_program import Ingredient
+from remosplat_drake.controller.solvers import make_solver
+from remosplat_drake.controller.verification.self_sweep import SelfClearance
+from remosplat_drake.robot.robot_model import RobotModel
+
+T = TypeVar("T")
+
+
+class ReactiveLaw:
+    """The control law: what stays the same from tick to tick.
+
+    A law is a list of ingredients and how their program is solved. Its
+    distances have one source: they are those of the `CollisionDamper` and of
+    the `SelfCollisionDamper` among the ingredients.
+
+        law = ReactiveLaw(robot, [*default_ingredients(robot), MyCost()])
+
+    Whatever else needs the law for other steps, rollouts above all, derives
+    it by `with_step`: so that no ingredient is ever left out.
+
+    Attributes:
+        robot: The robot it drives.
+        ingredients: Costs and constraints of the program.
+        dt: Control period [s].
+        solver: The convex solver.
+        verify: Whether each command is checked against the map before it is
+            applied.
+        collision: The influence distance d_i, beyond which nothing is looked
+            at, and the stopping distance d_s that verification keeps.
+        self_clearance: What verification keeps the robot from itself; None:
+            nothing.
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        ingredients: Iterable[Ingredient],
+        dt: float = 0.01,
+        *,
+        solver: str | Solver = "clarabel",
+        verify: bool = True,
+        collision: CollisionDamperConfig | None = None,
+        self_collision: SelfCollisionDamperConfig | None = None,
+    ):
+        """Makes a law.
+
+        Args:
+            robot: The robot to drive.
+            ingredients: Costs and constraints, in any order.
+            dt: Control period [s].
+            solver: The name of a convex solver, see `solvers.SOLVERS`, or one
+                of one's own.
+            verify: See the attribute.
+            collision: Distances from the scene where no `CollisionDamper` is
+                among the ingredients; None: its defaults.
+            self_collision: Distances of the robot from itself where no
+                `SelfCollisionDamper` is; None: its defaults.
+
+        Raises:
+            FieldError: `dt` or the solver is unusable, or distances are given
+                twice.
+        """
+        _check_step(dt, verify)
+        self.robot = robot
+        self.ingredients: Sequence[Ingredient] = tuple(ingredients)
+        self.dt = dt
+        self.solver = _solver(solver)
+        self.verify = verify
+        self.collision = (
+            self._distances(CollisionDamper, "collision", collision)
+            or CollisionDamperConfig()
+        )
+        kept = (
+            self._distances(
+                SelfCollisionDamper, "self_collision", self_collision
+            )
+            or SelfCollisionDamperConfig()
+        )
+        self.self_clearance = None
+        if verify and kept.enabled:
+            self.self_clearance = SelfClearance.make(robot, kept.stopping)
+
+    @staticmethod
+    def make(
+        config: ReactiveControllerConfig,
+        robot: RobotModel,
+        dt: float,
+        ingredients: Iterable[Ingredient] = (),
+    ) -> "ReactiveLaw":
+        """The law that a configuration stands for.
+
+        Args:
+            config: The controller's.
+            robot: The robot to drive.
+            dt: Control period [s].
+            ingredients: Further ones, besides the configuration's.
+
+        Raises:
+            FieldError: A value of it is unusable, or `dt` is.
+        """
+        return ReactiveLaw(
+            robot,
+            [*default_ingredients(robot, config), *ingredients],
+            dt,
+            solver=make_solver(config.solver, "scenario"),
+            verify=config.verify,
+        )
+
+    def with_step(
+        self, dt: float, *, solver: str | Solver | None = None
+    ) -> "ReactiveLaw":
+        """The same law at another period; it shares all ingredients.
+
+        Args:
+            dt: The period [s].
+            solver: Another solver; None keeps the present one.
+
+        Raises:
+            FieldError: `dt` or the solver is unusable.
+        """
+        _check_step(dt, self.verify)
+        law = copy.copy(self)
+        law.dt = dt
+        if solver is not None:
+            law.solver = _solver(solver)
+        return law
+
+    def _distances(self, kind: type, name: str, given: T | None) -> T | None:
+        """Those of the damper among the ingredients, or else the given."""
+        dampers: list[Any] = [
+            i for i in self.ingredients if isinstance(i, kind)
+        ]
+        if dampers and given is not None:
+            problem = f"the {kind.__name__} among the ingredients says it"
+            raise FieldError("ReactiveLaw", name, problem)
+        return dampers[0].config if dampers else given
+
+
+def _check_step(dt: float, verify: bool) -> None:
+    longest = LONGEST_VERIFIED if verify else float("inf")
+    if not 0 < dt <= longest:
+        valid = f"lie in (0, {longest}] with `verify`" if verify else "exceed 0"
+        raise FieldError("ReactiveLaw", "dt", f"must {valid}, got {dt}")
+
+
+def _solver(solver: str | Solver) -> Solver:
+    if isinstance(solver, str):
+        return make_solver(solver, "ReactiveLaw")
+    return solver
