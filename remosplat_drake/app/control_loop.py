@@ -30,10 +30,7 @@ from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.station.connections import AddConfiguration, ConnectCommand
-from remosplat_drake.task.target_sequence import TargetSequence
-from remosplat_drake.teleop.operator_target import OperatorTarget
-
-Targets = TargetSequence | OperatorTarget
+from remosplat_drake.task.targets import Targets
 
 
 @dc.dataclass(frozen=True, eq=False)

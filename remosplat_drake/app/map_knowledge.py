@@ -30,6 +30,7 @@ from remosplat_drake.safety.gates import (
     WARNING,
     Gate,
 )
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 MOST_OPACITY, MOST_SPLATS = 0.5, 0.75
 """Shares that are ignored in no sound map. Floaters are many, but faint: of
@@ -99,13 +100,14 @@ def examine_map(
     robot, truth = world.robot, world.truth
     places = {"the start": shoulder(robot, world.q0), **places}
     reach = arm_reach(robot)
-    if isinstance(scenario.oracle, GroundTruth):
-        assert truth is not None  # Or there would be no oracle.
+    no_splat = world.splat_W is None
+    if truth is not None and (
+        no_splat or isinstance(scenario.oracle, GroundTruth)
+    ):
         summary = summarize_solids(truth, places, reach)
     else:
-        assert world.splat_W is not None
         summary = summarize_splat(
-            world.splat_W,
+            world.splat_W or GaussianSplat.empty(),
             world.cropped_W,
             scenario.oracle,
             places,

@@ -36,14 +36,17 @@ from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.oracle.oracle_config import (
     DepthRasterization,
     GroundTruth,
+    OracleMaker,
     SphereToEllipsoid,
 )
 from remosplat_drake.safety.supervisor_config import SupervisorConfig
 from remosplat_drake.station.station_config import (
     DynamicStation,
     KinematicStation,
+    StationMaker,
 )
 from remosplat_drake.task.arrival import ArrivalConfig
+from remosplat_drake.task.targets import TargetsMaker
 from remosplat_drake.teleop.teleop_config import TeleopConfig
 
 YAML_SUFFIXES = (".yaml", ".yml")
@@ -135,19 +138,21 @@ class Scenario(Config):
     scene: SceneConfig = dc.field(default_factory=SceneConfig)
     robot: RobotConfig = dc.field(default_factory=RobotConfig)
     # Target poses of the end effector in W, one after the other; absent:
-    # where the truth file says.
-    targets: Annotated[list[PoseConfig], Len(0, 10_000)] = dc.field(
-        default_factory=list
+    # where the truth file says. Or targets of one's own, like `oracle`.
+    targets: Annotated[list[PoseConfig], Len(0, 10_000)] | TargetsMaker = (
+        dc.field(default_factory=list)
     )
     arrival: ArrivalConfig = dc.field(default_factory=ArrivalConfig)
-    oracle: SphereToEllipsoid | DepthRasterization | GroundTruth = dc.field(
-        default_factory=SphereToEllipsoid
-    )
+    # One of ours, or one's own as `!package.module:Class {field: value}`.
+    oracle: (
+        SphereToEllipsoid | DepthRasterization | GroundTruth | OracleMaker
+    ) = dc.field(default_factory=SphereToEllipsoid)
     controller: ReactiveControllerConfig = dc.field(
         default_factory=ReactiveControllerConfig
     )
     supervisor: SupervisorConfig = dc.field(default_factory=SupervisorConfig)
-    station: KinematicStation | DynamicStation = dc.field(
+    # One of ours, or one's own, like `oracle`.
+    station: KinematicStation | DynamicStation | StationMaker = dc.field(
         default_factory=KinematicStation
     )
     wrist_camera: WristCameraConfig | None = None
@@ -163,8 +168,13 @@ class Scenario(Config):
     time_limit: Annotated[float, Interval(gt=0, le=LONGEST_RUN)] = 15.0
     # Seed of everything random.
     seed: Seed = 0
+    # Folder of one's own modules that this file names, looked into after all
+    # that is installed; empty: this file's.
+    modules: str = ""
     # File and name it was read from, filled in by the loader.
     source: str = dc.field(default="", metadata={"yaml": False})
+
+    MODULES = "modules"
 
     @property
     def folder(self) -> Path:

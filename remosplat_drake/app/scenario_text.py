@@ -4,6 +4,7 @@ import copy
 from pathlib import Path
 
 from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.base.extensions import extensions_in
 from remosplat_drake.base.resources import PACKAGE_SCHEME, resolve
 from remosplat_drake.base.strict_yaml import dump
 
@@ -33,6 +34,9 @@ def scenario_text(scenario: Scenario, name: str) -> str:
         alone.teleop.trajectory = _absolute(
             alone.teleop.trajectory, scenario.folder
         )
+    if scenario.modules or any(extensions_in(scenario)):
+        folder = scenario.folder / scenario.modules
+        alone.modules = str(folder.resolve())
     return dump(name, alone)
 
 

@@ -6,6 +6,7 @@ arguments.
 
 import math
 from functools import partial
+from typing import cast
 
 from pydrake.systems.framework import (
     Diagram,
@@ -39,7 +40,7 @@ from remosplat_drake.station.connections import AddMeasuredVelocity
 from remosplat_drake.station.simulated_station import MakeSimulatedStation
 from remosplat_drake.task.arrival import has_arrived
 from remosplat_drake.task.target_sequence import TargetSequence
-from remosplat_drake.teleop.operator_target import OperatorTarget
+from remosplat_drake.task.targets import Targets, TargetsMaker, check_targets
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.safety_panel import SafetyPanel
 
@@ -74,12 +75,17 @@ def AddTargets(
     scenario: Scenario,
     world: World,
     configuration: OutputPort,
-) -> TargetSequence:
+) -> Targets:
     """Adds the targets of the scenario, or else that of its scene.
 
     Raises:
-        FieldError: There is none.
+        RemoSplatError: There is none, or what the scenario names hands out
+            no targets.
     """
+    if not isinstance(scenario.targets, list):
+        return AddOwnTargets(
+            builder, scenario, world, scenario.targets, configuration
+        )
     X_WTs = target_poses(scenario, world.truth)
     if not X_WTs:
         raise FieldError(
@@ -93,6 +99,25 @@ def AddTargets(
         arrival=scenario.arrival,
         period=scenario.control_period,
     )
+
+
+def AddOwnTargets(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    maker: TargetsMaker,
+    configuration: OutputPort,
+) -> Targets:
+    """Adds targets that are not ours.
+
+    Raises:
+        RemoSplatError: What is made hands out no targets.
+    """
+    targets = maker.make(world.robot, scenario.arrival, scenario.control_period)
+    check_targets(targets, f"{scenario.source}: {type(maker).__name__}")
+    builder.AddSystem(cast(LeafSystem, targets))
+    builder.Connect(configuration, targets.GetInputPort("configuration"))
+    return targets
 
 
 def AddOracle(
@@ -115,7 +140,7 @@ def AddController(
     builder: DiagramBuilder,
     law: ReactiveLaw,
     configuration: OutputPort,
-    targets: TargetSequence | OperatorTarget,
+    targets: Targets,
     oracle: DistanceOracle,
 ) -> ReactiveController:
     """Adds the reactive controller, which ticks at the law's period."""
@@ -131,7 +156,7 @@ def AddGuidance(
     scenario: Scenario,
     law: ReactiveLaw,
     configuration: OutputPort,
-    targets: TargetSequence | OperatorTarget,
+    targets: Targets,
     oracle: DistanceOracle,
     controller: ReactiveController,
 ) -> GuidanceSelector | None:
@@ -163,7 +188,7 @@ def AddGuidance(
 def _ConnectGoal(
     builder: DiagramBuilder,
     configuration: OutputPort,
-    targets: TargetSequence | OperatorTarget,
+    targets: Targets,
     system: LeafSystem,
 ) -> None:
     """Tells a system where the robot is and where it shall go."""

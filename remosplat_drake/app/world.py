@@ -99,7 +99,12 @@ def true_scenes(scenario: Scenario, world: World) -> tuple[PrimitiveScene, ...]:
 def target_poses(
     scenario: Scenario, truth: PrimitiveScene | None
 ) -> list[RigidTransform]:
-    """The targets X_WT of the scenario, or else that of its true scene."""
+    """The targets X_WT of the scenario, or else that of its true scene.
+
+    None where the scenario has targets that only a run will tell.
+    """
+    if not isinstance(scenario.targets, list):
+        return []
     if not scenario.targets and truth is not None and truth.X_WE_target:
         return [truth.X_WE_target]
     return [

@@ -10,6 +10,7 @@ every value of a file, so that it can name the line.
 
 import dataclasses as dc
 import functools
+import inspect
 import math
 import numbers
 import types
@@ -79,9 +80,12 @@ class Config:
     Attributes:
         PRESET: Name of the field whose value chooses what a file's other
             fields start from; empty: from their defaults.
+        MODULES: Name of the field that says where extensions are, relative
+            to the file; empty: there is none, they are beside the file.
     """
 
     PRESET: ClassVar[str] = ""
+    MODULES: ClassVar[str] = ""
 
     @classmethod
     def preset(cls, name: str) -> Self:
@@ -131,14 +135,19 @@ def check_ranges(config: Config, where: str = "", field: str = "") -> None:
 
 def _check(value: Any, expected: Any, where: str, field: str) -> None:
     base, markers = split(expected)
-    options = choices(base)
-    if value is None and type(None) in options:
+    if value is None and type(None) in choices(base):
         return
-    options = [option for option in options if option is not type(None)]
-    if dc.is_dataclass(options[0]):
+    options, protocols = alternatives(base)
+    if protocols and isinstance(value, Config) and type(value) not in options:
+        problem = misfit(type(value), protocols)
+        if problem:
+            raise FieldError(where, field, f"{type(value).__name__} {problem}")
+        return check_ranges(value, where, field)
+    if not options or dc.is_dataclass(options[0]):
         if not isinstance(value, tuple(options)):
-            names = " or ".join(option.__name__ for option in options)
-            problem = f"expected {names}, got {shown(value)}"
+            names = [option.__name__ for option in options]
+            names += ["a Config of one's own"] if protocols else []
+            problem = f"expected {' or '.join(names)}, got {shown(value)}"
             raise FieldError(where, field, problem)
         return check_ranges(typing.cast(Config, value), where, field)
     if options[0] is not base:
@@ -175,6 +184,71 @@ def choices(expected: Any) -> list[Any]:
     if typing.get_origin(expected) in (typing.Union, types.UnionType):
         return list(typing.get_args(expected))
     return [expected]
+
+
+def alternatives(expected: Any) -> tuple[list[Any], list[type]]:
+    """What a union consists of but for None, its protocols apart.
+
+    A protocol makes a field open to configurations of other packages, see
+    `extensions.py`.
+    """
+    options = [o for o in choices(expected) if o is not type(None)]
+    protocols = [o for o in options if getattr(o, "_is_protocol", False)]
+    return [o for o in options if o not in protocols], protocols
+
+
+def misfit(kind: type, protocols: Sequence[type]) -> str:
+    """Which methods a class lacks for a field; empty if it has them.
+
+    It must have those of one of the protocols, with as many arguments.
+    """
+    wanted = []
+    for protocol in protocols:
+        methods = {
+            name: list(inspect.signature(method).parameters)[1:]
+            for name, method in vars(protocol).items()
+            if not name.startswith("_")
+        }
+        if all(_takes(kind, name, n) for name, n in methods.items()):
+            return ""
+        wanted += [f"{name}({', '.join(n)})" for name, n in methods.items()]
+    return f"has no method {' or '.join(wanted)}"
+
+
+def _takes(kind: type, name: str, arguments: Sequence[str]) -> bool:
+    try:
+        method = inspect.signature(getattr(kind, name))
+        method.bind(None, *arguments)
+    except (AttributeError, TypeError, ValueError):
+        return False
+    return True
+
+
+def schema_problem(schema: type) -> str:
+    """Why a dataclass cannot be read from a file; empty if it can."""
+    try:
+        types = field_types(schema)
+    except Exception as error:
+        return f"has an annotation that means nothing: {error}"
+    for f in dc.fields(schema):
+        if f.default is dc.MISSING and f.default_factory is dc.MISSING:
+            return f"needs a default for its field {f.name!r}"
+        if not _is_readable(types[f.name]):
+            return f"has a field {f.name!r} of a kind that no file can hold"
+    return ""
+
+
+def _is_readable(expected: Any) -> bool:
+    base, _ = split(expected)
+    options, protocols = alternatives(base)
+    if protocols or len(options) > 1 or options[0] is not base:
+        return all(map(_is_readable, options))
+    container, inner = typing.get_origin(base), typing.get_args(base)
+    if container in (list, dict):
+        return _is_readable(inner[-1])
+    if dc.is_dataclass(base):
+        return not schema_problem(typing.cast(type, base))
+    return base in KINDS and base not in (list, dict)
 
 
 def joined(field: str, name: str) -> str:

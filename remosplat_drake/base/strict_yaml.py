@@ -14,10 +14,17 @@ from typing import Any, TypeVar
 
 import yaml
 
-from remosplat_drake.base.errors import FieldError, FileError, unknown_name
+from remosplat_drake.base.errors import (
+    FieldError,
+    FileError,
+    RemoSplatError,
+    unknown_name,
+)
+from remosplat_drake.base.extensions import extension_name, find_extension
 from remosplat_drake.base.ranges import (
     KINDS,
     Config,
+    alternatives,
     choices,
     field_types,
     joined,
@@ -68,7 +75,7 @@ def load_strict(
     layers = [node]
     if override:
         layers.append(compose(override, "--scenario-text"))
-    return _load(schema, layers, defaults)
+    return _load(schema, layers, defaults, path.parent)
 
 
 def load_text(schema: type[T], text: str, where: str, defaults: T) -> T:
@@ -97,19 +104,40 @@ def entries(path: Path) -> list[str]:
     return list(fields(compose(read_text(path), str(path)), ""))
 
 
-def _load(schema: type[T], layers: list[yaml.Node], defaults: T | None) -> T:
+def _load(
+    schema: type[T],
+    layers: list[yaml.Node],
+    defaults: T | None,
+    folder: Path | None = None,
+) -> T:
     layers = [layer for layer in layers if not is_null(layer)]
+    if folder is not None and issubclass(schema, Config) and schema.MODULES:
+        for layer in layers:
+            _, node = fields(layer, "").get(schema.MODULES, (None, None))
+            folder = folder / node.value if _is_text(node) else folder
     for layer in layers:
-        _check_node(layer, schema, "")
+        _check_node(layer, schema, "", folder)
     defaults = copy.deepcopy(defaults)
     return _build_dataclass(layers, schema, defaults, "")
+
+
+def _is_text(node: yaml.Node | None) -> bool:
+    return node is not None and node.tag == YAML_TAG + "str"
 
 
 # Checking one layer.
 
 
-def _check_node(node: yaml.Node, expected: Any, field: str) -> None:
+def _check_node(
+    node: yaml.Node, expected: Any, field: str, folder: Path | None
+) -> None:
     """Checks one node against an annotation, and what is below it.
+
+    Args:
+        node: The node.
+        expected: The annotation.
+        field: Its name, for messages.
+        folder: Where extensions may be, besides where Python looks.
 
     Raises:
         FieldError: It does not fit; names the line and the field.
@@ -118,25 +146,27 @@ def _check_node(node: yaml.Node, expected: Any, field: str) -> None:
     options = choices(base)
     if type(None) in options and is_null(node):
         return
-    schema, node = _choose(node, base, field)
+    schema, node = _choose(node, base, field, folder)
     if schema is not base:
-        return _check_node(node, schema, field)
+        return _check_node(node, schema, field, folder)
     if not node.tag.startswith(YAML_TAG):
         fail(node, field, f"takes no tag, got {shown(node.tag)}")
     container = typing.get_origin(base)
     if dc.is_dataclass(base):
-        return _check_fields(node, typing.cast(type, base), field)
+        return _check_fields(node, typing.cast(type, base), field, folder)
     value: Any
     if container is list:
         if not isinstance(node, yaml.SequenceNode):
             fail(node, field, "expected a list")
         value = node.value
         for i, item in enumerate(value):
-            _check_node(item, typing.get_args(base)[0], f"{field}[{i}]")
+            inner = typing.get_args(base)[0]
+            _check_node(item, inner, f"{field}[{i}]", folder)
     elif container is dict:
         value = fields(node, field)
         for key, (_, item) in value.items():
-            _check_node(item, typing.get_args(base)[1], joined(field, key))
+            inner = typing.get_args(base)[1]
+            _check_node(item, inner, joined(field, key), folder)
     else:
         value = _checked_scalar(node, base, field)
     problem = range_problem(value, markers)
@@ -144,29 +174,53 @@ def _check_node(node: yaml.Node, expected: Any, field: str) -> None:
         fail(node, field, problem)
 
 
-def _choose(node: yaml.Node, base: Any, field: str) -> tuple[Any, yaml.Node]:
-    """The member of a union that a tag names, or its first; and the rest."""
-    options = [o for o in choices(base) if o is not type(None)]
-    if len(options) == 1 or node.tag.startswith(YAML_TAG):
+def _choose(
+    node: yaml.Node, base: Any, field: str, folder: Path | None = None
+) -> tuple[Any, yaml.Node]:
+    """The member of a union that a tag names, or its first; and the rest.
+
+    A protocol among them stands for all classes that have its methods.
+    """
+    options, protocols = alternatives(base)
+    tag = "" if node.tag.startswith(YAML_TAG) else node.tag.removeprefix("!")
+    if protocols:
+        is_text = node.tag == YAML_TAG + "str"
+        name = node.value if is_text else tag
+        if ":" in name or not options:
+            try:
+                found = find_extension(name, protocols, folder)
+            except RemoSplatError as error:
+                fail(node, field, str(error))
+            return found, _untagged(node, "" if is_text else node.value)
+    if len(options) == 1 or not tag:
         return options[0], node
     by_name = {option.__name__: option for option in options}
-    tag = node.tag.removeprefix("!")
     if tag not in by_name:
         fail(node, field, unknown_name("tag", tag, by_name))
+    return by_name[tag], _untagged(node, node.value)
+
+
+def _untagged(node: yaml.Node, value: Any) -> yaml.Node:
+    """A node with its tag taken off; nothing left stands for no fields."""
+    if value == "":
+        marks = node.start_mark, node.end_mark
+        return yaml.MappingNode(YAML_TAG + "map", [], *marks)
     untagged = copy.copy(node)
     is_mapping = isinstance(node, yaml.MappingNode)
     untagged.tag = YAML_TAG + ("map" if is_mapping else "other")
-    return by_name[tag], untagged
+    return untagged
 
 
-def _check_fields(node: yaml.Node, schema: type, field: str) -> None:
+def _check_fields(
+    node: yaml.Node, schema: type, field: str, folder: Path | None
+) -> None:
     types = field_types(schema)
     names = [f.name for f in dc.fields(schema) if f.metadata.get("yaml", True)]
     for name, (key, value) in fields(node, field).items():
         path = joined(field, name)
         if name not in names:
             fail(key, path, unknown_name("field", name, names))
-        _check_node(value, types[name], path)
+        _check_node(value, types[name], path, folder)
 
 
 def _checked_scalar(node: yaml.Node, base: Any, field: str) -> Any:
@@ -293,8 +347,11 @@ def dump(name: str, config: Any) -> str:
 
 def _node(value: Any, expected: Any) -> yaml.Node:
     base, _ = split(expected)
-    options = [o for o in choices(base) if o is not type(None)]
-    container = typing.get_origin(options[0] if len(options) == 1 else base)
+    options, protocols = alternatives(base)
+    kind = type(value)
+    if protocols and issubclass(kind, Config) and kind not in options:
+        return _mapping_node(value, f"!{extension_name(kind)}")
+    container = typing.get_origin(split(options[0])[0])
     if value is not None and dc.is_dataclass(options[0]):
         tag = f"!{type(value).__name__}" if len(options) > 1 else ""
         return _mapping_node(value, tag)

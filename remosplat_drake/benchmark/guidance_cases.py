@@ -112,7 +112,7 @@ def _rollout_steps(task: _Task) -> Iterator[None]:
     """The rollouts of all candidates from the start, again and again."""
     rule = task.rule
     while True:
-        for guidance in rule.candidates[0]:
+        for guidance in rule.candidates(task.q0, task.X_WT, task.field)[0]:
             rollout = Rollout(guidance, task.q0, np.zeros(task.robot.n_u))
             while rollout.status == RUNNING:
                 rollout = step_rollout(

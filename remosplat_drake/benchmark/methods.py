@@ -13,6 +13,7 @@ from remosplat_drake.app.scenario import (
     split_spec,
 )
 from remosplat_drake.base.errors import FieldError, RemoSplatError, unknown_name
+from remosplat_drake.base.extensions import extension_name, extensions_in
 from remosplat_drake.base.strict_yaml import entries, load_strict
 from remosplat_drake.benchmark.custom_controller import (
     load_controller,
@@ -91,6 +92,9 @@ class Method:
     def fingerprint(self) -> str:
         """A digest of all settings, whatever file they came from."""
         settings = repr(dc.replace(self.scenario, source=""))
+        for extension in extensions_in(self.scenario):
+            name = extension_name(type(extension))
+            settings += name + source_digest(name)
         if self.controller:
             settings += self.controller + source_digest(self.controller)
         return hashlib.sha256(settings.encode()).hexdigest()[:16]

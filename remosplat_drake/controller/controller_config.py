@@ -3,13 +3,18 @@
 import dataclasses as dc
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, cast
+
+from annotated_types import Len
 
 from remosplat_drake.base.ranges import Config, OneOf, check_ranges
 from remosplat_drake.controller import ingredients as ing
 from remosplat_drake.controller.guidance.deflection import NEAR
 from remosplat_drake.controller.guidance.guidance_config import GuidanceConfig
-from remosplat_drake.controller.reactive_program import Ingredient
+from remosplat_drake.controller.reactive_program import (
+    Ingredient,
+    IngredientMaker,
+)
 from remosplat_drake.controller.solvers import SOLVERS
 from remosplat_drake.robot.robot_model import RobotModel
 
@@ -59,6 +64,11 @@ class ReactiveControllerConfig(Config):
     )
     base_orientation: ing.BaseOrientationCostConfig = dc.field(
         default_factory=ing.BaseOrientationCostConfig
+    )
+    # Ingredients of other packages, each as `package.module:Class` or
+    # `!package.module:Class {field: value}`.
+    extra: Annotated[list[Ingredient | IngredientMaker], Len(0, 100)] = (
+        dc.field(default_factory=list)
     )
     guidance: GuidanceConfig = dc.field(default_factory=GuidanceConfig)
 
@@ -141,4 +151,12 @@ def default_ingredients(
         ing.ActiveCollisionCost(config.active_collision, config.collision),
         ing.ManipulabilityCost(config.manipulability),
         ing.BaseOrientationCost(config.base_orientation),
+        *(_made(extra, robot) for extra in config.extra),
     ]
+
+
+def _made(extra: Ingredient | IngredientMaker, robot: RobotModel) -> Ingredient:
+    """The ingredient that an extension is or makes."""
+    if hasattr(extra, "AddToProgram"):
+        return cast(Ingredient, extra)
+    return cast(IngredientMaker, extra).make(robot)

@@ -87,6 +87,14 @@ class Ingredient(Protocol):
         ...
 
 
+class IngredientMaker(Protocol):
+    """The settings of an ingredient that needs to know the robot."""
+
+    def make(self, robot: RobotModel) -> Ingredient:
+        """Makes the ingredient."""
+        ...
+
+
 class TermError(RemoSplatError, ValueError):
     """A term of the program has a name that is taken, or the wrong shape."""
 
@@ -173,7 +181,9 @@ class ReactiveProgram(ProgramData):
             TermError: There are rows of that name already, or the shape is
                 another.
         """
-        self._check("a set of rows", name, name in self.rows, A, (len(b), self.n_u))
+        self._check(
+            "a set of rows", name, name in self.rows, A, (len(b), self.n_u)
+        )
         if self.relax:
             negative = np.flatnonzero(b < 0)
             self.yielded += [f"{name}[{label(int(i))}]" for i in negative]

@@ -12,6 +12,7 @@ import numpy as np
 
 from remosplat_drake.oracle.oracle_config import (
     DepthRasterization,
+    OracleMaker,
     SphereToEllipsoid,
 )
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
@@ -78,14 +79,16 @@ class MapSummary:
         return f"{', '.join(parts)}; within {self.reach:.1f} m {known}"
 
 
-def least_opacity(oracle: SphereToEllipsoid | DepthRasterization) -> float:
+def least_opacity(oracle: OracleMaker) -> float:
     """Returns the opacity below which an oracle ignores a splat.
 
     Depth views have no such threshold; there a splat counts if `LAYERS` of
-    its kind make a surface.
+    its kind make a surface. Of other oracles nobody knows.
     """
     if isinstance(oracle, SphereToEllipsoid):
         return oracle.min_opacity
+    if not isinstance(oracle, DepthRasterization):
+        return 0.0
     return 1.0 - (1.0 - oracle.alpha_cutoff) ** (1.0 / LAYERS)
 
 
@@ -116,7 +119,7 @@ def summarize_solids(
 def summarize_splat(
     splat_W: GaussianSplat,
     cropped_W: GaussianSplat,
-    oracle: SphereToEllipsoid | DepthRasterization,
+    oracle: OracleMaker,
     places: Mapping[str, np.ndarray],
     *,
     reach: float,

@@ -2,19 +2,29 @@
 
 import dataclasses as dc
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, Protocol
 
 import numba
 from annotated_types import Interval
 
-from remosplat_drake.base.errors import FieldError
-from remosplat_drake.base.ranges import Config, OneOf, check_ranges
+from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.base.ranges import (
+    Config,
+    OneOf,
+    check_ranges,
+    joined,
+    shown,
+)
 from remosplat_drake.oracle.depth_backend import BACKENDS, choose_backend
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+
+class MissingInputError(RemoSplatError):
+    """An oracle is asked for without what it looks at."""
 
 
 @dc.dataclass
@@ -30,6 +40,31 @@ class SphereToEllipsoid(Config):
     bisection_steps: Annotated[int, Interval(ge=0, le=100)] = 0
     # Number of threads of a query; 1 is the steadiest.
     threads: Annotated[int, Interval(ge=1, le=256)] = 1
+
+    def make(
+        self,
+        splat_W: GaussianSplat | None = None,
+        truth: PrimitiveScene | None = None,
+    ) -> SphereToEllipsoidField:
+        """Builds the field of a splat.
+
+        Args:
+            splat_W: The splat in W.
+            truth: Not looked at.
+
+        Raises:
+            MissingInputError: There is no splat.
+        """
+        del truth  # Unused.
+        if splat_W is None:
+            raise MissingInputError("SphereToEllipsoid needs scene.splat")
+        return SphereToEllipsoidField(
+            splat_W,
+            n_sigma=self.n_sigma,
+            min_opacity=self.min_opacity,
+            bisection_steps=self.bisection_steps or None,
+            num_threads=_threads(self),
+        )
 
 
 @dc.dataclass
@@ -57,6 +92,56 @@ class DepthRasterization(Config):
         if not self.near < self.far:
             yield "far", f"must exceed `near`, got {self.far}"
 
+    def make(
+        self,
+        splat_W: GaussianSplat | None = None,
+        truth: PrimitiveScene | None = None,
+    ) -> DistanceField:
+        """Builds the field of a splat.
+
+        Args:
+            splat_W: The splat in W.
+            truth: Not looked at.
+
+        Raises:
+            MissingInputError: There is no splat.
+            FieldError: The backend cannot work here.
+        """
+        del truth  # Unused.
+        if splat_W is None:
+            raise MissingInputError("DepthRasterization needs scene.splat")
+        # Imported here: their kernels cost start-up time that others need
+        # not pay.
+        from remosplat_drake.oracle.depth_sensor import DepthSensor
+
+        sensor = DepthSensor(
+            resolution=self.resolution,
+            alpha_cutoff=self.alpha_cutoff,
+            near=self.near,
+            far=self.far,
+        )
+        backend = choose_backend(
+            self.backend, splat_W.is_surfel, "DepthRasterization", "backend"
+        )
+        if backend == "cuda":
+            from remosplat_drake.oracle.depth_rasterization_gsplat import (
+                GsplatDepthField,
+            )
+
+            return GsplatDepthField(
+                splat_W, sensor, nearest_only=self.nearest_only
+            )
+        from remosplat_drake.oracle.depth_rasterization import (
+            DepthRasterizationField,
+        )
+
+        return DepthRasterizationField(
+            splat_W,
+            sensor,
+            nearest_only=self.nearest_only,
+            num_threads=_threads(self),
+        )
+
 
 @dc.dataclass
 class GroundTruth(Config):
@@ -66,13 +151,47 @@ class GroundTruth(Config):
     # sphere and primitive.
     rows: Annotated[str, OneOf(("closest", "per_primitive"))] = "closest"
 
+    def make(
+        self,
+        splat_W: GaussianSplat | None = None,
+        truth: PrimitiveScene | None = None,
+    ) -> SignedDistanceField:
+        """Builds the field of true geometry.
+
+        Args:
+            splat_W: Not looked at.
+            truth: The scene's true geometry in W.
+
+        Raises:
+            MissingInputError: There is none.
+        """
+        del splat_W  # Unused.
+        if truth is None:
+            raise MissingInputError("GroundTruth needs scene.truth")
+        return SignedDistanceField(truth, rows=self.rows)
+
 
 OracleConfig = SphereToEllipsoid | DepthRasterization | GroundTruth
 """Any of the oracles that a scenario may name."""
 
 
+class OracleMaker(Protocol):
+    """The settings of an oracle: ours above, or one's own."""
+
+    def make(
+        self, splat_W: GaussianSplat | None, truth: PrimitiveScene | None
+    ) -> DistanceField:
+        """Builds the field.
+
+        Args:
+            splat_W: The scene's splat in W, if it has one.
+            truth: The scene's true geometry, if it is known.
+        """
+        ...
+
+
 def make_field(
-    config: OracleConfig,
+    config: OracleMaker,
     splat_W: GaussianSplat | None,
     truth: PrimitiveScene | None,
     where: str,
@@ -88,61 +207,24 @@ def make_field(
     Raises:
         FieldError: The oracle lacks its input, or a value is out of range.
     """
-    check_ranges(config, where, "oracle")
-    if isinstance(config, GroundTruth):
-        if truth is None:
-            raise FieldError(where, "oracle", "!GroundTruth needs scene.truth")
-        return SignedDistanceField(truth, rows=config.rows)
-    if splat_W is None:
-        raise FieldError(
-            where, "oracle", f"!{type(config).__name__} needs scene.splat"
-        )
-    if isinstance(config, SphereToEllipsoid):
-        return SphereToEllipsoidField(
-            splat_W,
-            n_sigma=config.n_sigma,
-            min_opacity=config.min_opacity,
-            bisection_steps=config.bisection_steps or None,
-            num_threads=_threads(config),
-        )
-    return _make_depth_field(config, splat_W, where)
+    name = type(config).__name__
+    if isinstance(config, Config):
+        check_ranges(config, where, "oracle")
+    try:
+        field = config.make(splat_W, truth)
+    except MissingInputError as error:
+        raise FieldError(where, "oracle", f"!{error}") from error
+    except FieldError as error:
+        if error.where != name:
+            raise
+        path = joined("oracle", error.field)
+        raise FieldError(where, path, error.problem) from error
+    if not isinstance(field, DistanceField):
+        problem = f"{name} has made no DistanceField, but {shown(field)}"
+        raise FieldError(where, "oracle", problem)
+    return field
 
 
 def _threads(config: SphereToEllipsoid | DepthRasterization) -> int:
     """As many threads as are wanted and there are."""
     return min(config.threads, numba.config.NUMBA_NUM_THREADS)  # pyright: ignore
-
-
-def _make_depth_field(
-    config: DepthRasterization, splat_W: GaussianSplat, where: str
-) -> DistanceField:
-    # Imported here: their kernels cost start-up time that others need not pay.
-    from remosplat_drake.oracle.depth_sensor import DepthSensor
-
-    sensor = DepthSensor(
-        resolution=config.resolution,
-        alpha_cutoff=config.alpha_cutoff,
-        near=config.near,
-        far=config.far,
-    )
-    backend = choose_backend(
-        config.backend, splat_W.is_surfel, where, "oracle.backend"
-    )
-    if backend == "cuda":
-        from remosplat_drake.oracle.depth_rasterization_gsplat import (
-            GsplatDepthField,
-        )
-
-        return GsplatDepthField(
-            splat_W, sensor, nearest_only=config.nearest_only
-        )
-    from remosplat_drake.oracle.depth_rasterization import (
-        DepthRasterizationField,
-    )
-
-    return DepthRasterizationField(
-        splat_W,
-        sensor,
-        nearest_only=config.nearest_only,
-        num_threads=_threads(config),
-    )

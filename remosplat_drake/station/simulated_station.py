@@ -1,7 +1,5 @@
 """`MakeSimulatedStation`: a simulated robot behind every station's ports."""
 
-from typing import Protocol
-
 import numpy as np
 from pydrake.systems.framework import Diagram
 
@@ -11,37 +9,12 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.station.dynamic_station import make_dynamic_station
 from remosplat_drake.station.kinematic_station import make_kinematic_station
 from remosplat_drake.station.station_camera import StationCamera
+from remosplat_drake.station.station_check import check_station
 from remosplat_drake.station.station_config import (
     DynamicStation,
     KinematicStation,
+    StationMaker,
 )
-
-
-class StationMaker(Protocol):
-    """The settings of a station of your own, in place of the two of ours."""
-
-    def make(
-        self,
-        robot: RobotModel,
-        scene: PrimitiveScene | None,
-        q0: np.ndarray,
-        camera: StationCamera | None,
-    ) -> Diagram:
-        """Builds the station.
-
-        Args:
-            robot: The robot; its description names the ports.
-            scene: The solids in the scene; None for none.
-            q0: Configuration to start from, shape (n_q,) [m, rad].
-            camera: The wrist camera to take along; None for none.
-
-        Returns:
-            A diagram with the ports of `signals.station_ports`.
-
-        Raises:
-            RemoSplatError: A setting is unusable.
-        """
-        ...
 
 
 def MakeSimulatedStation(
@@ -82,4 +55,11 @@ def MakeSimulatedStation(
         return make_kinematic_station(config, robot, scene, q0, wrist_camera)
     if isinstance(config, DynamicStation):
         return make_dynamic_station(config, robot, scene, q0, wrist_camera)
-    return config.make(robot, scene, q0, wrist_camera)
+    station = config.make(robot, scene, q0, wrist_camera)
+    check_station(
+        station,
+        robot.description,
+        wrist_camera is not None,
+        type(config).__name__,
+    )
+    return station

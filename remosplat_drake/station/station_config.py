@@ -1,12 +1,17 @@
 """`KinematicStation` and `DynamicStation`: a scenario's `station` section."""
 
 import dataclasses as dc
-from typing import Annotated
+from typing import Annotated, Protocol
 
+import numpy as np
 from annotated_types import Interval
 from pydrake.systems.analysis import SimulatorConfig
+from pydrake.systems.framework import Diagram
 
 from remosplat_drake.base.ranges import Config, OneOf
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.station.station_camera import StationCamera
 
 CONTACT_APPROXIMATIONS = ("lagged", "similar", "sap")
 """Names of Drake's discrete contact approximations."""
@@ -41,6 +46,33 @@ class DynamicStation(Config):
     discrete_contact_approximation: Annotated[
         str, OneOf(CONTACT_APPROXIMATIONS, "contact approximation")
     ] = "lagged"
+
+
+class StationMaker(Protocol):
+    """The settings of a station of your own, in place of the two of ours."""
+
+    def make(
+        self,
+        robot: RobotModel,
+        scene: PrimitiveScene | None,
+        q0: np.ndarray,
+        camera: StationCamera | None,
+    ) -> Diagram:
+        """Builds the station.
+
+        Args:
+            robot: The robot; its description names the ports.
+            scene: The solids in the scene; None for none.
+            q0: Configuration to start from, shape (n_q,) [m, rad].
+            camera: The wrist camera to take along; None for none.
+
+        Returns:
+            A diagram with the ports of `signals.station_ports`.
+
+        Raises:
+            RemoSplatError: A setting is unusable.
+        """
+        ...
 
 
 MAX_STEP = 0.05

@@ -7,6 +7,10 @@ from typing import Annotated
 from annotated_types import Interval, Len
 
 from remosplat_drake.base.ranges import Config, OneOf
+from remosplat_drake.controller.guidance.planner import (
+    GuidancePlanner,
+    SidePlanner,
+)
 from remosplat_drake.controller.solvers import SOLVERS
 
 
@@ -32,10 +36,11 @@ class GuidanceConfig(Config):
     step: Annotated[float, Interval(gt=0, le=0.1)] = 0.1
     # Longest time that a rollout simulates [s].
     horizon: Annotated[float, Interval(gt=0, le=60)] = 8.0
-    # Angle by which the base turns towards the side that is taken [rad].
-    bearing: Annotated[float, Interval(ge=-3.2, le=3.2)] = 0.8
-    # Factor on the active collision cost while passing on a side.
-    active_scale: Annotated[float, Interval(ge=0, le=10)] = 0.5
+    # What proposes the candidates: left and right, or one's own as
+    # `package.module:Class`.
+    planner: SidePlanner | GuidancePlanner = dc.field(
+        default_factory=SidePlanner
+    )
     # Smaller stopping distances that may be tried when nothing arrives with
     # the usual one, largest first [m]. Needs a map that is accurate enough:
     # scene.map_error.

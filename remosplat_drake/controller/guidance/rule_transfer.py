@@ -39,7 +39,8 @@ def pack_rule(rule: SelectionRule) -> PackedRule:
     Raises:
         TransferError: A part cannot be pickled; names it.
     """
-    parts = [("whether it has arrived", rule.arrived)]
+    parts: list[tuple[str, object]] = [("the rule of arrival", rule.arrived)]
+    parts.append((type(rule.planner).__name__, rule.planner))
     parts += [(type(i).__name__, i) for i in rule.law.ingredients]
     return PackedRule(
         tuple(

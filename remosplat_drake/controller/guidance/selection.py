@@ -10,7 +10,7 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
+from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.guidance.rollout import (
     REACHED,
     RUNNING,
@@ -44,6 +44,7 @@ class Selection:
         guidance: What to follow now.
         reason: Why, for people.
         running: The rollout in progress, if any.
+        candidates: What the planner has proposed for the present round.
         waiting: Candidates of the present tier still to be tried.
         tier: The present tier.
         finished: Rollouts of the present round, the incumbent's first.
@@ -61,6 +62,7 @@ class Selection:
     guidance: Guidance
     reason: str = "start"
     running: Rollout | None = None
+    candidates: tuple[tuple[Guidance, ...], ...] = ()
     waiting: tuple[Guidance, ...] = ()
     tier: int = 0
     finished: tuple[Rollout, ...] = ()
@@ -78,7 +80,7 @@ class Selection:
 
 def start_selection(rule: SelectionRule) -> Selection:
     """The selection before anything is known."""
-    return Selection(rule.candidates[0][0] if rule.candidates else DIRECT)
+    return Selection(rule.start)
 
 
 def advance_selection(
@@ -130,7 +132,7 @@ def advance_selection(
         if running.status == RUNNING:
             selection = dc.replace(selection, running=running)
         else:
-            selection = _file(rule, selection, running, time, q, u)
+            selection = _file(rule, selection, running, time, q, u, field)
     return selection
 
 
@@ -158,6 +160,7 @@ def _file(
     time: float,
     q: np.ndarray,
     u: np.ndarray,
+    field: DistanceField,
 ) -> Selection:
     """Files a finished rollout and starts the next, or decides."""
     finished = (*selection.finished, rollout)
@@ -170,18 +173,22 @@ def _file(
                 f"{rollout.guidance.name} arrives",
                 time + IDLE,
             )
-        waiting, tier = _others(rule, 0, rollout.guidance), 0
+        assert selection.X_WT is not None
+        candidates = rule.candidates(q, selection.X_WT, field)
+        waiting, tier = (), -1
     else:
+        candidates = selection.candidates
         waiting, tier = selection.waiting, selection.tier
     arrives = any(r.status == REACHED for r in finished)
-    while not waiting and not arrives and tier + 1 < len(rule.candidates):
+    while not waiting and not arrives and tier + 1 < len(candidates):
         tier += 1
-        waiting = _others(rule, tier, finished[0].guidance)
+        waiting = _others(candidates[tier], finished[0].guidance)
     if not waiting:
         return _decide(rule, selection, finished, time, q)
     return dc.replace(
         selection,
         running=Rollout(waiting[0], q, u),
+        candidates=candidates,
         waiting=waiting[1:],
         tier=tier,
         finished=finished,
@@ -189,9 +196,9 @@ def _file(
 
 
 def _others(
-    rule: SelectionRule, tier: int, incumbent: Guidance
+    candidates: tuple[Guidance, ...], incumbent: Guidance
 ) -> tuple[Guidance, ...]:
-    return tuple(g for g in rule.candidates[tier] if g != incumbent)
+    return tuple(g for g in candidates if g != incumbent)
 
 
 def _decide(
@@ -201,7 +208,7 @@ def _decide(
     time: float,
     q: np.ndarray,
 ) -> Selection:
-    first_tier = rule.candidates[0][0].stopping or 0.0
+    first_tier = rule.tiers[0]
     incumbent = finished[0]
     best = min(finished, key=lambda rollout: rollout.score(first_tier))
     gain = incumbent.score(first_tier) - best.score(first_tier)

@@ -3,14 +3,18 @@
 import dataclasses as dc
 from collections.abc import Callable
 
-from remosplat_drake.controller.guidance.guidance import (
-    Guidance,
-    make_candidates,
-)
+import numpy as np
+
+from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
 from remosplat_drake.controller.guidance.guidance_config import GuidanceConfig
+from remosplat_drake.controller.guidance.planner import (
+    GuidancePlanner,
+    Situation,
+)
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.solvers import make_solver
 from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.signals.distance_field import DistanceField
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -19,16 +23,32 @@ class SelectionRule:
 
     Attributes:
         law: The control law of rollouts: their step is its period.
-        candidates: See `make_candidates`; the first tier's first one is
-            where a task starts.
+        planner: Proposes what is tried.
+        tiers: Stopping distances that may be used, largest first [m].
         arrived: Whether a pose error counts as arrival.
         horizon: Longest simulated time of a rollout [s].
+        start: The guidance that a task starts with.
     """
 
     law: ReactiveLaw
-    candidates: tuple[tuple[Guidance, ...], ...]
+    planner: GuidancePlanner
+    tiers: tuple[float, ...]
     arrived: Callable[[PoseError], bool]
     horizon: float
+    start: Guidance = DIRECT
+
+    def candidates(
+        self, q: np.ndarray, X_WT: np.ndarray, field: DistanceField
+    ) -> tuple[tuple[Guidance, ...], ...]:
+        """What the planner proposes, tier after tier.
+
+        Args:
+            q: Present configuration, shape (n_q,).
+            X_WT: Target pose, shape (4, 4).
+            field: The map.
+        """
+        situation = Situation(self.law.robot, q, X_WT, field, self.tiers)
+        return tuple(map(tuple, self.planner.propose(situation)))
 
 
 def make_selection_rule(
@@ -52,14 +72,12 @@ def make_selection_rule(
         FieldError: The rollouts' step or solver is unusable.
     """
     solver = make_solver(config.solver, "scenario", "guidance.solver")
-    candidates = make_candidates(
-        [law.collision.stopping, *config.tiers],
-        config.bearing,
-        config.active_scale,
-    )
+    tiers = law.collision.stopping, *config.tiers
     return SelectionRule(
         law.with_step(config.step, solver=solver),
-        candidates,
+        config.planner,
+        tiers,
         arrived,
         config.horizon,
+        Guidance(stopping=tiers[0]),
     )

@@ -39,7 +39,7 @@ def cycle_when_stalled(
         q: Measured configuration, shape (n_q,).
         u: Command being executed, shape (n_u,).
         X_WT: Target pose, shape (4, 4).
-        field: The map; only its revision is looked at.
+        field: The map.
     """
     if not (np.isfinite(q).all() and np.isfinite(X_WT).all()):
         return selection
@@ -55,9 +55,11 @@ def cycle_when_stalled(
         return dc.replace(selection, idle_until=time + STALL_TIME)
     if time < selection.idle_until - 1e-9:
         return selection
-    candidates = list(chain.from_iterable(rule.candidates))
-    i = candidates.index(selection.guidance)
-    following = candidates[(i + 1) % len(candidates)]
+    tiers = rule.candidates(q, X_WT, field)
+    candidates = list(chain.from_iterable(tiers)) or [rule.start]
+    known = selection.guidance in candidates
+    i = candidates.index(selection.guidance) + 1 if known else 0
+    following = candidates[i % len(candidates)]
     return dc.replace(
         selection,
         guidance=following,

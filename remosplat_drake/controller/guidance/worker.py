@@ -135,4 +135,6 @@ def _news(before: Selection, after: Selection) -> Selection | None:
         and after.X_WT is before.X_WT
     ):
         return None
-    return dc.replace(after, running=None, waiting=(), finished=())
+    return dc.replace(
+        after, running=None, candidates=(), waiting=(), finished=()
+    )

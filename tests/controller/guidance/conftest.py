@@ -10,10 +10,21 @@ from pydrake.math import RigidTransform
 from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.guidance import selection
 from remosplat_drake.controller.guidance.guidance import Guidance
+from remosplat_drake.controller.guidance.planner import Situation
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+
+
+@dc.dataclass(frozen=True)
+class Fixed:
+    """Proposes the same candidates every time."""
+
+    tiers: tuple[tuple[Guidance, ...], ...]
+
+    def propose(self, situation: Situation) -> tuple[tuple[Guidance, ...], ...]:
+        return self.tiers
 
 
 @dc.dataclass(frozen=True)
@@ -41,7 +52,12 @@ class ToyWorld:
     def rule(self, *tiers: tuple[Guidance, ...]) -> SelectionRule:
         """A rule with these candidates that asks for 3 mm."""
         return SelectionRule(
-            self.law, tiers, lambda error: error.distance < 0.003, 4.0
+            self.law,
+            Fixed(tiers),
+            (tiers[0][0].stopping or 0.0,),
+            lambda error: error.distance < 0.003,
+            4.0,
+            tiers[0][0],
         )
 
 

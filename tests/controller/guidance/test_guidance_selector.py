@@ -24,6 +24,8 @@ from remosplat_drake.controller.guidance.selection_rule import (
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.solvers import ActiveSetSolver
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi
 
 STUCK = ("table", 6)
@@ -192,10 +194,14 @@ def test_the_rule_has_every_candidate_of_every_tier(frankie):
     config.guidance.tiers = [0.010]
     law = ReactiveLaw.make(config, frankie, 0.01)
     rule = make_selection_rule(law, config.guidance, lambda error: False)
-    assert [[g.name for g in tier] for tier in rule.candidates] == [
+    q = np.array([0, 0, 0, *frankie.home])
+    field = SignedDistanceField(PrimitiveScene())
+    candidates = rule.candidates(q, np.eye(4), field)
+    assert [[g.name for g in tier] for tier in candidates] == [
         ["direct", "left", "right"]
     ] * 2
-    assert [tier[0].stopping for tier in rule.candidates] == [0.021, 0.010]
+    assert [tier[0].stopping for tier in candidates] == [0.021, 0.010]
+    assert rule.start == candidates[0][0]
     assert rule.law.ingredients is law.ingredients
     assert isinstance(rule.law.solver, ActiveSetSolver)
     assert rule.law.dt == config.guidance.step == 0.1

@@ -1,0 +1,118 @@
+"""Configurations that come from elsewhere, by the name `package.module:Class`.
+
+A field is open to them where its annotation names a `Protocol`:
+
+    oracle: SphereToEllipsoid | GroundTruth | OracleMaker
+
+Whatever `Config` dataclass has the protocol's methods will do there, with
+fields that are declared and checked like ours. A YAML file names it as a tag,
+`!my_package:MyOracle {gain: 2}`, or as plain text where its defaults will do.
+"""
+
+import dataclasses as dc
+import importlib
+import importlib.util
+import inspect
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, cast
+
+from remosplat_drake.base.errors import RemoSplatError, unknown_name
+from remosplat_drake.base.ranges import (
+    Config,
+    field_types,
+    misfit,
+    schema_problem,
+    shown,
+)
+
+
+def find_extension(
+    name: str, protocols: list[type], folder: Path | None = None
+) -> type[Config]:
+    """The class that a name stands for.
+
+    Its module is looked for where Python looks. If there is none, the folder
+    of the file that names it becomes the last entry of `sys.path`: it hides
+    nothing that is installed, and processes that are started look there, too.
+
+    Args:
+        name: As `package.module:Class`.
+        protocols: Whose methods it must have; those of one of them.
+        folder: Of the file that names it.
+
+    Raises:
+        RemoSplatError: There is no such class, or it is none that fits.
+    """
+    module, _, class_name = name.partition(":")
+    parts = [*module.split("."), class_name]
+    if not all(part.isidentifier() for part in parts):
+        raise RemoSplatError(
+            f"expected package.module:Class, got {shown(name)}"
+        )
+    found: Any = vars(_import(module, folder)).get(class_name)
+    if found is None:
+        classes = [n for n, c in _classes(module) if c is not Config]
+        raise RemoSplatError(
+            f"{module}: {unknown_name('class', class_name, classes)}"
+        )
+    if not (_is_config(found) and dc.is_dataclass(found)):
+        raise RemoSplatError(
+            f"{name} is no dataclass that is derived from Config"
+        )
+    found = cast(type[Config], found)
+    problem = misfit(found, protocols) or schema_problem(found)
+    if problem:
+        raise RemoSplatError(f"{name} {problem}")
+    return found
+
+
+def _import(module: str, folder: Path | None):
+    try:
+        top, *_ = module.split(".")
+        if folder is not None and importlib.util.find_spec(top) is None:
+            sys.path.append(str(folder.resolve()))
+            importlib.invalidate_caches()
+        return importlib.import_module(module)
+    except Exception as error:
+        problem = " ".join(f"{type(error).__name__}: {error}".split())
+        raise RemoSplatError(f"cannot import {module}: {problem}") from error
+
+
+def _classes(module: str) -> list[tuple[str, type]]:
+    return inspect.getmembers(sys.modules[module], _is_config)
+
+
+def _is_config(found: object) -> bool:
+    return isinstance(found, type) and issubclass(found, Config)
+
+
+def extension_name(kind: type) -> str:
+    """The name by which `find_extension` finds a class again.
+
+    Raises:
+        RemoSplatError: None does, for the class is in no module.
+    """
+    name = kind.__qualname__
+    if kind.__module__ == "__main__" or not name.isidentifier():
+        raise RemoSplatError(
+            f"{name} cannot be named in a file: put it into a module"
+        )
+    return f"{kind.__module__}:{name}"
+
+
+def extensions_in(config: Config) -> Iterator[Config]:
+    """All configurations within one that are not of this package."""
+    for name in field_types(type(config)):
+        yield from _extensions_of(getattr(config, name))
+
+
+def _extensions_of(value: Any) -> Iterator[Config]:
+    if isinstance(value, Config):
+        if not value.__module__.startswith("remosplat_drake."):
+            yield value
+        yield from extensions_in(value)
+    elif isinstance(value, list):
+        for item in value:
+            yield from _extensions_of(item)

@@ -1,0 +1,99 @@
+"""What the application needs of targets, whoever hands them out."""
+
+from typing import Protocol
+
+from pydrake.systems.framework import (
+    Context,
+    InputPort,
+    OutputPort,
+    System,
+)
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.task.arrival import ArrivalConfig
+from remosplat_drake.task.target_sequence import TargetProgress
+
+PORTS = ("configuration",), ("target",)
+"""Its input and output ports: the measured q, shape (n_q,), and the target
+pose X_WT, a `RigidTransform`."""
+
+
+class Targets(Protocol):
+    """A system that says where the end effector shall go.
+
+    `TargetSequence` is one, and so is any `LeafSystem` with the ports `PORTS`
+    and the two methods below. Its `target` must not depend on what the
+    controller does within the same tick.
+    """
+
+    def progress(self, context: Context) -> TargetProgress:
+        """How far along it is; when it has finished, the run ends.
+
+        Args:
+            context: The system's own.
+        """
+        ...
+
+    def error(self, context: Context) -> PoseError:
+        """From the end effector to the present target.
+
+        Args:
+            context: The system's own.
+        """
+        ...
+
+    def GetInputPort(self, port_name: str) -> InputPort:
+        """Drake's."""
+        ...
+
+    def GetOutputPort(self, port_name: str) -> OutputPort:
+        """Drake's."""
+        ...
+
+    def GetMyContextFromRoot(self, root_context: Context) -> Context:
+        """Drake's."""
+        ...
+
+
+class TargetsMaker(Protocol):
+    """The settings of targets that are not ours."""
+
+    def make(
+        self, robot: RobotModel, arrival: ArrivalConfig, period: float
+    ) -> Targets:
+        """Makes the system.
+
+        Args:
+            robot: Finds the end effector.
+            arrival: The scenario's rule of arrival.
+            period: The control period [s].
+        """
+        ...
+
+
+def check_targets(targets: object, name: str) -> None:
+    """Refuses a system that cannot hand out targets.
+
+    Args:
+        targets: The system.
+        name: What to blame.
+
+    Raises:
+        RemoSplatError: It lacks a port or a method.
+    """
+    if not isinstance(targets, System):
+        raise RemoSplatError(f"targets: {name}: expected a Drake system")
+    missing = [
+        f"the method {method}"
+        for method in ("progress", "error")
+        if not callable(getattr(targets, method, None))
+    ]
+    inputs, outputs = PORTS
+    missing += [f"the input {n}" for n in inputs if not targets.HasInputPort(n)]
+    missing += [
+        f"the output {n}" for n in outputs if not targets.HasOutputPort(n)
+    ]
+    if missing:
+        raise RemoSplatError(f"targets: {name} lacks {', '.join(missing)}")
