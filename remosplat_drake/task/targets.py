@@ -1,6 +1,6 @@
 """What the application needs of targets, whoever hands them out."""
 
-from typing import Protocol
+from typing import Any, Protocol
 
 from pydrake.systems.framework import (
     Context,
@@ -73,7 +73,7 @@ class TargetsMaker(Protocol):
         ...
 
 
-def check_targets(targets: object, name: str) -> None:
+def check_targets(targets: Any, name: str) -> None:
     """Refuses a system that cannot hand out targets.
 
     Args:

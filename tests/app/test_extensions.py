@@ -1,0 +1,278 @@
+"""What a package of somebody else adds, without an edit in ours."""
+
+import dataclasses as dc
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform
+
+from remosplat_drake.app.diagram import Application, build
+from remosplat_drake.app.scenario import Scenario, load_scenario
+from remosplat_drake.app.scenario_text import scenario_text
+from remosplat_drake.app.simulation import REACHED, run
+from remosplat_drake.app.world import load_world
+from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.benchmark.methods import Method
+from remosplat_drake.commands.main import main
+from remosplat_drake.controller.guidance.guidance_selector import (
+    GuidanceSelector,
+)
+from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.scene.rmmi import write_rmmi
+
+OUTSIDE = Path(__file__).resolve().parents[1] / "data" / "outside"
+
+
+@pytest.fixture
+def outside(monkeypatch) -> None:
+    """Lets Python find the other package."""
+    monkeypatch.syspath_prepend(str(OUTSIDE))
+
+
+@pytest.fixture
+def load(tmp_path, outside):
+    """A function of YAML that gives its scenario, with a box far away."""
+    box = Box(RigidTransform([-1.5, 0, 0.5]), np.array([0.1, 0.5, 0.5]))
+    write_rmmi(tmp_path / "scene.json", PrimitiveScene(boxes=(box,)))
+
+    def make(text: str = "", override: str = "") -> Scenario:
+        (tmp_path / "mine.yaml").write_text(
+            "Mine:\n"
+            "  scene: {truth: scene.json}\n"
+            "  control_period: 0.05\n"
+            "  time_limit: 4\n"
+            "  oracle: !GroundTruth {}\n"
+            "  targets: !outside.targets:Ahead {}\n" + text
+        )
+        return load_scenario(f"{tmp_path}/mine.yaml:Mine", override)
+
+    return make
+
+
+def made(scenario: Scenario, **arguments) -> Application:
+    return build(scenario, load_world(scenario), **arguments)
+
+
+def turned(application: Application) -> float:
+    """How far the arm's first joint has turned after half a second [rad]."""
+    scenario = application.scenario
+    scenario.time_limit = 0.5
+    q = run(application, until=lambda error: False).trajectory.q
+    return q[-1, 3] - q[0, 3]
+
+
+def test_a_cost_acts(load):
+    extra = "  controller: {extra: [!outside.cost:Drift {gain: 3}]}\n"
+    assert turned(made(load(extra))) < turned(made(load())) - 0.02
+
+
+def test_a_cost_from_python_acts_likewise(load):
+    from outside.cost import Drift
+
+    extra = "  controller: {extra: [!outside.cost:Drift {gain: 3}]}\n"
+    listed = made(load(), ingredients=[Drift(gain=3)])
+    assert turned(listed) == turned(made(load(extra)))
+
+
+def test_an_ingredient_may_be_made_for_the_robot(load):
+    extra = "  controller: {extra: [outside.cost:DriftOf]}\n"
+    scenario = load(extra)
+    from outside.cost import Drift
+
+    listed = made(load(), ingredients=[Drift(gain=4.5)])
+    assert turned(listed) == turned(made(scenario))
+
+
+def ends_of_rollouts(scenario: Scenario, seconds: float = 0.0) -> np.ndarray:
+    """Where the first rollout of a run has led the end effector."""
+    application = made(scenario)
+    (selector,) = (
+        system
+        for system in application.diagram.GetSystems()
+        if isinstance(system, GuidanceSelector)
+    )
+    found = []
+
+    def has_looked_ahead(error) -> bool:
+        return bool(found)
+
+    def keep(time, error, report) -> None:
+        context = selector.GetMyContextFromRoot(root[0])
+        selection = selector.GetOutputPort("selection").Eval(context)
+        found.extend(selection.latest[:1])
+
+    root = [None]
+    from pydrake.systems.analysis import Simulator
+
+    simulator = Simulator(application.diagram)
+    root[0] = simulator.get_context()
+    simulator.set_target_realtime_rate(1.0 if seconds else 0.0)
+    end = seconds or 2.0
+    while not has_looked_ahead(None) and root[0].get_time() < end:
+        simulator.AdvanceTo(root[0].get_time() + 0.05)
+        keep(0.0, None, None)
+    return np.array(found[0].path)
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_cost_acts_in_rollouts(load, beside):
+    """In the look-ahead's own process, too."""
+    text = "  controller: {guidance: {asynchronous: %s}%s}\n"
+    switch = str(beside).lower()
+    extra = ", extra: [!outside.cost:Drift {gain: 3}]"
+    seconds = 60.0 if beside else 0.0
+    plain = ends_of_rollouts(load(text % (switch, "")), seconds)
+    pushed = ends_of_rollouts(load(text % (switch, extra)), seconds)
+    n = min(len(plain), len(pushed))
+    assert np.abs(plain[:n] - pushed[:n]).max() > 0.01
+
+
+def test_the_same_cost_twice_is_refused_in_one_line(load, tmp_path, capsys):
+    load("  controller: {extra: [outside.cost:Drift, outside.cost:Drift]}\n")
+    assert main(["run", f"{tmp_path}/mine.yaml:Mine", "--headless"]) == 2
+    error = capsys.readouterr().err.strip()
+    assert "there is a linear cost 'drift' already" in error
+    assert len(error.splitlines()) == 1
+
+
+def test_an_oracle_keeps_the_robot_away(load):
+    plain = load_world(load())
+    padded = load_world(
+        load(override="{oracle: !outside.oracle:Padded {margin: 0.3}}")
+    )
+    spheres = plain.robot.spheres_at(plain.q0)
+    distances = [
+        world.field.clearances(spheres).minimum() for world in (plain, padded)
+    ]
+    assert distances[1] == pytest.approx(distances[0] - 0.3)
+
+
+def test_an_oracle_must_make_a_field(load):
+    with pytest.raises(FieldError, match="oracle: Nothing has made no Dist"):
+        load_world(load(override="{oracle: outside.oracle:Nothing}"))
+
+
+def test_a_station_from_outside_is_driven(load):
+    application = made(load("  station: outside.station:Elsewhere\n"))
+    assert application.station.get_name() == "elsewhere"
+    assert run(application).outcome == REACHED
+
+
+def test_a_station_without_the_ports_is_refused(load):
+    with pytest.raises(RemoSplatError) as refused:
+        made(load("  station: outside.station:Stump\n"))
+    message = str(refused.value)
+    assert "mine.yaml:Mine: station: Stump: " in message
+    assert "has no input panda.velocity_commanded" in message
+    assert "has no output status" in message
+    assert "has an unknown output temperature" in message
+    assert (
+        "output panda.position_measured: expected a vector of 7, got a"
+        " vector of 1" in message
+    )
+    assert "cheat" not in message
+
+
+def test_a_planner_decides_what_is_tried(load):
+    from outside.planner import RightOnly
+
+    scenario = load(
+        "  controller: {guidance: {planner: outside.planner:RightOnly,"
+        " horizon: 0.2}}\n"
+    )
+    assert scenario.controller.guidance.planner == RightOnly()
+    application = made(scenario)
+    scenario.time_limit = 1.0
+    run(application, until=lambda error: False)
+    (selector,) = (
+        system
+        for system in application.diagram.GetSystems()
+        if isinstance(system, GuidanceSelector)
+    )
+    rule = selector._rule
+    names = [
+        g.name
+        for tier in rule.candidates(*_anywhere(application))
+        for g in tier
+    ]
+    assert names == ["keep right"]
+
+
+def _anywhere(application: Application):
+    world = application.world
+    return world.q0, np.eye(4), world.field
+
+
+def test_targets_from_outside_are_reached(load):
+    result = run(made(load()))
+    assert (result.outcome, result.targets) == (REACHED, 1)
+
+
+def test_a_system_that_hands_out_no_targets_is_refused(load):
+    scenario = load(override="{targets: outside.targets:Nowhere}")
+    match = "Mine: Nowhere lacks the method progress, .*, the output target"
+    with pytest.raises(RemoSplatError, match=match):
+        made(scenario)
+
+
+BAD = {
+    "module": ("outsied.cost:Drift", "cannot import outsied.cost: Module"),
+    "class": ("outside.cost:Dritf", "did you mean 'Drift'"),
+    "name": ("Drift", "expected package.module:Class"),
+    "kind": ("outside.oracle:Padded", r"has no method AddToProgram\(program,"),
+    "no config": ("outside.oracle:PaddedField", "derived from Config"),
+    "field": ("!outside.cost:Drift {gian: 1}", "did you mean 'gain'"),
+    "range": ("!outside.cost:Drift {gain: 11}", r"gain: must lie in \[-10"),
+    "value": ("!outside.cost:Drift {gain: much}", "gain: expected a number"),
+}
+
+
+@pytest.mark.parametrize("value", BAD)
+def test_what_is_wrong_is_named_with_its_line(load, value):
+    text, problem = BAD[value]
+    match = rf"mine\.yaml:9: controller\.extra\[0\].*{problem}"
+    with pytest.raises(FieldError, match=match):
+        load(f"  controller:\n    extra:\n    - {text}\n")
+
+
+def test_from_python_the_wrong_kind_is_refused(load):
+    scenario = load()
+    from outside.oracle import Padded
+
+    for extra in (Padded(), 3):
+        scenario.controller.extra = [extra]
+        with pytest.raises(FieldError, match=r"controller\.extra\[0\]: "):
+            made(scenario)
+
+
+def test_a_module_beside_the_file_is_found_but_hides_nothing(load, tmp_path):
+    cost = (OUTSIDE / "outside" / "cost.py").read_text()
+    (tmp_path / "beside_the_file.py").write_text(cost)
+    (tmp_path / "outside.py").write_text("raise AssertionError")
+    text = "  controller: {extra: [%s:Drift]}\n"
+    (extra,) = load(text % "beside_the_file").controller.extra
+    assert type(extra).__module__ == "beside_the_file"
+    (extra,) = load(text % "outside.cost").controller.extra
+    assert type(extra).__module__ == "outside.cost"
+
+
+def test_it_survives_being_written_sent_and_named(load, tmp_path):
+    scenario = load(
+        "  controller: {extra: [!outside.cost:Drift {gain: 2}]}\n"
+        "  station: !outside.station:Elsewhere {name: there}\n",
+        "{oracle: !outside.oracle:Padded {margin: 0.2}}",
+    )
+    folder = tmp_path / "session"
+    folder.mkdir()
+    (folder / "copy.yaml").write_text(scenario_text(scenario, "Mine"))
+    again = load_scenario(f"{folder}/copy.yaml:Mine")
+    assert again.modules == str(tmp_path)
+    again.source, again.modules = scenario.source, ""
+    again.scene.truth = scenario.scene.truth
+    assert again == scenario
+    assert pickle.loads(pickle.dumps(scenario)) == scenario
+    others = dc.replace(scenario, oracle=type(scenario.oracle)(0.3))
+    keys = {Method("mine", s).fingerprint for s in (scenario, again, others)}
+    assert len(keys) == 2

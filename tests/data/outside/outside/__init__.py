@@ -1,0 +1,1 @@
+"""A package that knows remosplat_drake, which does not know it."""
