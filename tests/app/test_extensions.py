@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
+from pydrake.systems.analysis import Simulator
 
 from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.scenario import Scenario, load_scenario
@@ -85,35 +86,29 @@ def test_an_ingredient_may_be_made_for_the_robot(load):
     assert turned(listed) == turned(made(scenario))
 
 
-def ends_of_rollouts(scenario: Scenario, seconds: float = 0.0) -> np.ndarray:
-    """Where the first rollout of a run has led the end effector."""
-    application = made(scenario)
+def selector_of(application: Application) -> GuidanceSelector:
     (selector,) = (
         system
         for system in application.diagram.GetSystems()
         if isinstance(system, GuidanceSelector)
     )
-    found = []
+    return selector
 
-    def has_looked_ahead(error) -> bool:
-        return bool(found)
 
-    def keep(time, error, report) -> None:
-        context = selector.GetMyContextFromRoot(root[0])
-        selection = selector.GetOutputPort("selection").Eval(context)
-        found.extend(selection.latest[:1])
-
-    root = [None]
-    from pydrake.systems.analysis import Simulator
-
+def first_rollout(scenario: Scenario) -> np.ndarray:
+    """Where the first rollout of a run leads the end effector, (k, 3)."""
+    application = made(scenario)
+    selector = selector_of(application)
     simulator = Simulator(application.diagram)
-    root[0] = simulator.get_context()
-    simulator.set_target_realtime_rate(1.0 if seconds else 0.0)
-    end = seconds or 2.0
-    while not has_looked_ahead(None) and root[0].get_time() < end:
-        simulator.AdvanceTo(root[0].get_time() + 0.05)
-        keep(0.0, None, None)
-    return np.array(found[0].path)
+    # Another process needs time of its own, on a busy computer a lot of it.
+    simulator.set_target_realtime_rate(1.0)
+    context = selector.GetMyContextFromRoot(simulator.get_context())
+    for end in np.arange(0.05, 60.0, 0.05):
+        simulator.AdvanceTo(end)
+        selection = selector.GetOutputPort("selection").Eval(context)
+        if selection.latest:
+            return np.array(selection.latest[0].path)
+    raise AssertionError("no rollout has ended")
 
 
 @pytest.mark.parametrize("beside", [False, True])
@@ -122,9 +117,8 @@ def test_a_cost_acts_in_rollouts(load, beside):
     text = "  controller: {guidance: {asynchronous: %s}%s}\n"
     switch = str(beside).lower()
     extra = ", extra: [!outside.cost:Drift {gain: 3}]"
-    seconds = 60.0 if beside else 0.0
-    plain = ends_of_rollouts(load(text % (switch, "")), seconds)
-    pushed = ends_of_rollouts(load(text % (switch, extra)), seconds)
+    plain = first_rollout(load(text % (switch, "")))
+    pushed = first_rollout(load(text % (switch, extra)))
     n = min(len(plain), len(pushed))
     assert np.abs(plain[:n] - pushed[:n]).max() > 0.01
 
@@ -184,25 +178,14 @@ def test_a_planner_decides_what_is_tried(load):
     )
     assert scenario.controller.guidance.planner == RightOnly()
     application = made(scenario)
-    scenario.time_limit = 1.0
-    run(application, until=lambda error: False)
-    (selector,) = (
-        system
-        for system in application.diagram.GetSystems()
-        if isinstance(system, GuidanceSelector)
+    port = selector_of(application).GetOutputPort("selection")
+    simulator = Simulator(application.diagram)
+    context = selector_of(application).GetMyContextFromRoot(
+        simulator.get_context()
     )
-    rule = selector._rule
-    names = [
-        g.name
-        for tier in rule.candidates(*_anywhere(application))
-        for g in tier
-    ]
-    assert names == ["keep right"]
-
-
-def _anywhere(application: Application):
-    world = application.world
-    return world.q0, np.eye(4), world.field
+    simulator.AdvanceTo(1.0)
+    names = [r.guidance.name for r in port.Eval(context).latest]
+    assert names == ["direct", "keep right"]
 
 
 def test_targets_from_outside_are_reached(load):

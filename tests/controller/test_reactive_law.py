@@ -31,8 +31,8 @@ class Drift:
         program.add_linear_cost("drift", np.full(program.n_u, -0.05))
 
 
-def without(kind: type, robot) -> list:
-    return [i for i in default_ingredients(robot) if not isinstance(i, kind)]
+def without(kinds: tuple[type, ...], robot) -> list:
+    return [i for i in default_ingredients(robot) if not isinstance(i, kinds)]
 
 
 def command(law: ReactiveLaw) -> np.ndarray:

@@ -248,14 +248,14 @@ from remosplat_drake.controller.guidance.selection_rule import (
     make_selection_rule,
 )
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.robot.robot_model import load_robot_model
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 class MyCost:
     def AddToProgram(self, program, tick):
         pass
 
-law = ReactiveLaw(load_robot_model("frankie", "paper"), [MyCost()])
+law = ReactiveLaw(load_robot("frankie", "paper"), [MyCost()])
 arrived = partial(has_arrived, config=ArrivalConfig())
 try:
     LookAheadProcess(make_selection_rule(law, GuidanceConfig(), arrived), 1.0)
