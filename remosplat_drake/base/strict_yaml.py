@@ -191,18 +191,19 @@ def _choose(
                 found = find_extension(name, protocols, folder)
             except RemoSplatError as error:
                 fail(node, field, str(error))
-            return found, _untagged(node, "" if is_text else node.value)
+            return found, _untagged(node, or_empty=True)
     if len(options) == 1 or not tag:
         return options[0], node
     by_name = {option.__name__: option for option in options}
     if tag not in by_name:
         fail(node, field, unknown_name("tag", tag, by_name))
-    return by_name[tag], _untagged(node, node.value)
+    return by_name[tag], _untagged(node)
 
 
-def _untagged(node: yaml.Node, value: Any) -> yaml.Node:
-    """A node with its tag taken off; nothing left stands for no fields."""
-    if value == "":
+def _untagged(node: yaml.Node, or_empty: bool = False) -> yaml.Node:
+    """A node with its tag taken off; a name alone may stand for no fields."""
+    is_name = node.tag == YAML_TAG + "str" or node.value == ""
+    if or_empty and is_name:
         marks = node.start_mark, node.end_mark
         return yaml.MappingNode(YAML_TAG + "map", [], *marks)
     untagged = copy.copy(node)
