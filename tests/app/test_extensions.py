@@ -119,8 +119,9 @@ def test_a_cost_acts_in_rollouts(load, beside):
     extra = ", extra: [!outside.cost:Drift {gain: 3}]"
     plain = first_rollout(load(text % (switch, "")))
     pushed = first_rollout(load(text % (switch, extra)))
-    n = min(len(plain), len(pushed))
-    assert np.abs(plain[:n] - pushed[:n]).max() > 0.01
+    # The target lies straight ahead; the cost turns the arm aside.
+    assert np.abs(plain[:, 1]).max() < 1e-9
+    assert pushed[:, 1].min() < -1e-3
 
 
 def test_the_same_cost_twice_is_refused_in_one_line(load, tmp_path, capsys):
@@ -183,7 +184,7 @@ def test_a_planner_decides_what_is_tried(load):
     context = selector_of(application).GetMyContextFromRoot(
         simulator.get_context()
     )
-    simulator.AdvanceTo(1.0)
+    simulator.AdvanceTo(0.1)  # The first round; a later one may arrive.
     names = [r.guidance.name for r in port.Eval(context).latest]
     assert names == ["direct", "keep right"]
 
