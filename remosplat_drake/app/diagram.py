@@ -21,7 +21,7 @@ from remosplat_drake.app.teleop_stages import (
     ConnectSupervision,
     Teleoperation,
 )
-from remosplat_drake.app.world import World
+from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.controller.reactive_program import Ingredient
 from remosplat_drake.mapping.live_map import LiveMap
@@ -39,6 +39,12 @@ class Application(ControlLoop):
     """A built diagram and the parts that a run looks at.
 
     A teleoperated one has a log, and a live map if its scenario wants that.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> application = rs.build(rs.load_scenario("TableReach"))
+        >>> application.diagram.get_name()
+        'remosplat'
     """
 
     diagram: Diagram
@@ -49,7 +55,7 @@ class Application(ControlLoop):
 
 def build(
     scenario: Scenario,
-    world: World,
+    world: World | None = None,
     page: MeshcatPage | None = None,
     *,
     hardware: bool = False,
@@ -60,7 +66,7 @@ def build(
 
     Args:
         scenario: The experiment.
-        world: What its files hold.
+        world: What its files hold; None reads them.
         page: A browser page to draw on.
         hardware: Whether the station is the real robot; nothing else differs.
         teleoperation: An operator moves the target, and the map may grow.
@@ -68,10 +74,17 @@ def build(
             scenario's; rollouts know them, too.
 
     Raises:
-        RemoSplatError: The station cannot be made, or there is no target.
+        RemoSplatError: A file is unusable, the station cannot be made, or
+            there is no target.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> application = rs.build(rs.load_scenario("TableGroundTruth"))
+        >>> dot = application.diagram.GetGraphvizString(max_depth=1)
     """
     # A field may have been assigned since it was read.
     check_ranges(scenario, scenario.source)
+    world = world or load_world(scenario)
     builder = DiagramBuilder()
     panel = AddPanel(builder, scenario, world.robot, page)
     if teleoperation is None:

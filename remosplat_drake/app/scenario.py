@@ -133,7 +133,18 @@ class RobotConfig(Config):
 
 @dc.dataclass
 class Scenario(Config):
-    """One experiment."""
+    """One experiment.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> scenario = rs.Scenario()
+        >>> scenario.control_period
+        0.01
+        >>> rs.Scenario(control_period=-1.0)
+        Traceback (most recent call last):
+        ...
+        remosplat_drake.base.errors.FieldError: Scenario: control_period: ...
+    """
 
     scene: SceneConfig = dc.field(default_factory=SceneConfig)
     robot: RobotConfig = dc.field(default_factory=RobotConfig)
@@ -214,6 +225,12 @@ def load_scenario(
 
     Raises:
         RemoSplatError: Nothing of that name, or a field is unusable.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> scenario = rs.load_scenario("TableReach", "{time_limit: 5}")
+        >>> scenario.time_limit
+        5.0
     """
     path, name = find_scenario(spec or DEFAULT_SCENARIO)
     scenario = load_strict(Scenario, path, name, override, defaults)

@@ -8,6 +8,8 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context, EventStatus
 
 from remosplat_drake.app.diagram import Application
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.recording.metrics import RunMetrics, run_metrics
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.pose_error import PoseError
@@ -59,7 +61,8 @@ def run(
 ) -> RunResult:
     """Simulates until the last target is reached or time is up.
 
-    A robot that its supervisor has stopped ends the run, too.
+    A robot that its supervisor has stopped ends the run, too. The real robot
+    runs by its own clock: see `hardware_run.run_on_hardware`.
 
     Args:
         application: The diagram to run.
@@ -71,8 +74,21 @@ def run(
             once a step with the error to the present target.
         patience: So long a stopped robot waits to be released [s]. The time
             limit does not count this time.
+
+    Raises:
+        RemoSplatError: The application's station is the real robot.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> scenario = rs.load_scenario("TableGroundTruth")
+        >>> rs.run(rs.build(scenario)).outcome
+        'reached'
     """
     scenario = application.scenario
+    if isinstance(application.station, HardwareStation):
+        raise RemoSplatError(
+            f"{scenario.source}: run the real robot with run_on_hardware"
+        )
     simulator = Simulator(application.diagram)
     ApplySimulatorConfig(
         kinematic_simulator_config(scenario.control_period), simulator

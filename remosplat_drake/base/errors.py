@@ -10,7 +10,16 @@ from pathlib import Path
 
 
 class RemoSplatError(Exception):
-    """Base of all errors that a user can cause and mend."""
+    """Base of all errors that a user can cause and mend.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> try:
+        ...     rs.load_robot("fankie")
+        ... except rs.RemoSplatError as error:
+        ...     print("frankie" in str(error))
+        True
+    """
 
 
 class FileError(RemoSplatError):

@@ -82,6 +82,19 @@ class Config:
             fields start from; empty: from their defaults.
         MODULES: Name of the field that says where extensions are, relative
             to the file; empty: there is none, they are beside the file.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> import dataclasses
+        >>> from typing import Annotated
+        >>> from annotated_types import Interval
+        >>> @dataclasses.dataclass
+        ... class Gain(rs.Config):
+        ...     gain: Annotated[float, Interval(gt=0)] = 1.0
+        >>> Gain(gain=-1.0)
+        Traceback (most recent call last):
+        ...
+        remosplat_drake.base.errors.FieldError: Gain: gain: must be positive...
     """
 
     PRESET: ClassVar[str] = ""

@@ -49,9 +49,9 @@ class CameraScene:
         Raises:
             RemoSplatError: A setting is unusable.
         """
-        q = np.zeros(robot.n_q)
-        q[robot.n_q - len(robot.home) :] = robot.home
-        body = add_dynamic_body(builder, DynamicStation(), robot, scene, q)
+        body = add_dynamic_body(
+            builder, DynamicStation(), robot, scene, robot.q_home
+        )
         images = config.AddToStation(builder, body.plant, body.scene_graph)
         joints = [
             body.plant.GetJointByName(name).position_start()

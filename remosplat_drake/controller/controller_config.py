@@ -138,6 +138,12 @@ def default_ingredients(
 
     Raises:
         FieldError: A value of the configuration is unusable.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> robot = rs.load_robot("frankie")
+        >>> [type(part).__name__ for part in rs.default_ingredients(robot)][:2]
+        ['ServoTracking', 'VelocityCost']
     """
     config = config or ReactiveControllerConfig()
     check_ranges(config)

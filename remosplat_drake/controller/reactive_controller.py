@@ -11,6 +11,7 @@ from pydrake.systems.framework import (
     Context,
     DiagramBuilder,
     LeafSystem,
+    OutputPort,
     State,
 )
 
@@ -49,6 +50,28 @@ class ReactiveController(LeafSystem):
 
     Args:
         law: The control law; its `dt` is the period of the updates [s].
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> from pydrake.systems.framework import DiagramBuilder
+        >>> from pydrake.systems.primitives import ConstantVectorSource
+        >>> builder = DiagramBuilder()
+        >>> robot = rs.load_robot("frankie")
+        >>> q = builder.AddSystem(ConstantVectorSource(robot.q_home))
+        >>> scene = rs.read_scene("package://remosplat_drake/models/scenes/table/scene.json")
+        >>> oracle = rs.DistanceOracle.AddToBuilder(
+        ...     builder,
+        ...     robot=robot,
+        ...     field=rs.GroundTruth().make(truth=scene),
+        ...     configuration=q.get_output_port(),
+        ... )
+        >>> law = rs.ReactiveLaw(robot, rs.default_ingredients(robot))
+        >>> controller = rs.ReactiveController.AddToBuilder(
+        ...     builder,
+        ...     law=law,
+        ...     oracle=oracle,
+        ...     configuration=q.get_output_port(),
+        ... )
     """
 
     def __init__(self, *, law: ReactiveLaw):
@@ -88,14 +111,34 @@ class ReactiveController(LeafSystem):
 
     @staticmethod
     def AddToBuilder(
-        builder: DiagramBuilder, *, law: ReactiveLaw, oracle: LeafSystem
+        builder: DiagramBuilder,
+        *,
+        law: ReactiveLaw,
+        oracle: LeafSystem,
+        configuration: OutputPort | None = None,
+        target: OutputPort | None = None,
     ) -> "ReactiveController":
-        """Adds a controller and connects it to a `DistanceOracle`."""
+        """Adds a controller and connects it to a `DistanceOracle`.
+
+        Args:
+            builder: The builder of the diagram.
+            law: The control law.
+            oracle: The system that answers distance queries.
+            configuration: The port of the measured q; None leaves the input
+                unconnected.
+            target: The port of the target pose X_WT, likewise.
+        """
         controller = builder.AddSystem(ReactiveController(law=law))
         for name in ("clearances", "distance_field"):
             builder.Connect(
                 oracle.GetOutputPort(name), controller.GetInputPort(name)
             )
+        if configuration is not None:
+            builder.Connect(
+                configuration, controller.GetInputPort("configuration")
+            )
+        if target is not None:
+            builder.Connect(target, controller.GetInputPort("target"))
         return controller
 
     def _calc_command(self, context: Context, output: BasicVector):

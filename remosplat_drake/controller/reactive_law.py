@@ -48,6 +48,13 @@ class ReactiveLaw:
             at, and the stopping distance d_s that verification keeps.
         self_clearance: What verification keeps the robot from itself; None:
             nothing.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> robot = rs.load_robot("frankie")
+        >>> law = rs.ReactiveLaw(robot, rs.default_ingredients(robot), dt=0.01)
+        >>> law.with_step(0.1).ingredients is law.ingredients
+        True
     """
 
     def __init__(

@@ -39,6 +39,13 @@ class Tick:
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
         guidance: How the tick is bent.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> class FaceTarget:
+        ...     def AddToProgram(self, program, tick):
+        ...         if tick.error.distance < 0.1:
+        ...             program.add_linear_cost("wait", program.upper * 0)
     """
 
     robot: RobotModel
@@ -75,6 +82,15 @@ class Ingredient(Protocol):
     Any object with this method is one. The controller and its rollouts share
     it, so `AddToProgram` must depend on its arguments alone; and it must be
     possible to pickle it if rollouts run in a process of their own.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> class PreferStill:
+        ...     def AddToProgram(self, program, tick):
+        ...         program.add_quadratic_cost("still", program.upper * 0 + 0.1)
+        >>> robot = rs.load_robot("frankie")
+        >>> parts = [*rs.default_ingredients(robot), PreferStill()]
+        >>> law = rs.ReactiveLaw(robot, parts)
     """
 
     def AddToProgram(self, program: "ReactiveProgram", tick: Tick) -> None:
@@ -116,6 +132,13 @@ class ReactiveProgram(ProgramData):
         relax: Whether negative right-hand sides are raised to zero, so that
             u = 0 is feasible.
         yielded: Names of the rows that were raised.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> import numpy as np
+        >>> program = rs.ReactiveProgram(np.ones(9))
+        >>> program.add_quadratic_cost("stand still", np.ones(9))
+        >>> program.add_linear_cost("turn left", -np.eye(9)[1])
     """
 
     def __init__(

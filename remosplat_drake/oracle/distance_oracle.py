@@ -36,6 +36,21 @@ class DistanceOracle(LeafSystem):
         field: The distance field that is used while the input port is not
             connected.
         max_distance: Clearances beyond this distance are left out [m].
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> from pydrake.systems.framework import DiagramBuilder
+        >>> from pydrake.systems.primitives import ConstantVectorSource
+        >>> builder = DiagramBuilder()
+        >>> robot = rs.load_robot("frankie")
+        >>> q = builder.AddSystem(ConstantVectorSource(robot.q_home))
+        >>> scene = rs.read_scene("package://remosplat_drake/models/scenes/table/scene.json")
+        >>> oracle = rs.DistanceOracle.AddToBuilder(
+        ...     builder,
+        ...     robot=robot,
+        ...     field=rs.GroundTruth().make(truth=scene),
+        ...     configuration=q.get_output_port(),
+        ... )
     """
 
     def __init__(
@@ -75,8 +90,8 @@ class DistanceOracle(LeafSystem):
         *,
         robot: RobotModel,
         field: DistanceField,
-        max_distance: float,
         configuration: OutputPort,
+        max_distance: float = 0.5,
     ) -> "DistanceOracle":
         """Adds an oracle and connects it to the measured configuration.
 
@@ -85,8 +100,9 @@ class DistanceOracle(LeafSystem):
             robot: The robot, which places the spheres.
             field: The distance field that is used while the input port
                 `distance_field` is not connected.
-            max_distance: Clearances beyond this distance are left out [m].
             configuration: Port of the measured configuration q.
+            max_distance: Clearances beyond this distance are left out [m]; at
+                least the controller's influence distance.
 
         Returns:
             The oracle.

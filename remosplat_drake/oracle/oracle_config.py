@@ -29,7 +29,13 @@ class MissingInputError(RemoSplatError):
 
 @dc.dataclass
 class SphereToEllipsoid(Config):
-    """The exact distance to the splats as solid ellipsoids or discs."""
+    """The exact distance to the splats as solid ellipsoids or discs.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> splat = rs.read_splat("package://remosplat_drake/models/scenes/table/splat.ply")
+        >>> field = rs.SphereToEllipsoid(min_opacity=0.2).make(splat)
+    """
 
     # Semi-axes of a splat, in standard deviations.
     n_sigma: Annotated[float, Interval(gt=0, le=10)] = 1.0
@@ -69,7 +75,15 @@ class SphereToEllipsoid(Config):
 
 @dc.dataclass
 class DepthRasterization(Config):
-    """Distances from six depth views a sphere, ignoring faint floaters."""
+    """Distances from six depth views a sphere, ignoring faint floaters.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> splat = rs.read_splat("package://remosplat_drake/models/scenes/table/splat.ply")
+        >>> field = rs.DepthRasterization(resolution=40).make(splat)
+        >>> field.is_lipschitz
+        False
+    """
 
     # Number of pixels along a side of a view.
     resolution: Annotated[int, Interval(ge=2, le=2048)] = 80
@@ -145,7 +159,13 @@ class DepthRasterization(Config):
 
 @dc.dataclass
 class GroundTruth(Config):
-    """The exact signed distance to the scene's true boxes and cylinders."""
+    """The exact signed distance to the scene's true boxes and cylinders.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> scene = rs.read_scene("package://remosplat_drake/models/scenes/table/scene.json")
+        >>> field = rs.GroundTruth().make(truth=scene)
+    """
 
     # Rows of the answer: `closest`, one a sphere, or `per_primitive`, one a
     # sphere and primitive.

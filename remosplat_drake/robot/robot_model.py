@@ -69,6 +69,13 @@ class RobotModel:
             for the base.
         position_upper: Upper joint limits of q, shape (n_q,) [m, rad]; infinite
             for the base.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> robot = rs.load_robot("frankie")
+        >>> X_WE = robot.end_effector_pose(robot.q_home)
+        >>> X_WE.shape
+        (4, 4)
     """
 
     def __init__(
@@ -200,6 +207,11 @@ class RobotModel:
     def home(self) -> np.ndarray:
         """The arm's home configuration, shape (n_arm,) [rad]."""
         return np.array(self.description.home, float)
+
+    @property
+    def q_home(self) -> np.ndarray:
+        """The home configuration with the base at the origin, shape (n_q,)."""
+        return np.concatenate([np.zeros(self._base_q), self.home])
 
     def body_poses(self, q: np.ndarray) -> np.ndarray:
         """Computes the poses X_WL of all bodies of `tree`, shape (b, 4, 4)."""
@@ -402,6 +414,12 @@ def load_robot(
 
     Raises:
         RemoSplatError: Something named does not exist or does not fit.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> robot = rs.load_robot("frankie")
+        >>> robot.n_q, robot.n_u
+        (10, 9)
     """
     description = load_robot_description(name)
     if spheres not in description.spheres:

@@ -91,8 +91,7 @@ def self_collision_pairs(
     on_link: dict[str, list[int]] = {}
     for i, link in enumerate(robot.spheres.links):
         on_link.setdefault(link, []).append(i)
-    q_home = np.concatenate([np.zeros(robot.n_q - len(robot.home)), robot.home])
-    spheres = robot.spheres_at(q_home)
+    spheres = robot.spheres_at(robot.q_home)
     pairs: list[tuple[int, int, int]] = []
     allowances: list[float] = []
     numbers = count()

@@ -91,6 +91,11 @@ class SafetySupervisor(LeafSystem):
 
     Attributes:
         law: The thresholds and limits.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> application = rs.build(rs.load_scenario("TableReach"))
+        >>> stops = application.supervisor.GetOutputPort("supervision")
     """
 
     def __init__(self, *, law: SupervisorLaw):

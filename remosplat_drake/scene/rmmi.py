@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
+from remosplat_drake.base import resources
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FieldError, RemoSplatError, unknown_name
 from remosplat_drake.base.reading import reads_file
@@ -33,13 +34,19 @@ def read_scene(path: str | Path) -> PrimitiveScene:
     and are then None.
 
     Args:
-        path: The JSON file.
+        path: The JSON file, or its `package://` URI.
 
     Raises:
         FileError: The file cannot be read or is not a JSON object.
         FieldError: A key is missing or unknown, or a value is unusable.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> scene = rs.read_scene("package://remosplat_drake/models/scenes/table/scene.json")
+        >>> scene.name
+        'scene'
     """
-    path = Path(path)
+    path = resources.resolve(path)
     document = read_json_object(path)
     reader = _Reader(path)
     reader.check_keys(

@@ -26,6 +26,12 @@ class Clearances:
             -eps (so n = -grad d, also inside a solid).
         p_WC: Closest scene point of each row in W, shape (m, 3) [m].
         revision: The `DistanceField.revision` that gave this answer.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> nothing_near = rs.Clearances.none()
+        >>> len(nothing_near), nothing_near.minimum()
+        (0, inf)
     """
 
     sphere: np.ndarray
@@ -98,6 +104,15 @@ class DistanceField(ABC):
 
     Fields know nothing of Drake and hold no state between queries, so one
     field serves the control tick, verification and rollouts alike.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> robot = rs.load_robot("frankie")
+        >>> scene = rs.read_scene("package://remosplat_drake/models/scenes/table/scene.json")
+        >>> field = rs.GroundTruth().make(truth=scene)
+        >>> isinstance(field, rs.DistanceField)
+        True
+        >>> clearances = field.clearances(robot.spheres_at(robot.q_home))
     """
 
     revision: str

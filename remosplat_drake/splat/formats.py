@@ -5,6 +5,7 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
+from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.splat.codecs.antimatter import (
@@ -123,7 +124,7 @@ def read_splat(path: str | Path, surfel: bool | None = None) -> GaussianSplat:
     read as discs again (`is_flat`).
 
     Args:
-        path: A file, or a folder of PlayCanvas' SOG.
+        path: A file, a folder of PlayCanvas' SOG, or a `package://` URI.
         surfel: Whether a checkpoint holds 2DGS discs, if its name does not
             tell: see `read_checkpoint`.
 
@@ -131,8 +132,14 @@ def read_splat(path: str | Path, surfel: bool | None = None) -> GaussianSplat:
         FileError: The file is missing, of no known format, damaged, or holds a
             value that no splat can have.
         MissingExtraError: The format needs a package that is not installed.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> uri = "package://remosplat_drake/models/scenes/table/splat.ply"
+        >>> len(rs.read_splat(uri)) > 10_000
+        True
     """
-    path = Path(path)
+    path = resources.resolve(path)
     chosen = format_of_file(path)
     if chosen is CHECKPOINT:
         return read_checkpoint(path, surfel)

@@ -37,6 +37,13 @@ class GaussianSplat:
     Raises:
         RemoSplatError: The arrays do not fit each other, or a value is one that
             no splat can have; the error names the splat.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> uri = "package://remosplat_drake/models/scenes/table/splat.ply"
+        >>> splat = rs.read_splat(uri)
+        >>> splat.p_GK.shape == (len(splat), 3), splat.is_surfel
+        (True, True)
     """
 
     p_GK: np.ndarray

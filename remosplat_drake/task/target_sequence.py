@@ -55,8 +55,15 @@ class TargetSequence(LeafSystem):
     Args:
         robot: The robot, for its kinematics.
         X_WTs: Target poses of the end effector, at least one.
-        arrival: The success rule.
+        arrival: The success rule; None: within 20 mm and 2 degrees.
         period: Time between two judgements of arrival [s].
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> from pydrake.math import RigidTransform
+        >>> robot = rs.load_robot("frankie")
+        >>> X_WT = RigidTransform([0.9, 0.3, 1.0])
+        >>> targets = rs.TargetSequence(robot=robot, X_WTs=[X_WT])
     """
 
     def __init__(
@@ -64,14 +71,14 @@ class TargetSequence(LeafSystem):
         *,
         robot: RobotModel,
         X_WTs: Sequence[RigidTransform],
-        arrival: ArrivalConfig,
-        period: float,
+        arrival: ArrivalConfig | None = None,
+        period: float = 0.01,
     ):
         super().__init__()
         self.set_name("targets")
         self._robot = robot
         self._X_WTs = list(X_WTs)
-        self._arrival = arrival
+        self._arrival = arrival or ArrivalConfig()
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
         )

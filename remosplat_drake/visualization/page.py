@@ -59,6 +59,12 @@ class MeshcatPage:
 
     Raises:
         RemoSplatError: The port is taken or out of range.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> page = rs.MeshcatPage()
+        >>> page.url
+        'http://localhost:...'
     """
 
     def __init__(

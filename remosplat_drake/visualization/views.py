@@ -18,10 +18,10 @@ def AddViews(
     page: MeshcatPage,
     *,
     robot: RobotModel,
-    splat_W: GaussianSplat | None,
-    truth: PrimitiveScene | None,
     configuration: OutputPort,
     report: OutputPort,
+    splat_W: GaussianSplat | None = None,
+    truth: PrimitiveScene | None = None,
     selection: OutputPort | None = None,
 ) -> None:
     """Draws the scene, and adds the systems that draw robot and control.
@@ -30,12 +30,18 @@ def AddViews(
         builder: Builder of the diagram that is looked at.
         page: The page to draw on.
         robot: The robot that moves.
-        splat_W: The scene's splat in W; None for none.
-        truth: The scene's true geometry; None if it is unknown.
         configuration: Output port of the measured configuration q.
         report: Output port of the controller's `TickReport`.
+        splat_W: The scene's splat in W; None for none.
+        truth: The scene's true geometry; None if it is unknown.
         selection: Output port of the guidance selector's `Selection`; None
             without one.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> page = rs.MeshcatPage()
+        >>> scenario = rs.load_scenario("TableGroundTruth")
+        >>> application = rs.build(scenario, page=page)  # It calls AddViews.
     """
     if splat_W is not None:
         SplatView(page, splat_W)

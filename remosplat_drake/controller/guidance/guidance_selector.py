@@ -58,6 +58,12 @@ class GuidanceSelector(LeafSystem):
             whenever the robot stalls.
         period: Time between two updates [s].
         process: Looks ahead in place of the selector itself.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> scenario = rs.load_scenario("TableReach")
+        >>> application = rs.build(scenario)
+        >>> selection = application.selector.GetOutputPort("selection")
     """
 
     def __init__(

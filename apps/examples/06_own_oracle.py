@@ -1,0 +1,58 @@
+"""A map of your own: here a wall that nobody has captured.
+
+An oracle is a `Config` whose `make` gives a `DistanceField`; a field answers
+for all spheres at once and never changes. A scenario names this one as
+`oracle: !my_module:Wall {x: 1.2}`.
+"""
+
+import dataclasses as dc
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval
+
+import remosplat_drake as rs
+
+
+class HalfSpace(rs.DistanceField):
+    """Everything beyond a plane x = constant is solid."""
+
+    def __init__(self, x: float):
+        """Puts the plane at x [m]."""
+        self._x = x
+        self.revision = f"half-space-{x}"
+
+    def clearances(self, spheres, max_distance=np.inf) -> rs.Clearances:
+        """One row for each sphere that is near enough."""
+        distance = self._x - spheres.p_WS[:, 0] - spheres.radius
+        near = np.flatnonzero(distance < max_distance)
+        p_WC = spheres.p_WS[near].copy()
+        p_WC[:, 0] = self._x
+        towards = np.tile([1.0, 0.0, 0.0], (len(near), 1))
+        return rs.Clearances(near, distance[near], towards, p_WC, self.revision)
+
+
+@dc.dataclass
+class Wall(rs.Config):
+    """An upright wall across the robot's way."""
+
+    # Where the wall stands [m].
+    x: Annotated[float, Interval(ge=-100, le=100)] = 1.2
+
+    def make(self, splat_W=None, truth=None) -> rs.DistanceField:
+        """The wall, whatever else there may be."""
+        return HalfSpace(self.x)
+
+
+def main() -> None:
+    """Prints how near the robot comes to walls that get nearer and nearer."""
+    for x in (1.5, 1.1, 0.9):
+        scenario = rs.load_scenario("TableReach")
+        scenario.oracle, scenario.time_limit = Wall(x), 6.0
+        result = rs.run(rs.build(scenario))
+        nearest = result.metrics.clearance_min
+        print(f"wall at {x} m: {result.outcome}, nearest {nearest:.4f} m")
+
+
+if __name__ == "__main__":
+    main()
