@@ -6,14 +6,14 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from remosplat_drake.acceptance.fault_campaign import FaultResult, run_case
+from remosplat_drake.acceptance.fault_cases import CASES
+from remosplat_drake.acceptance.hardware_processes import wire_works
+from remosplat_drake.acceptance.loop_cases import RATES, load, measure_loop
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.real_time import LoopQuality, Spread
-from remosplat_drake.benchmark.fault_campaign import FaultResult, run_case
-from remosplat_drake.benchmark.fault_cases import CASES
-from remosplat_drake.benchmark.hardware_processes import wire_works
-from remosplat_drake.benchmark.loop_cases import RATES, load, measure_loop
 
 _FAILED = 1
 

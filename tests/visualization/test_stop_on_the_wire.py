@@ -11,19 +11,19 @@ import pytest
 from browser import open_browser
 from screenshot import find_chromium
 
-from remosplat_drake.app.scenario import load_scenario
-from remosplat_drake.app.simulation import REACHED
-from remosplat_drake.app.world import load_world
-from remosplat_drake.benchmark.hardware_processes import (
+from remosplat_drake.acceptance.hardware_processes import (
     controller,
     end,
     free_url,
     robot,
     wire_works,
 )
-from remosplat_drake.benchmark.loop_cases import TOUR
-from remosplat_drake.benchmark.motion_judge import TrueRun, judge_stop
-from remosplat_drake.benchmark.wire_tap import WireTap
+from remosplat_drake.acceptance.loop_cases import TOUR
+from remosplat_drake.acceptance.motion_judge import TrueRun, judge_stop
+from remosplat_drake.acceptance.wire_tap import WireTap
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.simulation import REACHED
+from remosplat_drake.app.world import load_world
 from remosplat_drake.signals.supervisor_state import STOPPED
 
 START_UP, CLICK_LIMIT, REACH_LIMIT = 60.0, 3.0, 60.0

@@ -1,6 +1,6 @@
 """The controller's side of the fault campaign, as a process.
 
-    python -m remosplat_drake.benchmark.fault_controller URL --fault NAME
+    python -m remosplat_drake.acceptance.fault_controller URL --fault NAME
 
 It runs a scenario on the robot at a wire, as `remosplat run --hardware` does,
 and waits for a release when it is stopped. SIGUSR1 makes its fault happen, a

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.lcm import DrakeLcm
 
-from remosplat_drake.benchmark.network_relay import Relay
+from remosplat_drake.acceptance.network_relay import Relay
 from remosplat_drake.hardware.wire import channels
 from remosplat_drake.hardware.wire.inbox import Inbox
 

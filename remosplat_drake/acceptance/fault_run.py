@@ -8,8 +8,8 @@ import subprocess
 import time
 from pathlib import Path
 
-from remosplat_drake.benchmark import hardware_processes as processes
-from remosplat_drake.benchmark.fault_cases import (
+from remosplat_drake.acceptance import hardware_processes as processes
+from remosplat_drake.acceptance.fault_cases import (
     DRIVER_STOPS,
     GOES_ON,
     REACHES,
@@ -17,7 +17,7 @@ from remosplat_drake.benchmark.fault_cases import (
     FaultCase,
     Part,
 )
-from remosplat_drake.benchmark.wire_tap import WireTap
+from remosplat_drake.acceptance.wire_tap import WireTap
 from remosplat_drake.hardware.stand_in import faults
 from remosplat_drake.signals.supervisor_state import LATCHED, STOPPED
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from remosplat_drake.benchmark.fault_campaign import run_case
-from remosplat_drake.benchmark.fault_cases import CASES
+from remosplat_drake.acceptance.fault_campaign import run_case
+from remosplat_drake.acceptance.fault_cases import CASES
 
 REPRESENTATIVE = {"status stops", "controller killed"}
 """One stop by the supervisor and one by the drivers, in every suite."""

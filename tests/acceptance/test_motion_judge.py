@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from remosplat_drake.benchmark.motion_judge import (
+from remosplat_drake.acceptance.motion_judge import (
     TrueRun,
     distance_moved,
     first_standstill,

@@ -5,8 +5,8 @@ import json
 import pytest
 from runs import remosplat
 
-from remosplat_drake.benchmark.hardware_processes import end, free_url, robot
-from remosplat_drake.benchmark.motion_judge import TrueRun, true_clearance
+from remosplat_drake.acceptance.hardware_processes import end, free_url, robot
+from remosplat_drake.acceptance.motion_judge import TrueRun, true_clearance
 
 
 @pytest.mark.smoke

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from runs import command_line
 
+from remosplat_drake.acceptance.hardware_processes import end, free_url, robot
 from remosplat_drake.base.resources import models_dir
-from remosplat_drake.benchmark.hardware_processes import end, free_url, robot
 from remosplat_drake.reconstruction.report.quality_report import (
     QualityReport,
     write_report,

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from pydrake.lcm import DrakeLcm
 
-from remosplat_drake.base.child_process import ONE_THREAD
-from remosplat_drake.benchmark.network_relay import READY
+from remosplat_drake.acceptance.network_relay import READY
+from remosplat_drake.base.one_thread import ONE_THREAD
 
 GROUP = "239.255.76.67"
 """LCM's usual multicast address."""
@@ -79,7 +79,7 @@ def relay(
         delay: Of every message [s].
         loss: Share of the messages.
     """
-    line = [sys.executable, "-m", "remosplat_drake.benchmark.network_relay"]
+    line = [sys.executable, "-m", "remosplat_drake.acceptance.network_relay"]
     numbers = ["--delay", str(delay), "--loss", str(loss)]
     with _running([*line, a, b, *numbers], subprocess.PIPE) as process:
         assert process.stdout
@@ -92,7 +92,7 @@ def controller(
     url: str, log: Path, *arguments: str
 ) -> Iterator[subprocess.Popen]:
     """A `fault_controller` on a wire, which writes its log to a file."""
-    line = [sys.executable, "-m", "remosplat_drake.benchmark.fault_controller"]
+    line = [sys.executable, "-m", "remosplat_drake.acceptance.fault_controller"]
     with (
         log.open("wb") as file,
         _running([*line, url, *arguments], file) as process,

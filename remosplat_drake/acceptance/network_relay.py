@@ -1,6 +1,6 @@
 """A bad network as a process: it joins two wires, with delay and loss.
 
-    python -m remosplat_drake.benchmark.network_relay URL_A URL_B --delay 0.05
+    python -m remosplat_drake.acceptance.network_relay URL_A URL_B --delay 0.05
 
 Commands go from A to B, statuses from B to A. What is lost is drawn from the
 seed, message by message; the order of messages is kept. The network is a good

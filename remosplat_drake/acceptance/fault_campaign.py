@@ -12,9 +12,7 @@ import math
 import tempfile
 from pathlib import Path
 
-from remosplat_drake.app.simulation import REACHED
-from remosplat_drake.app.world import World
-from remosplat_drake.benchmark.fault_cases import (
+from remosplat_drake.acceptance.fault_cases import (
     GOES_ON,
     MOVES,
     REACHES,
@@ -22,8 +20,8 @@ from remosplat_drake.benchmark.fault_cases import (
     FaultCase,
     Part,
 )
-from remosplat_drake.benchmark.fault_run import STOP_LIMIT, FaultRun
-from remosplat_drake.benchmark.motion_judge import (
+from remosplat_drake.acceptance.fault_run import STOP_LIMIT, FaultRun
+from remosplat_drake.acceptance.motion_judge import (
     CREEP,
     StopQuality,
     TrueRun,
@@ -31,6 +29,8 @@ from remosplat_drake.benchmark.motion_judge import (
     judge_stop,
     true_clearance,
 )
+from remosplat_drake.app.simulation import REACHED
+from remosplat_drake.app.world import World
 
 _ATTEMPTS = 5
 """A run that was disturbed before its fault is repeated."""

@@ -7,9 +7,9 @@ import tempfile
 import time
 from pathlib import Path
 
+from remosplat_drake.acceptance import hardware_processes as processes
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.real_time import LoopQuality, Spread
-from remosplat_drake.benchmark import hardware_processes as processes
 
 RATES = {100.0: "", 500.0: "controller: {solver: active_set}\n"}
 """Control rates that are measured [Hz], each with what is laid over the

@@ -5,8 +5,8 @@ import re
 import numpy as np
 from runs import remosplat
 
-from remosplat_drake.benchmark.hardware_processes import end, free_url, robot
-from remosplat_drake.benchmark.motion_judge import CREEP, TrueRun
+from remosplat_drake.acceptance.hardware_processes import end, free_url, robot
+from remosplat_drake.acceptance.motion_judge import CREEP, TrueRun
 
 ELSEWHERE = """
 TableReach:

@@ -2,9 +2,9 @@
 
 import pytest
 
+from remosplat_drake.acceptance.hardware_processes import wire_works
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
-from remosplat_drake.benchmark.hardware_processes import wire_works
 
 
 @pytest.fixture(scope="session")
