@@ -72,14 +72,13 @@ def wheel(tmp_path_factory) -> Path:
     return file
 
 
-def test_the_wheel_holds_package_models_scenarios_and_apps(wheel):
+def test_the_wheel_holds_package_models_and_scenarios(wheel):
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
     places = {
         PACKAGE: PACKAGE,
         "models": f"{PACKAGE}/share/models",
         "scenarios": f"{PACKAGE}/share/scenarios",
-        "apps": f"{PACKAGE}/share/apps",
     }
     expected = {
         f"{place}/{path.relative_to(ROOT / folder)}"

@@ -17,9 +17,7 @@ from remosplat_drake.benchmark.guidance_cases import guidance_cases
 from remosplat_drake.benchmark.oracle_cases import oracle_cases
 from remosplat_drake.benchmark.tick_cases import tick_cases
 from remosplat_drake.benchmark.timing import Timing, measure
-from remosplat_drake.commands import bench_live_map, bench_operators
 from remosplat_drake.commands.bench_hardware import run_faults, run_loops
-from remosplat_drake.commands.flags import positive
 
 GROUPS = ("tick", "oracle", "depth", "guidance")
 """Groups of functions that are timed."""
@@ -27,23 +25,16 @@ GROUPS = ("tick", "oracle", "depth", "guidance")
 ON_A_WIRE = {"hardware": run_loops, "faults": run_faults}
 """Groups that drive the stand-in robot, each with a table of its own."""
 
-LIVE_MAP = "live-map"
-"""The group of a live map's costs: the loop's time and memory."""
-
-OPERATORS = "operators"
-"""The group of random operators, with flags and a table of its own."""
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command line."""
     parser.add_argument(
         "group",
         nargs="?",
-        choices=[*GROUPS, *ON_A_WIRE, LIVE_MAP, OPERATORS],
+        choices=[*GROUPS, *ON_A_WIRE],
         help="only this group of cases (default: all that are timed);"
         " hardware drives the stand-in robot by the clock, faults lets things"
-        " go wrong with it, live-map makes maps meanwhile, operators"
-        " lets random people teleoperate",
+        " go wrong with it",
     )
     parser.add_argument(
         "--scenario", help="scenario whose run the tick cases follow"
@@ -57,16 +48,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="show ratios to timings written earlier",
     )
-    parser.add_argument(
-        "--minutes",
-        type=positive,
-        default=5.0,
-        metavar="MIN",
-        help="how long an operator works, or a live map's memory is watched,"
-        " by the simulation's clock (%(default)g)",
-    )
-    bench_live_map.add_arguments(parser)
-    bench_operators.add_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -74,10 +55,6 @@ def run(arguments: argparse.Namespace) -> int:
     console = Console()
     if arguments.group in ON_A_WIRE:
         return ON_A_WIRE[arguments.group](console)
-    if arguments.group == LIVE_MAP:
-        return bench_live_map.run(console, arguments)
-    if arguments.group == OPERATORS:
-        return bench_operators.run(console, arguments)
     earlier = _read(arguments.compare) if arguments.compare else {}
     cases = []
     if arguments.group in (None, "tick"):

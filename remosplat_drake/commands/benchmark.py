@@ -4,7 +4,7 @@ import argparse
 import dataclasses as dc
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from time import monotonic
 
@@ -12,14 +12,8 @@ from rich.console import Console
 
 from remosplat_drake.app import warm_up
 from remosplat_drake.base.atomic_file import check_writable, write_atomically
-from remosplat_drake.benchmark.goal_bound import (
-    goal_bounds,
-    goal_table,
-    read_verdicts,
-)
 from remosplat_drake.benchmark.kernel_warm_up import compile_kernels
 from remosplat_drake.benchmark.methods import GROUPS, load_methods
-from remosplat_drake.benchmark.reaching_task import BenchmarkCase
 from remosplat_drake.benchmark.report import report_tables, to_markdown
 from remosplat_drake.benchmark.report_page import to_html
 from remosplat_drake.benchmark.result import CRASH, TrialResult, read_results
@@ -44,7 +38,7 @@ from remosplat_drake.commands.splat_making import (
     splat_making,
 )
 
-RESULTS, SPLATS, GOALS = "trials.jsonl", "splats.jsonl", "goals.jsonl"
+RESULTS, SPLATS = "trials.jsonl", "splats.jsonl"
 REPORT, PAGE = "report.md", "report.html"
 """What a benchmark leaves in its output folder."""
 
@@ -88,11 +82,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="",
         metavar="YAML",
         help="values laid over every method, e.g. '{time_limit: 5}'",
-    )
-    parser.add_argument(
-        "--goals",
-        action="store_true",
-        help="also search in how many scenes the goal can be held at all",
     )
     parser.add_argument(
         "--output",
@@ -150,7 +139,7 @@ def run(arguments: argparse.Namespace) -> int:
     started = monotonic()
     console = Console(stderr=True)
     output: Path = arguments.output
-    for name in (RESULTS, SPLATS, GOALS, REPORT, PAGE):
+    for name in (RESULTS, SPLATS, REPORT, PAGE):
         check_writable(output / name)
     methods = load_methods(
         arguments.methods.split(","),
@@ -183,8 +172,6 @@ def run(arguments: argparse.Namespace) -> int:
     if splats is not None:
         made = stored_records(cases, splats.recipe)
         write_records(output / SPLATS, [*made, *outcome.failed_splats])
-    if arguments.goals:
-        _search_goals(cases, output / GOALS, arguments.jobs, console)
     # What has just been run counts more than the same with other splats.
     _report([*read_results(output / RESULTS), *outcome.results], output)
     console.print(f"wrote {RESULTS}, {REPORT} and {PAGE} to {output}")
@@ -231,25 +218,10 @@ def _run(
     )
 
 
-def _search_goals(
-    cases: Sequence[BenchmarkCase], path: Path, jobs: int, console: Console
-) -> None:
-    with console.status("searching goals") as status:
-        goal_bounds(
-            cases,
-            path,
-            jobs,
-            lambda done, count: status.update(
-                f"searching goals: {done} of {count}"
-            ),
-        )
-
-
 def _report(results: list[TrialResult], output: Path) -> None:
     """Prints and writes the tables and plots."""
     made = splat_table(read_records(output / SPLATS))
-    held = goal_table(read_verdicts(output / GOALS))
-    tables = [*report_tables(results), *filter(None, [held, made])]
+    tables = [*report_tables(results), *filter(None, [made])]
     text = to_markdown(tables, HEADING)
     write_atomically(output / REPORT, text)
     write_atomically(output / PAGE, to_html(results, tables, HEADING))

@@ -4,7 +4,7 @@ import argparse
 import importlib
 import logging
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from remosplat_drake import __version__
 from remosplat_drake.base.errors import RemoSplatError
@@ -25,10 +25,7 @@ COMMANDS = {
     "panda-driver": "drive a Panda through panda-python",
     "inspect": "show what a sphere's depth views see",
     "benchmark": "compare controllers in many scenes, as the paper does",
-    "scenes": "draw the scenes that controllers are compared in",
     "bench": "time the oracle and the control tick on this machine",
-    "push-experiment": "push a target into things: the paper's figure 5",
-    "noise-experiment": "measure what floaters do to the distance methods",
     "fit-spheres": "cover a robot's links with spheres",
     "fit-hulls": "cut a robot's meshes into convex collision shapes",
     "render-capture": "render RGB-D views of a scene, a model or a mesh",
@@ -43,21 +40,30 @@ USER_ERROR = 2
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs one command and returns its exit code.
+    """Runs one command and returns its exit code; see `exit_code`."""
+    argv = list(sys.argv[1:] if argv is None else argv)
+
+    def run() -> int:
+        parser = _make_parser(argv[0] if argv else None)
+        arguments = parser.parse_args(argv)
+        return arguments.run(arguments)
+
+    return exit_code(run)
+
+
+def exit_code(run: Callable[[], int]) -> int:
+    """Calls what reads and runs a command line, and returns its exit code.
 
     0: done. 1: the robot did not get there. 2: the user can mend it; one
     line on stderr says how; or a reader has failed at a file in a way that
     nobody has thought of, and the line names the log of its traceback. 130:
     interrupted. Any other exception is a defect and leaves its traceback.
     """
-    argv = list(sys.argv[1:] if argv is None else argv)
+    # Drake announces its server; the commands say so in their own words.
+    logging.getLogger("drake").setLevel(logging.WARNING)
     try:
         drop_stale_kernels()
-        parser = _make_parser(argv[0] if argv else None)
-        arguments = parser.parse_args(argv)
-        # Drake announces its server; the commands say so in their own words.
-        logging.getLogger("drake").setLevel(logging.WARNING)
-        return arguments.run(arguments)
+        return run()
     except RemoSplatError as error:
         print(f"remosplat: {one_line(error)}", file=sys.stderr)
         return USER_ERROR

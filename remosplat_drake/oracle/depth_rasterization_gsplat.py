@@ -24,7 +24,7 @@ the depth is met again with the median disc, and discs are placed and bounded
 by `gsplat_pairs` and `gsplat_views`. The low-pass filter is a choice of the
 sensor for both backends.
 
-`python -m remosplat_drake.benchmark.depth_backends` counts the differences of
+`python -m apps.studies.depth_backends.__main__` counts the differences of
 any splat by these classes and times both backends.
 """
 

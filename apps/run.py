@@ -1,7 +1,0 @@
-"""Runs a scenario: the same as `remosplat run`."""
-
-import sys
-
-from remosplat_drake.commands.main import main
-
-sys.exit(main(["run", *sys.argv[1:]]))

@@ -1,0 +1,320 @@
+"""In how many scenes the goal can be held at all: a bound for every method.
+
+A controller that keeps all spheres a stopping distance away from the scene
+cannot succeed where no configuration at the goal does. Whether there is one
+is what `goal_configuration` searches; a failed search is no proof, so the
+true bound may be a little higher.
+"""
+
+import argparse
+import dataclasses as dc
+import hashlib
+import json
+import os
+import sys
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing
+from functools import cache
+from pathlib import Path
+
+from rich.console import Console
+
+from apps.studies.command_line import study_main
+from remosplat_drake.base.atomic_file import check_writable, write_atomically
+from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.base.strict_json import parse_json
+from remosplat_drake.benchmark.engines import in_this_process, in_workers
+from remosplat_drake.benchmark.feasibility import (
+    FILTER_VERSION,
+    FeasibilityFilter,
+    goal_configuration,
+    hand_fits,
+)
+from remosplat_drake.benchmark.feasible_scenes import FLOOR_HEIGHT, ROBOT
+from remosplat_drake.benchmark.formatting import format_rate
+from remosplat_drake.benchmark.jobs import Job, JobList
+from remosplat_drake.benchmark.reaching_task import BenchmarkCase
+from remosplat_drake.benchmark.suites import load_cases
+from remosplat_drake.benchmark.tables import Table
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+
+GOALS = "goals.jsonl"
+"""What is left in the output folder."""
+
+SPHERE_SETS = ("paper", "covering")
+CLEARANCES = (0.021, 0.010)
+"""What is asked for: sphere sets, and stopping distances, falling [m]."""
+
+_MARGIN = 0.95
+"""Part of the goal's tolerances that may be used up: a controller stops as
+soon as it is within them, and some goals can only be held at their edge."""
+
+_SAVE_EVERY = 20  # Verdicts.
+
+
+@dc.dataclass(frozen=True)
+class GoalQuestion:
+    """A scene and a sphere set; small enough to be sent to a worker."""
+
+    case: BenchmarkCase
+    spheres: str
+
+    def key(self) -> str:
+        """Names everything that the answer depends on."""
+        task = self.case.task()
+        robot = _robot(self.spheres)
+        parts = (
+            FILTER_VERSION,
+            FeasibilityFilter(),
+            _MARGIN,
+            CLEARANCES,
+            robot.spheres.p_LS.tobytes(),
+            robot.spheres.radius.tobytes(),
+            task.content_hash,
+            task.X_WE_target.GetAsMatrix34().tolist(),
+            task.X_WB_start,
+        )
+        return hashlib.sha256(repr(parts).encode()).hexdigest()[:20]
+
+
+@dc.dataclass(frozen=True)
+class GoalVerdict:
+    """At which clearances a goal can be held.
+
+    Attributes:
+        key: Of the question.
+        suite: What the scenes are.
+        family: The scene's.
+        scene: Its name.
+        spheres: Sphere set.
+        held: The largest of `CLEARANCES` that a configuration at the goal
+            was found for [m]; None if there is none.
+        error: What went wrong, if anything.
+    """
+
+    key: str
+    suite: str
+    family: str
+    scene: str
+    spheres: str
+    held: float | None = None
+    error: str = ""
+
+
+def largest_held(
+    robot: RobotModel,
+    scene: PrimitiveScene,
+    clearances: Sequence[float] = CLEARANCES,
+) -> float | None:
+    """The first clearance with which the goal can be held, or None.
+
+    Args:
+        robot: With the spheres in question.
+        scene: With a target.
+        clearances: Falling [m].
+    """
+    for clearance in clearances:
+        criteria = FeasibilityFilter(robot.spheres.name, clearance)
+        if not hand_fits(robot, scene, criteria):
+            continue
+        q = goal_configuration(robot, scene, criteria, _MARGIN)
+        if q is not None:
+            return clearance
+    return None
+
+
+def judge(question: GoalQuestion) -> GoalVerdict:
+    """Answers one question; equal questions get equal answers."""
+    solids = question.case.task().solids
+    assert solids is not None
+    held = largest_held(_robot(question.spheres), solids)
+    return dc.replace(_head(question), held=held)
+
+
+def goal_bounds(
+    cases: Sequence[BenchmarkCase],
+    path: Path,
+    jobs: int,
+    on_verdict: Callable[[int, int], None] = lambda done, count: None,
+) -> list[GoalVerdict]:
+    """The verdicts for all sphere sets; those in the file are not repeated.
+
+    Args:
+        cases: The scenes; measured ones, which have no solids, are left out.
+        path: Where verdicts are kept, also when this is interrupted.
+        jobs: Worker processes; 0 runs everything in this one.
+        on_verdict: Called with the numbers of what is done and to do.
+
+    Raises:
+        FileError: The file cannot be read or written.
+    """
+    known = {verdict.key: verdict for verdict in read_verdicts(path)}
+    questions = {
+        question.key(): question
+        for case in cases
+        if case.task().solids is not None
+        for question in (GoalQuestion(case, s) for s in SPHERE_SETS)
+    }
+    missing = [q for key, q in questions.items() if key not in known]
+    source = JobList(Job(question, judge, _failed) for question in missing)
+    running = in_workers(source, jobs) if jobs else in_this_process(source)
+    try:
+        with closing(running) as verdicts:
+            for done, verdict in enumerate(verdicts, 1):
+                known[verdict.key] = verdict
+                on_verdict(done, len(missing))
+                if done % _SAVE_EVERY == 0:
+                    _write(path, known.values())
+    finally:
+        _write(path, known.values())
+    return [known[key] for key in questions if key in known]
+
+
+def goal_table(verdicts: Iterable[GoalVerdict]) -> Table | None:
+    """How many goals can be held, by suite and family; None without any."""
+    groups = defaultdict(list)
+    for verdict in verdicts:
+        if not verdict.error:
+            groups[verdict.suite, verdict.spheres].append(verdict)
+    families = sorted({v.family for group in groups.values() for v in group})
+    rows = [
+        (suite or "–", spheres, f"{1e3 * d:g}", *_rates(group, d, families))
+        for (suite, spheres), group in sorted(groups.items())
+        for d in CLEARANCES
+    ]
+    if not rows:
+        return None
+    return Table(
+        "the goal can be held",
+        (
+            "suite",
+            "spheres",
+            "clearance [mm]",
+            "all [%]",
+            *(f"{family} [%]" for family in families),
+        ),
+        tuple(rows),
+        "Scenes in which a search with random restarts over base pose and arm"
+        " finds a configuration at the goal with all spheres at that"
+        " clearance: about as many as a controller with that stopping"
+        " distance can solve at all. A failed search is no proof.",
+    )
+
+
+def _rates(
+    group: Sequence[GoalVerdict], clearance: float, families: Sequence[str]
+) -> list[str]:
+    def rate(chosen: list[GoalVerdict]) -> str:
+        held = sum(v.held is not None and v.held >= clearance for v in chosen)
+        return format_rate(held, len(chosen))
+
+    of_family = [[v for v in group if v.family == f] for f in families]
+    return [rate(list(group)), *(rate(chosen) for chosen in of_family)]
+
+
+@cache
+def _robot(spheres: str) -> RobotModel:
+    return load_robot(ROBOT, spheres, FLOOR_HEIGHT)
+
+
+def _head(question: GoalQuestion) -> GoalVerdict:
+    case = question.case
+    return GoalVerdict(
+        question.key(), case.suite, case.family, case.name, question.spheres
+    )
+
+
+def _failed(question: GoalQuestion, error: str) -> GoalVerdict:
+    return dc.replace(_head(question), error=error)
+
+
+def read_verdicts(path: Path) -> list[GoalVerdict]:
+    """The verdicts in a file; none without a file.
+
+    Raises:
+        FileError: There is a file, but it holds something else.
+    """
+    try:
+        lines = path.read_text().splitlines()
+        return [GoalVerdict(**parse_json(line, path)) for line in lines]
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError, TypeError) as error:
+        raise FileError(
+            path, f"does not hold verdicts about goals ({error})"
+        ) from error
+
+
+def _write(path: Path, verdicts: Iterable[GoalVerdict]) -> None:
+    """Keeps what is certain: a failure is tried again next time."""
+    lines = [json.dumps(dc.asdict(v)) + "\n" for v in verdicts if not v.error]
+    write_atomically(path, "".join(lines))
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command line."""
+    parser.add_argument(
+        "--scenes",
+        type=int,
+        default=20,
+        metavar="N",
+        help="how many of each family (%(default)s)",
+    )
+    parser.add_argument(
+        "--suite",
+        default="generated",
+        metavar="generated|published:DIR|scan:NAME",
+        help="as `remosplat benchmark` takes it (%(default)s)",
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("results/benchmark"),
+        metavar="DIR",
+        help=f"where {GOALS} goes; what is there is not searched again"
+        " (%(default)s)",
+    )
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        default=len(os.sched_getaffinity(0)),
+        metavar="J",
+        help="worker processes; 0: none (default: the number of cores)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Searches what is missing and prints the table."""
+    for name, least in (("scenes", 1), ("jobs", 0)):
+        if getattr(arguments, name) < least:
+            problem = f"must be at least {least}"
+            raise FieldError("goal_bounds", f"--{name}", problem)
+    path = arguments.output / GOALS
+    check_writable(path)
+    console = Console(stderr=True)
+    with console.status("choosing scenes") as status:
+        cases = load_cases(arguments.suite, arguments.scenes)
+        goal_bounds(
+            cases,
+            path,
+            arguments.jobs,
+            lambda done, count: status.update(
+                f"searching goals: {done} of {count}"
+            ),
+        )
+    table = goal_table(read_verdicts(path))
+    if table is not None:
+        print(table.to_markdown())
+    console.print(f"{GOALS} is in {arguments.output}")
+    return 0
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the study from its command line; see `study_main`."""
+    return study_main("goal_bounds", __doc__, add_arguments, run, argv)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,266 @@
+"""Measures what a live map costs the control loop, in time and memory."""
+
+import argparse
+import dataclasses as dc
+import json
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from apps.studies.command_line import study_main
+from apps.studies.live_map.cases import (
+    QUIET,
+    LivePeriods,
+    measure_periods,
+    measure_unknown,
+)
+from apps.studies.live_map.memory import (
+    LiveMemory,
+    measure_memory,
+)
+from apps.studies.live_map.memory_use import MemoryTrend
+from apps.studies.live_map.session import LiveSession
+from remosplat_drake.acceptance.loop_cases import load
+from remosplat_drake.app.scenario import Scenario, load_scenario
+from remosplat_drake.app.teleop_session import check_mappable
+from remosplat_drake.app.world import load_world
+from remosplat_drake.base.atomic_file import atomic_write
+from remosplat_drake.base.real_time import Spread
+from remosplat_drake.commands.flags import positive
+from remosplat_drake.visualization.page import MeshcatPage
+
+SCENARIO = "StudioLive"
+
+_LATENCY = 2.0
+"""Of the maps while memory is watched [s]."""
+
+_FRAMES = 12
+"""Most frames of a map then: until there are as many, memory may grow."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command line."""
+    parser.add_argument(
+        "--scenario",
+        default=SCENARIO,
+        help="NAME, FILE or FILE:NAME (%(default)s)",
+    )
+    parser.add_argument(
+        "--minutes",
+        type=positive,
+        default=5.0,
+        metavar="MIN",
+        help="how long memory is watched, by the simulation's clock"
+        " (%(default)g)",
+    )
+    parser.add_argument(
+        "--json", type=Path, metavar="FILE", help="also write the numbers"
+    )
+    parser.add_argument(
+        "--rounds",
+        type=int,
+        default=3,
+        help="maps of each kind that are made by the clock; 0: only watch"
+        " memory (%(default)s)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measures two sessions by the clock, and a long one for its memory.
+
+    Raises:
+        RemoSplatError: A session cannot be begun, or makes no map.
+    """
+    console, spec = Console(), arguments.scenario
+    check_mappable(load_scenario(spec))
+    console.print(load())
+    numbers: dict = {}
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("", total=None)
+
+        def tell(stage: str) -> None:
+            progress.update(task, description=stage)
+
+        if arguments.rounds > 0:
+            for page in (None, MeshcatPage()):
+                name = "no page" if page is None else "page served"
+                numbers[name] = _by_the_clock(
+                    console, spec, name, page, arguments.rounds, tell
+                )
+        tell("watching memory")
+        progress.update(task, total=60 * arguments.minutes)
+        memory = _memory(
+            spec,
+            arguments.minutes,
+            lambda time: progress.update(task, completed=time),
+        )
+    console.print(memory_table(memory))
+    console.print(load())
+    if arguments.json:
+        numbers |= {"memory": dc.asdict(memory), "load": load()}
+        with atomic_write(arguments.json) as file:
+            json.dump(numbers, file, indent=1)
+    return 0
+
+
+def _scenario(spec: str) -> Scenario:
+    """The scenario; as with a real robot nothing looks ahead in a tick."""
+    scenario = load_scenario(spec)
+    scenario.controller.guidance.asynchronous = True
+    return scenario
+
+
+def _by_the_clock(
+    console: Console,
+    spec: str,
+    name: str,
+    page: MeshcatPage | None,
+    rounds: int,
+    tell: Callable[[str], None],
+) -> dict:
+    """Prints how a session is kept that ticks like one with a real robot.
+
+    Args:
+        console: Gets the tables.
+        spec: The scenario's name.
+        name: The session's.
+        page: Served meanwhile.
+        rounds: Maps of each kind.
+        tell: Told what is being done.
+
+    Returns:
+        The numbers.
+    """
+    scenario = _scenario(spec)
+    world = load_world(scenario, blank=True)
+    with tempfile.TemporaryDirectory() as parent:
+        folder = Path(parent) / "session"
+        with LiveSession(scenario, world, folder, page) as session:
+            periods = measure_periods(
+                session,
+                folder,
+                rounds=rounds,
+                on_stage=lambda stage: tell(f"{name}: {stage}"),
+            )
+            unknown = measure_unknown(session, scenario)
+    console.print(period_table(periods, name))
+    console.print(swap_table(periods, name))
+    console.print(unknown_table(unknown, name))
+    spreads = {kind: dc.asdict(spread) for kind, spread in unknown.items()}
+    return dc.asdict(periods) | {"unknown": spreads}
+
+
+def _memory(
+    spec: str, minutes: float, on_time: Callable[[float], None]
+) -> LiveMemory:
+    """Of a session with a page, which holds more than one without.
+
+    The page's traces of hand and base add to it until they are 30 m long.
+    """
+    scenario = _scenario(spec)
+    scenario.mapping.latency = _LATENCY
+    scenario.mapping.max_frames = _FRAMES
+    world = load_world(scenario, blank=True)
+    with tempfile.TemporaryDirectory() as parent:
+        folder = Path(parent) / "session"
+        with LiveSession(scenario, world, folder, MeshcatPage()) as session:
+            return measure_memory(session, minutes, on_time=on_time)
+
+
+def period_table(periods: LivePeriods, name: str) -> Table:
+    """One row for each kind of map in the making."""
+    table = Table(
+        "in the making",
+        title=name,
+        pad_edge=False,
+        caption="p50/p99/max; x: p50 and p99, over those of the first row",
+    )
+    for heading in ("period [ms]", "x", "tick [ms]", "x", "late"):
+        table.add_column(heading, justify="right")
+    quiet = periods.times[QUIET]
+    for kind, times in periods.times.items():
+        table.add_row(
+            kind,
+            _spread(times.period, 1),
+            _ratios(times.period, quiet.period),
+            _spread(times.work, 1),
+            _ratios(times.work, quiet.work),
+            str(times.late),
+        )
+    return table
+
+
+def swap_table(periods: LivePeriods, name: str) -> Table:
+    """One row for each map that took effect."""
+    table = Table("new map", title=name)
+    for heading in (
+        "announced to in effect [ms]",
+        "tick of the change [ms]",
+        "first tick on it [ms]",
+    ):
+        table.add_column(heading, justify="right")
+    for swap in periods.swaps:
+        values = (swap.latency, swap.tick, swap.next_tick)
+        table.add_row(swap.effort, *(f"{1e3 * v:.1f}" for v in values))
+    return table
+
+
+def unknown_table(spreads: dict[str, Spread], name: str) -> Table:
+    """What it costs a tick that unknown space is an obstacle."""
+    table = Table("unknown space is", title=name, caption="p50/p99/max")
+    table.add_column("oracle and controller [ms]", justify="right")
+    for kind, spread in spreads.items():
+        table.add_row(kind, _spread(spread, 2))
+    return table
+
+
+def memory_table(memory: LiveMemory) -> Table:
+    """One row a process."""
+    table = Table(
+        "memory [MB]",
+        title=f"{memory.minutes:g} simulated minutes, {memory.maps} changes of"
+        f" the map, at most {_FRAMES} frames in each",
+        caption="trends a minute after the first third",
+    )
+    for heading in (
+        "after a third",
+        "at the end",
+        "most",
+        "trend",
+        "without files",
+    ):
+        table.add_column(heading, justify="right")
+    for name, use in (
+        ("control process", memory.control),
+        ("mapping process", memory.mapping),
+    ):
+        table.add_row(name, *_trend(use))
+    return table
+
+
+def _trend(use: MemoryTrend) -> list[str]:
+    sizes = [f"{size:.1f}" for size in (use.first, use.last, use.most)]
+    return [*sizes, f"{use.slope:+.3f}", f"{use.own_slope:+.3f}"]
+
+
+def _spread(spread: Spread, decimals: int) -> str:
+    values = (spread.p50, spread.p99, spread.max)
+    return "/".join(f"{1e3 * value:.{decimals}f}" for value in values)
+
+
+def _ratios(spread: Spread, quiet: Spread) -> str:
+    return f"{spread.p50 / quiet.p50:.2f} {spread.p99 / quiet.p99:.2f}"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the study from its command line; see `study_main`."""
+    return study_main("live_map", __doc__, add_arguments, run, argv)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

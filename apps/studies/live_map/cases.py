@@ -1,0 +1,243 @@
+"""What a live map costs the control loop, by the clock."""
+
+import dataclasses as dc
+import gc
+import time
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from apps.studies.live_map.session import LiveSession
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.real_time import (
+    CONTROLLER_PRIORITY,
+    Spread,
+    garbage_collection_disabled,
+    realtime_priority,
+)
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.mapping.mapping_config import FREE, OBSTACLE
+from remosplat_drake.mapping.store.session import SESSION_FILE
+from remosplat_drake.oracle.composite import CompositeDistanceField
+from remosplat_drake.signals.map_requests import MapRequests
+
+QUIET, QUICK, FULL = "nothing", "a quick map", "a full map"
+"""What may be in the making."""
+
+_REQUESTS = {QUICK: MapRequests(frames=1), FULL: MapRequests(refines=1)}
+
+_PATIENCE = 300.0
+"""A map takes no longer [s]."""
+
+
+@dc.dataclass(frozen=True)
+class TickTimes:
+    """How ticks were kept while one kind of map was in the making.
+
+    Attributes:
+        ticks: How many there were.
+        late: How many of them ended after the next one should have begun.
+        period: From the end of one tick to that of the next [s].
+        work: From the beginning of a tick to its end [s].
+        busy: Processor time of a tick [s].
+    """
+
+    ticks: int
+    late: int
+    period: Spread
+    work: Spread
+    busy: Spread
+
+
+@dc.dataclass(frozen=True)
+class Swap:
+    """How a map took effect.
+
+    Attributes:
+        effort: `QUICK` or `FULL`.
+        latency: From the note in the session's file, just before the map is
+            announced, to the end of the tick that changed to it [s].
+        tick: How long this tick took [s].
+        next_tick: And the one after it, the first that is all on the new
+            map [s].
+    """
+
+    effort: str
+    latency: float
+    tick: float
+    next_tick: float
+
+
+@dc.dataclass(frozen=True)
+class LivePeriods:
+    """A session by the clock.
+
+    Attributes:
+        times: By what was in the making.
+        swaps: Every change of the map.
+    """
+
+    times: dict[str, TickTimes]
+    swaps: list[Swap]
+
+
+def measure_periods(
+    session: LiveSession,
+    folder: Path,
+    *,
+    rounds: int = 3,
+    rest: float = 8.0,
+    on_stage: Callable[[str], None] = lambda stage: None,
+) -> LivePeriods:
+    """Lets the clock tick while maps are made, and while none is, in turns.
+
+    The loop is kept as with the real robot: it goes first where the system
+    allows that, and collects no garbage within a tick.
+
+    Args:
+        session: A new one, without a fixed latency.
+        folder: Of the session.
+        rounds: Of a quick map and a full one, each after a rest.
+        rest: Time without a map in the making [s].
+        on_stage: Told what is being done.
+
+    Raises:
+        RemoSplatError: A map is not made.
+    """
+    clock = _Clock(session, folder / SESSION_FILE)
+    with realtime_priority(CONTROLLER_PRIORITY), garbage_collection_disabled():
+        on_stage("scanning")
+        for _ in first_map(session):
+            clock.tick("")
+        for effort in [QUICK, FULL] * rounds:
+            on_stage(QUIET)
+            end = session.time + rest
+            while session.time < end:
+                clock.tick(QUIET)
+            on_stage(effort)
+            session.ask(_REQUESTS[effort])
+            for _ in until_changed(session):
+                clock.tick(effort)
+        clock.tick("")
+    return clock.result()
+
+
+def measure_unknown(
+    session: LiveSession, scenario: Scenario
+) -> dict[str, Spread]:
+    """How long the latest ticks take with unknown space as an obstacle or free.
+
+    Each tick is computed again both ways, so that the machine's mood is the
+    same; a fast oracle sees the same robot in the same places.
+
+    Args:
+        session: With a map in which unknown space is an obstacle.
+        scenario: Its.
+    """
+    field = session.status.scene_map.field
+    assert isinstance(field, CompositeDistanceField)
+    robot = session.robot
+    law = ReactiveLaw.make(scenario.controller, robot, session.period)
+    fields = {OBSTACLE: field, FREE: field.parts[0]}
+    taken: dict[str, list[float]] = {name: [] for name in fields}
+    for before, report in pairwise(session.reports):
+        for name, asked in fields.items():
+            start = time.perf_counter()
+            spheres = robot.spheres_at(report.q)
+            clearances = asked.clearances(spheres, law.collision.influence)
+            run_tick(
+                law,
+                report.time,
+                report.q,
+                report.X_WT,
+                clearances,
+                asked,
+                before.command,
+            )
+            taken[name].append(time.perf_counter() - start)
+    return {name: Spread.of(np.array(t)) for name, t in taken.items()}
+
+
+def first_map(session: LiveSession) -> Iterator[None]:
+    """Scans; to be followed by a tick each time, until there is a map."""
+    session.scan()
+    yield from until_changed(session)
+
+
+def until_changed(session: LiveSession) -> Iterator[None]:
+    """To be followed by a tick each time, until the map has changed.
+
+    Raises:
+        RemoSplatError: It does not change.
+    """
+    before, end = session.status.swaps, session.time + _PATIENCE
+    while session.status.swaps == before:
+        if session.time > end:
+            trouble = session.status.trouble or "the process is too slow"
+            raise RemoSplatError(f"there is no new map: {trouble}")
+        yield
+    while session.status.is_building:
+        yield
+
+
+class _Clock:
+    """Ticks a session at the wall clock's pace, and notes how it went."""
+
+    def __init__(self, session: LiveSession, session_file: Path):
+        self._session = session
+        self._file = session_file
+        self._next = time.perf_counter()
+        self._kinds: list[str] = []
+        self._rows: list[tuple[float, float, float, bool]] = []
+        self._swaps: list[tuple[int, float]] = []
+
+    def tick(self, kind: str) -> None:
+        """Waits for the next tick, and computes it.
+
+        Args:
+            kind: What is in the making; empty for what does not count.
+        """
+        session = self._session
+        self._next += session.period
+        time.sleep(max(0.0, self._next - time.perf_counter()))
+        if kind:
+            session.move_on()
+        swaps = session.status.swaps
+        start, busy = time.perf_counter(), time.thread_time()
+        session.tick()
+        busy, end = time.thread_time() - busy, time.perf_counter()
+        late = end > self._next + session.period
+        if late:  # What was lost is not made up for.
+            self._next = end - session.period
+        if session.status.swaps != swaps:
+            told = self._file.stat().st_mtime
+            self._swaps.append((len(self._rows), time.time() - told))
+        self._kinds.append(kind)
+        self._rows.append((start, end, busy, late))
+        gc.collect(1)
+
+    def result(self) -> LivePeriods:
+        """Sums up."""
+        start, end, busy, late = np.array(self._rows).T
+        work, period = end - start, np.diff(end, prepend=np.nan)
+        kinds = np.array(self._kinds)
+        times = {}
+        for kind in (QUIET, QUICK, FULL):
+            rows = np.flatnonzero(kinds == kind)
+            times[kind] = TickTimes(
+                len(rows),
+                int(late[rows].sum()),
+                Spread.of(period[rows]),
+                Spread.of(work[rows]),
+                Spread.of(busy[rows]),
+            )
+        swaps = [
+            Swap(str(kinds[i]), latency, float(work[i]), float(work[i + 1]))
+            for i, latency in self._swaps
+            if kinds[i]
+        ]
+        return LivePeriods(times, swaps)

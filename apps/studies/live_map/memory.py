@@ -1,0 +1,98 @@
+"""What a live map costs in memory over a long session."""
+
+import dataclasses as dc
+import gc
+from collections.abc import Callable
+from itertools import cycle
+
+from apps.studies.live_map.cases import first_map
+from apps.studies.live_map.memory_use import (
+    MemoryTrend,
+    MemoryUse,
+    memory_of,
+    trend,
+)
+from apps.studies.live_map.session import LiveSession
+from remosplat_drake.base.real_time import garbage_kept
+from remosplat_drake.signals.map_requests import MapRequests
+
+_LOOKS = 1.0
+"""Memory is looked at so often [s]."""
+
+_EVERY = 15.0
+"""Something is asked of the map so often while memory is watched [s]."""
+
+_USE = (
+    *[MapRequests(frames=1)] * 2,
+    MapRequests(undos=1),
+    MapRequests(frames=1),
+    MapRequests(refines=1),
+    MapRequests(undos=1),
+)
+"""What is asked of the map in turns while memory is watched."""
+
+
+@dc.dataclass(frozen=True)
+class LiveMemory:
+    """A session as fast as it goes.
+
+    Attributes:
+        minutes: Simulated [min].
+        maps: Changes of the map.
+        control: Memory of the process that controls.
+        mapping: Memory of the one that makes maps.
+    """
+
+    minutes: float
+    maps: int
+    control: MemoryTrend
+    mapping: MemoryTrend
+
+
+def measure_memory(
+    session: LiveSession,
+    minutes: float,
+    *,
+    on_time: Callable[[float], None] = lambda time: None,
+) -> LiveMemory:
+    """Uses the map for a long time, as fast as it goes, and watches memory.
+
+    Garbage is collected as with the real robot: what only cycles hold for
+    longer than a tick would stay.
+
+    Args:
+        session: A new one, with a fixed latency.
+        minutes: Simulated, after the scan [min].
+        on_time: Told the simulated time since then [s].
+
+    Raises:
+        RemoSplatError: There is no first map.
+    """
+    looked: list[float] = []
+    control: list[MemoryUse] = []
+    mapping: list[MemoryUse] = []
+    wishes = cycle(_USE)
+    with garbage_collection_disabled():
+        for _ in first_map(session):
+            session.tick()
+        start = asked = session.time
+        while session.time < start + 60 * minutes:
+            session.move_on()
+            session.tick()
+            gc.collect(1)
+            if session.status.is_building:
+                continue
+            if session.time >= asked + _EVERY:
+                asked = session.time
+                session.ask(next(wishes))
+            elif not looked or session.time >= 60 * looked[-1] + _LOOKS:
+                looked.append(session.time / 60)
+                control.append(memory_of())
+                mapping.append(memory_of(session.pid))
+                on_time(session.time - start)
+    return LiveMemory(
+        minutes,
+        session.status.swaps,
+        trend(looked, control),
+        trend(looked, mapping),
+    )

@@ -1,0 +1,169 @@
+"""`LiveSession`: a teleoperation with a live map, a tick at a time."""
+
+import dataclasses as dc
+import itertools
+from pathlib import Path
+from types import TracebackType
+
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from pydrake.systems.framework import Context
+
+from apps.studies.told_operator import ToldOperator
+from remosplat_drake.app.diagram import build
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.simulation import supervision_of
+from remosplat_drake.app.teleop_session import open_teleoperation
+from remosplat_drake.app.world import World
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.mapping.mapping_process import MappingProcess
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.map_status import MapStatus
+from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.signals.supervisor_state import STOPPED
+from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.station.station_config import kinematic_simulator_config
+from remosplat_drake.visualization.page import MeshcatPage
+
+_STAY = 4.0
+"""The target goes to another of the saved poses so often [s]."""
+
+_PATIENCE = 1.0
+"""A stopped robot is released so often [s]."""
+
+
+class LiveSession:
+    """A simulated robot between saved poses, whose map grows on request.
+
+    It is a context manager: the mapping process ends with it.
+
+    Attributes:
+        time: Simulated time [s].
+        period: Control period [s].
+        process: Makes the maps.
+        robot: The robot.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        world: World,
+        folder: Path,
+        page: MeshcatPage | None = None,
+    ):
+        """Builds the diagram and starts the mapping process.
+
+        Args:
+            scenario: What is teleoperated; with saved poses.
+            world: What its files hold.
+            folder: Gets the session.
+            page: Served meanwhile; None: no page.
+
+        Raises:
+            RemoSplatError: The session cannot be begun.
+        """
+        self.time, self.period = 0.0, scenario.control_period
+        self.robot = world.robot
+        self._mouth = ToldOperator()
+        teleoperation = dc.replace(
+            open_teleoperation(scenario, world, folder, hardware=False),
+            operator=self._mouth,
+        )
+        assert teleoperation.mapping is not None
+        self.process: MappingProcess = teleoperation.mapping
+        try:
+            self._application = build(
+                scenario, world, page, teleoperation=teleoperation
+            )
+        except BaseException:
+            self.process.close()
+            raise
+        self._simulator = Simulator(self._application.diagram)
+        ApplySimulatorConfig(
+            kinematic_simulator_config(self.period), self._simulator
+        )
+        self._root: Context = self._simulator.get_mutable_context()
+        self._poses = itertools.cycle(scenario.teleop.poses)
+        self._command = OperatorCommand(source="script")
+        self._requests = MapRequests()
+        self._moved = self._released = 0.0
+        self._ticks = 0
+        self._simulator.Initialize()
+
+    def __enter__(self) -> "LiveSession":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        value: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.process.close()
+        if self._application.log is not None:
+            self._application.log.close()
+
+    @property
+    def status(self) -> MapStatus:
+        """Of the live map."""
+        live_map = self._application.live_map
+        assert live_map is not None
+        return live_map.status(live_map.GetMyContextFromRoot(self._root))
+
+    @property
+    def pid(self) -> int:
+        """Of the mapping process, once it has answered.
+
+        Raises:
+            RemoSplatError: There is none, because it has died.
+        """
+        process = self.process.process
+        if process is None or process.pid is None:
+            raise RemoSplatError("the mapping process has died")
+        return process.pid
+
+    @property
+    def reports(self) -> list[TickReport]:
+        """Of the controller's latest ticks."""
+        return self._application.recorder.reports
+
+    def scan(self) -> None:
+        """Lets the robot look around for its first map."""
+        scans = self._command.scans + 1
+        self._say(dc.replace(self._command, scans=scans))
+
+    def ask(self, more: MapRequests) -> None:
+        """Asks for something of the map."""
+        self._requests += more
+        self._say(self._command)
+
+    def move_on(self) -> None:
+        """Goes to the next saved pose where it is time to; to be called often.
+
+        It also presses the release button of a robot that was stopped.
+        """
+        if self.time - self._moved >= _STAY:
+            self._moved = self.time
+            poses = self._command.poses + 1
+            self._say(
+                dc.replace(self._command, pose=next(self._poses), poses=poses)
+            )
+        supervision = supervision_of(self._application, self._root)
+        stopped = supervision is not None and supervision.mode == STOPPED
+        if stopped and self.time - self._released >= _PATIENCE:
+            self._released = self.time
+            supervisor = self._application.supervisor
+            assert supervisor is not None
+            supervisor.request_release(
+                supervisor.GetMyMutableContextFromRoot(self._root)
+            )
+
+    def tick(self) -> None:
+        """Computes a tick and simulates to the next one."""
+        self._ticks += 1
+        self.time = self._ticks * self.period
+        self._simulator.AdvanceTo(self.time)
+
+    def _say(self, command: OperatorCommand) -> None:
+        self._command = command
+        context = self._mouth.GetMyMutableContextFromRoot(self._root)
+        self._mouth.say(context, command, self._requests)

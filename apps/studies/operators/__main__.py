@@ -1,0 +1,134 @@
+"""Lets random operators teleoperate, and judges them by the truth."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from contextlib import closing
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from apps.studies.command_line import study_main
+from apps.studies.operators import campaign
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.teleop_session import check_mappable
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.benchmark.engines import in_this_process, in_workers
+from remosplat_drake.benchmark.jobs import Job, JobList
+from remosplat_drake.benchmark.line_file import LineFile
+from remosplat_drake.benchmark.pool import Job, run_jobs
+from remosplat_drake.commands.flags import check_seed, positive
+
+RESULTS = "operators.jsonl"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command line."""
+    parser.add_argument(
+        "--count", type=int, default=10, help="how many operators (10)"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the first (0)")
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        default=2,
+        metavar="N",
+        help="operators at a time; 0: one after the other, in this process (2)",
+    )
+    parser.add_argument(
+        "--minutes",
+        type=positive,
+        default=5.0,
+        metavar="MIN",
+        help="how long an operator works, by the simulation's clock"
+        " (%(default)g)",
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("results/operators"),
+        metavar="DIR",
+        help=f"where {RESULTS} and the sessions go; what is there is not done"
+        " again (results/operators)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Runs whoever is missing; 1 if anything was touched that must not be."""
+    for name, least in (("count", 1), ("jobs", 0)):
+        if getattr(arguments, name) < least:
+            raise FieldError(
+                "operators", f"--{name}", f"must be at least {least}"
+            )
+    check_seed("operators", arguments)
+    for name in campaign.SCENARIOS:
+        check_mappable(load_scenario(name))
+    trials = campaign.make_trials(
+        arguments.count, arguments.minutes, arguments.seed, arguments.output
+    )
+    path = arguments.output / RESULTS
+    known = read_results(path)
+    missing = [trial for trial in trials if trial.key not in known]
+    source = JobList(
+        Job(trial, campaign.run_operator, campaign.crashed) for trial in missing
+    )
+    running = (
+        in_workers(source, arguments.jobs)
+        if arguments.jobs
+        else in_this_process(source)
+    )
+    progress = Progress(console=Console(stderr=True), transient=True)
+    with LineFile(path) as file, closing(running), progress:
+        task = progress.add_task("operating", total=len(missing))
+        for result in running:
+            file.append(to_line(result))
+            known[result.key] = result
+            progress.advance(task)
+    results = [known[trial.key] for trial in trials]
+    Console().print(table(results))
+    return 1 if any(r.collisions or r.error for r in results) else 0
+
+
+def table(results: list[OperatorResult]) -> Table:
+    """One row an operator; distances are the smallest."""
+    rows = Table("operator", title="Random operators, judged by the truth")
+    for heading in (
+        "path [m]",
+        "maps",
+        "frames",
+        "changes",
+        "stopped [s]",
+        "to the mapped [mm]",
+        "to the known [mm]",
+        "collisions",
+        "with unseen",
+    ):
+        rows.add_column(heading, justify="right")
+    for result in results:
+        if result.error:
+            rows.add_row(result.key, f"failed: {result.error}")
+            continue
+        rows.add_row(
+            result.key,
+            f"{result.path_length:.1f}",
+            f"{result.maps}",
+            f"{result.frames}",
+            f"{result.scene_changes}",
+            f"{result.stopped:.0f}",
+            f"{1e3 * result.mapped_clearance:.1f}",
+            f"{1e3 * result.true_clearance:.1f}",
+            f"{result.collisions}",
+            f"{len(result.touches) - result.collisions}",
+        )
+    return rows
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the study from its command line; see `study_main`."""
+    return study_main("operators", __doc__, add_arguments, run, argv)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,151 @@
+"""`MappedTruth`: how much of the truth a live map can know at a time."""
+
+import dataclasses as dc
+from collections.abc import Hashable, Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from remosplat_drake.mapping.store.session import Session
+from remosplat_drake.oracle.point_distance import PointDistanceField
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.primitive_scene import (
+    Box,
+    Cylinder,
+    PrimitiveScene,
+)
+
+_ON = 0.005
+"""A measured point so near to a solid is on it [m]."""
+
+_SPACING = 0.004
+"""Of the points of a frame that are this near to each other one is kept [m]."""
+
+_SEEN = 50
+"""So many points of a frame on a solid show it."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Look:
+    """What a frame measured of a scene that was there: points (n, 3) in W."""
+
+    p_W: np.ndarray
+    time: float
+
+
+class MappedTruth:
+    """The part of a true, changing scene that the frames of a map measured.
+
+    Attributes:
+        scenes: What there was first, and what took turns with it.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        scenes: Sequence[PrimitiveScene],
+        changes: Sequence[float],
+        max_depth: float,
+    ):
+        """Prepares.
+
+        Args:
+            session: Its frames and maps.
+            scenes: See the attribute.
+            changes: When the scene changed to the next one, in order [s].
+            max_depth: Farther pixels are in no map [m].
+        """
+        self.scenes = tuple(scenes)
+        self._session = session
+        self._changes = np.asarray(changes, float)
+        self._max_depth = max_depth
+        self._look = lru_cache(maxsize=None)(self._read)
+        self.surfaces = lru_cache(maxsize=4)(self._surfaces)
+        self.known = lru_cache(maxsize=4)(self._known)
+
+    def changes_before(self, time: float) -> int:
+        """How often the scene had changed by a time [s]."""
+        return int(np.searchsorted(self._changes, time, "right"))
+
+    def scene(self, changes: int) -> PrimitiveScene:
+        """What there is after so many changes."""
+        return self.scenes[changes % len(self.scenes)]
+
+    def _surfaces(self, version: int, changes: int) -> PointDistanceField:
+        """Distances to what the map's frames measured and is still there.
+
+        Points on a thing that came or went since do not count.
+
+        Args:
+            version: Of the map.
+            changes: How often the scene had changed.
+        """
+        scene = self.scene(changes)
+        lasting, _ = self._split(changes)
+        points = [np.zeros((0, 3))]
+        for look in self._looks(version):
+            solids = scene if self._is_recent(look, changes) else lasting
+            points.append(look.p_W[_on(solids, look.p_W)])
+        return PointDistanceField(np.concatenate(points))
+
+    def _known(self, version: int, changes: int) -> PrimitiveScene:
+        """The scene without what came latest, unless a frame shows it."""
+        lasting, recent = self._split(changes)
+        for look in self._looks(version):
+            if not self._is_recent(look, changes):
+                continue
+            if _on(recent, look.p_W).sum() >= _SEEN:
+                return self.scene(changes)
+        return lasting
+
+    def _split(self, changes: int) -> tuple[PrimitiveScene, PrimitiveScene]:
+        """What was there before the last change as well, and what came."""
+        scene = self.scene(changes)
+        if not changes:
+            return scene, PrimitiveScene()
+        before = {_identity(p) for p in self.scene(changes - 1).primitives}
+        stayed = [p for p in scene.primitives if _identity(p) in before]
+        came = [p for p in scene.primitives if _identity(p) not in before]
+        return _scene_of(stayed), _scene_of(came)
+
+    def _is_recent(self, look: _Look, changes: int) -> bool:
+        return not changes or look.time >= self._changes[changes - 1]
+
+    def _looks(self, version: int) -> list[_Look]:
+        if not version:
+            return []
+        return [self._look(n) for n in self._session.versions[version].frames]
+
+    def _read(self, name: str) -> _Look:
+        frames = self._session.frames
+        frames.load((name,))
+        capture = frames.capture((name,))
+        near = capture.depth[0] <= self._max_depth
+        p_W = capture.points_W(0)[near & (capture.depth[0] > 0)]
+        time = frames.time(name)
+        scene = self.scene(self.changes_before(time))
+        # A point on nothing is an edge's, halfway to what is behind it.
+        p_W = p_W[_on(scene, p_W)]
+        cells = np.floor(p_W / _SPACING).astype(np.int64)
+        _, first = np.unique(cells, axis=0, return_index=True)
+        return _Look(p_W[first], time)
+
+
+def _on(scene: PrimitiveScene, p_W: np.ndarray) -> np.ndarray:
+    """Which points are on a solid of a scene, (n,) bool."""
+    on = np.zeros(len(p_W), bool)
+    near = SignedDistanceField(scene).clearances(Spheres.at(p_W), _ON)
+    on[near.sphere] = np.abs(near.distance) < _ON
+    return on
+
+
+def _identity(solid: Box | Cylinder) -> Hashable:
+    return _scene_of([solid]).content_hash
+
+
+def _scene_of(solids: Sequence[Box | Cylinder]) -> PrimitiveScene:
+    return PrimitiveScene(
+        tuple(s for s in solids if isinstance(s, Box)),
+        tuple(s for s in solids if isinstance(s, Cylinder)),
+    )

@@ -1,0 +1,97 @@
+"""Draws the scenes that controllers are compared in."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+
+from apps.studies.command_line import study_main
+from apps.studies.scenes.contact_sheet import Section, contact_sheet
+from apps.studies.scenes.picture import SceneView, robot_solids
+from remosplat_drake.base.atomic_file import atomic_write, check_writable
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.benchmark.suites import SceneCase, load_suite
+from remosplat_drake.robot.robot_model import load_robot
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command line."""
+    parser.add_argument(
+        "--suite",
+        default="generated",
+        metavar="generated[:FAMILY,...]|published:DIR",
+        help="our own scenes (default), or the published ones in DIR",
+    )
+    parser.add_argument(
+        "--scenes",
+        type=int,
+        default=8,
+        metavar="N",
+        help="how many of each family (8)",
+    )
+    parser.add_argument(
+        "--columns", type=int, default=4, help="pictures in a row (4)"
+    )
+    parser.add_argument(
+        "--width", type=int, default=400, help="of a picture [pixels] (400)"
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("scenes.png"),
+        metavar="FILE.png",
+        help="the contact sheet (scenes.png)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Draws the contact sheet."""
+    _check(arguments)
+    console = Console(stderr=True)
+    with console.status("choosing scenes"):
+        cases = load_suite(arguments.suite, arguments.scenes)
+    robot = robot_solids(load_robot("frankie"))
+    view = SceneView(robot, arguments.width, arguments.width * 3 // 4)
+    with Progress(console=console, transient=True) as progress:
+        task = progress.add_task("drawing", total=len(cases))
+        sections = []
+        for family, members in groupby(cases, lambda case: case.family):
+            members = list(members)
+            pictures = []
+            for case in members:
+                pictures.append(view.draw(case.truth()))
+                progress.advance(task)
+            sections.append(_section(family, members, pictures))
+    sheet = contact_sheet(sections, arguments.columns)
+    with atomic_write(arguments.output, "wb") as file:
+        sheet.save(file, "PNG")
+    console.print(f"{len(cases)} scenes in {arguments.output}")
+    return 0
+
+
+def _section(family: str, cases: list[SceneCase], pictures: list) -> Section:
+    names = [case.name for case in cases]
+    return Section(family, cases[0].suite, names, pictures)
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    for name, least in (("scenes", 1), ("columns", 1), ("width", 80)):
+        if getattr(arguments, name) < least:
+            problem = f"must be at least {least}"
+            raise FieldError("scenes", f"--{name}", problem)
+    if arguments.output.suffix.lower() != ".png":
+        raise FieldError("scenes", "--output", "must end in .png")
+    check_writable(arguments.output)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the study from its command line; see `study_main`."""
+    return study_main("scenes", __doc__, add_arguments, run, argv)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
