@@ -18,13 +18,13 @@ from contextlib import closing
 from functools import cache
 from pathlib import Path
 
+from remosplat_drake.benchmark.pool import Job, run_jobs
 from rich.console import Console
 
 from apps.studies.command_line import study_main
 from remosplat_drake.base.atomic_file import check_writable, write_atomically
 from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.base.strict_json import parse_json
-from remosplat_drake.benchmark.engines import in_this_process, in_workers
 from remosplat_drake.benchmark.feasibility import (
     FILTER_VERSION,
     FeasibilityFilter,
@@ -33,7 +33,6 @@ from remosplat_drake.benchmark.feasibility import (
 )
 from remosplat_drake.benchmark.feasible_scenes import FLOOR_HEIGHT, ROBOT
 from remosplat_drake.benchmark.formatting import format_rate
-from remosplat_drake.benchmark.jobs import Job, JobList
 from remosplat_drake.benchmark.reaching_task import BenchmarkCase
 from remosplat_drake.benchmark.suites import load_cases
 from remosplat_drake.benchmark.tables import Table
@@ -158,10 +157,9 @@ def goal_bounds(
         for question in (GoalQuestion(case, s) for s in SPHERE_SETS)
     }
     missing = [q for key, q in questions.items() if key not in known]
-    source = JobList(Job(question, judge, _failed) for question in missing)
-    running = in_workers(source, jobs) if jobs else in_this_process(source)
+    searches = (Job(question, judge, _failed) for question in missing)
     try:
-        with closing(running) as verdicts:
+        with closing(run_jobs(searches, jobs)) as verdicts:
             for done, verdict in enumerate(verdicts, 1):
                 known[verdict.key] = verdict
                 on_verdict(done, len(missing))

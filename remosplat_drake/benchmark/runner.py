@@ -1,26 +1,133 @@
-"""Runs many trials at once, keeps every result, and can be interrupted.
+"""Runs a benchmark: the splats that scenes lack first, and then the trials.
 
 Each trial is a pure function of its description, so results do not depend on
 how many run at once or in which order. A result is one line, written in one
 piece as soon as it is there; what is in the file already is not run again.
 """
 
-from collections.abc import Callable, Sequence
-from contextlib import closing
+import dataclasses as dc
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, suppress
+from itertools import groupby, takewhile
 from pathlib import Path
 
-from remosplat_drake.benchmark.engines import in_this_process, in_workers
-from remosplat_drake.benchmark.jobs import JobSource, Results
 from remosplat_drake.benchmark.line_file import LineFile
-from remosplat_drake.benchmark.ray_engine import on_ray
-from remosplat_drake.benchmark.result import TrialResult, read_results, to_line
-from remosplat_drake.benchmark.splat_record import SplatRecord
-from remosplat_drake.benchmark.trial import Trial, run_trial
-from remosplat_drake.benchmark.trial_queue import (
-    RunTrial,
-    SplatMaking,
-    TrialQueue,
+from remosplat_drake.benchmark.pool import Job, run_jobs
+from remosplat_drake.benchmark.ray_cluster import on_ray
+from remosplat_drake.benchmark.reaching_task import SURFEL
+from remosplat_drake.benchmark.result import (
+    TrialResult,
+    read_results,
+    to_line,
 )
+from remosplat_drake.benchmark.splat_recipe import SplatRecipe
+from remosplat_drake.benchmark.splat_record import SplatRecord
+from remosplat_drake.benchmark.trained_splats import (
+    SplatOrder,
+    failed_record,
+    make_splat,
+)
+from remosplat_drake.benchmark.trial import Trial, describe, run_trial
+from remosplat_drake.capture.rendering.synthetic import (
+    render_capture,
+    survey_poses,
+)
+from remosplat_drake.reconstruction.surfels.surfels import surfels_from_capture
+
+_WARM_UP = 2
+"""How long a method runs to have everything compiled [ticks]."""
+
+
+@dc.dataclass(frozen=True)
+class SplatMaking:
+    """How scenes get the splats they lack.
+
+    Attributes:
+        recipe: How a splat is made.
+        workers: How many are made at the same time; 0 makes them in this
+            process.
+        gpus: GPUs that the workers share, as the driver names them.
+    """
+
+    recipe: SplatRecipe
+    workers: int
+    gpus: tuple[str, ...] = ()
+
+
+def compile_kernels(trials: Sequence[Trial], renders: bool) -> None:
+    """Compiles what trials need, before many workers would at once.
+
+    Numba numbers the files of a kernel's variants. Processes that compile
+    different variants at the same time may give them the same number. What
+    fails here fails again in a worker, and is recorded there.
+
+    Args:
+        trials: Of which the first of each method is run for some ticks.
+            One's own controllers are left out.
+        renders: Whether scenes are rendered, too.
+    """
+    firsts = {trial.method.name: trial for trial in reversed(trials)}
+    for trial in firsts.values():
+        method = trial.method
+        if method.controller:
+            continue
+        limit = _WARM_UP * method.scenario.control_period
+        scenario = dc.replace(method.scenario, time_limit=limit)
+        brief = dc.replace(method, scenario=scenario)
+        with suppress(Exception):
+            run_trial(dc.replace(trial, method=brief))
+    truth = trials[0].case.task().solids
+    if renders and truth is not None:
+        with suppress(Exception):
+            poses = survey_poses(truth, 2)
+            surfels_from_capture(render_capture(truth, poses, 64, 48), 100)
+
+
+def missing_splats(
+    trials: Sequence[Trial], recipe: SplatRecipe
+) -> list[SplatOrder]:
+    """Returns what must be made before trials, given scene by scene, can run.
+
+    Scenes that no method looks at through a splat, and those whose solids
+    nobody knows, get none.
+    """
+    return [
+        SplatOrder(case, recipe)
+        for case, of_scene in groupby(trials, key=lambda trial: trial.case)
+        if any(trial.method.needs_splat for trial in of_scene)
+        and case.splat_key() == SURFEL
+        and case.task().solids is not None
+    ]
+
+
+def make_splats(
+    orders: Sequence[SplatOrder],
+    making: SplatMaking,
+    *,
+    is_over: Callable[[], bool] = lambda: False,
+    on_record: Callable[[SplatRecord], None] = lambda record: None,
+    function: Callable[[SplatOrder], SplatRecord] = make_splat,
+) -> list[SplatRecord]:
+    """Makes splats, which are kept in the recipe's folder.
+
+    Args:
+        orders: Which scenes need one.
+        making: How they are made.
+        is_over: Once it says so, no other splat is begun.
+        on_record: Called with every new record.
+        function: What makes a splat; must be importable by workers.
+
+    Returns:
+        The records of those that were begun, the failed ones among them.
+    """
+    jobs = (Job(order, function, failed_record) for order in orders)
+    in_time = takewhile(lambda job: not is_over(), jobs)
+    records = []
+    with closing(run_jobs(in_time, making.workers, making.gpus)) as results:
+        for record in results:
+            records.append(record)
+            on_record(record)
+    return records
 
 
 def run_trials(
@@ -28,12 +135,12 @@ def run_trials(
     path: Path,
     jobs: int,
     *,
+    gpus: Sequence[str] = (),
     ray_address: str | None = None,
-    splats: SplatMaking | None = None,
     is_over: Callable[[], bool] = lambda: False,
-    on_start: Callable[[TrialQueue], None] | None = None,
-    on_result: Callable[[TrialResult | SplatRecord], None] | None = None,
-    function: RunTrial = run_trial,
+    on_start: Callable[[int], None] = lambda missing: None,
+    on_result: Callable[[TrialResult], None] = lambda result: None,
+    function: Callable[[Trial], TrialResult] = run_trial,
 ) -> list[TrialResult]:
     """Runs what a result file does not hold yet, and what crashed.
 
@@ -41,17 +148,17 @@ def run_trials(
         trials: What to run, scene by scene.
         path: The result file; made if it is not there.
         jobs: Worker processes; 0 runs everything in this one.
+        gpus: GPUs that the workers share.
         ray_address: Run on that Ray cluster instead ("auto": the one of this
             machine, "local": a new one).
-        splats: How scenes get the splats they lack; None leaves them without.
         is_over: Once it says so, no other scene is begun.
-        on_start: Called with what is left to run.
-        on_result: Called with every new result, and every new splat's record.
+        on_start: Called with the number of trials to run.
+        on_result: Called with every new result.
         function: What runs a trial; must be importable by workers.
 
     Returns:
-        The results of all trials, old and new, in the order in which their
-        scenes were ready; without those that were not started in time.
+        The results of all trials, old and new, in their order; without those
+        that were not started in time.
 
     Raises:
         FileError: The result file cannot be read or written.
@@ -60,38 +167,24 @@ def run_trials(
     known = {
         result.key: result for result in read_results(path) if not result.error
     }
-    queue = TrialQueue(
-        trials,
-        known.copy(),
-        jobs,
-        function=function,
-        splats=splats,
-        is_over=is_over,
+    keyed = [(trial.key(), trial) for trial in trials]
+    missing = [trial for key, trial in keyed if key not in known]
+    on_start(len(missing))
+
+    def in_time() -> Iterator[Job]:
+        for _, of_scene in groupby(missing, key=lambda trial: trial.case):
+            if is_over():
+                return
+            yield from (Job(trial, function, describe) for trial in of_scene)
+
+    running = (
+        run_jobs(in_time(), jobs, gpus)
+        if ray_address is None
+        else on_ray(in_time(), ray_address)
     )
-    if on_start is not None:
-        on_start(queue)
-    running = _run(queue, jobs, ray_address, splats.gpus if splats else ())
-    with (
-        LineFile(path) as file,
-        closing(running) as results,
-    ):
+    with LineFile(path) as file, closing(running) as results:
         for result in results:
-            if isinstance(result, TrialResult):
-                file.append(to_line(result))
-                known[result.key] = result
-            if on_result is not None:
-                on_result(result)
-    return [known[key] for key in queue.keys if key in known]
-
-
-def _run(
-    source: JobSource,
-    jobs: int,
-    ray_address: str | None,
-    gpus: Sequence[str],
-) -> Results:
-    if ray_address is not None:
-        return on_ray(source, ray_address)
-    if jobs == 0:
-        return in_this_process(source)
-    return in_workers(source, jobs, gpus)
+            file.append(to_line(result))
+            known[result.key] = result
+            on_result(result)
+    return [known[key] for key, _ in keyed if key in known]

@@ -4,6 +4,7 @@ import dataclasses as dc
 import hashlib
 from collections.abc import Sequence
 from functools import cache
+from itertools import chain, groupby, zip_longest
 from pathlib import Path
 
 from remosplat_drake.base import resources
@@ -107,6 +108,20 @@ class SceneCase:
             record = read_record(path)
             return read_ply(path), record.origin if record else TRAINED
         return surfel_splat(truth, SURFEL_COUNT), SURFEL
+
+
+def interleave_families(
+    cases: Sequence[BenchmarkCase],
+) -> list[BenchmarkCase]:
+    """The first of each family, then the second of each, and so on.
+
+    Whenever a run stops, it has compared methods in balanced scenes.
+    """
+    by_family = [
+        list(group) for _, group in groupby(cases, key=lambda c: c.family)
+    ]
+    turns = chain.from_iterable(zip_longest(*by_family))
+    return [case for case in turns if case is not None]
 
 
 @cache

@@ -13,7 +13,10 @@ from remosplat_drake.app.scenario import PoseConfig, Scenario
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World
 from remosplat_drake.benchmark import metrics as met
-from remosplat_drake.benchmark.custom_controller import drive, load_controller
+from remosplat_drake.benchmark.custom_controller import (
+    drive,
+    load_controller,
+)
 from remosplat_drake.benchmark.methods import Method
 from remosplat_drake.benchmark.reaching_task import (
     NO_SPLAT,
@@ -64,11 +67,6 @@ class Trial:
     method: Method
     case: BenchmarkCase
     seed: int = 0
-
-    @property
-    def label(self) -> str:
-        """For messages."""
-        return f"{self.method.name} in {self.case.name}"
 
     def key(self) -> str:
         """Names everything that the result depends on."""

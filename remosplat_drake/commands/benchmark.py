@@ -12,25 +12,26 @@ from rich.console import Console
 
 from remosplat_drake.app import warm_up
 from remosplat_drake.base.atomic_file import check_writable, write_atomically
-from remosplat_drake.benchmark.kernel_warm_up import compile_kernels
 from remosplat_drake.benchmark.methods import GROUPS, load_methods
 from remosplat_drake.benchmark.report import report_tables, to_markdown
 from remosplat_drake.benchmark.report_page import to_html
 from remosplat_drake.benchmark.result import CRASH, TrialResult, read_results
-from remosplat_drake.benchmark.runner import run_trials
+from remosplat_drake.benchmark.runner import (
+    SplatMaking,
+    compile_kernels,
+    make_splats,
+    missing_splats,
+    run_trials,
+)
 from remosplat_drake.benchmark.splat_record import (
     SplatRecord,
     read_records,
     write_records,
 )
 from remosplat_drake.benchmark.splat_table import splat_table
-from remosplat_drake.benchmark.suites import load_cases
+from remosplat_drake.benchmark.suites import interleave_families, load_cases
 from remosplat_drake.benchmark.trained_splats import stored_records
 from remosplat_drake.benchmark.trial import Trial
-from remosplat_drake.benchmark.trial_queue import (
-    SplatMaking,
-    interleave_families,
-)
 from remosplat_drake.commands.benchmark_progress import BenchmarkProgress
 from remosplat_drake.commands.splat_making import (
     add_splat_arguments,
@@ -160,7 +161,7 @@ def run(arguments: argparse.Namespace) -> int:
     warm_up.announce(console)
     if arguments.jobs > 1:
         with console.status("warming up"):
-            compile_kernels(trials, splats)
+            compile_kernels(trials, splats is not None)
     seconds = 60 * arguments.stop_after
     outcome = _run(
         trials,
@@ -195,26 +196,29 @@ def _run(
     console: Console,
     is_over: Callable[[], bool],
 ) -> _Outcome:
-    failed: list[SplatRecord] = []
+    orders, records = [], []
     with BenchmarkProgress(console) as progress:
-
-        def show(result: TrialResult | SplatRecord):
-            progress.show(result)
-            if isinstance(result, SplatRecord) and result.error:
-                failed.append(result)
-
+        if splats is not None:
+            orders = missing_splats(trials, splats.recipe)
+            progress.start_splats(len(orders))
+            records = make_splats(
+                orders, splats, is_over=is_over, on_record=progress.show_splat
+            )
         results = run_trials(
             trials,
             arguments.output / RESULTS,
             arguments.jobs,
+            gpus=splats.gpus if splats else (),
             ray_address=arguments.ray,
-            splats=splats,
             is_over=is_over,
-            on_start=progress.start,
-            on_result=show,
+            on_start=progress.start_trials,
+            on_result=progress.show_trial,
         )
     return _Outcome(
-        results, failed, len(trials) - len(results), progress.splats_left
+        results,
+        [record for record in records if record.error],
+        len(trials) - len(results),
+        len(orders) - len(records),
     )
 
 

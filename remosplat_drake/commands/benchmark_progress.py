@@ -14,15 +14,10 @@ from rich.progress import (
 
 from remosplat_drake.benchmark.result import SUCCESS, TrialResult
 from remosplat_drake.benchmark.splat_record import SplatRecord
-from remosplat_drake.benchmark.trial_queue import TrialQueue
 
 
 class BenchmarkProgress:
-    """A bar of trials, and one of splats where some are to be made.
-
-    Attributes:
-        splats_left: Splats that are not made yet.
-    """
+    """A bar of trials, and one of splats where some are to be made."""
 
     def __init__(self, console: Console):
         self._progress = Progress(
@@ -37,7 +32,6 @@ class BenchmarkProgress:
         self._splats = self._progress.add_task("splats", visible=False)
         self._trials = self._progress.add_task("running", total=None)
         self._succeeded = self._finished = 0
-        self.splats_left = 0
 
     def __enter__(self) -> "BenchmarkProgress":
         self._progress.start()
@@ -51,18 +45,20 @@ class BenchmarkProgress:
     ):
         self._progress.stop()
 
-    def start(self, queue: TrialQueue) -> None:
-        """Tells what is left to do."""
-        self.splats_left = splats = queue.splats_left
-        self._progress.update(self._splats, total=splats, visible=splats > 0)
-        self._progress.update(self._trials, total=queue.trials_left)
+    def start_splats(self, count: int) -> None:
+        """Tells how many splats are to be made."""
+        self._progress.update(self._splats, total=count, visible=count > 0)
 
-    def show(self, result: TrialResult | SplatRecord) -> None:
-        """Counts one result."""
-        if isinstance(result, SplatRecord):
-            self.splats_left -= 1
-            self._progress.update(self._splats, advance=1)
-            return
+    def show_splat(self, record: SplatRecord) -> None:
+        """Counts one splat."""
+        self._progress.update(self._splats, advance=1)
+
+    def start_trials(self, count: int) -> None:
+        """Tells how many trials are to be run."""
+        self._progress.update(self._trials, total=count)
+
+    def show_trial(self, result: TrialResult) -> None:
+        """Counts one trial."""
         self._finished += 1
         self._succeeded += result.outcome("text") == SUCCESS
         description = f"{self._succeeded}/{self._finished} reached"

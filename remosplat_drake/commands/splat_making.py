@@ -5,10 +5,13 @@ import os
 from pathlib import Path
 
 from remosplat_drake.base.errors import FieldError, RemoSplatError
-from remosplat_drake.benchmark.engines import VISIBLE_GPUS
-from remosplat_drake.benchmark.splat_recipe import default_folders, load_recipe
+from remosplat_drake.benchmark.pool import VISIBLE_GPUS
+from remosplat_drake.benchmark.runner import SplatMaking
+from remosplat_drake.benchmark.splat_recipe import (
+    default_folders,
+    load_recipe,
+)
 from remosplat_drake.benchmark.trained_splats import FITS
-from remosplat_drake.benchmark.trial_queue import SplatMaking
 from remosplat_drake.oracle.depth_backend import missing_for_cuda
 
 JOBS_PER_GPU = 8
@@ -54,7 +57,7 @@ def add_splat_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         metavar="J",
         help="splats made at the same time, spread over the GPUs (default:"
-        f" half of --jobs, at most {JOBS_PER_GPU} a GPU)",
+        f" as --jobs, at most {JOBS_PER_GPU} a GPU)",
     )
 
 
@@ -76,12 +79,11 @@ def splat_making(arguments: argparse.Namespace) -> SplatMaking | None:
     gpus = _gpus() if recipe.device == "cuda" else ()
     at_once = arguments.train_jobs
     if at_once is None:
-        most = JOBS_PER_GPU * len(gpus) if gpus else arguments.jobs
-        at_once = max(1, min(arguments.jobs // 2, most))
+        at_once = JOBS_PER_GPU * len(gpus) if gpus else arguments.jobs
     elif at_once < 1:
         problem = f"must be at least 1, got {at_once}"
         raise FieldError("benchmark", "--train-jobs", problem)
-    return SplatMaking(recipe, at_once, gpus)
+    return SplatMaking(recipe, min(at_once, arguments.jobs), gpus)
 
 
 def splat_folders(

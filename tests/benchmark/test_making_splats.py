@@ -1,4 +1,4 @@
-"""Splats for a suite's scenes: made once, kept, and run while others train."""
+"""Splats for a suite's scenes: made first and once, and kept."""
 
 import dataclasses as dc
 import json
@@ -7,10 +7,15 @@ import numpy as np
 import pytest
 
 from remosplat_drake.base.errors import FieldError, FileError
-from remosplat_drake.benchmark.engines import gpu_for
 from remosplat_drake.benchmark.methods import load_methods
+from remosplat_drake.benchmark.pool import gpu_for
 from remosplat_drake.benchmark.result import read_results
-from remosplat_drake.benchmark.runner import run_trials
+from remosplat_drake.benchmark.runner import (
+    SplatMaking,
+    make_splats,
+    missing_splats,
+    run_trials,
+)
 from remosplat_drake.benchmark.splat_recipe import (
     REFINED,
     SplatRecipe,
@@ -33,7 +38,6 @@ from remosplat_drake.benchmark.trained_splats import (
     stored_records,
 )
 from remosplat_drake.benchmark.trial import Trial
-from remosplat_drake.benchmark.trial_queue import SplatMaking
 from remosplat_drake.reconstruction.surfels.surfels import splat_of_surfels
 from remosplat_drake.splat.codecs.ply import read_ply
 
@@ -83,17 +87,16 @@ TICKS = "{time_limit: 0.2}"
 
 
 def run(trials, path, function=make_untrained, jobs=0, recipe=TINY, **options):
-    records = []
-
-    def keep(result):
-        if not hasattr(result, "key"):
-            records.append(result)
-
-    making = SplatMaking(recipe, 1, function=function)
-    results = run_trials(
-        trials, path, jobs, splats=making, on_result=keep, **options
+    told = []
+    records = make_splats(
+        missing_splats(trials, recipe),
+        SplatMaking(recipe, jobs),
+        on_record=told.append,
+        function=function,
+        **options,
     )
-    return results, records
+    assert told == records
+    return run_trials(trials, path, jobs, **options), records
 
 
 @pytest.mark.parametrize("jobs", [0, pytest.param(2, marks=pytest.mark.slow)])
@@ -156,21 +159,31 @@ def test_a_scene_without_luck_goes_on_with_surfels(tmp_path, splat_trials):
     assert len(read_results(path)) == 5
 
 
-def test_a_run_that_is_over_leaves_whole_scenes(tmp_path, splat_trials):
+def over_after(looks: int):
+    """Time that is up after so many looks at the clock."""
+    left = iter(range(looks))
+    return lambda: next(left, None) is None
+
+
+def test_a_run_that_is_over_in_its_splats_goes_on(tmp_path, splat_trials):
     path = tmp_path / "trials.jsonl"
-    seen = []
-
-    def third_look() -> bool:
-        seen.append(None)
-        return len(seen) > 2
-
-    # The first look is at a splat, the second at a trial; one more follows.
-    results, records = run(splat_trials, path, is_over=third_look)
-    assert [r.scene for r in results] == ["t-1", "t-1"]
+    results, records = run(splat_trials, path, is_over=over_after(1))
+    assert not results
     assert [r.scene for r in records] == ["t-1"]
+    # One look is at the splat that is left, the other at the first scene.
+    results, records = run(splat_trials, path, is_over=over_after(2))
+    assert [r.scene for r in records] == ["t-4"]
+    assert [r.scene for r in results] == ["t-1", "t-1"]
     results, records = run(splat_trials, path)
     assert len(results) == 4
-    assert [r.scene for r in records] == ["t-4"]
+    assert not records
+
+
+def test_only_scenes_that_are_looked_at_through_a_splat_get_one(splat_trials):
+    orders = missing_splats(splat_trials, TINY)
+    assert [order.case.name for order in orders] == ["t-1", "t-4"]
+    blind = [t for t in splat_trials if not t.method.needs_splat]
+    assert not missing_splats(blind, TINY)
 
 
 def test_recipes_have_folders_of_their_own():

@@ -59,7 +59,7 @@ def test_what_is_in_the_file_is_not_run_again(tmp_path, trials):
         trials,
         path,
         jobs=0,
-        on_start=lambda queue: counts.append(queue.trials_left),
+        on_start=counts.append,
         function=instant,
     )
     assert counts == [1]
@@ -117,7 +117,7 @@ def test_an_interrupted_run_goes_on_where_it_was(tmp_path, trials):
         trials,
         path,
         jobs=0,
-        on_start=lambda queue: counts.append(queue.trials_left),
+        on_start=counts.append,
         function=instant,
     )
     assert counts == [1]

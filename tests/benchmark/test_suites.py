@@ -6,7 +6,13 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark import suites
 from remosplat_drake.benchmark.primitive_surfels import surfel_splat
 from remosplat_drake.benchmark.scene_generators import generate
-from remosplat_drake.benchmark.suites import SURFEL, TRAINED, load_suite
+from remosplat_drake.benchmark.suites import (
+    SURFEL,
+    TRAINED,
+    SceneCase,
+    interleave_families,
+    load_suite,
+)
 from remosplat_drake.scene.rmmi import write_rmmi
 from remosplat_drake.splat.codecs.ply import write_ply
 
@@ -22,6 +28,13 @@ def published(tmp_path, monkeypatch):
             path = tmp_path / stem / f"{stem}_{i:04d}.json"
             write_rmmi(path, generate(family, i))
     return tmp_path
+
+
+def test_families_take_turns():
+    names = [("a", 1), ("a", 2), ("a", 3), ("b", 1)]
+    cases = [SceneCase(f"{family}{i}", family) for family, i in names]
+    order = [case.name for case in interleave_families(cases)]
+    assert order == ["a1", "b1", "a2", "a3"]
 
 
 def test_published_scenes_come_family_by_family(published):

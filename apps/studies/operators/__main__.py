@@ -6,17 +6,21 @@ from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
 
+from remosplat_drake.benchmark.pool import Job, run_jobs
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
 from apps.studies.command_line import study_main
 from apps.studies.operators import campaign
+from apps.studies.operators.result import (
+    OperatorResult,
+    read_results,
+    to_line,
+)
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.teleop_session import check_mappable
 from remosplat_drake.base.errors import FieldError
-from remosplat_drake.benchmark.engines import in_this_process, in_workers
-from remosplat_drake.benchmark.jobs import Job, JobList
 from remosplat_drake.benchmark.line_file import LineFile
 from remosplat_drake.benchmark.pool import Job, run_jobs
 from remosplat_drake.commands.flags import check_seed, positive
@@ -71,13 +75,9 @@ def run(arguments: argparse.Namespace) -> int:
     path = arguments.output / RESULTS
     known = read_results(path)
     missing = [trial for trial in trials if trial.key not in known]
-    source = JobList(
-        Job(trial, campaign.run_operator, campaign.crashed) for trial in missing
-    )
-    running = (
-        in_workers(source, arguments.jobs)
-        if arguments.jobs
-        else in_this_process(source)
+    running = run_jobs(
+        (Job(t, campaign.run_operator, campaign.crashed) for t in missing),
+        arguments.jobs,
     )
     progress = Progress(console=Console(stderr=True), transient=True)
     with LineFile(path) as file, closing(running), progress:

@@ -1,14 +1,17 @@
-"""How jobs are run: here, or in many processes of this machine.
+"""Many jobs at once on this machine: `run_jobs`.
 
-An engine is a generator of results, in whatever order they come.
+Results come in whatever order they are ready. A job that fails, or whose
+worker dies, has a result as well.
 """
 
+import dataclasses as dc
 import logging
 import multiprocessing
 import os
 import signal
-from collections import Counter
-from collections.abc import Iterator, Sequence
+import traceback
+from collections import Counter, deque
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     Future,
@@ -18,9 +21,12 @@ from concurrent.futures import (
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.sharedctypes import Synchronized
+from typing import Any
 
-from remosplat_drake.base.child_process import one_thread_environment
-from remosplat_drake.benchmark.jobs import Job, JobList, JobSource, Results
+from remosplat_drake.base.one_thread import one_thread_environment
+
+DIED = "its process died"
+"""The error of a job whose worker was lost."""
 
 MAX_ATTEMPTS = 2
 """A job whose worker dies so often is given up."""
@@ -28,75 +34,103 @@ MAX_ATTEMPTS = 2
 VISIBLE_GPUS = "CUDA_VISIBLE_DEVICES"
 """The variable that names the GPUs a process sees."""
 
-
-def in_this_process(source: JobSource) -> Results:
-    """One after the other, in order."""
-    while (job := source.take()) is not None:
-        result = job.run()
-        source.done(job, result)
-        yield result
+Results = Generator[Any, None, None]
+"""Results of jobs, in whatever order they come."""
 
 
-def in_workers(
-    source: JobSource, workers: int, gpus: Sequence[str] = ()
+@dc.dataclass(frozen=True, eq=False)
+class Job:
+    """A call that gives a result even where it fails.
+
+    Attributes:
+        subject: The argument; small, since it is sent to workers.
+        function: What is called; importable by workers.
+        failed: Makes a result of the subject and an error's text.
+    """
+
+    subject: Any
+    function: Callable[[Any], Any]
+    failed: Callable[[Any, str], Any]
+
+    def run(self) -> Any:
+        """Returns the result; an error becomes one, too."""
+        try:
+            return self.function(self.subject)
+        except Exception:
+            error = traceback.format_exc(limit=-3).strip()
+            return self.failed(self.subject, error)
+
+    def died(self) -> Any:
+        """Returns the result for a job that no worker survives."""
+        return self.failed(self.subject, DIED)
+
+
+def run_jobs(
+    jobs: Iterable[Job], workers: int, gpus: Sequence[str] = ()
 ) -> Results:
-    """Results as they come; a worker that dies costs at most its job.
+    """Runs jobs; a worker that dies costs at most its job.
 
     Args:
-        source: What to run.
-        workers: How many processes.
+        jobs: What to run. The next one is asked for when a worker is free.
+        workers: How many processes; 0 runs everything in this one, in order.
         gpus: GPUs that workers share, as `VISIBLE_GPUS` names them; each
             worker sees one.
     """
-    again, deaths = JobList(), Counter[Job]()
-    finished = False
-    while not finished or again:
+    if workers == 0:
+        yield from (job.run() for job in jobs)
+        return
+    fresh, suspects, deaths = iter(jobs), deque[Job](), Counter[Job]()
+    more = True
+    while more or suspects:
         # After a death, those that were running then go one by one: only
         # so is it clear whose worker dies.
-        queue, count = (again, 1) if again else (source, workers)
+        alone = bool(suspects)
+        queue, count = (_emptied(suspects), 1) if alone else (fresh, workers)
         running: dict[Future, Job] = {}
         with _pool(count, gpus) as pool:
             try:
-                for job, result in _drain(pool, queue, running, count, again):
-                    source.done(job, result)
-                    yield result
-                finished = queue is source
+                yield from _drain(pool, queue, running, count, suspects)
+                more = more and alone
             except BrokenProcessPool:
                 for job in running.values():
                     deaths[job] += 1
                     if deaths[job] < MAX_ATTEMPTS:
-                        again.add(job)
+                        suspects.append(job)
                     else:
-                        result = job.died()
-                        source.done(job, result)
-                        yield result
+                        yield job.died()
+
+
+def _emptied(jobs: deque[Job]) -> Iterator[Job]:
+    while jobs:
+        yield jobs.popleft()
 
 
 def _drain(
     pool: ProcessPoolExecutor,
-    queue: JobSource,
+    queue: Iterator[Job],
     running: dict[Future, Job],
     workers: int,
-    again: JobList,
-) -> Iterator[tuple[Job, object]]:
+    again: deque[Job],
+) -> Results:
     """Keeps the workers busy; `running` tells who is at work."""
     while True:
-        while len(running) < workers and (job := queue.take()) is not None:
+        while len(running) < workers and (job := next(queue, None)) is not None:
             try:
                 running[pool.submit(job.run)] = job
             except BrokenProcessPool:
-                again.add(job)
+                again.append(job)
                 raise
         if not running:
             return
         done, _ = wait(running, return_when=FIRST_COMPLETED)
         for future in done:
             result = future.result()
-            yield running.pop(future), result
+            del running[future]
+            yield result
 
 
 def gpu_for(worker: int, gpus: Sequence[str]) -> str:
-    """The GPU of a worker: they take turns."""
+    """Returns the GPU of a worker: they take turns."""
     return gpus[worker % len(gpus)]
 
 

@@ -1,21 +1,22 @@
 """Jobs on a Ray cluster, whose nodes see the same files."""
 
 import socket
+from collections.abc import Iterable
 
 from remosplat_drake.base.child_process import ONE_THREAD
 from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
-from remosplat_drake.benchmark.engines import MAX_ATTEMPTS
-from remosplat_drake.benchmark.jobs import Job, JobSource, Results
+from remosplat_drake.base.one_thread import ONE_THREAD
+from remosplat_drake.benchmark.pool import MAX_ATTEMPTS, Job, Results
 
 CONNECT_TIMEOUT = 5.0
 """How long a cluster may take to answer [s]."""
 
 
-def on_ray(source: JobSource, address: str) -> Results:
-    """Results as they come; a lost worker or node costs nothing.
+def on_ray(jobs: Iterable[Job], address: str) -> Results:
+    """Runs jobs on a cluster; a lost worker or node costs nothing.
 
     Args:
-        source: What to run. Scene files must have the same path everywhere,
+        jobs: What to run. Scene files must have the same path everywhere,
             and the nodes must be able to import the functions.
         address: Of the cluster, as `ray.init` takes it.
 
@@ -42,12 +43,12 @@ def on_ray(source: JobSource, address: str) -> Results:
             raise _no_cluster(address) from error
     try:
         run = ray.remote(num_cpus=1, max_retries=MAX_ATTEMPTS - 1)(Job.run)
-        running: dict[object, Job] = {}
+        queue, running = iter(jobs), dict[object, Job]()
         while True:
             # Nodes come and go. Some jobs wait there, so that none idles.
             cores = ray.cluster_resources().get("CPU", 1)
             while len(running) < 2 * cores:
-                if (job := source.take()) is None:
+                if (job := next(queue, None)) is None:
                     break
                 running[run.remote(job)] = job
             if not running:
@@ -58,7 +59,6 @@ def on_ray(source: JobSource, address: str) -> Results:
                 result = ray.get(done)
             except ray.exceptions.RayError:
                 result = job.died()
-            source.done(job, result)
             yield result
     finally:
         if ours:
