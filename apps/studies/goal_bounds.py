@@ -18,7 +18,6 @@ from contextlib import closing
 from functools import cache
 from pathlib import Path
 
-from remosplat_drake.benchmark.pool import Job, run_jobs
 from rich.console import Console
 
 from apps.studies.command_line import study_main
@@ -32,10 +31,10 @@ from remosplat_drake.benchmark.feasibility import (
     hand_fits,
 )
 from remosplat_drake.benchmark.feasible_scenes import FLOOR_HEIGHT, ROBOT
-from remosplat_drake.benchmark.formatting import format_rate
+from remosplat_drake.benchmark.pool import Job, run_jobs
 from remosplat_drake.benchmark.reaching_task import BenchmarkCase
 from remosplat_drake.benchmark.suites import load_cases
-from remosplat_drake.benchmark.tables import Table
+from remosplat_drake.benchmark.tables import Table, format_rate
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 

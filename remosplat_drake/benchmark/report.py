@@ -3,19 +3,22 @@
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.stats import binomtest
 
-from remosplat_drake.benchmark.formatting import (
+from remosplat_drake.benchmark.paper_results import PAPER_TRIALS, PaperRow
+from remosplat_drake.benchmark.result import RULE_TITLES, RULES, TrialResult
+from remosplat_drake.benchmark.scan_table import scan_table
+from remosplat_drake.benchmark.summary import Comparison, Row, gather
+from remosplat_drake.benchmark.tables import (
+    Table,
     format_mean,
     format_median,
     format_rare,
     format_rate,
 )
-from remosplat_drake.benchmark.paired_tables import paired_table, station_tables
-from remosplat_drake.benchmark.paper_results import PAPER_TRIALS, PaperRow
-from remosplat_drake.benchmark.result import RULE_TITLES, RULES, TrialResult
-from remosplat_drake.benchmark.scan_table import scan_table
-from remosplat_drake.benchmark.summary import Comparison, Row, gather
-from remosplat_drake.benchmark.tables import Table
+
+KINEMATIC = "kinematic"
+"""The station that others are compared with."""
 
 STARRED = (
     ("average_distance", 3),
@@ -195,3 +198,87 @@ def timing_table(comparison: Comparison) -> Table:
         tuple(rows),
         "Medians over the trials, several of which ran at once.",
     )
+
+
+def paired_table(comparison: Comparison) -> Table:
+    """Every method against the first, scene by scene."""
+    first, *others = comparison.rows
+    rows = []
+    for row in others:
+        cells = []
+        for rule in RULES:
+            cells += _mcnemar(row.successes(rule), first.successes(rule))
+        rows.append((row.method, *cells))
+    header = [
+        f"{what}, {rule}"
+        for rule in RULES
+        for what in ("only this", f"only {first.method}", "p")
+    ]
+    return Table(
+        f"{comparison.title}: paired with {first.method}",
+        ("method", *header),
+        tuple(rows),
+        "Scenes that only one of the two solves; p by McNemar's exact test.",
+    )
+
+
+def station_tables(comparisons: Sequence[Comparison]) -> list[Table]:
+    """The dynamic station against the kinematic one, method by method."""
+    rows: dict[tuple, Row] = {
+        (
+            row.method,
+            comparison.suite,
+            row.spheres,
+            row.gains,
+            row.scenes,
+            row.station,
+        ): row
+        for comparison in comparisons
+        for row in comparison.rows
+    }
+    lines = []
+    for (*setup, station), row in rows.items():
+        ideal = rows.get((*setup, KINEMATIC))
+        if station == KINEMATIC or ideal is None:
+            continue
+        a, b = row.successes("text"), ideal.successes("text")
+        only_row, only_ideal, p = _mcnemar(a, b)
+        lines.append(
+            (
+                f"{row.method}, {row.spheres} spheres",
+                format_rate(int(b.sum()), len(b)),
+                format_rate(int(a.sum()), len(a)),
+                only_ideal,
+                only_row,
+                p,
+                format_rare(row.collisions(), len(row)),
+            )
+        )
+    header = (
+        "method",
+        "kinematic [%]",
+        "dynamic [%]",
+        "only kinematic",
+        "only dynamic",
+        "p",
+        "collisions, dynamic",
+    )
+    notes = "Scenes that only one of the two solves; p by McNemar's exact test."
+    title = "Stations compared, success by the paper's text"
+    return [Table(title, header, tuple(lines), notes)] if lines else []
+
+
+def _mcnemar(a: np.ndarray, b: np.ndarray) -> tuple[str, str, str]:
+    """Tests exactly whether two methods succeed equally often.
+
+    Args:
+        a: Success of the one, shape (n,) bool.
+        b: Success of the other in the same scenes, shape (n,) bool.
+
+    Returns:
+        How many scenes only a solves, only b, and the two-sided p-value.
+    """
+    only_a, only_b = int((a & ~b).sum()), int((b & ~a).sum())
+    n = only_a + only_b
+    p = binomtest(only_a, n).pvalue if n else 1.0
+    return str(only_a), str(only_b), f"{p:.3g}"

@@ -1,17 +1,17 @@
 """The report as one page of HTML: its tables, and plots of them."""
 
 import html
-from collections.abc import Sequence
+import io
+from collections.abc import Callable, Sequence
 
-from remosplat_drake.benchmark.plots import (
-    box_plot,
-    rate_plot,
-    success_plot,
-    timing_plot,
-)
+import numpy as np
+
+from remosplat_drake.benchmark.paper_results import PAPER_TRIALS
 from remosplat_drake.benchmark.result import TrialResult
-from remosplat_drake.benchmark.summary import Comparison, gather
-from remosplat_drake.benchmark.tables import Table
+from remosplat_drake.benchmark.summary import Comparison, Row, gather
+from remosplat_drake.benchmark.tables import Table, rate_interval
+
+OURS, PAPERS = "tab:blue", "tab:orange"
 
 STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto;
@@ -45,15 +45,15 @@ def to_html(
 
 def _figures(comparison: Comparison) -> str:
     plots = {
-        "Success by the paper's text": success_plot(comparison),
-        "Smallest true clearance": box_plot(
+        "Success by the paper's text": _success_plot(comparison),
+        "Smallest true clearance": _box_plot(
             comparison, "minimum_distance", "clearance [m]"
         ),
-        "End-effector acceleration": box_plot(
+        "End-effector acceleration": _box_plot(
             comparison, "gracefulness", "mean |a| [m/s²]"
         ),
-        "Time of a control tick": timing_plot(comparison),
-        "Control rate and splats": rate_plot(comparison),
+        "Time of a control tick": _timing_plot(comparison),
+        "Control rate and splats": _rate_plot(comparison),
     }
     figures = "\n".join(
         f"<figure><figcaption>{html.escape(caption)}</figcaption>{svg}</figure>"
@@ -61,3 +61,118 @@ def _figures(comparison: Comparison) -> str:
         if svg
     )
     return f"<h2>{html.escape(comparison.title)}</h2>\n{figures}\n"
+
+
+def _success_plot(comparison: Comparison) -> str:
+    """Success by method with 95 % intervals, beside the paper's."""
+
+    def draw(axes):
+        for place, row in enumerate(comparison.rows):
+            solved = int(row.successes("text").sum())
+            _draw_rate(axes, place - 0.12, solved, len(row), OURS)
+            paper = comparison.paper.get(row.method)
+            if paper is not None:
+                _draw_rate(
+                    axes, place + 0.12, paper.successes, PAPER_TRIALS, PAPERS
+                )
+        axes.set_xlim(0, 100)
+        axes.set_xlabel(
+            "success [%], 95 % interval (blue: ours, orange: paper)"
+        )
+
+    return _methods_plot(comparison, draw)
+
+
+def _box_plot(comparison: Comparison, field: str, label: str) -> str:
+    """The distribution of a number of `Judgement` over all trials."""
+    return _values_plot(
+        comparison,
+        lambda row: row.values(field, "text", np.ones(len(row), bool)),
+        label,
+    )
+
+
+def _timing_plot(comparison: Comparison) -> str:
+    """The distribution of the trials' median tick."""
+    return _values_plot(
+        comparison, lambda row: 1e3 * row.times("tick_p50"), "tick [ms]", True
+    )
+
+
+def _rate_plot(comparison: Comparison) -> str:
+    """Control rate against the number of splats; empty without splats."""
+    rows = [row for row in comparison.rows if row.splat != "none"]
+    if not rows:
+        return ""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.4, 3.5), layout="constrained")
+    axes = figure.subplots()
+    for row in rows:
+        timed = [t for t in row.trials if t.times is not None]
+        axes.plot(
+            [t.splat_count for t in timed],
+            [1 / t.times.tick_p50 for t in timed if t.times is not None],
+            ".",
+            label=row.method,
+        )
+    axes.set_xlabel("splats")
+    axes.set_ylabel("control rate possible [Hz]")
+    axes.set_yscale("log")
+    axes.legend()
+    return _to_svg(figure)
+
+
+def _draw_rate(axes, y: float, successes: int, count: int, color: str):
+    low, high = rate_interval(successes, count)
+    rate = successes / count
+    # Where nothing or everything succeeds, rounding puts an end beyond it.
+    below, above = max(rate - low, 0.0), max(high - rate, 0.0)
+    axes.errorbar(
+        100 * rate,
+        y,
+        xerr=[[100 * below], [100 * above]],
+        fmt="o",
+        color=color,
+        capsize=3,
+    )
+
+
+def _values_plot(
+    comparison: Comparison,
+    values: Callable[[Row], np.ndarray],
+    label: str,
+    log: bool = False,
+) -> str:
+    def draw(axes):
+        axes.boxplot(
+            [values(row) for row in comparison.rows],
+            orientation="horizontal",
+            positions=range(len(comparison.rows)),
+            whis=(0, 100),
+        )
+        axes.set_xlabel(f"{label}: median, quartiles, range")
+        axes.set_xscale("log" if log else "linear")
+
+    return _methods_plot(comparison, draw)
+
+
+def _methods_plot(comparison: Comparison, draw: Callable) -> str:
+    """One line a method, the first on top."""
+    from matplotlib.figure import Figure
+
+    names = [row.method for row in comparison.rows]
+    figure = Figure(figsize=(6.4, 1 + 0.4 * len(names)), layout="constrained")
+    axes = figure.subplots()
+    draw(axes)
+    axes.set_yticks(range(len(names)), names)
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.grid(axis="x", alpha=0.3)
+    return _to_svg(figure)
+
+
+def _to_svg(figure) -> str:
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None})
+    # Without the XML header, which has no place inside a page.
+    return text.getvalue()[text.getvalue().index("<svg") :]

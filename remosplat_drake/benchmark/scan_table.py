@@ -2,7 +2,6 @@
 
 from collections import defaultdict
 
-from remosplat_drake.benchmark.formatting import format_mean
 from remosplat_drake.benchmark.paper_results import (
     PAPER_SCANS,
     PAPER_TARGETS,
@@ -10,7 +9,7 @@ from remosplat_drake.benchmark.paper_results import (
 )
 from remosplat_drake.benchmark.result import COLLISION, RULE_TITLES
 from remosplat_drake.benchmark.summary import Comparison, Row
-from remosplat_drake.benchmark.tables import Table
+from remosplat_drake.benchmark.tables import Table, format_mean
 
 
 def scan_table(comparison: Comparison, rule: str) -> Table:

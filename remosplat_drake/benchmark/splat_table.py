@@ -5,11 +5,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from remosplat_drake.benchmark.formatting import format_median
 from remosplat_drake.benchmark.reaching_task import TRAINED
 from remosplat_drake.benchmark.splat_recipe import SplatRecipe
 from remosplat_drake.benchmark.splat_record import SplatRecord
-from remosplat_drake.benchmark.tables import Table
+from remosplat_drake.benchmark.tables import Table, format_median
 from remosplat_drake.reconstruction.report.quality import DistanceQuality
 
 

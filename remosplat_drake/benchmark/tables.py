@@ -1,7 +1,13 @@
-"""`Table`: a small table that can be written as Markdown and as HTML."""
+"""`Table`, written as Markdown and as HTML, and the numbers in its cells.
+
+A number comes with its count and its 95 % interval.
+"""
 
 import dataclasses as dc
 import html
+
+import numpy as np
+from scipy.stats import binomtest, norm, sem
 
 
 @dc.dataclass(frozen=True)
@@ -57,3 +63,47 @@ class Table:
             f"<tbody>\n{body}\n</tbody>\n</table>\n"
             f"<p>{html.escape(self.notes)}</p>\n"
         )
+
+
+def rate_interval(successes: int, count: int) -> tuple[float, float]:
+    """Returns the 95 % interval of a rate (Wilson's score interval).
+
+    It stays inside [0, 1] and means something at 0 and at `count`.
+    """
+    interval = binomtest(successes, count).proportion_ci(method="wilson")
+    return interval.low, interval.high
+
+
+def format_rate(successes: int, count: int) -> str:
+    """Writes a rate in per cent, its interval and its counts."""
+    if not count:
+        return "–"
+    low, high = rate_interval(successes, count)
+    return (
+        f"{100 * successes / count:.1f} [{100 * low:.1f}, {100 * high:.1f}]"
+        f" ({successes}/{count})"
+    )
+
+
+def format_rare(successes: int, count: int) -> str:
+    """Writes counts of what should not happen, and its rate's upper bound."""
+    _, high = rate_interval(successes, count)
+    return f"{successes}/{count} (< {100 * high:.1f} %)"
+
+
+def format_mean(values: np.ndarray, decimals: int) -> str:
+    """Writes a mean and half the width of its 95 % interval.
+
+    A dash stands for the mean of nothing; one value has no interval.
+    """
+    if not len(values):
+        return "–"
+    mean = f"{np.mean(values):.{decimals}f}"
+    if len(values) == 1:
+        return mean
+    return f"{mean} ± {norm.ppf(0.975) * sem(values):.{decimals}f}"
+
+
+def format_median(values: np.ndarray, decimals: int) -> str:
+    """Writes a median; a dash without values."""
+    return f"{np.median(values):.{decimals}f}" if len(values) else "–"

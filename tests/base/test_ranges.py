@@ -27,7 +27,7 @@ from remosplat_drake.base.ranges import (
     split,
 )
 from remosplat_drake.base.strict_yaml import load_strict, load_text
-from remosplat_drake.benchmark.scan_config import ScanConfig
+from remosplat_drake.benchmark.scan_suite import ScannedScene
 from remosplat_drake.benchmark.splat_recipe import SplatRecipe
 from remosplat_drake.controller.controller_config import (
     ReactiveControllerConfig,
@@ -52,7 +52,7 @@ SCHEMAS = (
     VisualTable,
     QualityReport,
     TrajectoryFile,
-    ScanConfig,
+    ScannedScene,
     SplatRecipe,
 )
 """What files are read into."""

@@ -5,19 +5,19 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
-from remosplat_drake.benchmark.formatting import format_rate
-from remosplat_drake.benchmark.paired_tables import paired_table, station_tables
 from remosplat_drake.benchmark.report import (
     main_table,
     outcome_table,
+    paired_table,
     report_tables,
+    station_tables,
     to_markdown,
 )
 from remosplat_drake.benchmark.report_page import to_html
 from remosplat_drake.benchmark.result import COLLISION, LOCAL_MINIMUM, SUCCESS
 from remosplat_drake.benchmark.scan_table import scan_table
 from remosplat_drake.benchmark.summary import gather
-from remosplat_drake.benchmark.tables import Table
+from remosplat_drake.benchmark.tables import Table, format_mean, format_rate
 
 
 def cells(table: Table, method: str) -> dict[str, str]:
@@ -159,7 +159,35 @@ def test_the_splats_origin_is_in_every_table(make_result):
 
 def test_rates_show_their_counts():
     assert format_rate(997, 1000) == "99.7 [99.1, 99.9] (997/1000)"
+    # Published: 841 of 1000 is 81.7 to 86.2 %.
+    assert format_rate(841, 1000) == "84.1 [81.7, 86.2] (841/1000)"
+    assert format_rate(0, 10) == "0.0 [0.0, 27.8] (0/10)"
+    assert format_rate(10, 10) == "100.0 [72.2, 100.0] (10/10)"
     assert format_rate(0, 0) == "–"
+
+
+def test_means_show_their_intervals():
+    # The standard deviation is sqrt(5/3), and 1.96 sqrt(5/3) / 2 = 1.265.
+    values = np.array([1.0, 2.0, 3.0, 4.0])
+    assert format_mean(values, 3) == "2.500 ± 1.265"
+    assert format_mean(values[:1], 1) == "1.0"
+    assert format_mean(values[:0], 1) == "–"
+
+
+def test_pairs_count_only_where_two_methods_differ(make_result):
+    results = [
+        make_result(method, scene, text=outcome)
+        for method, others in (("sdf-hard", SUCCESS), ("mine", LOCAL_MINIMUM))
+        for scene, outcome in zip(
+            "abcdef", [SUCCESS, *[others] * 5], strict=True
+        )
+    ]
+    (comparison,) = gather(results)
+    row = cells(paired_table(comparison), "mine")
+    # Five tosses that all fall on one side: 2 / 2^5.
+    assert row["only sdf-hard, text"] == "5"
+    assert row["p, text"] == "0.0625"
+    assert row["p, authors"] == "1"
 
 
 def test_tables_as_markdown_and_html():
