@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 from pydrake.systems.framework import Diagram, System
+from remosplat_drake.benchmark.told_operator import ToldOperator
 
 import remosplat_drake
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.teleop_session import open_teleoperation
 from remosplat_drake.app.world import load_world
-from remosplat_drake.benchmark.told_operator import ToldOperator
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.teleop.lcm_operator import LcmOperator

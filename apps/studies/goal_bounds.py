@@ -24,17 +24,17 @@ from apps.studies.command_line import study_main
 from remosplat_drake.base.atomic_file import check_writable, write_atomically
 from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.base.strict_json import parse_json
-from remosplat_drake.benchmark.feasibility import (
+from remosplat_drake.benchmark.pool import Job, run_jobs
+from remosplat_drake.benchmark.reaching_task import BenchmarkCase
+from remosplat_drake.benchmark.suites import load_cases
+from remosplat_drake.benchmark.tables import Table, format_rate
+from remosplat_drake.generation.feasibility import (
     FILTER_VERSION,
     FeasibilityFilter,
     goal_configuration,
     hand_fits,
 )
-from remosplat_drake.benchmark.feasible_scenes import FLOOR_HEIGHT, ROBOT
-from remosplat_drake.benchmark.pool import Job, run_jobs
-from remosplat_drake.benchmark.reaching_task import BenchmarkCase
-from remosplat_drake.benchmark.suites import load_cases
-from remosplat_drake.benchmark.tables import Table, format_rate
+from remosplat_drake.generation.feasible_scenes import FLOOR_HEIGHT, ROBOT
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 

@@ -1,1 +1,1 @@
-"""Many trials: scenes, metrics and tables."""
+"""Controllers compared in many scenes: trials, their metrics and tables."""

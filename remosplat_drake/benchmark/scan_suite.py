@@ -15,13 +15,13 @@ from remosplat_drake.benchmark.capture_truth import (
     capture_field,
     content_digest,
 )
-from remosplat_drake.benchmark.floaters import with_floaters
 from remosplat_drake.benchmark.paper_results import NOISY_SCAN, SCAN
 from remosplat_drake.benchmark.reaching_task import (
     TRAINED,
     ReachingTask,
     solid_task,
 )
+from remosplat_drake.generation.floaters import with_floaters
 from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -56,7 +56,7 @@ class MapConfig(Config):
     splat: str = ""
     # Pose of the splat's frame in W.
     X_WG: PoseConfig = dc.field(default_factory=PoseConfig)
-    # Faint discs to add in free space (see floaters.py), and their seed.
+    # Faint discs to add in free space, and their seed; see `with_floaters`.
     floaters: Annotated[int, Interval(ge=0, le=1_000_000)] = 0
     seed: Seed = 0
     # Stands beside the paper's experiment 3, not 2; implied by `floaters`.

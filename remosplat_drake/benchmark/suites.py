@@ -9,12 +9,6 @@ from pathlib import Path
 
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FileError, RemoSplatError, unknown_name
-from remosplat_drake.benchmark.feasibility import FeasibilityFilter
-from remosplat_drake.benchmark.feasible_scenes import feasible_seeds
-from remosplat_drake.benchmark.primitive_surfels import (
-    SURFEL_COUNT,
-    surfel_splat,
-)
 from remosplat_drake.benchmark.reaching_task import (
     SURFEL,
     TRAINED,
@@ -23,13 +17,19 @@ from remosplat_drake.benchmark.reaching_task import (
     solid_task,
 )
 from remosplat_drake.benchmark.scan_suite import scan_cases
-from remosplat_drake.benchmark.scene_generators import (
+from remosplat_drake.benchmark.splat_record import read_record
+from remosplat_drake.generation.feasibility import FeasibilityFilter
+from remosplat_drake.generation.feasible_scenes import feasible_seeds
+from remosplat_drake.generation.primitive_surfels import (
+    SURFEL_COUNT,
+    surfel_splat,
+)
+from remosplat_drake.generation.scene_generators import (
     FAMILIES,
     GENERATOR_VERSION,
     PUBLISHED_FAMILIES,
     generate,
 )
-from remosplat_drake.benchmark.splat_record import read_record
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.splat.codecs.ply import read_ply

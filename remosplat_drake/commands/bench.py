@@ -12,12 +12,12 @@ from rich.table import Table
 from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.strict_json import parse_json
-from remosplat_drake.benchmark.depth_cases import depth_cases
-from remosplat_drake.benchmark.guidance_cases import guidance_cases
-from remosplat_drake.benchmark.oracle_cases import oracle_cases
-from remosplat_drake.benchmark.tick_cases import tick_cases
-from remosplat_drake.benchmark.timing import Timing, measure
 from remosplat_drake.commands.bench_hardware import run_faults, run_loops
+from remosplat_drake.timing.depth_cases import depth_cases
+from remosplat_drake.timing.guidance_cases import guidance_cases
+from remosplat_drake.timing.measuring import Timing, measure
+from remosplat_drake.timing.oracle_cases import oracle_cases
+from remosplat_drake.timing.tick_cases import tick_cases
 
 GROUPS = ("tick", "oracle", "depth", "guidance")
 """Groups of functions that are timed."""

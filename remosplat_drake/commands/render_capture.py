@@ -12,7 +12,6 @@ from rich.progress import Progress
 from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.base.resources import resolve
-from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.capture.checks.seen_space import look_round
 from remosplat_drake.capture.images import MAX_PIXELS
 from remosplat_drake.capture.readers.nerfstudio import TRANSFORMS, write_capture
@@ -39,6 +38,7 @@ from remosplat_drake.commands.flags import (
     check_positive,
     check_seed,
 )
+from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_scene, write_rmmi

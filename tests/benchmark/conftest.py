@@ -11,15 +11,8 @@ from remosplat_drake.benchmark.result import (
     TrialResult,
     WallTimes,
 )
-from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.benchmark.suites import SceneCase
 from remosplat_drake.benchmark.trial import Trial
-from remosplat_drake.scene.primitive_scene import PrimitiveScene
-
-
-@pytest.fixture(scope="session")
-def table_scene() -> PrimitiveScene:
-    return generate("table", 1)
 
 
 @pytest.fixture

@@ -8,12 +8,12 @@ import pytest
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark.methods import load_methods
-from remosplat_drake.benchmark.primitive_surfels import surfel_splat
 from remosplat_drake.benchmark.result import SUCCESS
 from remosplat_drake.benchmark.scan_suite import SCANS_DIR, scan_cases
 from remosplat_drake.benchmark.suites import load_cases
 from remosplat_drake.benchmark.trial import Trial, run_trial
 from remosplat_drake.capture.readers.nerfstudio import write_capture
+from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.rmmi import write_rmmi
 from remosplat_drake.splat.codecs.ply import write_ply

@@ -4,8 +4,6 @@ import pytest
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark import suites
-from remosplat_drake.benchmark.primitive_surfels import surfel_splat
-from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.benchmark.suites import (
     SURFEL,
     TRAINED,
@@ -13,6 +11,8 @@ from remosplat_drake.benchmark.suites import (
     interleave_families,
     load_suite,
 )
+from remosplat_drake.generation.primitive_surfels import surfel_splat
+from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.scene.rmmi import write_rmmi
 from remosplat_drake.splat.codecs.ply import write_ply
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from remosplat_drake.benchmark import metrics as met
+from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.task.arrival import ArrivalConfig
 
@@ -89,8 +90,8 @@ def test_between_ticks_divides_them_evenly():
     np.testing.assert_allclose(met.between_ticks(q, 5), expected)
 
 
-def test_minimum_clearances_are_those_of_the_truth(frankie, table_scene):
-    field = SignedDistanceField(table_scene)
+def test_minimum_clearances_are_those_of_the_truth(frankie):
+    field = SignedDistanceField(generate("table", 1))
     q = np.array([[-1.0, 0, 0, *frankie.home], [0.0, 0, 0, *frankie.home]])
     far, near = met.minimum_clearances(frankie, q, field)
     assert far > near

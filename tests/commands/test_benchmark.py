@@ -3,9 +3,9 @@
 import pytest
 
 from remosplat_drake.benchmark.result import read_results
-from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.benchmark.suites import PUBLISHED_FOLDERS
 from remosplat_drake.commands.main import main
+from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.scene.rmmi import write_rmmi
 
 TOY = """

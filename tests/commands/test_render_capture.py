@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.commands.main import main
+from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene

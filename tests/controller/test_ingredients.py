@@ -10,12 +10,12 @@ import math
 import numpy as np
 import pytest
 
-from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.controller import ingredients as ing
 from remosplat_drake.controller.ingredients.manipulability_cost import (
     manipulability,
 )
 from remosplat_drake.controller.reactive_program import ReactiveProgram
+from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.self_collision import self_collision_pairs
 from remosplat_drake.signals.distance_field import Clearances

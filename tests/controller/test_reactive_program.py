@@ -13,10 +13,6 @@ from pydrake.solvers import (
 )
 from scipy.optimize import nnls
 
-from remosplat_drake.benchmark.scene_generators import (
-    PUBLISHED_FAMILIES,
-    generate,
-)
 from remosplat_drake.controller import ingredients as ing
 from remosplat_drake.controller.controller_config import (
     default_ingredients,
@@ -29,6 +25,10 @@ from remosplat_drake.controller.reactive_program import (
     build_program,
 )
 from remosplat_drake.controller.solvers import ActiveSetSolver, DrakeSolver
+from remosplat_drake.generation.scene_generators import (
+    PUBLISHED_FAMILIES,
+    generate,
+)
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.signals import tick_report
 

@@ -10,7 +10,7 @@ from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import load_world
-from remosplat_drake.benchmark.scene_generators import generate
+from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.scene.rmmi import write_rmmi
 from remosplat_drake.signals.supervisor_state import (
     RUNNING,

@@ -16,8 +16,8 @@ from apps.studies.goal_bounds import (
     read_verdicts,
 )
 from remosplat_drake.base.errors import FileError
-from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.benchmark.suites import SceneCase
+from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi

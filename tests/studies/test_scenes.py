@@ -4,8 +4,8 @@ import pytest
 from PIL import Image
 
 from apps.studies.scenes.__main__ import main
-from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.benchmark.suites import PUBLISHED_FOLDERS
+from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.scene.rmmi import write_rmmi
 
 

@@ -8,15 +8,15 @@ import dataclasses as dc
 from collections.abc import Iterator
 
 import numpy as np
-from apps.studies.robot_states import distance_errors, free_states
 
+from apps.studies.robot_states import distance_errors, free_states
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.simulation import REACHED, run
 from remosplat_drake.app.world import World
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.resources import models_dir, resolve
-from remosplat_drake.benchmark.floaters import with_floaters
+from remosplat_drake.generation.floaters import with_floaters
 from remosplat_drake.oracle.oracle_config import (
     DepthRasterization,
     OracleConfig,

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
 
-from remosplat_drake.benchmark.pool import Job, run_jobs
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table

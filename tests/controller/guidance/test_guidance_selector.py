@@ -11,7 +11,6 @@ from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import REACHED, TIME_LIMIT, RunResult, run
 from remosplat_drake.app.world import load_world
-from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.controller import reactive_controller
 from remosplat_drake.controller.guidance import guidance_selector
 from remosplat_drake.controller.guidance.guidance_selector import (
@@ -26,6 +25,7 @@ from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.solvers import ActiveSetSolver
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.scene.rmmi import write_rmmi
 
 STUCK = ("table", 6)

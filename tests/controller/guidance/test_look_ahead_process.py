@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.guidance import look_ahead_process
 from remosplat_drake.controller.guidance.guidance_selector import updated
@@ -38,6 +37,7 @@ from remosplat_drake.controller.reactive_program import (
     ReactiveProgram,
     Tick,
 )
+from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 

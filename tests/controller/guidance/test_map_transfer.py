@@ -5,13 +5,13 @@ from threading import Thread
 
 import numpy as np
 
-from remosplat_drake.benchmark.primitive_surfels import surfel_splat
-from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.controller.guidance.map_transfer import (
     MapHeader,
     receive_map,
     send_map,
 )
+from remosplat_drake.generation.primitive_surfels import surfel_splat
+from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField

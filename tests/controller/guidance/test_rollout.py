@@ -6,7 +6,6 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
-from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.guidance.guidance import (
     Guidance,
@@ -22,6 +21,7 @@ from remosplat_drake.controller.guidance.rollout import (
 )
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 
 

@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RotationMatrix
 
-from remosplat_drake.benchmark.scene_generators import generate
 from remosplat_drake.controller.verification.kernels.between_looks import (
     longest_way,
 )
@@ -22,6 +21,7 @@ from remosplat_drake.controller.verification.verify import (
     verified_command,
 )
 from remosplat_drake.controller.verification.verify_reference import least_rooms
+from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import SphereModel

@@ -5,16 +5,16 @@ Scene and spheres are those of the sphere-to-ellipsoid oracle's cases.
 
 from functools import partial
 
-from remosplat_drake.benchmark.oracle_cases import (
+from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
+from remosplat_drake.oracle.depth_sensor import DepthSensor
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.timing.measuring import Case
+from remosplat_drake.timing.oracle_cases import (
     MAX_DISTANCE,
     robot_spheres,
     table_scene,
 )
-from remosplat_drake.benchmark.tick_cases import tick_cases
-from remosplat_drake.benchmark.timing import Case
-from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
-from remosplat_drake.oracle.depth_sensor import DepthSensor
-from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.timing.tick_cases import tick_cases
 
 STOPPING_DISTANCE = 0.021
 """How far verification asks [m]."""

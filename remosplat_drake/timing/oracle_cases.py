@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 
-from remosplat_drake.benchmark.timing import Case
 from remosplat_drake.oracle.kernels.ellipsoid_distance import CONVERGE
 from remosplat_drake.oracle.kernels.nearest_splat import query_every_splat
 from remosplat_drake.oracle.sphere_to_ellipsoid import (
@@ -17,6 +16,7 @@ from remosplat_drake.oracle.sphere_to_ellipsoid import (
 )
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.timing.measuring import Case
 
 MAX_DISTANCE = 0.5
 """The controller's influence distance [m]."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.benchmark.scene_generators import generate
+from remosplat_drake.generation.scene_generators import generate
 
 FRESH = ("table2", "bookshelf2", "posts")
 SEEDS = range(60)

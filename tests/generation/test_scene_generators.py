@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.benchmark.scene_generators import (
+from remosplat_drake.generation.scene_generators import (
     FAMILIES,
     PUBLISHED_FAMILIES,
     TARGET_CLEARANCE,

@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.math import RigidTransform
 
-from remosplat_drake.benchmark.primitive_surfels import surfel_splat
+from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.sphere_model import Spheres

@@ -7,7 +7,7 @@ published scenes; the random stream is our own, so seeds do not repeat them.
 import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
-from remosplat_drake.benchmark import scene_families
+from remosplat_drake.generation import scene_families
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene

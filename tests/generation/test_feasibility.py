@@ -7,15 +7,15 @@ import pytest
 from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.benchmark import feasible_scenes
-from remosplat_drake.benchmark.feasibility import (
+from remosplat_drake.generation import feasible_scenes
+from remosplat_drake.generation.feasibility import (
     FeasibilityFilter,
     _GoalSearch,
     goal_configuration,
     hand_fits,
     passes,
 )
-from remosplat_drake.benchmark.scene_generators import generate
+from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene

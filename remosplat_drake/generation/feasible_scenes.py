@@ -11,12 +11,12 @@ from pathlib import Path
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.strict_json import parse_json
-from remosplat_drake.benchmark.feasibility import (
+from remosplat_drake.generation.feasibility import (
     FILTER_VERSION,
     FeasibilityFilter,
     passes,
 )
-from remosplat_drake.benchmark.scene_generators import (
+from remosplat_drake.generation.scene_generators import (
     GENERATOR_VERSION,
     generate,
 )

@@ -11,9 +11,6 @@ from itertools import islice
 import numpy as np
 
 from remosplat_drake.app.scenario import Scenario, load_scenario
-from remosplat_drake.benchmark.primitive_surfels import surfel_splat
-from remosplat_drake.benchmark.scene_generators import generate
-from remosplat_drake.benchmark.timing import Case
 from remosplat_drake.controller.guidance.rollout import (
     RUNNING,
     Rollout,
@@ -29,11 +26,14 @@ from remosplat_drake.controller.guidance.selection_rule import (
 )
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.generation.primitive_surfels import surfel_splat
+from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.task.arrival import has_arrived
+from remosplat_drake.timing.measuring import Case
 
 STUCK = ("table", 6)
 """A generated scene that needs guidance: family and seed."""

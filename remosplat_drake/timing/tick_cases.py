@@ -7,12 +7,12 @@ from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World, load_world
-from remosplat_drake.benchmark.timing import Case
 from remosplat_drake.controller.decision import solve
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.reactive_program import Tick, build_program
 from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.robot.pose_error import pose_error
+from remosplat_drake.timing.measuring import Case
 
 _EVERY = 4
 """Every so many ticks of the run are timed."""

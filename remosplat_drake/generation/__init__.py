@@ -1,0 +1,1 @@
+"""Scenes drawn at random, splats on their solids, and goals within reach."""
