@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 from pydrake.systems.framework import Diagram, System
-from remosplat_drake.benchmark.told_operator import ToldOperator
 
 import remosplat_drake
+from apps.studies.told_operator import ToldOperator
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.teleop_session import open_teleoperation

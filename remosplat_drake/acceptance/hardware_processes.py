@@ -13,7 +13,7 @@ from pathlib import Path
 from pydrake.lcm import DrakeLcm
 
 from remosplat_drake.acceptance.network_relay import READY
-from remosplat_drake.base.one_thread import ONE_THREAD
+from remosplat_drake.base.child_process import ONE_THREAD
 
 GROUP = "239.255.76.67"
 """LCM's usual multicast address."""

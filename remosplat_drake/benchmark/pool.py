@@ -23,7 +23,7 @@ from contextlib import contextmanager
 from multiprocessing.sharedctypes import Synchronized
 from typing import Any
 
-from remosplat_drake.base.one_thread import one_thread_environment
+from remosplat_drake.base.child_process import one_thread_environment
 
 DIED = "its process died"
 """The error of a job whose worker was lost."""

@@ -5,7 +5,6 @@ from collections.abc import Iterable
 
 from remosplat_drake.base.child_process import ONE_THREAD
 from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
-from remosplat_drake.base.one_thread import ONE_THREAD
 from remosplat_drake.benchmark.pool import MAX_ATTEMPTS, Job, Results
 
 CONNECT_TIMEOUT = 5.0

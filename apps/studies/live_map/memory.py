@@ -13,6 +13,7 @@ from apps.studies.live_map.memory_use import (
     trend,
 )
 from apps.studies.live_map.session import LiveSession
+from remosplat_drake.base.real_time import garbage_collection_disabled
 from remosplat_drake.signals.map_requests import MapRequests
 
 _LOOKS = 1.0
