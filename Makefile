@@ -6,10 +6,11 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 RUNTIME := $(VENV)/.runtime
 DEV := $(VENV)/.dev
-SOURCES := remosplat_drake apps tests
+DOCS := $(VENV)/.docs
+SOURCES := remosplat_drake apps tests docs/hooks
 
-.PHONY: run test test-all smoke browser fuzz check lint format types bench \
-  clean help
+.PHONY: run test test-all smoke browser fuzz check lint format types docs \
+  bench clean help
 
 help: ## List the targets.
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -45,11 +46,14 @@ format: $(DEV) ## Mend style and formatting.
 types: $(DEV) ## Check types.
 	$(BIN)/pyright
 
+docs: $(DOCS) ## Build the documentation into site/; a warning is an error.
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet $(ARGS)
+
 bench: $(DEV) ## Time the control tick and print one table.
 	$(BIN)/remosplat bench $(ARGS)
 
 clean: ## Remove the environment and what was built.
-	rm -rf .venv .venv-* build dist *.egg-info
+	rm -rf .venv .venv-* build dist site *.egg-info
 
 $(VENV)/pyvenv.cfg:
 	$(PYTHON) -m venv $(VENV)
@@ -62,3 +66,7 @@ $(RUNTIME): pyproject.toml | $(VENV)/pyvenv.cfg
 $(DEV): pyproject.toml | $(VENV)/pyvenv.cfg
 	$(BIN)/python -m pip install --quiet --editable '.[meshes,reconstruction,formats,ros2,panda]' --group dev
 	@touch $@ $(RUNTIME)
+
+$(DOCS): pyproject.toml | $(DEV)
+	$(BIN)/python -m pip install --quiet --group docs
+	@touch $@

@@ -62,6 +62,7 @@ DEFAULT_SCENARIO = "TableReach"
 class PoseConfig(Config):
     """A pose; its rotation is given as angles or as a matrix, not both."""
 
+    # x, y, z [m].
     translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
     # Roll, pitch, yaw [deg].
     rpy_deg: RollPitchYawDeg | None = None
@@ -88,8 +89,9 @@ class PoseConfig(Config):
 
 @dc.dataclass
 class CropConfig(Config):
-    """A box in W; splats whose centres lie outside are left out [m]."""
+    """A box in W; splats whose centres lie outside are left out."""
 
+    # The corners with the smallest and the largest coordinates [m].
     lower: Position = dc.field(default_factory=lambda: [-1e3] * 3)
     upper: Position = dc.field(default_factory=lambda: [1e3] * 3)
 

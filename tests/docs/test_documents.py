@@ -1,0 +1,269 @@
+"""The README and docs/ keep their word: what they show works.
+
+Commands are run, shortened where they take long, scenarios are loaded, Python
+is executed and links lead somewhere. A block with a title is a file beside
+the reader: the other blocks of its document may use it.
+"""
+
+import importlib
+import re
+import shlex
+import shutil
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.world import load_world
+from remosplat_drake.base.resources import models_dir
+from remosplat_drake.commands.main import COMMANDS, main
+from remosplat_drake.splat.codecs.ply import write_ply
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCUMENTS = (
+    ROOT / "README.md",
+    ROOT / "CONTRIBUTING.md",
+    *sorted((ROOT / "docs").rglob("*.md")),
+)
+
+# Appended to a command so that it takes only a moment. What is not listed
+# here is parsed, but not carried out.
+SHORTER = {
+    "scenarios": [],
+    # What so small a capture makes is a poor map.
+    "run": ["--headless", "--accept", "map-error"],
+    "teleop": [
+        "--headless",
+        "--duration",
+        "0.3",
+        "--trajectory",
+        "script.yaml",
+    ],
+    "fit-spheres": ["--count", "6"],
+    "render-capture": ["--views", "12", "--width", "120", "--height", "90"],
+    "reconstruct": ["--count", "3000", "--held-out", "4", "--device", "cpu"],
+}
+# Programs that are not ours to test.
+FOREIGN = {"bash", "cd", "git", "pip", "python"}
+
+_BLOCK = re.compile(r"^```(\w+)(?: title=\"(.+?)\")?\n(.*?)^```", re.M | re.S)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block of a document."""
+
+    document: Path
+    language: str
+    title: str
+    text: str
+
+    def __str__(self) -> str:
+        first = self.text.strip().partition("\n")[0]
+        return f"{self.document.relative_to(ROOT)}: {first}"
+
+
+BLOCKS = [
+    Block(document, *found)
+    for document in DOCUMENTS
+    for found in _BLOCK.findall(document.read_text())
+]
+
+
+def blocks(language: str) -> list[Block]:
+    """Different blocks of a language: what is repeated is tested once."""
+    found = {b.text: b for b in reversed(BLOCKS) if b.language == language}
+    return list(reversed(found.values()))
+
+
+def command_lines(block: Block) -> list[list[str]]:
+    lines = block.text.replace("\\\n", " ").splitlines()
+    words = [shlex.split(line, comments=True) for line in lines]
+    return [line for line in words if line]
+
+
+def is_scenarios(block: Block) -> bool:
+    """Whether it is a scenario file: names begin with capitals."""
+    names = re.findall(r"^(\w+):", block.text, re.M)
+    return bool(names) and all(name[0].isupper() for name in names)
+
+
+SCENARIOS = [block for block in blocks("yaml") if is_scenarios(block)]
+
+
+@pytest.fixture(scope="module")
+def a_capture(rendering, tmp_path_factory) -> Path:
+    """What the reader has taken of a table."""
+    folder = tmp_path_factory.mktemp("a") / "capture"
+    scene = str(models_dir() / "scenes/table/scene.json")
+    shorter = SHORTER["render-capture"]
+    assert (
+        main(["render-capture", scene, str(folder), "--floor", *shorter]) == 0
+    )
+    return folder
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    """Where the reader stands, with the files that documents mention."""
+    n = 50
+    rng = np.random.default_rng(0)
+    write_ply(
+        tmp_path / "kitchen.ply",
+        GaussianSplat(
+            p_GK=rng.uniform((-1, -1, 2.2), (1, 1, 2.3), (n, 3)),
+            quaternions=rng.normal(size=(n, 4)),
+            scales=np.full((n, 2), 0.02),
+            opacities=np.full(n, 0.9),
+            colors=np.full((n, 3), 0.5),
+        ),
+    )
+    (tmp_path / "script.yaml").write_text("steps: [{press: home}]\n")
+    shutil.copy(ROOT / "tests/data/three_link.urdf", tmp_path / "my_arm.urdf")
+    shutil.copy(models_dir() / "scenes/table/scene.json", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    return tmp_path
+
+
+def write_files(document: Path, folder: Path) -> list[str]:
+    """Writes the files that a document shows; the modules among them."""
+    files = [b for b in BLOCKS if b.document == document and b.title]
+    for block in files:
+        (folder / block.title).write_text(block.text)
+    return [b.title.removesuffix(".py") for b in files if ".py" in b.title]
+
+
+def carry_out(
+    arguments: list[str], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Runs one command line of ours, shortened, or at least parses it."""
+    command = arguments[0]
+    assert command in COMMANDS
+    # Nobody has a robot at hand.
+    if command not in SHORTER or "--hardware" in arguments:
+        module = importlib.import_module(
+            f"remosplat_drake.commands.{command.replace('-', '_')}"
+        )
+        monkeypatch.setattr(module, "run", lambda arguments: 0)
+        assert main(arguments) == 0
+        return
+    arguments = [*arguments, *SHORTER[command]]
+    if command == "run":
+        shorter = "time_limit: 0.1}"
+        if "--scenario-text" in arguments:
+            at = arguments.index("--scenario-text") + 1
+            text = arguments[at].rstrip().removesuffix("}")
+            arguments[at] = f"{text}, {shorter}"
+        else:
+            arguments += ["--scenario-text", "{" + shorter]
+    if command == "teleop" and "--session" not in arguments:
+        # Two may begin in one second.
+        arguments += ["--session", str(len(list(folder.iterdir())))]
+    # The moment does not suffice to reach anything.
+    assert main(arguments) == (1 if command == "run" else 0)
+
+
+@pytest.mark.parametrize("block", blocks("sh"), ids=str)
+def test_every_command_works(folder, block, request, monkeypatch):
+    write_files(block.document, folder)
+    if "my_capture" in block.text:
+        capture = request.getfixturevalue("a_capture")
+        shutil.copytree(capture, folder / "my_capture")
+    targets = set(
+        re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(), re.M)
+    )
+    for program, *arguments in command_lines(block):
+        if program == "make":
+            assert arguments[0] in targets
+        elif program == "remosplat":
+            carry_out(arguments, folder, monkeypatch)
+        else:
+            assert program in FOREIGN, f"nobody tests {program!r}"
+
+
+def test_the_main_job_is_among_the_commands():
+    lines = [line for block in blocks("sh") for line in command_lines(block)]
+    assert ["make", "run"] in lines
+    assert any(line[:2] == ["remosplat", "run"] for line in lines)
+
+
+@pytest.mark.parametrize("block", SCENARIOS, ids=str)
+def test_every_scenario_loads(folder, block):
+    write_files(block.document, folder)
+    file = folder / "example.yaml"
+    file.write_text(block.text)
+    for name in re.findall(r"^(\w+):", block.text, re.M):
+        load_world(load_scenario(f"{file}:{name}"))
+
+
+@pytest.mark.parametrize(
+    "document",
+    dict.fromkeys(b.document for b in blocks("python")),
+    ids=lambda document: str(document.relative_to(ROOT)),
+)
+def test_all_python_runs(folder, document):
+    """Blocks without a title are one program, from top to bottom."""
+    modules = write_files(document, folder)
+    program = [
+        block
+        for block in BLOCKS
+        if (block.document, block.language) == (document, "python")
+        and not block.title
+    ]
+    assert program or not modules, "nothing uses these modules"
+    names = {"__name__": "example"}
+    try:
+        for block in program:
+            exec(compile(block.text, str(block), "exec"), names)
+    finally:
+        for module in modules:
+            sys.modules.pop(module, None)
+
+
+@pytest.mark.parametrize("block", [b for b in BLOCKS if b.title], ids=str)
+def test_every_file_is_used(block):
+    """A scenario is loaded by a test; whatever else there is, by a block."""
+    stem = Path(block.title).stem
+    others = [b for b in BLOCKS if b.document == block.document]
+    assert is_scenarios(block) or any(
+        stem in other.text for other in others if other != block
+    )
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda d: d.name)
+def test_every_tag_is_one_of_a_scenario(document):
+    for tag in set(re.findall(r"!([A-Z]\w+)", document.read_text())):
+        field = "station" if tag.endswith("Station") else "oracle"
+        text = f"{{{field}: !{tag} {{}}}}"
+        scenario = load_scenario(override=text)
+        assert type(getattr(scenario, field)).__name__ == tag
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda d: d.name)
+def test_every_relative_link_leads_somewhere(document):
+    text = re.sub(r"^```.*?^```", "", document.read_text(), flags=re.M | re.S)
+    links = re.findall(r"\]\(([^)#\s]+)", text)
+    missing = [
+        link
+        for link in links
+        if "://" not in link
+        and not (document.parent / link).exists()
+        and not (document.parent / link).resolve().is_relative_to(GENERATED)
+    ]
+    assert missing == []
+
+
+GENERATED = ROOT / "docs/reference"
+"""Pages that exist only in the built site."""
+
+
+def test_the_readme_is_short():
+    text = re.sub(
+        r"^```.*?^```", "", DOCUMENTS[0].read_text(), flags=re.M | re.S
+    )
+    assert len(text.split()) <= 1200
