@@ -11,6 +11,7 @@ import shlex
 import shutil
 import sys
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.resources import models_dir
 from remosplat_drake.commands.main import COMMANDS, main
+from remosplat_drake.hardware.hardware_config import check_lcm_url
 from remosplat_drake.splat.codecs.ply import write_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -151,6 +153,11 @@ def carry_out(
         )
         monkeypatch.setattr(module, "run", lambda arguments: 0)
         assert main(arguments) == 0
+        for name, value in pairwise(arguments):
+            if name == "--lcm-url":
+                check_lcm_url(value)
+            elif name == "--scenario-text":
+                LoadScenario(override=value)
         return
     arguments = [*arguments, *SHORTER[command]]
     if command == "run":
