@@ -13,7 +13,14 @@ from mkdocs.structure.files import File, Files
 FONT = "assets/STIXTwoMath-Regular.ttf"
 """A font with the tables that formulas need; few systems have one."""
 
-_ACCENT = '<mover accent="true">'
+_BETTER = (
+    # Without the mark a dot hovers far above its letter.
+    (r"<mover>(?=.{,99}?</mi>(</mrow>)?<mo)", '<mover accent="true">'),
+    # These are operators only by their tag.
+    (r"<mo>(min|max|det)</mo>", r"<mi>\1</mi>"),
+    (r'<mo stretchy="false">(?=&#x0007C;)', '<mo lspace="0" rspace="0">'),
+)
+"""What latex2mathml writes, and what looks better."""
 
 _FORMULA = re.compile(
     r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.S
@@ -31,8 +38,9 @@ def _as_mathml(match: re.Match[str]) -> str:
     mathml = convert(html.unescape(latex), display=display)
     if "\\" in mathml or "<mi>&</mi>" in mathml:
         raise PluginError(f"latex2mathml does not know all of {latex!r}")
-    # Without the mark a dot hovers far above its letter.
-    return re.sub(r"<mover>(?=.{,99}?</mi>(</mrow>)?<mo)", _ACCENT, mathml)
+    for pattern, better in _BETTER:
+        mathml = re.sub(pattern, better, mathml)
+    return mathml
 
 
 def on_page_content(content: str, **_) -> str:

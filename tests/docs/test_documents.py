@@ -157,7 +157,7 @@ def carry_out(
             if name == "--lcm-url":
                 check_lcm_url(value)
             elif name == "--scenario-text":
-                LoadScenario(override=value)
+                load_scenario(override=value)
         return
     arguments = [*arguments, *SHORTER[command]]
     if command == "run":
