@@ -38,7 +38,7 @@ one of them only when it is used.
 def reference_of_api() -> str:
     """Markdown from which mkdocstrings makes the page of public names."""
     public = [n for n in getattr(remosplat_drake, "__all__", ()) if n[0] != "_"]
-    return "\n".join(map(_entry, sorted(public, key=str.casefold)))
+    return "\n".join(map(_entry, public))
 
 
 def _entry(name: str) -> str:
