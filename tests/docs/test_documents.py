@@ -265,6 +265,36 @@ def test_every_relative_link_leads_somewhere(document):
     assert missing == []
 
 
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda d: d.name)
+def test_every_path_and_module_exists(document):
+    text = document.read_text()
+    paths = re.findall(r"`([\w.-]+(?:/[\w.-]+)*/(?:[\w-]+\.\w+)?)`", text)
+    paths += [
+        module.replace(".", "/")
+        for module in re.findall(r"python -m (apps[\w.]+\w)", text)
+        if not module.endswith(".NAME")
+    ]
+    places = ROOT, ROOT / "remosplat_drake"
+    missing = [
+        path
+        for path in paths
+        if path.startswith(OURS)
+        and not any(list(p.glob(f"{path.rstrip('/')}*")) for p in places)
+    ]
+    assert missing == []
+
+
+OURS = (
+    "apps/",
+    "controller/",
+    "docs/",
+    "models/",
+    "remosplat_drake/",
+    "scenarios/",
+    "tests/",
+)
+"""How paths of the repository begin."""
+
 GENERATED = ROOT / "docs/reference"
 """Pages that exist only in the built site."""
 
