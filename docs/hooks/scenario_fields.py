@@ -163,8 +163,14 @@ def _kind(expected: Any) -> tuple[str, tuple[type, ...]]:
             kinds.append(f"{holder} of {_plural(kind)}")
             configs += found
         else:
-            kinds.append(_PLAIN.get(option, getattr(option, "__name__", "any")))
+            kinds.append(_PLAIN.get(option) or _foreign(option))
     return " or ".join(kinds), tuple(configs)
+
+
+def _foreign(option: Any) -> str:
+    name = getattr(option, "__name__", "any")
+    is_protocol = getattr(option, "_is_protocol", False)
+    return f"a {name} of one's own" if is_protocol else name
 
 
 def _plural(kind: str) -> str:
