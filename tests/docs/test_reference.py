@@ -2,6 +2,7 @@
 
 import argparse
 import dataclasses as dc
+import re
 from typing import Annotated
 
 import pytest
@@ -9,6 +10,7 @@ from annotated_types import Ge, Gt, Interval, Len
 from command_flags import make_parser, reference_of_commands
 from scenario_fields import field_rows, reference_of
 
+import remosplat_drake as rs
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.base.ranges import (
     Config,
@@ -143,3 +145,11 @@ def test_every_flag_of_a_command_is_there(command):
         if not isinstance(action, argparse._HelpAction):
             name = (action.option_strings or [action.metavar or action.dest])[0]
             assert f"| `{name}" in section
+
+
+def test_every_public_name_is_there():
+    pytest.importorskip("mkdocs")
+    from reference import reference_of_api
+
+    names = re.findall(r"^::: .*\.(\w+)$", reference_of_api(), re.M)
+    assert names == [name for name in rs.__all__ if name[0] != "_"]
