@@ -170,7 +170,7 @@ def _kind(expected: Any) -> tuple[str, tuple[type, ...]]:
 def _foreign(option: Any) -> str:
     name = getattr(option, "__name__", "any")
     is_protocol = getattr(option, "_is_protocol", False)
-    return f"a {name} of one's own" if is_protocol else name
+    return f"one's own {name}" if is_protocol else name
 
 
 def _plural(kind: str) -> str:
