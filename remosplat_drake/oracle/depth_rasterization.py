@@ -35,7 +35,7 @@ class DepthRasterizationField(DistanceField):
     """Distances that six depth views from every sphere's centre measure.
 
     Opacity counts: a floater too transparent to be a surface is not one (paper
-    section III-C.2). The answer is that of
+    section IV-C.2). The answer is that of
     `depth_rasterization_reference.clearances`; `DepthSensor` holds the exact
     definition. A sphere owns a row for every view that sees something nearer
     than the queried distance, in the order of the views.

@@ -25,7 +25,7 @@ R_DV = np.array(
     ],
     float,
 )
-"""Orientations of the six views in the sensor (paper section III-C.2).
+"""Orientations of the six views in the sensor (paper section IV-C.2).
 
 Shape (6, 3, 3), read-only.
 """

@@ -16,7 +16,7 @@ from remosplat_drake.robot.fitting.link_spheres import LinkSpheres
 
 @dc.dataclass(frozen=True, eq=False)
 class SphereModel:
-    """n spheres S, each fixed to a link L (paper section III-B).
+    """n spheres S, each fixed to a link L (paper section IV-B).
 
     Whether they enclose the robot, and what that means, is said and proved in
     `remosplat_drake.robot.fitting.enclosure`.
