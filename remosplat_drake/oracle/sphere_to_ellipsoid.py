@@ -20,7 +20,7 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 class SphereToEllipsoidField(DistanceField):
     """Exact distance from robot spheres to the nearest splat's n-sigma shape.
 
-    See section III-C.1 of the paper. A 3DGS splat is an ellipsoid with a signed
+    See section IV-C.1 of the paper. A 3DGS splat is an ellipsoid with a signed
     distance: inside, it is negative, and the direction points away from the
     nearest surface point. A 2DGS splat is a flat, filled disc, which has no
     inside: the distance of a sphere's centre is never negative, the direction
