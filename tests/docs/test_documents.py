@@ -269,9 +269,11 @@ def test_every_relative_link_leads_somewhere(document):
 def test_every_path_and_module_exists(document):
     text = document.read_text()
     paths = re.findall(r"`([\w.-]+(?:/[\w.-]+)*/(?:[\w-]+\.\w+)?)`", text)
+    modules = re.findall(r"python -m (apps[\w.]+\w)", text)
+    modules += re.findall(r"`(remosplat_drake\.[\w.]+)`", text)
     paths += [
         module.replace(".", "/")
-        for module in re.findall(r"python -m (apps[\w.]+\w)", text)
+        for module in modules
         if not module.endswith(".NAME")
     ]
     places = ROOT, ROOT / "remosplat_drake"
