@@ -1,4 +1,4 @@
-"""The page about the real robot numbers its steps and knows the wire's times."""
+"""The page about the real robot numbers its steps, and knows the wire."""
 
 import re
 from pathlib import Path
