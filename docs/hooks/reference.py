@@ -37,7 +37,7 @@ one of them only when it is used.
 
 def reference_of_api() -> str:
     """Markdown from which mkdocstrings makes the page of public names."""
-    public = [n for n in getattr(remosplat_drake, "__all__", ()) if n[0] != "_"]
+    public = [name for name in remosplat_drake.__all__ if name[0] != "_"]
     return "\n".join(map(_entry, public))
 
 
