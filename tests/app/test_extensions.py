@@ -103,7 +103,7 @@ def first_rollout(scenario: Scenario) -> np.ndarray:
     # Another process needs time of its own, on a busy computer a lot of it.
     simulator.set_target_realtime_rate(1.0)
     context = selector.GetMyContextFromRoot(simulator.get_context())
-    for end in np.arange(0.05, 60.0, 0.05):
+    for end in np.arange(0.05, 120.0, 0.05):
         simulator.AdvanceTo(end)
         selection = selector.GetOutputPort("selection").Eval(context)
         if selection.latest:

@@ -263,7 +263,7 @@ except Exception as error:
     print(error)
 """
     answer = subprocess.run(
-        [sys.executable, "-"], input=typed, capture_output=True, text=True
+        [sys.executable, "-c", typed], capture_output=True, text=True
     )
     assert answer.stdout.startswith(
         "MyCost cannot go to the look-ahead process, for it cannot be imported"
