@@ -16,6 +16,8 @@ frames in Drake's monogram notation: `X_WT` is the pose of T in W.
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from remosplat_drake.base.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from remosplat_drake.app.diagram import Application as Application
     from remosplat_drake.app.diagram import build as build
@@ -72,8 +74,6 @@ if TYPE_CHECKING:
     )
     from remosplat_drake.visualization.page import MeshcatPage as MeshcatPage
     from remosplat_drake.visualization.views import AddViews as AddViews
-
-__version__ = "0.2.0"
 
 _MODULES = {
     # The robot, the map and the distance between them.

@@ -75,7 +75,6 @@ def rooms_used_by(room: str) -> dict[str, Path]:
         name.split(".")[0]: path.relative_to(PACKAGE)
         for path in (PACKAGE / room).rglob("*.py")
         for name in own_imports(path)
-        if name != "__version__"
     }
     used.pop(room, None)
     return used

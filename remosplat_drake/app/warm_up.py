@@ -14,13 +14,13 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 from rich.console import Console
 
-from remosplat_drake import __version__
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import PoseConfig, Scenario
 from remosplat_drake.app.world import World
 from remosplat_drake.base import resources
 from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.version import __version__
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField

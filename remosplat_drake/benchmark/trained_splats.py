@@ -10,8 +10,8 @@ from time import perf_counter
 
 import numpy as np
 
-from remosplat_drake import __version__
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.version import __version__
 from remosplat_drake.benchmark.reaching_task import BenchmarkCase
 from remosplat_drake.benchmark.splat_recipe import SplatRecipe
 from remosplat_drake.benchmark.splat_record import (

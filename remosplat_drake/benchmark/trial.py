@@ -7,11 +7,11 @@ from time import perf_counter
 import numpy as np
 from pydrake.math import RigidTransform
 
-from remosplat_drake import __version__
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import PoseConfig, Scenario
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World
+from remosplat_drake.base.version import __version__
 from remosplat_drake.benchmark import metrics as met
 from remosplat_drake.benchmark.custom_controller import (
     drive,

@@ -6,11 +6,11 @@ import logging
 import sys
 from collections.abc import Callable, Sequence
 
-from remosplat_drake import __version__
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.kernel_cache import drop_stale_kernels
 from remosplat_drake.base.reading import UnreadableError
 from remosplat_drake.base.system_libraries import libraries_named
+from remosplat_drake.base.version import __version__
 from remosplat_drake.commands.interrupts import interrupts_deferred
 from remosplat_drake.commands.unexpected import one_line, report
 

@@ -7,11 +7,11 @@ import sys
 import traceback
 from pathlib import Path
 
-from remosplat_drake import __version__
 from remosplat_drake.base import resources
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.reading import UnreadableError
+from remosplat_drake.base.version import __version__
 
 SHOW_TRACEBACK = "REMOSPLAT_TRACEBACK"
 """Variable of the environment; unless empty, tracebacks are printed, too."""

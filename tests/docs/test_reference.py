@@ -129,7 +129,9 @@ def configs_of(schema: type) -> set[type]:
     return found
 
 
-@pytest.mark.parametrize("schema", configs_of(Scenario))
+@pytest.mark.parametrize(
+    "schema", sorted(configs_of(Scenario), key=lambda schema: schema.__name__)
+)
 def test_every_number_has_a_range_and_every_field_a_meaning(schema):
     for row in field_rows(schema):
         base, _ = split(field_types(schema)[row.name])
