@@ -1,7 +1,11 @@
 """What a package of somebody else adds, without an edit in ours."""
 
 import dataclasses as dc
+import json
 import pickle
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +27,13 @@ from remosplat_drake.controller.guidance.guidance_selector import (
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi
 
+EXAMPLES = Path(__file__).resolve().parents[2] / "apps" / "examples"
 OUTSIDE = Path(__file__).resolve().parents[1] / "data" / "outside"
+
+COMMAND_LINE = (
+    "import sys; from remosplat_drake.commands.main import main;"
+    " sys.exit(main(sys.argv[1:]))"
+)
 
 
 @pytest.fixture
@@ -260,3 +270,31 @@ def test_it_survives_being_written_sent_and_named(load, tmp_path):
     others = dc.replace(scenario, oracle=type(scenario.oracle)(0.3))
     keys = {Method("mine", s).fingerprint for s in (scenario, again, others)}
     assert len(keys) == 2
+
+
+def test_the_command_runs_a_cost_that_lies_beside_the_scenario(tmp_path):
+    """One file, no edit elsewhere, in a process that knows nothing of it."""
+    shutil.copy(EXAMPLES / "04_add_a_cost.py", tmp_path / "stand_still.py")
+    (tmp_path / "mine.yaml").write_text(
+        "Still:\n"
+        "  scene: {truth: package://remosplat_drake/models/scenes/table"
+        "/scene.json}\n"
+        "  oracle: !GroundTruth {}\n"
+        "  controller:\n"
+        "    extra:\n"
+        "    - !stand_still:StandStill {weight: 100}\n"
+        "  time_limit: 1\n"
+    )
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    travelled = []
+    for text in ("{}", "{controller: {extra: []}}"):
+        command = [
+            *(sys.executable, "-c", COMMAND_LINE, "run", "--headless"),
+            *(f"{tmp_path}/mine.yaml:Still", "--scenario-text", text),
+            *("--output", "run"),
+        ]
+        subprocess.run(command, cwd=elsewhere, capture_output=True)
+        metrics = json.loads((elsewhere / "run" / "metrics.json").read_text())
+        travelled.append(metrics["base_path_length"])
+    assert travelled[0] < 0.5 * travelled[1]
