@@ -12,6 +12,7 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Interval, Len
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+from pydrake.systems.analysis import SimulatorConfig
 
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FileError, unknown_name
@@ -23,6 +24,7 @@ from remosplat_drake.base.ranges import (
     RollPitchYawDeg,
     Seed,
     check_ranges,
+    joined,
 )
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.base.strict_yaml import entries, load_strict
@@ -44,6 +46,7 @@ from remosplat_drake.station.station_config import (
     DynamicStation,
     KinematicStation,
     StationMaker,
+    simulator_problems,
 )
 from remosplat_drake.task.arrival import ArrivalConfig
 from remosplat_drake.task.targets import TargetsMaker
@@ -168,6 +171,10 @@ class Scenario(Config):
     station: KinematicStation | DynamicStation | StationMaker = dc.field(
         default_factory=KinematicStation
     )
+    # Drake's settings of the simulation, beside whose `target_realtime_rate`
+    # a rate on the command line goes first; absent: steps with which
+    # !KinematicStation is exact.
+    simulator: SimulatorConfig | None = None
     wrist_camera: WristCameraConfig | None = None
     # The real robot, in place of `station` with `remosplat run --hardware`.
     hardware: HardwareConfig = dc.field(default_factory=HardwareConfig)
@@ -203,6 +210,9 @@ class Scenario(Config):
 
     def check(self) -> Iterator[tuple[str, str]]:
         """See `Config`."""
+        if self.simulator is not None:
+            for name, problem in simulator_problems(self.simulator):
+                yield joined("simulator", name), problem
         if self.controller.verify and self.control_period > LONGEST_VERIFIED:
             yield (
                 "control_period",

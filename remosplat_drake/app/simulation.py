@@ -4,10 +4,15 @@ import dataclasses as dc
 import math
 from collections.abc import Callable
 
-from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from pydrake.systems.analysis import (
+    ApplySimulatorConfig,
+    Simulator,
+    SimulatorConfig,
+)
 from pydrake.systems.framework import Context, EventStatus
 
 from remosplat_drake.app.diagram import Application
+from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.recording.metrics import RunMetrics, run_metrics
@@ -53,7 +58,7 @@ SupervisionCallback = Callable[[SupervisorState], None]
 def run(
     application: Application,
     *,
-    realtime_rate: float = 0.0,
+    realtime_rate: float | None = None,
     on_progress: ProgressCallback | None = None,
     on_supervision: SupervisionCallback | None = None,
     until: Callable[[PoseError], bool] | None = None,
@@ -66,7 +71,8 @@ def run(
 
     Args:
         application: The diagram to run.
-        realtime_rate: Pace relative to the wall clock; 0 is unlimited.
+        realtime_rate: Pace relative to the wall clock, 0 is unlimited; None:
+            that of the scenario's `simulator`, unlimited if it has none.
         on_progress: Called after every step with the time, the pose error
             and the latest tick report.
         on_supervision: Called whenever the supervisor's mode has changed.
@@ -90,10 +96,9 @@ def run(
             f"{scenario.source}: run the real robot with run_on_hardware"
         )
     simulator = Simulator(application.diagram)
-    ApplySimulatorConfig(
-        kinematic_simulator_config(scenario.control_period), simulator
-    )
-    simulator.set_target_realtime_rate(realtime_rate)
+    ApplySimulatorConfig(simulator_config(scenario), simulator)
+    if realtime_rate is not None:
+        simulator.set_target_realtime_rate(realtime_rate)
 
     monitor = RunMonitor(
         application,
@@ -113,6 +118,13 @@ def run(
     except KeyboardInterrupt:
         interrupted = True
     return make_result(application, simulator.get_context(), interrupted)
+
+
+def simulator_config(scenario: Scenario) -> SimulatorConfig:
+    """The scenario's settings, or those that make kinematic stations exact."""
+    if scenario.simulator is not None:
+        return scenario.simulator
+    return kinematic_simulator_config(scenario.control_period)
 
 
 class RunMonitor:

@@ -5,7 +5,9 @@
 The markers are those of `annotated-types` and the two below. One walker reads
 them: it looks at every `Config` when that is made and again where it is used,
 since a field may have been assigned meanwhile; and `strict_yaml` asks it about
-every value of a file, so that it can name the line.
+every value of a file, so that it can name the line. Of Drake's structs, which
+a field may hold, too, it wants numbers that are finite; what else they must be
+is for Drake to say.
 """
 
 import dataclasses as dc
@@ -22,6 +24,12 @@ from typing import Annotated, Any, ClassVar, Self
 import numpy as np
 from annotated_types import Ge, Gt, Interval, Le, Len, Lt
 
+from remosplat_drake.base.drake_structs import (
+    is_record,
+    is_struct,
+    member,
+    struct_fields,
+)
 from remosplat_drake.base.errors import FieldError, unknown_name
 
 _SHOWN = 60
@@ -127,11 +135,11 @@ class Config:
         check_ranges(self)
 
 
-def check_ranges(config: Config, where: str = "", field: str = "") -> None:
+def check_ranges(config: Any, where: str = "", field: str = "") -> None:
     """Checks all values of a configuration, and of the configurations in it.
 
     Args:
-        config: The configuration.
+        config: A `Config`, or one of Drake's structs.
         where: The file or flag that errors name; empty: the configuration's
             class.
         field: Path of the configuration inside `where`; empty: all of it.
@@ -141,7 +149,9 @@ def check_ranges(config: Config, where: str = "", field: str = "") -> None:
     """
     where = where or type(config).__name__
     for name, expected in field_types(type(config)).items():
-        _check(getattr(config, name), expected, where, joined(field, name))
+        _check(member(config, name), expected, where, joined(field, name))
+    if is_struct(type(config)):
+        return
     for name, problem in config.check():
         raise FieldError(where, joined(field, name), problem)
 
@@ -156,13 +166,15 @@ def _check(value: Any, expected: Any, where: str, field: str) -> None:
         if problem:
             raise FieldError(where, field, f"{type(value).__name__} {problem}")
         return check_ranges(value, where, field)
-    if not options or dc.is_dataclass(options[0]):
+    if not options or any(map(is_record, options)):
         if not isinstance(value, tuple(options)):
             names = [option.__name__ for option in options]
             names += ["a Config of one's own"] if protocols else []
             problem = f"expected {' or '.join(names)}, got {shown(value)}"
             raise FieldError(where, field, problem)
-        return check_ranges(typing.cast(Config, value), where, field)
+        if is_record(type(value)):
+            check_ranges(value, where, field)
+        return None
     if options[0] is not base:
         return _check(value, options[0], where, field)
     problem = kind_problem(value, base) or range_problem(value, markers)
@@ -179,7 +191,9 @@ def _check(value: Any, expected: Any, where: str, field: str) -> None:
 
 @functools.cache
 def field_types(schema: type) -> dict[str, Any]:
-    """The annotations of a dataclass's fields, with their markers."""
+    """The annotations of a record's fields, with their markers."""
+    if is_struct(schema):
+        return struct_fields(schema)
     hints = typing.get_type_hints(schema, include_extras=True)
     return {f.name: hints[f.name] for f in dc.fields(schema)}
 
@@ -259,6 +273,8 @@ def _is_readable(expected: Any) -> bool:
     container, inner = typing.get_origin(base), typing.get_args(base)
     if container in (list, dict):
         return _is_readable(inner[-1])
+    if is_struct(base):
+        return all(map(_is_readable, field_types(base).values()))
     if dc.is_dataclass(base):
         return not schema_problem(typing.cast(type, base))
     return base in KINDS and base not in (list, dict)

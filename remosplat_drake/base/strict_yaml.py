@@ -12,8 +12,10 @@ import typing
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
 import yaml
 
+from remosplat_drake.base.drake_structs import is_record, is_struct, member
 from remosplat_drake.base.errors import (
     FieldError,
     FileError,
@@ -152,7 +154,7 @@ def _check_node(
     if not node.tag.startswith(YAML_TAG):
         fail(node, field, f"takes no tag, got {shown(node.tag)}")
     container = typing.get_origin(base)
-    if dc.is_dataclass(base):
+    if is_record(base):
         return _check_fields(node, typing.cast(type, base), field, folder)
     value: Any
     if container is list:
@@ -215,13 +217,21 @@ def _untagged(node: yaml.Node, or_empty: bool = False) -> yaml.Node:
 def _check_fields(
     node: yaml.Node, schema: type, field: str, folder: Path | None
 ) -> None:
-    types = field_types(schema)
-    names = [f.name for f in dc.fields(schema) if f.metadata.get("yaml", True)]
+    types = _file_fields(schema)
     for name, (key, value) in fields(node, field).items():
         path = joined(field, name)
-        if name not in names:
-            fail(key, path, unknown_name("field", name, names))
+        if name not in types:
+            fail(key, path, unknown_name("field", name, types))
         _check_node(value, types[name], path, folder)
+
+
+def _file_fields(schema: type) -> dict[str, Any]:
+    """The annotations of the fields that a file may name."""
+    types = field_types(schema)
+    if is_struct(schema):
+        return types
+    listed = (f for f in dc.fields(schema) if f.metadata.get("yaml", True))
+    return {f.name: types[f.name] for f in listed}
 
 
 def _checked_scalar(node: yaml.Node, base: Any, field: str) -> Any:
@@ -257,6 +267,8 @@ def _build(layers: list[yaml.Node], expected: Any, default: Any, field: str):
         start = default if is_laid_over else None
         return _build(alike, schema, start, field)
     container = typing.get_origin(base)
+    if is_struct(base):
+        return _build_struct(layers, typing.cast(type, base), default, field)
     if dc.is_dataclass(base):
         return _build_dataclass(layers, typing.cast(type, base), default, field)
     if container is list:
@@ -291,10 +303,7 @@ def _alike(layers: list[yaml.Node], base: Any, field: str) -> list[yaml.Node]:
 def _build_dataclass(
     layers: list[yaml.Node], schema: type[T], default: T | None, field: str
 ) -> T:
-    given: dict[str, list[yaml.Node]] = {}
-    for layer in layers:
-        for name, (_, node) in fields(layer, field).items():
-            given.setdefault(name, []).append(node)
+    given = _given(layers, field)
     types = field_types(schema)
     start = _start(schema, given, default)
     values = {name: getattr(start, name) for name in types}
@@ -311,6 +320,29 @@ def _build_dataclass(
         name, *rest = re.findall(r"[^.\[\]]+", error.field)
         node = _deepest(given.get(name, layers)[-1], rest)
         fail(node, path, error.problem)
+
+
+def _build_struct(
+    layers: list[yaml.Node], struct: type[T], default: T | None, field: str
+) -> T:
+    built = struct() if default is None else copy.deepcopy(default)
+    for name, nodes in _given(layers, field).items():
+        path, expected = joined(field, name), field_types(struct)[name]
+        value = _build(nodes, expected, member(built, name), path)
+        try:
+            setattr(built, name, value)
+        except (TypeError, ValueError, RuntimeError):
+            fail(nodes[-1], path, f"Drake takes no {shown(value)} here")
+    return built
+
+
+def _given(layers: list[yaml.Node], field: str) -> dict[str, list[yaml.Node]]:
+    """What the layers say of each field."""
+    given: dict[str, list[yaml.Node]] = {}
+    for layer in layers:
+        for name, (_, node) in fields(layer, field).items():
+            given.setdefault(name, []).append(node)
+    return given
 
 
 def _deepest(node: yaml.Node, path: list[str]) -> yaml.Node:
@@ -353,7 +385,7 @@ def _node(value: Any, expected: Any) -> yaml.Node:
     if protocols and issubclass(kind, Config) and kind not in options:
         return _mapping_node(value, f"!{extension_name(kind)}")
     container = typing.get_origin(split(options[0])[0])
-    if value is not None and dc.is_dataclass(options[0]):
+    if is_record(kind):
         tag = f"!{type(value).__name__}" if len(options) > 1 else ""
         return _mapping_node(value, tag)
     if value is not None and container is list:
@@ -369,14 +401,19 @@ def _node(value: Any, expected: Any) -> yaml.Node:
 
 
 def _mapping_node(config: Any, tag: str) -> yaml.Node:
-    types = field_types(type(config))
+    """A record's fields; those that Drake's structs may lack are left out."""
+    values = {
+        name: (member(config, name), expected)
+        for name, expected in _file_fields(type(config)).items()
+    }
     pairs = [
-        (_scalar(f.name), _node(getattr(config, f.name), types[f.name]))
-        for f in dc.fields(config)
-        if f.metadata.get("yaml", True)
+        (_scalar(name), _node(value, expected))
+        for name, (value, expected) in values.items()
+        if value is not None or not is_struct(type(config))
     ]
     return yaml.MappingNode(tag or YAML_TAG + "map", pairs)
 
 
 def _scalar(value: Any) -> yaml.Node:
-    return yaml.representer.SafeRepresenter().represent_data(value)
+    plain = value.item() if isinstance(value, np.generic) else value
+    return yaml.representer.SafeRepresenter().represent_data(plain)

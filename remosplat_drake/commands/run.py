@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=_rate,
         metavar="R",
         help="pace against the wall clock, 0 = unlimited"
-        " (default: 1 with the page, 0 headless)",
+        " (default: the scenario's, else 1 with the page, 0 headless)",
     )
     parser.add_argument(
         "--hardware",
@@ -130,7 +130,9 @@ def run(arguments: argparse.Namespace) -> int:
     if page is not None:
         page.start_recording(time.time() if arguments.hardware else 0.0)
     rate = arguments.realtime_rate
-    if rate is None:
+    if rate is None and scenario.simulator is not None:
+        rate = scenario.simulator.target_realtime_rate
+    elif rate is None:
         rate = 0.0 if arguments.headless else 1.0
     waits = not arguments.headless and is_held(arguments.hold)
     result, loop = drive(

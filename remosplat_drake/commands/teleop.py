@@ -83,9 +83,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--realtime-rate",
         type=positive,
-        default=1.0,
         metavar="R",
-        help="pace of a simulation (default: %(default)s)",
+        help="pace of a simulation (default: the scenario's, else 1)",
     )
     parser.add_argument(
         "--duration",
@@ -134,7 +133,7 @@ def run(arguments: argparse.Namespace) -> int:
         result, _ = drive(
             application,
             console,
-            rate=None if arguments.hardware else arguments.realtime_rate,
+            rate=None if arguments.hardware else _rate(arguments, scenario),
             # Without a page nobody releases a stopped robot.
             patience=0.0 if page is None else math.inf,
         )
@@ -148,6 +147,15 @@ def run(arguments: argparse.Namespace) -> int:
     told = f"{result.outcome}; `remosplat replay {folder}` shows it"
     console.print(told, soft_wrap=True)
     return 0 if result.outcome in (INTERRUPTED, TIME_LIMIT) else 1
+
+
+def _rate(arguments: argparse.Namespace, scenario: Scenario) -> float:
+    """The pace of a simulation; a person works at none that is unlimited."""
+    if arguments.realtime_rate is not None:
+        return arguments.realtime_rate
+    if scenario.simulator is None:
+        return 1.0
+    return scenario.simulator.target_realtime_rate or 1.0
 
 
 def _admitted(

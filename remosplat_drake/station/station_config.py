@@ -1,13 +1,21 @@
 """`KinematicStation` and `DynamicStation`: a scenario's `station` section."""
 
 import dataclasses as dc
+from collections.abc import Iterator
 from typing import Annotated, Protocol
 
 import numpy as np
 from annotated_types import Interval
-from pydrake.systems.analysis import SimulatorConfig
+from pydrake.systems.analysis import (
+    ApplySimulatorConfig,
+    GetIntegrationSchemes,
+    Simulator,
+    SimulatorConfig,
+)
 from pydrake.systems.framework import Diagram
+from pydrake.systems.primitives import ConstantVectorSource
 
+from remosplat_drake.base.errors import unknown_name
 from remosplat_drake.base.ranges import Config, OneOf
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
@@ -95,3 +103,32 @@ def kinematic_simulator_config(control_period: float) -> SimulatorConfig:
         max_step_size=min(control_period, MAX_STEP),
         use_error_control=False,
     )
+
+
+def simulator_problems(config: SimulatorConfig) -> Iterator[tuple[str, str]]:
+    """Why no simulation can run with Drake's settings.
+
+    Drake itself takes a step of no length, with which time stands still.
+
+    Args:
+        config: Its numbers are finite.
+
+    Yields:
+        A field and its problem.
+    """
+    for name in ("max_step_size", "accuracy"):
+        if getattr(config, name) <= 0:
+            yield name, f"must be positive, got {getattr(config, name)}"
+    if config.target_realtime_rate < 0:
+        rate = config.target_realtime_rate
+        yield "target_realtime_rate", f"must not be negative, got {rate}"
+    if config.start_time != 0:
+        yield "start_time", f"a run starts at 0, got {config.start_time}"
+    scheme, schemes = config.integration_scheme, GetIntegrationSchemes()
+    if scheme not in schemes:
+        problem = unknown_name("integration scheme", scheme, schemes)
+        yield "integration_scheme", problem
+    try:
+        ApplySimulatorConfig(config, Simulator(ConstantVectorSource([0.0])))
+    except RuntimeError as error:
+        yield "", str(error)

@@ -1,12 +1,13 @@
 """Whole runs in a nearly empty world: how they end and what they leave."""
 
 import json
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
-from pydrake.systems.analysis import Simulator
+from pydrake.systems.analysis import Simulator, SimulatorConfig
 
 from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.scenario import load_scenario
@@ -17,8 +18,10 @@ from remosplat_drake.app.simulation import (
     RunMonitor,
     RunResult,
     run,
+    simulator_config,
 )
 from remosplat_drake.app.world import load_world
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.commands import driving
 from remosplat_drake.commands import run as run_command
 from remosplat_drake.commands.main import main
@@ -313,3 +316,55 @@ def test_bad_flags_exit_with_2(folder, flag, capfd):
         remosplat_run(folder, "One", *flag)
     assert caught.value.code == 2
     assert flag[0] in capfd.readouterr().err
+
+
+# Drake's `SimulatorConfig`.
+
+
+def test_a_scenario_takes_the_settings_of_drakes_simulator(folder):
+    text = (
+        "{time_limit: 0.1, simulator: {integration_scheme: runge_kutta2,"
+        " max_step_size: 0.005, use_error_control: false}}"
+    )
+    exact = run(make_application(folder, "Far", "{time_limit: 0.1}"))
+    application = make_application(folder, "Far", text)
+    config = simulator_config(application.scenario)
+    assert config.integration_scheme == "runge_kutta2"
+    assert config.max_step_size == 0.005
+    assert config.accuracy == SimulatorConfig().accuracy
+    given = run(application)
+    difference = np.abs(given.trajectory.q - exact.trajectory.q).max()
+    assert 0 < difference < 1e-6
+
+
+def test_a_run_keeps_the_pace_of_its_scenario_unless_told_otherwise(folder):
+    """A tenth of a second takes one at a tenth of the clock's pace."""
+    text = "{time_limit: 0.1, simulator: {target_realtime_rate: 0.1}}"
+    application = make_application(folder, "Far", text)
+    times = [time.monotonic()]
+    for rate in (None, 0.0):
+        run(application, realtime_rate=rate)
+        times.append(time.monotonic())
+    paced, unlimited = np.diff(times)
+    assert unlimited < 0.7 < paced
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("accuracy: .nan", "simulator.accuracy: must be finite, got '.nan'"),
+        ("accuracy: 0", "simulator.accuracy: must be positive, got 0.0"),
+        ("max_step_size: 0", "simulator.max_step_size: must be positive"),
+        ("max_step_size: fast", "simulator.max_step_size: expected a number"),
+        ("max_step: 1", "simulator.max_step: unknown field 'max_step'"),
+        ("start_time: 1", "simulator.start_time: a run starts at 0, got 1.0"),
+        ("target_realtime_rate: -1", "must not be negative, got -1.0"),
+        ("integration_scheme: euler", "unknown integration scheme 'euler'"),
+    ],
+)
+def test_settings_that_no_simulation_can_run_with_are_refused(text, problem):
+    with pytest.raises(FieldError) as caught:
+        load_scenario("TableReach", f"{{simulator: {{{text}}}}}")
+    assert str(caught.value).startswith("--scenario-text:1: simulator.")
+    assert problem in str(caught.value)
+    assert "\n" not in str(caught.value)

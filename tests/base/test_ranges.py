@@ -11,6 +11,10 @@ from typing import Annotated
 import numpy as np
 import pytest
 from annotated_types import Ge, Gt, Interval, Le, Len, Lt
+from pydrake.common.schema import Transform
+from pydrake.multibody.parsing import ModelDirective
+from pydrake.systems.analysis import SimulatorConfig
+from pydrake.systems.sensors import CameraConfig
 
 import remosplat_drake
 from remosplat_drake.app.diagram import build
@@ -26,7 +30,7 @@ from remosplat_drake.base.ranges import (
     field_types,
     split,
 )
-from remosplat_drake.base.strict_yaml import load_strict, load_text
+from remosplat_drake.base.strict_yaml import dump, load_strict, load_text
 from remosplat_drake.benchmark.scan_suite import ScannedScene
 from remosplat_drake.benchmark.splat_recipe import SplatRecipe
 from remosplat_drake.controller.controller_config import (
@@ -61,7 +65,11 @@ BOUNDS = (Interval, Gt, Ge, Lt, Le, Unbounded)
 
 
 def numbers_in(expected, markers=()) -> Iterator[tuple]:
-    """The numbers that a value of a type holds, with their markers."""
+    """The numbers that a value of a type holds, with their markers.
+
+    Not those of Drake's structs: which are valid is for Drake to say, and
+    their documentation is where users look it up.
+    """
     base, own = split(expected)
     options = choices(base)
     if len(options) > 1 or options[0] is not base:
@@ -316,3 +324,117 @@ def test_numbers_that_disarm_gates(text, field):
     assert caught.value.where == "--scenario-text:1"
     assert field in caught.value.field
     assert len(str(caught.value)) < 200
+
+
+# Drake's structs.
+
+
+@dc.dataclass
+class Rig(Config):
+    camera: CameraConfig = dc.field(default_factory=CameraConfig)
+    settings: SimulatorConfig | None = None
+    pose: Wheel | Transform = dc.field(default_factory=Transform)
+    models: list[ModelDirective] = dc.field(default_factory=list)
+
+
+RIG = """
+camera:
+  width: 320
+  focal: !FovDegrees {y: 50}
+  X_PB: {translation: [1, 2, 3], rotation: !Rpy {deg: [0, 90, 0]}}
+  renderer_class: !RenderEngineVtkParams {exposure: 0.5}
+settings: {accuracy: 1e-3}
+pose: !Transform {base_frame: tip, rotation: !AngleAxis {angle_deg: 3}}
+models:
+- add_model:
+    name: box
+    file: box.sdf
+    default_joint_positions: {hinge: [0.5]}
+- add_weld: {parent: world, child: "box::base", X_PC: {translation: [1, 0, 0]}}
+"""
+
+
+def test_drakes_structs_are_read_and_written(tmp_path):
+    path = tmp_path / "rig.yaml"
+    path.write_text(RIG)
+    rig = load_strict(Rig, path)
+    for _ in range(2):
+        assert (rig.camera.width, rig.camera.height) == (320, 480)
+        assert rig.camera.focal_y() == pytest.approx(240 / math.tan(0.436332))
+        X_PB = rig.camera.X_PB.GetDeterministicValue()
+        np.testing.assert_allclose(X_PB.translation(), [1, 2, 3])
+        np.testing.assert_allclose(
+            X_PB.rotation().matrix() @ [1, 0, 0], [0, 0, -1], atol=1e-15
+        )
+        assert rig.camera.renderer_class.exposure == 0.5
+        assert rig.settings.accuracy == 1e-3
+        assert rig.settings.max_step_size == SimulatorConfig().max_step_size
+        assert rig.pose.base_frame == "tip"
+        assert rig.pose.rotation.value.angle_deg == 3
+        assert rig.models[0].add_model.default_joint_positions["hinge"] == 0.5
+        assert rig.models[0].add_weld is None
+        assert rig.models[1].add_weld.child == "box::base"
+        np.testing.assert_array_equal(
+            rig.models[1].add_weld.X_PC.translation, [1, 0, 0]
+        )
+        path.write_text(dump("rig", rig))
+        rig = load_strict(Rig, path, "rig")
+
+
+def test_a_layer_is_laid_over_drakes_structs(tmp_path):
+    path = tmp_path / "rig.yaml"
+    path.write_text(RIG)
+    rig = load_strict(Rig, path, override="camera: {height: 240}")
+    assert (rig.camera.width, rig.camera.height) == (320, 240)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "field", "problem"),
+    [
+        ("camera:\n widht: 1", 2, "camera.widht", "did you mean 'width'?"),
+        (
+            "camera: {width: 1.5}",
+            1,
+            "camera.width",
+            "a whole number, got '1.5'",
+        ),
+        ("camera: {width: 1" + 30 * "0", 1, "camera.width", "Drake takes no 1"),
+        ("camera:\n z_near: .inf", 2, "camera.z_near", "must be finite"),
+        ("camera: {focal: !Fov {}}", 1, "camera.focal", "unknown tag 'Fov'"),
+        ("camera: {X_PB: {translation: [1]}}", 1, "translation", "3 entries"),
+        (
+            "camera: {X_PB: {rotation: !Uniform {}}}",
+            1,
+            "camera.X_PB.rotation",
+            "unknown tag 'Uniform'; valid: AngleAxis, Identity, Rpy",
+        ),
+        (
+            "camera: {X_PB: {rotation: !Rpy {deg: [0, .nan, 0]}}}",
+            1,
+            "camera.X_PB.rotation.deg[1]",
+            "must be finite",
+        ),
+        ("models: [{add: 1}]", 1, "models[0].add", "unknown field 'add'"),
+        ("models: {}", 1, "models", "expected a list"),
+    ],
+)
+def test_what_no_struct_of_drake_can_hold_is_refused(
+    tmp_path, text, line, field, problem
+):
+    path = tmp_path / "rig.yaml"
+    path.write_text(text + "}" * (text.count("{") - text.count("}")))
+    with pytest.raises(FieldError) as caught:
+        load_strict(Rig, path)
+    assert caught.value.where == f"{path}:{line}"
+    assert field in caught.value.field
+    assert problem in caught.value.problem
+    assert "\n" not in str(caught.value)
+
+
+def test_a_struct_of_drake_is_checked_where_it_is_used():
+    rig = Rig()
+    rig.camera.z_far = math.nan
+    with pytest.raises(FieldError, match=r"Rig: camera\.z_far: must be finite"):
+        check_ranges(rig)
+    with pytest.raises(FieldError, match="expected CameraConfig, got 3"):
+        Rig(camera=3)

@@ -11,7 +11,7 @@ from pydrake.systems.framework import Context
 from apps.studies.told_operator import ToldOperator
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import Scenario
-from remosplat_drake.app.simulation import supervision_of
+from remosplat_drake.app.simulation import simulator_config, supervision_of
 from remosplat_drake.app.teleop_session import open_teleoperation
 from remosplat_drake.app.world import World
 from remosplat_drake.base.errors import RemoSplatError
@@ -21,7 +21,6 @@ from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.signals.supervisor_state import STOPPED
 from remosplat_drake.signals.tick_report import TickReport
-from remosplat_drake.station.station_config import kinematic_simulator_config
 from remosplat_drake.visualization.page import MeshcatPage
 
 _STAY = 4.0
@@ -78,9 +77,7 @@ class LiveSession:
             self.process.close()
             raise
         self._simulator = Simulator(self._application.diagram)
-        ApplySimulatorConfig(
-            kinematic_simulator_config(self.period), self._simulator
-        )
+        ApplySimulatorConfig(simulator_config(scenario), self._simulator)
         self._root: Context = self._simulator.get_mutable_context()
         self._poses = itertools.cycle(scenario.teleop.poses)
         self._command = OperatorCommand(source="script")

@@ -11,12 +11,11 @@ from apps.studies.operators.random_operator import Look, RandomOperator
 from apps.studies.told_operator import ToldOperator
 from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.scenario import Scenario
-from remosplat_drake.app.simulation import supervision_of
+from remosplat_drake.app.simulation import simulator_config, supervision_of
 from remosplat_drake.app.teleop_session import open_teleoperation
 from remosplat_drake.app.world import World
 from remosplat_drake.signals.supervisor_state import STOPPED
 from remosplat_drake.signals.target_state import SCAN
-from remosplat_drake.station.station_config import kinematic_simulator_config
 
 _STEP = 0.1
 """Time between two looks of the operator [s]."""
@@ -93,9 +92,8 @@ class _Operation:
         self._application = application
         self._mouth, self._person = mouth, person
         self._simulator = Simulator(application.diagram)
-        period = application.scenario.control_period
         ApplySimulatorConfig(
-            kinematic_simulator_config(period), self._simulator
+            simulator_config(application.scenario), self._simulator
         )
         self._root: Context = self._simulator.get_mutable_context()
         self._since: float | None = None
