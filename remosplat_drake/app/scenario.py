@@ -12,6 +12,7 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Interval, Len
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+from pydrake.multibody.parsing import ModelDirective
 from pydrake.systems.analysis import SimulatorConfig
 
 from remosplat_drake.base import resources
@@ -24,6 +25,7 @@ from remosplat_drake.base.ranges import (
     RollPitchYawDeg,
     Seed,
     check_ranges,
+    field_types,
     joined,
 )
 from remosplat_drake.base.reading import reads_file
@@ -114,12 +116,27 @@ class SceneConfig(Config):
     # What the true geometry becomes when somebody changes the scene during a
     # simulated teleoperation (RMMI JSON); empty: it stays.
     truth_later: str = ""
+    # Further objects, as Drake's model directives (`add_model`, `add_weld`):
+    # boxes and cylinders that are fixed to the world. They are part of both
+    # true geometries; a splat that does not show them stays as it is.
+    directives: Annotated[list[ModelDirective], Len(0, 1000)] = dc.field(
+        default_factory=list
+    )
     # Largest over-estimate of a distance by the splat; the quality report
     # beside the splat counts, too, the larger of both. Stopping distances must
     # exceed it [m].
     map_error: Annotated[float, Interval(ge=0, le=1)] | None = None
     # The robot's floor links do not see the scene below this height [m].
     floor_height: Annotated[float, Interval(ge=-100, le=0.1)] = 0.03
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """See `Config`."""
+        for i, directive in enumerate(self.directives):
+            names = field_types(ModelDirective)
+            given = [n for n in names if getattr(directive, n) is not None]
+            if len(given) != 1:
+                problem = f"give one of {', '.join(names)}, got {len(given)}"
+                yield f"directives[{i}]", problem
 
 
 @dc.dataclass

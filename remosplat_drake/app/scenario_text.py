@@ -7,6 +7,7 @@ from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.base.extensions import extensions_in
 from remosplat_drake.base.resources import PACKAGE_SCHEME, resolve
 from remosplat_drake.base.strict_yaml import dump
+from remosplat_drake.scene.directives import with_absolute_files
 
 _SCENE_FILES = ("splat", "truth", "truth_later")
 
@@ -28,6 +29,9 @@ def scenario_text(scenario: Scenario, name: str) -> str:
     for field in _SCENE_FILES:
         uri = getattr(alone.scene, field)
         setattr(alone.scene, field, _absolute(uri, scenario.folder))
+    alone.scene.directives = with_absolute_files(
+        scenario.scene.directives, scenario.folder
+    )
     if Path(alone.robot.model).exists():
         alone.robot.model = _absolute(alone.robot.model, Path())
     if alone.teleop.trajectory:

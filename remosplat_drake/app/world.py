@@ -8,11 +8,12 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.app.scenario import Scenario, make_transform
 from remosplat_drake.base import resources
-from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.scene.directives import read_directives
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.signals.distance_field import DistanceField
@@ -65,9 +66,7 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
         scenario.robot.spheres,
         scenario.scene.floor_height,
     )
-    truth = None
-    if scenario.scene.truth:
-        truth = read_scene(_scene_file(scenario, "truth"))
+    truth = _true_scene(scenario, "truth")
     splat_W, cropped_W = _load_splat(scenario)
     if splat_W is None and blank:
         splat_W = GaussianSplat.empty()
@@ -93,7 +92,29 @@ def true_scenes(scenario: Scenario, world: World) -> tuple[PrimitiveScene, ...]:
         return ()
     if not scenario.scene.truth_later:
         return (world.truth,)
-    return world.truth, read_scene(_scene_file(scenario, "truth_later"))
+    later = _true_scene(scenario, "truth_later")
+    assert later is not None
+    return world.truth, later
+
+
+def _true_scene(scenario: Scenario, field: str) -> PrimitiveScene | None:
+    """What a file of true geometry holds, and what directives add to it."""
+    truth = None
+    if getattr(scenario.scene, field):
+        truth = read_scene(_scene_file(scenario, field))
+    try:
+        objects = read_directives(scenario.scene.directives, scenario.folder)
+    except RemoSplatError as error:
+        raise FieldError(
+            scenario.source, "scene.directives", str(error)
+        ) from error
+    if truth is None or not len(objects):
+        return objects if len(objects) else truth
+    return dc.replace(
+        truth,
+        boxes=(*truth.boxes, *objects.boxes),
+        cylinders=(*truth.cylinders, *objects.cylinders),
+    )
 
 
 def target_poses(

@@ -184,6 +184,7 @@ def _load(path: Path, entry: str, override: str) -> Scenario:
     for field, given in (
         ("scene.splat", scenario.scene.splat),
         ("scene.truth", scenario.scene.truth),
+        ("scene.directives", scenario.scene.directives),
         ("targets", scenario.targets),
     ):
         if given:

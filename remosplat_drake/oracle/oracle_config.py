@@ -187,7 +187,9 @@ class GroundTruth(Config):
         """
         del splat_W  # Unused.
         if truth is None:
-            raise MissingInputError("GroundTruth needs scene.truth")
+            raise MissingInputError(
+                "GroundTruth needs scene.truth or scene.directives"
+            )
         return SignedDistanceField(truth, rows=self.rows)
 
 

@@ -11,7 +11,7 @@ from remosplat_drake.app.scenario import (
     load_scenario,
     shipped_scenarios,
 )
-from remosplat_drake.app.world import load_world
+from remosplat_drake.app.world import load_world, true_scenes
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.commands.main import main
 from remosplat_drake.oracle.oracle_config import DepthRasterization, GroundTruth
@@ -178,6 +178,41 @@ def test_files_are_relative_to_the_scenarios_folder(folder, monkeypatch):
     np.testing.assert_array_equal(world.q0[3:], world.robot.home)
 
 
+CRATE = """<sdf version='1.7'><model name='crate'><link name='body'>
+<collision name='wall'><geometry><box><size>0.1 0.1 0.1</size></box>
+</geometry></collision></link></model></sdf>"""
+
+
+def test_objects_of_directives_are_part_of_the_true_scene(folder):
+    (folder / "crate.sdf").write_text(CRATE)
+    truth = "truth: scene.json, truth_later: scene.json"
+    directives = (
+        "[{add_model: {name: crate, file: crate.sdf}},"
+        " {add_weld: {parent: world, child: crate::body,"
+        " X_PC: {translation: [0.8, 0, 0.5]}}}]"
+    )
+    worlds, clearances = [], []
+    for extra in ("", f", directives: {directives}"):
+        text = f"{{scene: {{{truth}{extra}}}, oracle: !GroundTruth {{}}}}"
+        scenario = load_scenario(str(folder / "two.yaml"), text)
+        worlds.append(world := load_world(scenario))
+        clearances.append(
+            world.field.clearances(world.robot.spheres_at(world.q0)).minimum()
+        )
+        lengths = [len(scene) for scene in true_scenes(scenario, world)]
+        assert lengths == [1 + bool(extra)] * 2
+    assert clearances[1] < clearances[0]
+    with_crate = worlds[1]
+    assert with_crate.truth is not None
+    crate = with_crate.truth.boxes[-1]
+    np.testing.assert_allclose(crate.X_WP.translation(), [0.8, 0, 0.5])
+    # The robot's nearest sphere is as far from the crate as geometry says.
+    spheres = with_crate.robot.spheres_at(with_crate.q0)
+    q = np.abs(spheres.p_WS - [0.8, 0, 0.5]) - 0.05
+    outside = np.linalg.norm(np.maximum(q, 0), axis=1)
+    assert clearances[1] == pytest.approx((outside - spheres.radius).min())
+
+
 # Bad input: text laid over a good scenario, and what the one line must say.
 
 SCENE = "scene: {truth: scene.json}, oracle: !GroundTruth {}"
@@ -285,6 +320,14 @@ BAD_WORLDS = {
     ),
     "no splat at all": ("{}", ["oracle", "scene.splat"]),
     "no truth at all": ("{oracle: !GroundTruth {}}", ["oracle", "scene.truth"]),
+    "two directives in one": (
+        "{scene: {directives: [{add_model: {}, add_weld: {}}]}}",
+        ["--scenario-text:1", "scene.directives[0]", "got 2"],
+    ),
+    "a directive without its file": (
+        "{scene: {directives: [{add_model: {name: a, file: nowhere.sdf}}]}}",
+        ["two.yaml", "scene.directives", "nowhere.sdf", "no such file"],
+    ),
     "unknown rows": (
         "{scene: {truth: scene.json}, oracle: !GroundTruth {rows: all}}",
         ["oracle.rows", "per_primitive"],
