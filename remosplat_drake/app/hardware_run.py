@@ -77,6 +77,8 @@ def prepare_for_hardware(scenario: Scenario, lcm_url: str | None) -> None:
     if lcm_url is not None:
         check_lcm_url(lcm_url)
         scenario.hardware.lcm_url = lcm_url
+        if scenario.hardware.lcm is not None:
+            scenario.hardware.lcm.lcm_url = ""
     hardware, controller = scenario.hardware, scenario.controller
     controller.guidance.asynchronous = True
     limits = controller.velocity_limits

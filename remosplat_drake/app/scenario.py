@@ -14,6 +14,7 @@ from annotated_types import Interval, Len
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import ModelDirective
 from pydrake.systems.analysis import SimulatorConfig
+from pydrake.systems.sensors import CameraConfig
 
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FileError, unknown_name
@@ -30,6 +31,10 @@ from remosplat_drake.base.ranges import (
 )
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.base.strict_yaml import entries, load_strict
+from remosplat_drake.camera.drake_camera import (
+    camera_problems,
+    make_wrist_camera,
+)
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.controller.controller_config import (
     LONGEST_VERIFIED,
@@ -192,7 +197,8 @@ class Scenario(Config):
     # a rate on the command line goes first; absent: steps with which
     # !KinematicStation is exact.
     simulator: SimulatorConfig | None = None
-    wrist_camera: WristCameraConfig | None = None
+    # Ours, or Drake's as `!CameraConfig {X_PB: {base_frame: wrist_camera}}`.
+    wrist_camera: WristCameraConfig | CameraConfig | None = None
     # The real robot, in place of `station` with `remosplat run --hardware`.
     hardware: HardwareConfig = dc.field(default_factory=HardwareConfig)
     # What `remosplat teleop` needs besides: who moves the target and how,
@@ -225,8 +231,18 @@ class Scenario(Config):
         _, name = split_spec(self.source) or ("", "")
         return name
 
+    @property
+    def camera(self) -> WristCameraConfig | None:
+        """The wrist camera in our terms, also where it is in Drake's."""
+        if isinstance(self.wrist_camera, CameraConfig):
+            return make_wrist_camera(self.wrist_camera)
+        return self.wrist_camera
+
     def check(self) -> Iterator[tuple[str, str]]:
         """See `Config`."""
+        if isinstance(self.wrist_camera, CameraConfig):
+            for name, problem in camera_problems(self.wrist_camera):
+                yield f"wrist_camera.{name}", problem
         if self.simulator is not None:
             for name, problem in simulator_problems(self.simulator):
                 yield joined("simulator", name), problem

@@ -51,7 +51,7 @@ def MakeStation(scenario: Scenario, world: World, hardware: bool) -> Diagram:
     Raises:
         RemoSplatError: It cannot be made; names the scenario.
     """
-    camera = scenario.wrist_camera
+    camera = scenario.camera
     try:
         if hardware:
             return HardwareStation(

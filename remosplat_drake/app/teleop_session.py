@@ -192,7 +192,7 @@ def _initial_map(scenario: Scenario, world: World) -> SceneMap:
 def _camera_maker(
     scenario: Scenario, world: World, hardware: bool
 ) -> Callable[[], WristCamera]:
-    config = scenario.wrist_camera or WristCameraConfig()
+    config = scenario.camera or WristCameraConfig()
     if hardware:
         return partial(LcmCamera, config, world.robot, scenario.hardware)
     return partial(RenderedCamera, config, world.robot, world.truth)

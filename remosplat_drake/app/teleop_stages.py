@@ -127,7 +127,7 @@ def _mount(scenario: Scenario, world: World) -> CameraMount | None:
     """Where the wrist camera sits; None if nothing is mapped."""
     if not scenario.mapping.enabled:
         return None
-    camera = scenario.wrist_camera or WristCameraConfig()
+    camera = scenario.camera or WristCameraConfig()
     return CameraMount(world.robot, camera.hand_eye(), camera.frame)
 
 

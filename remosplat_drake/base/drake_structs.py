@@ -6,6 +6,7 @@ of a new struct, and random values are left out, for a scenario says exactly
 what is where.
 """
 
+import copyreg
 import dataclasses as dc
 import functools
 import types
@@ -38,12 +39,30 @@ def member(record: Any, name: str) -> Any:
 
 @functools.cache
 def struct_fields(struct: Any) -> dict[str, Any]:
-    """The annotations of a struct's fields, in terms that files have."""
+    """The annotations of a struct's fields, in terms that files have.
+
+    From here on, structs of this kind can be pickled: configurations travel to
+    other processes.
+    """
     new = struct()
+    copyreg.pickle(struct, _reduced)
     return {
         f.name: _annotation(f.type, getattr(new, f.name))
         for f in struct.__fields__
     }
+
+
+def _reduced(struct: Any) -> tuple[Any, ...]:
+    """What `pickle` keeps of a struct."""
+    names = struct_fields(type(struct))
+    return _restored, (type(struct), {n: member(struct, n) for n in names})
+
+
+def _restored(kind: type, values: dict[str, Any]) -> Any:
+    struct = kind()
+    for name, value in values.items():
+        setattr(struct, name, value)
+    return struct
 
 
 def _annotation(expected: Any, default: Any) -> Any:

@@ -61,7 +61,7 @@ class LcmCamera:
         names = hardware.channels
         self._names = names
         self._inbox = Inbox(
-            DrakeLcm(hardware.lcm_url),
+            hardware.open_lcm(),
             [names.wrist_camera, names.arm_status, names.base_status],
         )
         self._decoder = _Decoder()

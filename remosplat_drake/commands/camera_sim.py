@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
     world = load_world(scenario, blank=True)
     lcm = open_wire(arguments.lcm_url)
     camera = CameraSim(
-        scenario.wrist_camera or WristCameraConfig(),
+        scenario.camera or WristCameraConfig(),
         world.robot,
         world.truth,
         lcm,

@@ -7,12 +7,16 @@ from collections.abc import Iterator
 from typing import Annotated
 
 from annotated_types import Interval, Len
+from pydrake.lcm import DrakeLcm, DrakeLcmParams
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.hardware.wire import channels as wire
 
-ChannelName = Annotated[str, Len(1, 63)]
+_LONGEST_NAME = 63
+"""LCM takes no longer names of channels."""
+
+ChannelName = Annotated[str, Len(1, _LONGEST_NAME)]
 """Name of an LCM channel: 1 to 63 characters."""
 
 
@@ -50,6 +54,9 @@ class HardwareConfig(Config):
     # URL of the LCM network. The multicast time to live decides how far
     # messages go: ttl=1 reaches the local network, ttl=0 this machine only.
     lcm_url: str = "udpm://239.255.76.67:7667?ttl=1"
+    # Drake's settings of LCM: its URL goes in place of `lcm_url`, and its
+    # `channel_suffix` behind the names of all channels.
+    lcm: DrakeLcmParams | None = None
     # Names of the LCM channels.
     channels: ChannelNames = dc.field(default_factory=ChannelNames)
     # Longest wait for the first status of each driver [s].
@@ -80,11 +87,40 @@ class HardwareConfig(Config):
     hand_period: Annotated[float, Interval(ge=0.01, le=10)] = 0.1
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Yields an error where the LCM URL is unusable."""
+        """Yields an error for each setting with which LCM would stay deaf."""
         try:
-            check_lcm_url(self.lcm_url)
+            check_lcm_url(self.url)
         except RemoSplatError as error:
-            yield "lcm_url", str(error)
+            is_ours = self.url == self.lcm_url
+            yield "lcm_url" if is_ours else "lcm.lcm_url", str(error)
+        if self.lcm is None:
+            return
+        if self.lcm_url not in (self.url, HardwareConfig.lcm_url):
+            yield (
+                "lcm.lcm_url",
+                f"differs from lcm_url {self.lcm_url!r}: give one of them",
+            )
+        longest = max(map(len, dc.asdict(self.channels).values()))
+        if longest + len(self.lcm.channel_suffix) > _LONGEST_NAME:
+            yield (
+                "lcm.channel_suffix",
+                f"makes names of channels longer than {_LONGEST_NAME}",
+            )
+        if self.lcm.defer_initialization:
+            yield (
+                "lcm.defer_initialization",
+                "must be false: statuses are heard from the start",
+            )
+
+    @property
+    def url(self) -> str:
+        """URL of the LCM network, from `lcm` or from `lcm_url`."""
+        return (self.lcm and self.lcm.lcm_url) or self.lcm_url
+
+    def open_lcm(self) -> DrakeLcm:
+        """Opens the LCM network, which appends the suffix to channel names."""
+        suffix = "" if self.lcm is None else self.lcm.channel_suffix
+        return DrakeLcm(DrakeLcmParams(lcm_url=self.url, channel_suffix=suffix))
 
 
 def check_lcm_url(url: str) -> None:

@@ -12,7 +12,7 @@ from remosplat_drake.app.scenario import (
     shipped_scenarios,
 )
 from remosplat_drake.app.world import load_world, true_scenes
-from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.commands.main import main
 from remosplat_drake.oracle.oracle_config import DepthRasterization, GroundTruth
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
@@ -211,6 +211,80 @@ def test_objects_of_directives_are_part_of_the_true_scene(folder):
     q = np.abs(spheres.p_WS - [0.8, 0, 0.5]) - 0.05
     outside = np.linalg.norm(np.maximum(q, 0), axis=1)
     assert clearances[1] == pytest.approx((outside - spheres.radius).min())
+
+
+def test_the_wrist_camera_may_be_drakes(folder):
+    text = (
+        "{wrist_camera: !CameraConfig {width: 320, height: 240, fps: 10,"
+        " focal: !FovDegrees {y: 50}, z_near: 0.2, z_far: 3, name: eye,"
+        " X_PB: {base_frame: wrist_camera, translation: [0, 0, 0.01],"
+        " rotation: !Rpy {deg: [0, 3, 90]}}}}"
+    )
+    camera = load_scenario(str(folder / "two.yaml"), text).camera
+    assert camera is not None
+    assert (camera.frame, camera.width, camera.height) == (
+        "wrist_camera",
+        320,
+        240,
+    )
+    assert (camera.min_depth, camera.max_depth) == (0.2, 3.0)
+    assert camera.fov_y_deg == pytest.approx(50)
+    assert camera.translation == [0, 0, 0.01]
+    assert camera.rpy_deg == pytest.approx([0, 3, 90])
+
+
+@pytest.mark.parametrize(
+    ("text", "field", "problem"),
+    [
+        ("fps: 30", "fps", "has no such setting"),
+        ("rgb: false", "rgb", "has no such setting"),
+        ("center_x: 3", "center_x", "has no such setting"),
+        ("X_PB: {base_frame: null}", "X_PB.base_frame", "frame of the robot"),
+        ("focal: !FovDegrees {x: 60}", "focal", "pixels must be square"),
+        ("focal: !FovDegrees {y: null}", "focal", "must"),
+        ("z_far: 200", "z_far", "(0, 100]"),
+        ("width: -3", "width", "[1, 8192]"),
+    ],
+)
+def test_what_the_wrist_camera_cannot_be_is_refused(
+    folder, text, field, problem
+):
+    frame = "" if "X_PB" in text else "X_PB: {base_frame: wrist_camera}, "
+    text = f"{{wrist_camera: !CameraConfig {{{frame}{text}}}}}"
+    with pytest.raises(FieldError) as caught:
+        load_scenario(str(folder / "two.yaml"), text)
+    assert caught.value.where == "--scenario-text:1"
+    assert caught.value.field == f"wrist_camera.{field}"
+    assert problem in caught.value.problem
+
+
+@pytest.mark.parametrize(
+    ("text", "field", "problem"),
+    [
+        ("lcm: {lcm_url: tcp}", "lcm.lcm_url", "expected udpm://"),
+        (
+            "lcm_url: 'memq://', lcm: {lcm_url: 'udpm://239.1.1.1:7667'}",
+            "lcm.lcm_url",
+            "differs from lcm_url 'memq://': give one of them",
+        ),
+        (
+            f"lcm: {{channel_suffix: {'x' * 60}}}",
+            "lcm.channel_suffix",
+            "longer than 63",
+        ),
+        (
+            "lcm: {defer_initialization: true}",
+            "lcm.defer_initialization",
+            "must be false",
+        ),
+    ],
+)
+def test_lcm_settings_that_cannot_be_are_refused(folder, text, field, problem):
+    with pytest.raises(FieldError) as caught:
+        load_scenario(str(folder / "two.yaml"), f"{{hardware: {{{text}}}}}")
+    assert caught.value.where == "--scenario-text:1"
+    assert caught.value.field == f"hardware.{field}"
+    assert problem in caught.value.problem
 
 
 # Bad input: text laid over a good scenario, and what the one line must say.

@@ -3,6 +3,7 @@
 import ast
 import dataclasses as dc
 import math
+import pickle
 import typing
 from collections.abc import Iterator
 from pathlib import Path
@@ -438,3 +439,10 @@ def test_a_struct_of_drake_is_checked_where_it_is_used():
         check_ranges(rig)
     with pytest.raises(FieldError, match="expected CameraConfig, got 3"):
         Rig(camera=3)
+
+
+def test_a_struct_of_drake_can_be_sent_to_another_process(tmp_path):
+    path = tmp_path / "rig.yaml"
+    path.write_text(RIG)
+    rig = load_strict(Rig, path)
+    assert dump("rig", pickle.loads(pickle.dumps(rig))) == dump("rig", rig)

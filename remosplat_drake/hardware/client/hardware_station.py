@@ -1,7 +1,6 @@
 """`HardwareStation`: the real robot behind the ports of every station."""
 
 from drake import lcmt_image_array
-from pydrake.lcm import DrakeLcm
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from pydrake.systems.lcm import LcmInterfaceSystem, LcmSubscriberSystem
 from pydrake.systems.sensors import LcmImageArrayToImages
@@ -72,7 +71,7 @@ def _add_camera(builder: DiagramBuilder, config: HardwareConfig):
     advances: newer Drakes do that without Python's lock, so nothing written
     in Python, as the link's mailboxes are, may hang on it.
     """
-    lcm = DrakeLcm(config.lcm_url)
+    lcm = config.open_lcm()
     builder.AddNamedSystem("lcm", LcmInterfaceSystem(lcm=lcm))
     subscriber = builder.AddNamedSystem(
         "wrist_camera_subscriber",

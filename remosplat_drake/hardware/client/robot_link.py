@@ -5,7 +5,6 @@ import math
 import time
 
 import numpy as np
-from pydrake.lcm import DrakeLcm
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.ranges import check_ranges
@@ -63,7 +62,7 @@ class RobotLink:
         self._config = config
         self._robot = robot
         check_ranges(config, field="hardware")
-        self.lcm = DrakeLcm(config.lcm_url)
+        self.lcm = config.open_lcm()
         description, names = robot.description, config.channels
         self.arm = Mailbox(self.lcm, names.arm_status)
         self.base = self.hand = None
@@ -127,7 +126,7 @@ class RobotLink:
         while silent:
             if time.monotonic() > deadline:
                 raise RemoSplatError(
-                    f"no {' and no '.join(silent)} on {self._config.lcm_url}"
+                    f"no {' and no '.join(silent)} on {self._config.url}"
                     f" within {self._config.connect_timeout:g} s;"
                     " is the driver running?"
                 )

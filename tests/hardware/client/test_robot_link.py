@@ -1,5 +1,6 @@
 """The link to a robot: a second end of the wire plays its drivers."""
 
+import pickle
 import time
 
 import numpy as np
@@ -9,7 +10,7 @@ from drake import (
     lcmt_schunk_wsg_command,
     lcmt_schunk_wsg_status,
 )
-from pydrake.lcm import DrakeLcm
+from pydrake.lcm import DrakeLcm, DrakeLcmParams
 from pydrake.systems.analysis import Simulator
 from robot_process import free_url
 from wire_messages import arm_message, base_message
@@ -256,3 +257,22 @@ def test_nothing_is_sent_unless_it_is_told_to(url, frankie, drivers):
         channels.BASE_COMMAND,
         channels.PANDA_HAND_COMMAND,
     }
+
+
+def test_drakes_lcm_settings_choose_network_and_channels(url, frankie):
+    params = DrakeLcmParams(lcm_url=url, channel_suffix="_2")
+    config = pickle.loads(pickle.dumps(HardwareConfig(lcm=params)))
+    assert config.url == url
+    link = RobotLink(config, frankie)
+    heard = []
+    drivers = DrakeLcm(url)
+    mark = drivers.Subscribe("MARK_2", heard.append)
+    link.lcm.Publish("MARK", b"to them")
+    while not heard:
+        drivers.HandleSubscriptions(1000)
+    mark = link.lcm.Subscribe("MARK", heard.append)
+    drivers.Publish("MARK_2", b"to us")
+    while len(heard) < 2:
+        link.lcm.HandleSubscriptions(1000)
+    del mark
+    assert heard == [b"to them", b"to us"]

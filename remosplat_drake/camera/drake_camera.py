@@ -1,0 +1,80 @@
+"""Drake's `CameraConfig` in the place of a `WristCameraConfig`."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from pydrake.math import RollPitchYaw
+from pydrake.systems.sensors import CameraConfig
+
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.ranges import field_types
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
+
+_SOURCES = {
+    "width": "width",
+    "height": "height",
+    "fov_y_deg": "focal",
+    "min_depth": "z_near",
+    "max_depth": "z_far",
+    "frame": "X_PB",
+    "translation": "X_PB",
+    "rpy_deg": "X_PB",
+}
+"""Which field of Drake's each field of ours is made of."""
+
+_FREE = ("name", "depth")
+"""Nothing depends on the name, and there is always a depth image."""
+
+
+def make_wrist_camera(config: CameraConfig) -> WristCameraConfig:
+    """The same camera in terms of ours.
+
+    Its body frame B is the camera's, with axes x right, y down, z forward.
+
+    Args:
+        config: Without `camera_problems`.
+
+    Raises:
+        FieldError: A value is out of the range of our field.
+    """
+    X_PB = config.X_PB.GetDeterministicValue()
+    fov_y = 2 * np.arctan(config.height / (2 * config.focal_y()))
+    return WristCameraConfig(
+        frame=config.X_PB.base_frame,
+        translation=X_PB.translation().tolist(),
+        rpy_deg=np.rad2deg(RollPitchYaw(X_PB.rotation()).vector()).tolist(),
+        width=config.width,
+        height=config.height,
+        fov_y_deg=float(np.rad2deg(fov_y)),
+        min_depth=config.z_near,
+        max_depth=config.z_far,
+    )
+
+
+def camera_problems(config: CameraConfig) -> Iterator[tuple[str, str]]:
+    """What of Drake's settings the wrist camera cannot honour.
+
+    Args:
+        config: Its numbers are finite.
+
+    Yields:
+        A field of Drake's and its problem.
+    """
+    new = CameraConfig()
+    for name in field_types(CameraConfig):
+        if name in (*_SOURCES.values(), *_FREE):
+            continue
+        if repr(getattr(config, name)) != repr(getattr(new, name)):
+            yield name, "the wrist camera has no such setting: leave it out"
+    if not config.X_PB.base_frame:
+        yield "X_PB.base_frame", "must be a frame of the robot"
+        return
+    try:
+        if not np.isclose(config.focal_x(), config.focal_y(), rtol=1e-6):
+            yield "focal", "pixels must be square: let one of x and y be null"
+        make_wrist_camera(config)
+    except FieldError as error:
+        field, _, _ = error.field.partition("[")
+        yield _SOURCES[field], error.problem
+    except RuntimeError as error:
+        yield "focal", " ".join(str(error).split())
