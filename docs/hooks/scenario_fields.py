@@ -13,6 +13,7 @@ from typing import Any
 from annotated_types import Len
 
 from remosplat_drake.base import ranges
+from remosplat_drake.base.drake_structs import is_struct
 from remosplat_drake.base.ranges import OneOf, Unbounded
 
 _PLAIN = {
@@ -169,6 +170,8 @@ def _kind(expected: Any) -> tuple[str, tuple[type, ...]]:
 
 def _foreign(option: Any) -> str:
     name = getattr(option, "__name__", "any")
+    if is_struct(option):
+        return f"Drake's `{name}`"
     is_protocol = getattr(option, "_is_protocol", False)
     return f"one's own {name}" if is_protocol else name
 

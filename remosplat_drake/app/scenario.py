@@ -193,8 +193,8 @@ class Scenario(Config):
     station: KinematicStation | DynamicStation | StationMaker = dc.field(
         default_factory=KinematicStation
     )
-    # Drake's settings of the simulation, beside whose `target_realtime_rate`
-    # a rate on the command line goes first; absent: steps with which
+    # Drake's settings of the simulation; a rate on the command line overrides
+    # their `target_realtime_rate`. Absent: fixed steps with which
     # !KinematicStation is exact.
     simulator: SimulatorConfig | None = None
     # Ours, or Drake's as `!CameraConfig {X_PB: {base_frame: wrist_camera}}`.
