@@ -18,6 +18,7 @@ from remosplat_drake.app.stages import (
     MakeStation,
 )
 from remosplat_drake.app.world import World, load_world
+from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.mapping.store.map_file import write_map
 from remosplat_drake.mapping.store.run_folders import new_run
 from remosplat_drake.mapping.store.session import Session, Version
@@ -124,9 +125,8 @@ def drive(
         two_maps.GetOutputPort("distance_field"),
         oracle.GetInputPort("distance_field"),
     )
-    controller = AddController(
-        builder, scenario, robot, configuration, targets, oracle
-    )
+    law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)
+    controller = AddController(builder, law, configuration, targets, oracle)
     supervisor = AddSupervisor(builder, scenario, robot, controller, station)
     assert supervisor is not None
     executed = supervisor.GetOutputPort("velocity_commanded")

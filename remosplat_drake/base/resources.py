@@ -50,13 +50,21 @@ def resolve(uri: str | Path, relative_to: Path | None = None) -> Path:
     Raises:
         FileError: There is no such file.
     """
+    path = expand(uri)
+    if relative_to is not None and not path.is_absolute():
+        path = relative_to / path
+    if not path.exists():
+        raise FileError(str(uri), "no such file")
+    return path
+
+
+def expand(uri: str | Path) -> Path:
+    """The path that a `package://remosplat_drake/...` URI or `~` stands for.
+
+    Args:
+        uri: A package URI or a path, which need not exist.
+    """
     text = str(uri)
     if text.startswith(PACKAGE_SCHEME):
-        path = _ROOT / text.removeprefix(PACKAGE_SCHEME)
-    else:
-        path = Path(text).expanduser()
-        if relative_to is not None and not path.is_absolute():
-            path = relative_to / path
-    if not path.exists():
-        raise FileError(text, "no such file")
-    return path
+        return _ROOT / text.removeprefix(PACKAGE_SCHEME)
+    return Path(text).expanduser()

@@ -46,7 +46,7 @@ def read_scene(path: str | Path) -> PrimitiveScene:
         >>> scene.name
         'scene'
     """
-    path = resources.resolve(path)
+    path = resources.expand(path)
     document = read_json_object(path)
     reader = _Reader(path)
     reader.check_keys(

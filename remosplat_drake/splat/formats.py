@@ -139,7 +139,7 @@ def read_splat(path: str | Path, surfel: bool | None = None) -> GaussianSplat:
         >>> len(rs.read_splat(uri)) > 10_000
         True
     """
-    path = resources.resolve(path)
+    path = resources.expand(path)
     chosen = format_of_file(path)
     if chosen is CHECKPOINT:
         return read_checkpoint(path, surfel)

@@ -127,8 +127,10 @@ def test_a_cost_acts_in_rollouts(load, beside):
     text = "  controller: {guidance: {asynchronous: %s}%s}\n"
     switch = str(beside).lower()
     extra = ", extra: [!outside.cost:Drift {gain: 3}]"
-    plain = first_rollout(load(text % (switch, "")))
-    pushed = first_rollout(load(text % (switch, extra)))
+    # So far away that the robot still drives when a slow process has started.
+    far = "{targets: !outside.targets:Ahead {distance: 90}}"
+    plain = first_rollout(load(text % (switch, ""), far))
+    pushed = first_rollout(load(text % (switch, extra), far))
     # The target lies straight ahead; the cost turns the arm aside.
     assert np.abs(plain[:, 1]).max() < 1e-9
     assert pushed[:, 1].min() < -1e-3

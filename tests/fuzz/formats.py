@@ -15,7 +15,7 @@ from splat.toy_splats import random_splat
 
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.base import resources
-from remosplat_drake.benchmark.methods import load_methods
+from remosplat_drake.benchmark.methods import METHODS_FILE, load_methods
 from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.capture.rendering.synthetic import (
@@ -311,7 +311,7 @@ OTHERS = {
     ),
     "session": Format(_make_session, _read_session),
     "methods": Format(
-        _copied(Path(resources.__file__).parent / "benchmark" / "methods.yaml"),
+        _copied(METHODS_FILE),
         lambda folder: load_methods([str(folder / "methods.yaml")]),
     ),
     "pose-target": Format(_make_pose_target, _packet(decode_pose_target)),

@@ -12,6 +12,7 @@ from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.stages import AddController, AddOracle, MakeStation
 from remosplat_drake.app.world import load_world
 from remosplat_drake.camera.mount import CameraMount
+from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.signals.target_state import TargetState
 from remosplat_drake.station.connections import AddConfiguration, ConnectCommand
@@ -42,8 +43,11 @@ class Operated:
             configuration, self.target.GetInputPort("configuration")
         )
         oracle = AddOracle(builder, scenario, self.world, configuration)
+        law = ReactiveLaw.make(
+            scenario.controller, robot, scenario.control_period
+        )
         controller = AddController(
-            builder, scenario, robot, configuration, self.target, oracle
+            builder, law, configuration, self.target, oracle
         )
         u = controller.GetOutputPort("velocity_commanded")
         ConnectCommand(builder, robot, u, station)

@@ -51,13 +51,14 @@ class ToyWorld:
 
     def rule(self, *tiers: tuple[Guidance, ...]) -> SelectionRule:
         """A rule with these candidates that asks for 3 mm."""
+        start = tiers[0][0] if tiers else Guidance()
         return SelectionRule(
             self.law,
             Fixed(tiers),
-            (tiers[0][0].stopping or 0.0,),
+            (start.stopping or 0.0,),
             lambda error: error.distance < 0.003,
             4.0,
-            tiers[0][0],
+            start,
         )
 
 

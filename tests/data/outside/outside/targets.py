@@ -16,7 +16,7 @@ from remosplat_drake.task.target_sequence import TargetSequence
 class Ahead(Config):
     """A target so far before the end effector of the robot at home."""
 
-    distance: Annotated[float, Interval(ge=0, le=2)] = 0.1
+    distance: Annotated[float, Interval(ge=0, le=100)] = 0.1
 
     def make(self, robot, arrival, period) -> TargetSequence:
         """Makes the system."""
