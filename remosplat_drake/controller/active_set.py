@@ -12,7 +12,9 @@ import numpy as np
 from numba import njit
 
 OPTIMAL, INFEASIBLE, UNDECIDED = 0, 1, 2
-"""How `solve_dense` ends; undecided: rounding has won, ask another solver."""
+"""How `solve_dense` ends: with the optimum, with the proof that no u satisfies
+all rows, or undecided by rounding errors (then another solver must be asked).
+"""
 
 _TOLERANCE = 1e-10
 """Violations below this are none; rows are scaled to length one."""
@@ -24,13 +26,13 @@ _MAX_STEPS = 500
 
 
 class DenseProgram(NamedTuple):
-    """min 1/2 u'Hu + c'u subject to A u <= b.
+    """The quadratic program: minimise 1/2 u'Hu + c'u subject to A u <= b.
 
     Attributes:
-        H: Positive definite, shape (n, n).
-        c: Shape (n,).
-        A: Shape (m, n).
-        b: Shape (m,).
+        H: Symmetric positive definite matrix of the cost, shape (n, n).
+        c: Vector of the linear cost, shape (n,).
+        A: Coefficients of the inequality rows, shape (m, n).
+        b: Right-hand sides of the rows, shape (m,).
     """
 
     H: np.ndarray
@@ -41,13 +43,20 @@ class DenseProgram(NamedTuple):
 
 @njit(cache=True)
 def solve_dense(H, c, A, b):
-    """The minimiser u, shape (n,), the multipliers, shape (m,), and how.
+    """Minimises 1/2 u'Hu + c'u subject to A u <= b.
+
+    The dual active-set method of Goldfarb and Idnani (1983).
 
     Args:
-        H: See `DenseProgram`.
-        c: See `DenseProgram`.
-        A: See `DenseProgram`.
-        b: See `DenseProgram`.
+        H: Symmetric positive definite matrix of the cost, shape (n, n).
+        c: Vector of the linear cost, shape (n,).
+        A: Coefficients of the inequality rows, shape (m, n).
+        b: Right-hand sides of the rows, shape (m,).
+
+    Returns:
+        The minimiser u, shape (n,), the Lagrange multipliers of the rows,
+        shape (m,), and how it ended: OPTIMAL, INFEASIBLE or UNDECIDED. The
+        first two mean something only with OPTIMAL.
     """
     n, m = len(c), len(b)
     multipliers = np.zeros(m)
@@ -181,7 +190,7 @@ def _factor(L, A, active, n_active, Q, R):
 
 @njit(cache=True)
 def _project(Q, R, y, n_active):
-    """Y less its part in the span of Q, and r = R^-1 Q'y."""
+    """Computes the part of y orthogonal to the span of Q, and r = R^-1 Q'y."""
     rest, dots = y.copy(), np.zeros(n_active)
     for _ in range(2):
         for k in range(n_active):
@@ -219,7 +228,7 @@ def _cholesky(H, L):
 
 @njit(cache=True)
 def _forward(L, x):
-    """L^-1 x."""
+    """L^-1 x, by forward substitution."""
     y = x.copy()
     for row in range(len(y)):
         for k in range(row):
@@ -230,7 +239,7 @@ def _forward(L, x):
 
 @njit(cache=True)
 def _backward(L, x):
-    """L'^-1 x."""
+    """L'^-1 x, by backward substitution."""
     y = x.copy()
     for row in range(len(y) - 1, -1, -1):
         for k in range(row + 1, len(y)):

@@ -9,15 +9,19 @@ from numba import njit
 def braking_command(
     u: np.ndarray, acceleration_limit: np.ndarray, dt: float
 ) -> np.ndarray:
-    """The next command on a ramp to zero, within the acceleration limits.
+    """Computes the next command of the ramp to zero within acceleration limits.
 
     The whole vector shrinks by one factor, so that the robot keeps to the
     path it was on; the joint that needs longest sets the pace.
 
     Args:
-        u: The command that is being executed, shape (n_u,).
-        acceleration_limit: Bounds on |du/dt|, shape (n_u,).
+        u: The velocity command that is being executed, shape (n_u,)
+            [rad/s, m/s].
+        acceleration_limit: Bounds on |du/dt|, shape (n_u,) [rad/s^2, m/s^2].
         dt: Control period [s].
+
+    Returns:
+        The command of the next tick, shape (n_u,); zero if u is not finite.
     """
     if not np.isfinite(u).all():
         return np.zeros_like(u)
@@ -27,7 +31,13 @@ def braking_command(
 
 @njit(cache=True)
 def braking_steps(u, acceleration_limit, dt) -> float:
-    """How many ticks the ramp from u takes, not rounded."""
+    """Counts the ticks of the braking ramp from u, not rounded.
+
+    Args:
+        u: The command at the start of the ramp, shape (n_u,).
+        acceleration_limit: Bounds on |du/dt|, shape (n_u,).
+        dt: Control period [s].
+    """
     steps = 0.0
     for j in range(len(u)):
         steps = max(steps, abs(u[j]) / (acceleration_limit[j] * dt))
@@ -36,10 +46,18 @@ def braking_steps(u, acceleration_limit, dt) -> float:
 
 @njit(cache=True)
 def stopping_times(u, acceleration_limit, dt):
-    """Ends of a tick with u and of the ticks of its ramp, shape (k,) [s].
+    """Computes when a tick with u and each tick of its braking ramp end.
 
     Time is counted as if u were held: the ramp shrinks u evenly, by the
-    factors 1 - 1/n, 1 - 2/n, ..., and so does the way of each tick.
+    factors 1 - 1/n, 1 - 2/n, ..., and the way of each tick shrinks with it.
+
+    Args:
+        u: The command of the first tick, shape (n_u,).
+        acceleration_limit: Bounds on |du/dt| of the ramp, shape (n_u,).
+        dt: Control period [s].
+
+    Returns:
+        The ends of the ticks, ascending, shape (k,) [s].
     """
     steps = max(braking_steps(u, acceleration_limit, dt), 1.0)
     times = np.empty(math.ceil(steps))

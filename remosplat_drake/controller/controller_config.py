@@ -19,24 +19,27 @@ from remosplat_drake.controller.solvers import SOLVERS
 from remosplat_drake.robot.robot_model import RobotModel
 
 LONGEST_VERIFIED = 0.1
-"""Between two ticks nobody looks: verified control allows no more [s]."""
+"""The longest control period that verified control allows [s]: nothing looks
+at the robot between two ticks."""
 
 GAINS = ("paper", "tuned")
-"""Names of the gain sets below."""
+"""Names of the gain sets: the paper's published numbers, and ours."""
 
 
 @dc.dataclass
 class ReactiveControllerConfig(Config):
-    """The controller's ingredients and safety switches.
+    """The settings of the reactive controller and of all its ingredients.
 
     The defaults are the gain set `tuned`.
     """
 
-    # Gain set that the fields below start from.
+    # Gain set that all other fields of the controller start from.
     gains: Annotated[str, OneOf(GAINS, "gain set")] = "tuned"
-    # Convex solver: see controller/solvers.py.
+    # Convex solver of the program. `active_set` is the library's own, the
+    # others are Drake's; `mosek` and `gurobi` need a licence.
     solver: Annotated[str, OneOf(SOLVERS, "solver")] = "clarabel"
-    # Whether each command is checked against the map before it is applied.
+    # Whether each command and its braking ramp are checked against the map,
+    # the robot itself and the joint limits before the command is applied.
     verify: bool = True
     servo: ing.ServoTrackingConfig = dc.field(
         default_factory=ing.ServoTrackingConfig
@@ -65,8 +68,8 @@ class ReactiveControllerConfig(Config):
     base_orientation: ing.BaseOrientationCostConfig = dc.field(
         default_factory=ing.BaseOrientationCostConfig
     )
-    # Ingredients of other packages, each as `package.module:Class` or
-    # `!package.module:Class {field: value}`.
+    # Further ingredients from outside the library, each written as
+    # `package.module:Class` or `!package.module:Class {field: value}`.
     extra: Annotated[list[Ingredient | IngredientMaker], Len(0, 100)] = (
         dc.field(default_factory=list)
     )
@@ -76,11 +79,23 @@ class ReactiveControllerConfig(Config):
 
     @classmethod
     def preset(cls, name: str) -> "ReactiveControllerConfig":
-        """See `Config`."""
+        """Makes a fresh configuration with the gain set of that name.
+
+        Args:
+            name: One of `GAINS`.
+        """
         return gain_set(name)
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Checks the stopping distances against those of guidance.
+
+        The tiers of guidance must fall strictly, from below the collision
+        damper's stopping distance; and with guidance enabled that distance
+        must lie below the one at which an obstacle bends the path.
+
+        Yields:
+            The name of a field and what is wrong with it.
+        """
         stopping, guidance = self.collision.stopping, self.guidance
         if not all(a > b for a, b in pairwise([stopping, *guidance.tiers])):
             yield (
@@ -96,13 +111,17 @@ class ReactiveControllerConfig(Config):
 
     @property
     def smallest_stopping(self) -> float:
-        """The smallest stopping distance that may come into use [m]."""
+        """The smallest stopping distance d_s that may come into use [m].
+
+        That of the collision damper, or the last tier of guidance where
+        guidance is enabled.
+        """
         tiers = self.guidance.tiers if self.guidance.enabled else []
         return min([self.collision.stopping, *tiers])
 
 
 def _paper_gains() -> ReactiveControllerConfig:
-    """The authors' published numbers (paper section III-A, IV; their code)."""
+    """Makes the published set (paper sections III-A, IV; the authors' code)."""
     return ReactiveControllerConfig(
         gains="paper",
         verify=False,
@@ -122,19 +141,29 @@ GAIN_SETS = {"paper": _paper_gains, "tuned": ReactiveControllerConfig}
 
 
 def gain_set(name: str) -> ReactiveControllerConfig:
-    """A fresh configuration with the gains of that name."""
+    """Makes a fresh configuration with the gain set of that name.
+
+    Args:
+        name: One of `GAINS`.
+
+    Raises:
+        KeyError: There is no such gain set.
+    """
     return GAIN_SETS[name]()
 
 
 def default_ingredients(
     robot: RobotModel, config: ReactiveControllerConfig | None = None
 ) -> list[Ingredient]:
-    """The ingredients that a configuration stands for.
+    """Makes the ingredients that a controller's configuration stands for.
 
     Args:
         robot: The robot to drive.
-        config: The controller's; None takes the defaults, the gain set
-            `tuned`.
+        config: Settings of the controller and its ingredients; None takes
+            the defaults, the gain set `tuned`.
+
+    Returns:
+        The library's nine ingredients, and then those of `config.extra`.
 
     Raises:
         FieldError: A value of the configuration is unusable.
@@ -162,7 +191,7 @@ def default_ingredients(
 
 
 def _made(extra: Ingredient | IngredientMaker, robot: RobotModel) -> Ingredient:
-    """The ingredient that an extension is or makes."""
+    """Returns the ingredient that an extension is or makes."""
     if hasattr(extra, "AddToProgram"):
         return cast(Ingredient, extra)
     return cast(IngredientMaker, extra).make(robot)

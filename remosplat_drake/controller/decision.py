@@ -18,22 +18,40 @@ from remosplat_drake.signals import tick_report
 
 
 class Solver(Protocol):
-    """Finds the optimum of a program."""
+    """Finds the optimum of the convex quadratic program of a tick."""
 
     def solve(self, program: ReactiveProgram) -> np.ndarray | None:
-        """The optimal command, shape (n_u,), or None if there is none."""
+        """Finds the optimal command u, shape (n_u,); None if there is none.
+
+        Args:
+            program: The finished program of a tick.
+        """
         ...
 
 
 def solve(program: ReactiveProgram, solver: Solver) -> np.ndarray | None:
-    """The optimal command, shape (n_u,), or None without a finite optimum."""
+    """Finds the optimal command, shape (n_u,); None without a finite optimum.
+
+    Args:
+        program: The finished program of a tick.
+        solver: The convex solver to ask.
+    """
     u = solver.solve(program)
     return u if u is not None and np.isfinite(u).all() else None
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Decision:
-    """A command, how it came about, and the program behind it, if any."""
+    """A command, how it came about, and the program behind it.
+
+    Attributes:
+        u: The command, shape (n_u,) [rad/s, m/s].
+        status: OPTIMAL, ACCELERATION_DROPPED, RELAXED or BRAKING, as in
+            `signals.tick_report`.
+        reason: Why it is not the optimum of the whole program, in words;
+            empty with OPTIMAL.
+        program: The program whose optimum u is; None with BRAKING.
+    """
 
     u: np.ndarray
     status: str
@@ -47,16 +65,19 @@ def decide(
     solver: Solver,
     program: ReactiveProgram | None = None,
 ) -> Decision:
-    """Solves the tick's program, falling back in the named order.
+    """Solves the program of a tick, falling back where it has no optimum.
 
-    As it stands; without acceleration bounds; with negative right-hand sides
-    raised to zero; and last a braking ramp. A fallback never goes unnamed.
+    The program is tried as it stands, then without acceleration bounds, then
+    with the negative right-hand sides of its rows raised to zero as well;
+    and last comes a step of the braking ramp. A fallback never goes unnamed.
 
     Args:
-        tick: What is known.
-        ingredients: Costs and constraints.
-        solver: A convex QP solver.
-        program: The program as it stands, if the caller has built it.
+        tick: What is known at the tick: the robot's state, the target, the
+            clearances and the command being executed.
+        ingredients: Costs and constraints of the program.
+        solver: The convex solver to ask.
+        program: The program as it stands, if the caller has built it; None
+            builds it.
     """
     program = program or build_program(tick, ingredients)
     u = solve(program, solver)
@@ -89,6 +110,13 @@ def decide(
 def brake(
     robot: RobotModel, u_previous: np.ndarray, dt: float, reason: str
 ) -> Decision:
-    """The next step of the ramp to a standstill."""
+    """Decides for the next step of the braking ramp to a standstill.
+
+    Args:
+        robot: The robot, for its acceleration limits.
+        u_previous: The command being executed, shape (n_u,).
+        dt: Control period [s].
+        reason: Why the robot brakes, in words.
+    """
     u = braking_command(u_previous, robot.acceleration_limit, dt)
     return Decision(u, tick_report.BRAKING, reason)

@@ -15,19 +15,20 @@ def end_effector_velocities(
     gain: float,
     max_speed: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The desired and the executed velocity of E (paper figure 5).
+    """Computes the desired and the executed velocity of E (paper figure 5).
 
     Args:
-        report: Of a tick; before the first one all is NaN.
-        executed: Velocity u that the station got, shape (n_u,): the
-            controller's, or what the supervisor made of it.
-        robot: Finds the end effector.
-        gain: The servo's [1/s].
-        max_speed: The servo's [m/s].
+        report: The report of a tick; with that from before the first tick
+            both velocities are NaN.
+        executed: The velocity command u that the station got, shape (n_u,):
+            the controller's, or what the supervisor made of it.
+        robot: The robot, for its kinematics.
+        gain: The servo's proportional gain beta [1/s].
+        max_speed: The servo's bound on the translational speed [m/s].
 
     Returns:
-        V_WE desired, straight to the target without regard to anything
-        else, and V_WE executed, both in W, angular above translational,
+        The desired V_WE, straight to the target without regard to anything
+        else, and the executed V_WE; both in W, angular above translational,
         shape (6,) [rad/s, m/s].
     """
     state = robot.state(report.q)
@@ -38,5 +39,12 @@ def end_effector_velocities(
 
 
 def deviation(desired: np.ndarray, executed: np.ndarray) -> float:
-    """The paper's plot: |v desired - v executed|, translation alone [m/s]."""
+    """Computes |v desired - v executed| of the translation alone [m/s].
+
+    This is what the paper plots in figure 5.
+
+    Args:
+        desired: The desired V_WE, shape (6,) [rad/s, m/s].
+        executed: The executed V_WE, shape (6,) [rad/s, m/s].
+    """
     return float(np.linalg.norm(desired[3:] - executed[3:]))

@@ -9,12 +9,18 @@ from remosplat_drake.controller.program_data import ProgramData, Tracking
 class DrakeProgram:
     """A `MathematicalProgram` in u and delta, its bindings described by name.
 
+    Args:
+        n_u: Number of entries of the command u.
+        extended: Whether ingredients may still add terms to `prog`.
+
     Attributes:
-        prog: Drake's program.
-        x: All decision variables, u then delta.
-        u: Decision variables of the command.
-        delta: Slack of the end-effector twist (angular, translational).
-        extended: Whether an ingredient has added to it by itself.
+        prog: The `MathematicalProgram` itself.
+        x: All decision variables, u then delta, shape (n_u + 6,).
+        u: Decision variables of the command, shape (n_u,).
+        delta: Decision variables of the slack of the end-effector twist,
+            angular above translational, shape (6,).
+        extended: Whether an ingredient may have added terms to `prog` itself,
+            of which the plain data know nothing.
     """
 
     def __init__(self, n_u: int, *, extended: bool):
@@ -25,7 +31,14 @@ class DrakeProgram:
 
 
 def fill(drake: DrakeProgram, program: ProgramData) -> None:
-    """Adds costs, bounds and rows, less those that the bounds imply."""
+    """Adds the terms of a program to Drake's program.
+
+    Rows that the bounds on u imply are left out.
+
+    Args:
+        drake: The program that takes costs, bounds and rows.
+        program: The terms as plain data.
+    """
     prog, u = drake.prog, drake.u
     prog.AddBoundingBoxConstraint(
         program.lower, program.upper, u

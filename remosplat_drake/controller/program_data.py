@@ -9,13 +9,13 @@ from remosplat_drake.controller.active_set import DenseProgram
 
 @dc.dataclass(frozen=True, eq=False)
 class Rows:
-    """Inequality rows A u <= b of one ingredient, all of them.
+    """All inequality rows A u <= b of one ingredient.
 
     Attributes:
-        A: Shape (m, n_u).
-        b: Shape (m,).
-        kept: The rows that are in the program, shape (m,) bool; the bounds
-            on u imply the others.
+        A: Coefficients of the rows, shape (m, n_u).
+        b: Right-hand sides of the rows, shape (m,).
+        kept: Which rows are in the program, shape (m,) bool; the bounds on u
+            imply the others.
     """
 
     A: np.ndarray
@@ -25,14 +25,16 @@ class Rows:
 
 @dc.dataclass(frozen=True, eq=False)
 class Tracking:
-    """J u + delta = V with the cost |delta|^2 price / 2 and bounds on delta.
+    """J u + delta = V with the cost |delta|^2 price / 2 (paper eq. 2).
 
     Attributes:
-        name: Of the ingredient that tracks.
-        J: Jacobian of the end effector (angular, translational), (6, n_u).
-        V: Wanted twist, shape (6,).
-        price: Of the squared slack delta.
-        limit: Bounds on |delta|, shape (6,).
+        name: The name of this tracking in the program.
+        J: Jacobian of the end effector in W, angular above translational,
+            shape (6, n_u).
+        V: The wanted twist V_WE, angular above translational, shape (6,)
+            [rad/s, m/s].
+        price: Weight of the squared slack delta in the cost.
+        limit: Bounds on |delta|, shape (6,) [rad/s, m/s].
     """
 
     name: str
@@ -43,15 +45,23 @@ class Tracking:
 
 
 class ProgramData:
-    """Costs, bounds and rows in u (n_u) and the slack delta (6).
+    """Costs, bounds and rows in the command u and the slack delta.
+
+    The command has n_u entries, the slack of the end-effector twist six.
+
+    Args:
+        velocity_limit: Bounds on |u| to begin with, shape (n_u,) [rad/s, m/s].
 
     Attributes:
-        lower: Bounds on u, shape (n_u,); ingredients may only narrow them.
-        upper: See `lower`.
-        rows: Inequality rows by ingredient name.
-        linear: Linear costs c'u by ingredient name, shape (n_u,) each.
-        quadratic: Diagonals W of costs u'Wu / 2, by ingredient name.
-        tracking: Of the end effector's twist, if any.
+        lower: Lower bounds on u, shape (n_u,); ingredients may only raise
+            them.
+        upper: Upper bounds on u, shape (n_u,); ingredients may only lower
+            them.
+        rows: Inequality rows A u <= b by name.
+        linear: Vectors c of linear costs c'u by name, shape (n_u,) each.
+        quadratic: Diagonals w of quadratic costs u' diag(w) u / 2 by name,
+            shape (n_u,) each.
+        tracking: How the end effector's twist is tracked; None if it is not.
     """
 
     def __init__(self, velocity_limit: np.ndarray):
@@ -63,16 +73,21 @@ class ProgramData:
 
     @property
     def n_u(self) -> int:
-        """Length of the command."""
+        """Number of entries of the command u."""
         return len(self.lower)
 
     def narrow(self, lower: np.ndarray, upper: np.ndarray):
-        """Bounds u by lower <= u <= upper, besides the present bounds."""
+        """Bounds u by lower <= u <= upper, besides the present bounds.
+
+        Args:
+            lower: Further lower bounds, shape (n_u,).
+            upper: Further upper bounds, shape (n_u,).
+        """
         self.lower = np.maximum(self.lower, lower)
         self.upper = np.minimum(self.upper, upper)
 
     def dense(self) -> DenseProgram:
-        """The program in u alone: the slack is V - J u."""
+        """Returns the program in u alone, its slack replaced by V - J u."""
         tracking = self.tracking
         H = np.diag(sum(self.quadratic.values(), np.zeros(self.n_u)))
         c = sum(self.linear.values(), np.zeros(self.n_u))
@@ -92,7 +107,15 @@ class ProgramData:
         return DenseProgram(H, c, np.concatenate(A), np.concatenate(b))
 
     def can_bind(self, A: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """Which rows A u <= b the bounds on u do not imply, (m,) bool."""
+        """Finds the rows A u <= b that the bounds on u do not imply.
+
+        Args:
+            A: Coefficients of the rows, shape (m, n_u).
+            b: Right-hand sides of the rows, shape (m,).
+
+        Returns:
+            True for the rows that may bind, shape (m,) bool.
+        """
         center = 0.5 * (self.upper + self.lower)
         radius = 0.5 * (self.upper - self.lower)
         return A @ center + np.abs(A) @ radius > b

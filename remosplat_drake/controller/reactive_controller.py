@@ -123,10 +123,15 @@ class ReactiveController(LeafSystem):
         Args:
             builder: The builder of the diagram.
             law: The control law.
-            oracle: The system that answers distance queries.
-            configuration: The port of the measured q; None leaves the input
-                unconnected.
-            target: The port of the target pose X_WT, likewise.
+            oracle: The system that answers distance queries, with the output
+                ports `clearances` and `distance_field`.
+            configuration: The port of the measured q, n_q entries; None
+                leaves the input unconnected.
+            target: The port of the target pose X_WT, a `RigidTransform`; None
+                leaves the input unconnected.
+
+        Returns:
+            The controller, which is now part of the diagram.
         """
         controller = builder.AddSystem(ReactiveController(law=law))
         for name in ("clearances", "distance_field"):

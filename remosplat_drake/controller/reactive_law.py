@@ -41,13 +41,13 @@ class ReactiveLaw:
         robot: The robot it drives.
         ingredients: Costs and constraints of the program.
         dt: Control period [s].
-        solver: The convex solver.
+        solver: The convex solver of the program.
         verify: Whether each command is checked against the map before it is
             applied.
         collision: The influence distance d_i, beyond which nothing is looked
             at, and the stopping distance d_s that verification keeps.
-        self_clearance: What verification keeps the robot from itself; None:
-            nothing.
+        self_clearance: The distances that verification keeps between the
+            robot's own parts; None if it checks none.
 
     Example:
         >>> import remosplat_drake as rs
@@ -74,17 +74,19 @@ class ReactiveLaw:
             robot: The robot to drive.
             ingredients: Costs and constraints, in any order.
             dt: Control period [s].
-            solver: The name of a convex solver, see `solvers.SOLVERS`, or one
-                of one's own.
-            verify: See the attribute.
+            solver: The name of a convex solver, one of `solvers.SOLVERS`, or
+                a solver of one's own.
+            verify: Whether each command is checked against the map before it
+                is applied.
             collision: Distances from the scene where no `CollisionDamper` is
-                among the ingredients; None: its defaults.
+                among the ingredients; None takes its defaults.
             self_collision: Distances of the robot from itself where no
-                `SelfCollisionDamper` is; None: its defaults.
+                `SelfCollisionDamper` is among the ingredients; None takes its
+                defaults.
 
         Raises:
             FieldError: `dt` or the solver is unusable, or distances are given
-                twice.
+                both here and by an ingredient.
         """
         _check_step(dt, verify)
         self.robot = robot
@@ -113,16 +115,16 @@ class ReactiveLaw:
         dt: float,
         ingredients: Iterable[Ingredient] = (),
     ) -> "ReactiveLaw":
-        """The law that a configuration stands for.
+        """Makes the law that a configuration stands for.
 
         Args:
-            config: The controller's.
+            config: Settings of the controller and its ingredients.
             robot: The robot to drive.
             dt: Control period [s].
-            ingredients: Further ones, besides the configuration's.
+            ingredients: Further ingredients, besides the configuration's.
 
         Raises:
-            FieldError: A value of it is unusable, or `dt` is.
+            FieldError: A value of the configuration is unusable, or `dt` is.
         """
         return ReactiveLaw(
             robot,
@@ -135,10 +137,10 @@ class ReactiveLaw:
     def with_step(
         self, dt: float, *, solver: str | Solver | None = None
     ) -> "ReactiveLaw":
-        """The same law at another period; it shares all ingredients.
+        """Returns the same law at another period, with the same ingredients.
 
         Args:
-            dt: The period [s].
+            dt: The other control period [s].
             solver: Another solver; None keeps the present one.
 
         Raises:
@@ -152,7 +154,7 @@ class ReactiveLaw:
         return law
 
     def _distances(self, kind: type, name: str, given: T | None) -> T | None:
-        """Those of the damper among the ingredients, or else the given."""
+        """Returns the config of a damper among the ingredients, or `given`."""
         dampers: list[Any] = [
             i for i in self.ingredients if isinstance(i, kind)
         ]

@@ -31,14 +31,15 @@ class Tick:
     """All that one tick knows.
 
     Attributes:
-        robot: Limits and kinematics.
-        state: Kinematics at the measured configuration.
-        X_WT: Target pose, shape (4, 4).
-        error: From the end effector to the target.
-        clearances: Distances within the influence distance.
+        robot: The robot, with its limits and kinematics.
+        state: Kinematics at the measured configuration q.
+        X_WT: Pose of the target T in the world W, shape (4, 4).
+        error: The pose error from the end effector E to the target T.
+        clearances: The distances of the robot's spheres to the map that lie
+            within the influence distance.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
-        guidance: How the tick is bent.
+        guidance: How the tick is bent, as `GuidanceSelector` has chosen.
 
     Example:
         >>> import remosplat_drake as rs
@@ -59,14 +60,17 @@ class Tick:
 
     @property
     def error_scale(self) -> float:
-        """The paper's e, kept from vanishing at the target [m]."""
+        """The paper's error e: L1 distance to the target, at least 1e-3 [m].
+
+        Costs divide by it; the bound keeps them finite at the target.
+        """
         return max(self.error.distance_l1, 1e-3)
 
     @cached_property
     def approach_rates(self) -> np.ndarray:
-        """Rows J_d = n' Jv_WS of all clearances, shape (m, n_u).
+        """The rows J_d = n' Jv_WS of all m clearances, shape (m, n_u).
 
-        J_d u is the rate at which a clearance shrinks (paper eq. 16).
+        J_d u is the rate at which a clearance shrinks [m/s] (paper eq. 16).
         """
         clearances = self.clearances
         return np.einsum(
@@ -98,16 +102,25 @@ class Ingredient(Protocol):
 
         Args:
             program: Takes costs, rows and bounds, each by a name of its own.
-            tick: What is known.
+            tick: What is known at the tick: the robot's state, the target,
+                the clearances and the command being executed.
         """
         ...
 
 
 class IngredientMaker(Protocol):
-    """The settings of an ingredient that needs to know the robot."""
+    """The settings of an ingredient that needs to know the robot.
+
+    Any `Config` with this method is one, and a scenario may name it in
+    `controller.extra`.
+    """
 
     def make(self, robot: RobotModel) -> Ingredient:
-        """Makes the ingredient."""
+        """Makes the ingredient.
+
+        Args:
+            robot: The robot that the controller drives.
+        """
         ...
 
 
@@ -122,16 +135,23 @@ class ReactiveProgram(ProgramData):
     (n_u,), within the bounds and subject to all rows. A term's name may be
     used once for each kind of term.
 
-    `prog` is the same as Drake's `MathematicalProgram`, `dense` as matrices
-    in u alone. An ingredient may add to `prog` itself what the methods here
-    do not express; then there is no `dense`.
+    `prog` is the same program as Drake's `MathematicalProgram`, `dense` as
+    matrices in u alone. An ingredient may add to `prog` itself what the
+    methods here do not express; `dense` then leaves that out.
 
-    Attributes:
-        use_acceleration: Whether acceleration bounds are wanted.
-        has_acceleration_bounds: Whether there are any.
+    Args:
+        velocity_limit: Bounds on |u| to begin with, shape (n_u,) [rad/s, m/s].
+        use_acceleration: Whether ingredients may add acceleration bounds.
         relax: Whether negative right-hand sides are raised to zero, so that
             u = 0 is feasible.
-        yielded: Names of the rows that were raised.
+
+    Attributes:
+        use_acceleration: Whether ingredients may add acceleration bounds.
+        has_acceleration_bounds: Whether an ingredient has added acceleration
+            bounds.
+        relax: Whether negative right-hand sides are raised to zero, so that
+            u = 0 is feasible.
+        yielded: Names of the rows whose right-hand sides were raised.
 
     Example:
         >>> import remosplat_drake as rs
@@ -160,12 +180,12 @@ class ReactiveProgram(ProgramData):
         """Adds the cost c'u.
 
         Args:
-            name: Of the cost.
-            c: Shape (n_u,).
+            name: Name of the cost, unique among the linear costs.
+            c: Vector of the cost, shape (n_u,).
 
         Raises:
-            TermError: There is a linear cost of that name already, or the
-                shape is another.
+            TermError: There is a linear cost of that name already, or c has
+                another shape.
         """
         self._check("a linear cost", name, name in self.linear, c, (self.n_u,))
         self.linear[name] = c
@@ -174,12 +194,13 @@ class ReactiveProgram(ProgramData):
         """Adds the cost u' diag(weights) u / 2.
 
         Args:
-            name: Of the cost.
-            weights: Not negative, shape (n_u,).
+            name: Name of the cost, unique among the quadratic costs.
+            weights: Weights of the squared entries of u, shape (n_u,); none
+                may be negative.
 
         Raises:
             TermError: There is a quadratic cost of that name already, or the
-                shape is another.
+                weights have another shape.
         """
         taken = name in self.quadratic
         self._check("a quadratic cost", name, taken, weights, (self.n_u,))
@@ -195,14 +216,15 @@ class ReactiveProgram(ProgramData):
         """Adds the rows A u <= b.
 
         Args:
-            name: Of the rows.
-            A: Shape (m, n_u).
-            b: Shape (m,).
-            label: Says what row i is about; asked only when it must yield.
+            name: Name of the set of rows, unique among these.
+            A: Coefficients of the rows, shape (m, n_u).
+            b: Right-hand sides of the rows, shape (m,).
+            label: Says what row i is about, for messages; asked only when
+                the row must yield.
 
         Raises:
-            TermError: There are rows of that name already, or the shape is
-                another.
+            TermError: There are rows of that name already, or A has another
+                shape.
         """
         self._check(
             "a set of rows", name, name in self.rows, A, (len(b), self.n_u)
@@ -227,15 +249,16 @@ class ReactiveProgram(ProgramData):
         The slack costs price |delta|^2 / 2. A program tracks one twist.
 
         Args:
-            name: Of what is tracked.
-            J: Jacobian of the end effector (angular, translational), shape
-                (6, n_u).
-            V: Wanted twist, shape (6,) [rad/s, m/s].
-            price: Of the squared slack.
+            name: Name of this tracking, for messages and Drake's bindings.
+            J: Jacobian of the end effector in W, angular above
+                translational, shape (6, n_u).
+            V: The wanted twist V_WE, angular above translational, shape (6,)
+                [rad/s, m/s].
+            price: Weight of the squared slack in the cost.
             limit: Bounds on |delta|, shape (6,) [rad/s, m/s].
 
         Raises:
-            TermError: Something is tracked already, or the shape is another.
+            TermError: A twist is tracked already, or J has another shape.
         """
         if self.tracking is not None:
             raise TermError(
@@ -260,7 +283,7 @@ class ReactiveProgram(ProgramData):
             )
 
     def finish(self):
-        """Marks the rows that cannot bind, and ends the data's part.
+        """Marks the rows that cannot bind, once all terms have been added.
 
         A row whose largest value within the bounds of u does not exceed b_i
         is redundant: leaving it out changes nothing but the solver's time.
@@ -274,12 +297,12 @@ class ReactiveProgram(ProgramData):
 
     @property
     def prog(self) -> MathematicalProgram:
-        """Drake's program."""
+        """The program as Drake's `MathematicalProgram`."""
         return self.drake.prog
 
     @property
     def drake(self) -> "DrakeProgram":
-        """Drake's program and its variables; made when first asked for."""
+        """Drake's program and its variables, made when first asked for."""
         if self._drake is None:
             self._drake = DrakeProgram(self.n_u, extended=not self._is_finished)
             if self._is_finished:
@@ -288,12 +311,15 @@ class ReactiveProgram(ProgramData):
 
     @property
     def u(self) -> np.ndarray:
-        """Drake's decision variables of the command."""
+        """Drake's decision variables of the command, shape (n_u,)."""
         return self.drake.u
 
     @property
     def is_extended(self) -> bool:
-        """Whether an ingredient has used `prog`; what, only Drake knows."""
+        """Whether an ingredient has asked for `prog` and may have used it.
+
+        What it has added, only Drake's program knows; `dense` does not.
+        """
         return self._drake is not None and self._drake.extended
 
 
@@ -307,10 +333,19 @@ def build_program(
     """Builds the program of one tick afresh.
 
     Args:
-        tick: What is known.
+        tick: What is known at the tick: the robot's state, the target, the
+            clearances and the command being executed.
         ingredients: Costs and constraints, in any order.
-        use_acceleration: See `ReactiveProgram`.
-        relax: See `ReactiveProgram`.
+        use_acceleration: Whether ingredients may add acceleration bounds.
+        relax: Whether negative right-hand sides are raised to zero, so that
+            u = 0 is feasible.
+
+    Returns:
+        The finished program.
+
+    Raises:
+        TermError: Two terms of a kind share a name, or one has the wrong
+            shape.
     """
     program = ReactiveProgram(
         tick.robot.velocity_limit,

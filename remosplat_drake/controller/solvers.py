@@ -30,11 +30,15 @@ DRAKE_SOLVERS = {
 ACTIVE_SET = "active_set"
 
 SOLVERS = (ACTIVE_SET, *DRAKE_SOLVERS)
-"""All names; which of them work here is a matter of licences."""
+"""All names of solvers; whether some of them work depends on licences."""
 
 
 class DrakeSolver:
-    """One of Drake's solvers, on the `MathematicalProgram`."""
+    """One of Drake's solvers, which solves the `MathematicalProgram`.
+
+    Args:
+        solver: The solver, which must be available and enabled.
+    """
 
     def __init__(self, solver: SolverInterface):
         self._solver = solver
@@ -44,7 +48,11 @@ class DrakeSolver:
         return _drake_solver, (type(self._solver),)
 
     def solve(self, program: ReactiveProgram) -> np.ndarray | None:
-        """See `Solver`."""
+        """Finds the optimal command u, shape (n_u,); None if there is none.
+
+        Args:
+            program: The finished program of a tick.
+        """
         result = self._solver.Solve(program.prog, None, None)  # pyright: ignore
         if not result.is_success():
             return None
@@ -56,16 +64,22 @@ def _drake_solver(maker: type[SolverInterface]) -> DrakeSolver:
 
 
 class ActiveSetSolver:
-    """Ours, on the dense program; Clarabel where that does not decide.
+    """The library's own dual active-set solver, on the dense program.
 
-    Same optimum, ten times as fast: what rollouts need.
+    It finds the same optimum ten times as fast, which rollouts need. Clarabel
+    takes over where rounding leaves it undecided, and where an ingredient has
+    used Drake's program.
     """
 
     def __init__(self):
         self._other = DrakeSolver(ClarabelSolver())
 
     def solve(self, program: ReactiveProgram) -> np.ndarray | None:
-        """See `Solver`."""
+        """Finds the optimal command u, shape (n_u,); None if there is none.
+
+        Args:
+            program: The finished program of a tick.
+        """
         if program.is_extended:
             return self._other.solve(program)
         u, _, ended = solve_dense(*program.dense())
@@ -75,10 +89,16 @@ class ActiveSetSolver:
 
 
 def make_solver(name: str, where: str, field: str = "solver") -> Solver:
-    """The solver of that name.
+    """Makes the solver of that name.
+
+    Args:
+        name: One of `SOLVERS`.
+        where: What errors blame, for example a scenario's file.
+        field: The field of `controller` that errors blame.
 
     Raises:
-        FieldError: There is none, or it is not usable here (no licence).
+        FieldError: There is no such solver, or it is not usable here, for
+            example without a licence.
     """
     if name == ACTIVE_SET:
         return ActiveSetSolver()

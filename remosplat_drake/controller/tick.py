@@ -33,18 +33,22 @@ def run_tick(
     guidance: Guidance = DIRECT,
     state: RobotState | None = None,
 ) -> TickReport:
-    """Runs one tick (paper eq. 1 to 4, then verify-then-scale).
+    """Runs one tick: the program (paper eq. 1 to 4), then verify-then-scale.
 
     Args:
         law: The control law.
         time: Time of the tick [s].
-        q: Measured configuration, shape (n_q,).
-        X_WT: Target pose, shape (4, 4).
-        clearances: The oracle's answer at q.
-        field: The map, for verification.
+        q: Measured configuration, shape (n_q,) [rad, m].
+        X_WT: Pose of the target T in the world W, shape (4, 4).
+        clearances: The oracle's distances and directions at q.
+        field: The map, which verification asks along the command's path.
         u_previous: The command being executed, shape (n_u,).
-        guidance: How the tick is bent.
+        guidance: How the tick is bent, as `GuidanceSelector` has chosen.
         state: Kinematics at q, if the caller has them already.
+
+    Returns:
+        The command, and how it came about. Where q or X_WT is not finite, or
+        the clearances are not known, it is a step of the braking ramp.
     """
     start = perf_counter()
     problem = _unknown_surroundings(q, clearances)
@@ -114,7 +118,7 @@ def _blind_report(
     u_previous: np.ndarray,
     reason: str,
 ) -> TickReport:
-    """A braking ramp that nothing can verify."""
+    """Reports a step of the braking ramp that nothing can verify."""
     none = np.zeros(0, bool)
     decision = brake(law.robot, u_previous, law.dt, reason)
     return TickReport(
@@ -140,7 +144,7 @@ def _verified(
     clearances: Clearances,
     guidance: Guidance,
 ) -> tuple[np.ndarray, float]:
-    """The command that may be applied, and its fraction."""
+    """Returns the command that may be applied, and its fraction of u."""
     if not law.verify:
         return u, 1.0
     robot, collision = law.robot, law.collision

@@ -12,7 +12,7 @@ NEAR = 0.10
 """Clearance within which an obstacle bends the path, d_c [m]."""
 
 _PASSED = 0.05
-"""How deep a sphere would stand in the obstacle at the target for the
+"""Depth at which a sphere would stand in the obstacle at the target for the
 obstacle to count in full [m]."""
 
 
@@ -25,7 +25,7 @@ def deflected_velocity(
     stopping: float,
     max_speed: float,
 ) -> np.ndarray:
-    """The translational servo velocity, bent to the guidance's side.
+    """Bends the servo's translational velocity to the guidance's side.
 
     An obstacle counts if it is near a leading sphere (w), ahead of it (a)
     and still in its way at the target (b): without b, the table top on which
@@ -34,15 +34,15 @@ def deflected_velocity(
 
     Args:
         v_WE: Desired velocity of E in W, shape (3,) [m/s].
-        error: From E to the target.
-        clearances: The oracle's answer.
-        leading: Whether each sphere moves with the hand, shape (n,).
-        guidance: Which side to take.
+        error: The pose error from the end effector E to the target T.
+        clearances: The oracle's distances and directions at the tick.
+        leading: Whether each sphere moves with the hand, shape (n,) bool.
+        guidance: How the tick is bent; its side matters here.
         stopping: Stopping distance d_s of this tick [m].
         max_speed: The servo's bound on |v_WE| [m/s].
 
     Returns:
-        Desired velocity in W, shape (3,) [m/s].
+        The bent velocity of E in W, shape (3,) [m/s].
     """
     speed = math.hypot(*v_WE)
     if guidance.side == 0.0 or speed == 0.0:

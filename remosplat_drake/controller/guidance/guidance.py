@@ -9,13 +9,13 @@ class Guidance:
     """A bend of the control law; the default bends nothing.
 
     Attributes:
-        name: For people.
+        name: Name of the guidance, for people.
         side: +1 passes obstacles on the left, -1 on the right, 0 goes
             straight.
         bearing: Bearing psi of the end effector in the base that the base
             turns for, positive to the left: with a negative one the base
             heads to the left of the end effector [rad].
-        active_scale: Factor on the active collision cost.
+        active_scale: Factor on the gain of the active collision cost.
         stopping: Stopping distance d_s [m]; None keeps the configured one.
     """
 
@@ -30,12 +30,13 @@ class Guidance:
 
 
 DIRECT = Guidance()
+"""The guidance that bends nothing."""
 
 
 def make_candidates(
     tiers: Sequence[float], bearing: float = 0.8, active_scale: float = 0.5
 ) -> tuple[tuple[Guidance, ...], ...]:
-    """Direct, left and right, for every stopping distance.
+    """Makes the candidates direct, left and right for every tier.
 
     Args:
         tiers: Stopping distances in the order in which they may be tried,
@@ -45,7 +46,7 @@ def make_candidates(
         active_scale: Factor on the active collision cost of both sides.
 
     Returns:
-        One tuple of candidates a tier.
+        A tuple of candidates for each tier, in the order of the tiers.
     """
     return tuple(
         (

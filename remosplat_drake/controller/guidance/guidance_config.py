@@ -16,39 +16,47 @@ from remosplat_drake.controller.solvers import SOLVERS
 
 @dc.dataclass
 class GuidanceConfig(Config):
-    """Rollout-selected guidance; without it the controller is reactive."""
+    """How guidance is selected by rollouts on the known map."""
 
-    # Whether guidance is selected at all.
+    # Whether guidance is selected; without it the controller goes straight.
     enabled: bool = True
-    # Rollout steps that a control tick may spend; each costs about 0.6 ms
-    # with ellipsoids, and 10 leave room in a period of 10 ms. With 0 nothing
-    # is simulated: whenever the robot stalls, the next candidate is tried.
+    # Number of rollout steps that a control tick may spend. Each costs about
+    # 0.6 ms with ellipsoids, and 10 leave room in a period of 10 ms. With 0
+    # nothing is simulated: whenever the robot stalls, the next candidate is
+    # tried.
     budget: Annotated[int, Interval(ge=0, le=10_000)] = 10
-    # Look ahead in a process of its own, so that ticks do not wait for it:
-    # for real robots. Runs then depend on the machine, and `budget` is idle.
+    # Whether a process of its own looks ahead, so that ticks do not wait for
+    # it, as real robots need. Runs then depend on the machine, and
+    # `budget_ms` counts in place of `budget`.
     asynchronous: bool = False
-    # How long that process takes for an answer [ms], best a little less than
-    # the control period; what it has not finished it goes on with.
+    # Time that the process of `asynchronous` takes for an answer, best a
+    # little less than the control period [ms]. What it has not finished then,
+    # it goes on with.
     budget_ms: Annotated[float, Interval(gt=0, le=1000)] = 8.0
-    # Convex solver of the rollouts; see controller/solvers.py.
+    # Convex solver of the rollouts, with the same choices as that of the
+    # controller.
     solver: Annotated[str, OneOf(SOLVERS, "solver")] = "active_set"
-    # Time that one rollout step simulates [s].
+    # Time that one step of a rollout simulates [s].
     step: Annotated[float, Interval(gt=0, le=0.1)] = 0.1
     # Longest time that a rollout simulates [s].
     horizon: Annotated[float, Interval(gt=0, le=60)] = 8.0
-    # What proposes the candidates: left and right, or one's own as
-    # `package.module:Class`.
+    # What proposes the candidates: the library's, which are direct, left and
+    # right, or one's own as `package.module:Class`.
     planner: SidePlanner | GuidancePlanner = dc.field(
         default_factory=SidePlanner
     )
     # Smaller stopping distances that may be tried when nothing arrives with
-    # the usual one, largest first [m]. Needs a map that is accurate enough:
-    # scene.map_error.
+    # the usual one, largest first [m]. They need a map that is accurate
+    # enough, as `scene.map_error` or the quality report says.
     tiers: Annotated[
         list[Annotated[float, Interval(gt=0, le=1)]], Len(0, 16)
     ] = dc.field(default_factory=list)
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Checks that the horizon exceeds the step of a rollout.
+
+        Yields:
+            The name of a field and what is wrong with it.
+        """
         if not self.horizon > self.step:
             yield "horizon", f"must exceed the step, got {self.horizon}"

@@ -53,11 +53,12 @@ class GuidanceSelector(LeafSystem):
     cycles as with no budget, and `Selection.missing` says why.
 
     Args:
-        rule: What is tried and when it counts as arrival.
-        budget: Rollout steps a period; 0 cycles through the candidates
-            whenever the robot stalls.
+        rule: Which guidances are tried, and when a rollout has arrived.
+        budget: Number of rollout steps a period; 0 cycles through the
+            candidates whenever the robot stalls.
         period: Time between two updates [s].
-        process: Looks ahead in place of the selector itself.
+        process: The process that looks ahead in place of the selector; None:
+            the selector does it itself.
 
     Example:
         >>> import remosplat_drake as rs
@@ -106,7 +107,19 @@ class GuidanceSelector(LeafSystem):
         oracle: LeafSystem,
         **arguments,
     ) -> "GuidanceSelector":
-        """Adds a selector and connects it to a controller and its oracle."""
+        """Adds a selector and connects it to a controller and its oracle.
+
+        The inputs `configuration` and `target` are left to the caller.
+
+        Args:
+            builder: The builder of the diagram.
+            controller: The controller whose ticks are bent.
+            oracle: The system that hands out the map, as `distance_field`.
+            **arguments: Arguments of the constructor.
+
+        Returns:
+            The selector, which is now part of the diagram.
+        """
         selector = builder.AddSystem(GuidanceSelector(**arguments))
         builder.Connect(
             controller.GetOutputPort("report"), selector.GetInputPort("report")
@@ -160,13 +173,16 @@ def updated(
     now: PresentState,
     field: DistanceField,
 ) -> Selection:
-    """What the process has decided; without it, cycling, and why.
+    """Updates a selection by what the look-ahead process has decided.
+
+    Without the process it cycles through the candidates, and `missing` says
+    why.
 
     Args:
-        process: The process.
-        rule: Names the candidates that are cycled through.
-        selection: Where it stands.
-        now: The present state.
+        process: The process that looks ahead.
+        rule: The rule, which names the candidates that are cycled through.
+        selection: The selection so far.
+        now: The robot's present state.
         field: The map.
     """
     if not (np.isfinite(now.q).all() and np.isfinite(now.X_WT).all()):

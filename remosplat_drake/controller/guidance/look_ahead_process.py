@@ -24,10 +24,10 @@ from remosplat_drake.controller.guidance.worker import (
 from remosplat_drake.signals.distance_field import DistanceField
 
 START_TIME = 60.0
-"""How long the process may take to start [s]."""
+"""Time that the process may take to start [s]."""
 
 PATIENCE = 5.0
-"""Without an answer for so long nobody counts on the process [s]."""
+"""Time without an answer after which nobody counts on the process [s]."""
 
 _NICENESS = 10
 """Niceness of the process: the control tick goes first."""
@@ -38,7 +38,7 @@ _log = logging.getLogger(__name__)
 
 
 class LookAheadProcess:
-    """Looks ahead with a budget of wall-clock time, on another core.
+    """A process that looks ahead with a budget of wall-clock time.
 
     The process is spawned, keeps to one thread and yields to everybody. The
     map goes to it once a revision; after that messages are small. Once it
@@ -49,20 +49,23 @@ class LookAheadProcess:
 
     Attributes:
         missing: Why there is no look-ahead at present; empty if there is.
-        process: The process.
+        process: The operating system's process.
+        close: Ends the process; called at the latest when this object goes.
     """
 
     def __init__(self, rule: SelectionRule, budget: float):
         """Starts the process and waits until it has loaded everything.
 
         Args:
-            rule: What is tried. The process must be able to import the
-                classes of its law's ingredients and its other parts: what is
-                typed into a notebook it cannot find.
+            rule: Which guidances are tried, and when a rollout has arrived.
+                The process must be able to import the classes of its law's
+                ingredients and its other parts: what is typed into a notebook
+                it cannot find.
             budget: Time that an answer may take [s].
 
         Raises:
-            TransferError: A part of the rule cannot go there; names it.
+            TransferError: A part of the rule, which the text names, cannot
+                be sent to the process.
         """
         packed = pack_rule(rule)
         self._child = ChildProcess(serve, "look-ahead", _NICENESS)
@@ -92,15 +95,15 @@ class LookAheadProcess:
     def update(
         self, selection: Selection, now: PresentState, field: DistanceField
     ) -> Selection:
-        """The process's latest answer for this map and target, if there is one.
+        """Returns the process's latest answer, or else the present selection.
 
-        Also sends the present state, as soon as the one before is answered,
-        or at once if the map or the target is new: then the process drops
-        what it is at.
+        Only an answer about this map and target counts. The present state is
+        sent as soon as the one before is answered, or at once if the map or
+        the target is new: then the process drops what it is doing.
 
         Args:
-            selection: The present one, which stays in the meantime.
-            now: The present state.
+            selection: The present selection, which stays in the meantime.
+            now: The robot's present state.
             field: The map.
         """
         if self._lost or self._is_sending():

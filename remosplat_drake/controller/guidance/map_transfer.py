@@ -17,8 +17,8 @@ class MapHeader:
     """What goes before the arrays of a map.
 
     Attributes:
-        body: The field's pickle, without the arrays.
-        sizes: Bytes of each array that follows.
+        body: Pickle of the field, without its arrays.
+        sizes: Number of bytes of each array that follows.
     """
 
     body: bytes
@@ -26,7 +26,15 @@ class MapHeader:
 
 
 def send_map(connection: Connection, field: DistanceField) -> None:
-    """Sends a map; waits for the reader, for a map is larger than a pipe."""
+    """Sends a map; waits for the reader, since a map is larger than a pipe.
+
+    Args:
+        connection: The sender's end of the pipe.
+        field: The map.
+
+    Raises:
+        OSError: The other end is closed.
+    """
     arrays: list[memoryview] = []
 
     def keep(buffer: pickle.PickleBuffer) -> None:
@@ -40,7 +48,15 @@ def send_map(connection: Connection, field: DistanceField) -> None:
 
 
 def receive_map(connection: Connection, header: MapHeader) -> DistanceField:
-    """Receives what `send_map` has sent after the header."""
+    """Receives a map that `send_map` has sent.
+
+    Args:
+        connection: The receiver's end of the pipe.
+        header: The message before the arrays, already received.
+
+    Raises:
+        EOFError: The other end is closed.
+    """
     arrays = [bytearray(size) for size in header.sizes]
     for array in arrays:
         connection.recv_bytes_into(array)

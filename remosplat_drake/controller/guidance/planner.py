@@ -21,9 +21,9 @@ class Situation:
     """What is known when the present guidance is seen not to arrive.
 
     Attributes:
-        robot: The robot.
-        q: Its configuration, shape (n_q,).
-        X_WT: Target pose, shape (4, 4).
+        robot: The robot, with its limits and kinematics.
+        q: The robot's present configuration, shape (n_q,) [rad, m].
+        X_WT: Pose of the target T in the world W, shape (4, 4).
         field: The map, as rollouts know it.
         tiers: Stopping distances in the order in which they may be tried,
             largest first [m].
@@ -37,30 +37,40 @@ class Situation:
 
 
 class GuidancePlanner(Protocol):
-    """Proposes what may be tried: `SidePlanner`, or one's own."""
+    """Proposes guidances that may be tried: `SidePlanner`, or one's own."""
 
     def propose(self, situation: Situation) -> Sequence[Sequence[Guidance]]:
-        """The candidates of a round of selection, tier after tier.
+        """Proposes the candidates of a round of selection, tier after tier.
 
-        All of a tier are rolled out; the next tier is tried if nothing of
-        those before arrives. Nothing of safety rests on them.
+        All candidates of a tier are rolled out; the next tier is tried if
+        none of those before arrives. Safety does not rest on them.
 
         Args:
-            situation: What is known.
+            situation: Robot, target, map and the stopping distances that may
+                be tried.
+
+        Returns:
+            The candidates of each tier, in the order of the tiers.
         """
         ...
 
 
 @dc.dataclass
 class SidePlanner(Config):
-    """Direct, left and right, at every stopping distance."""
+    """Proposes to go direct, left and right at every stopping distance."""
 
     # Angle by which the base turns from the end effector towards the side
     # that is taken [rad].
     bearing: Annotated[float, Interval(ge=-3.2, le=3.2)] = 0.8
-    # Factor on the active collision cost while passing on a side.
+    # Factor on the gain of the active collision cost while an obstacle is
+    # passed on a side.
     active_scale: Annotated[float, Interval(ge=0, le=10)] = 0.5
 
     def propose(self, situation: Situation) -> Sequence[Sequence[Guidance]]:
-        """See `GuidancePlanner`."""
+        """Proposes direct, left and right for each tier.
+
+        Args:
+            situation: The stopping distances that may be tried; the rest of
+                what is known does not matter here.
+        """
         return make_candidates(situation.tiers, self.bearing, self.active_scale)

@@ -13,12 +13,13 @@ from remosplat_drake.robot.robot_model import RobotState
 from remosplat_drake.signals.distance_field import DistanceField
 
 RUNNING, REACHED, STALLED, HORIZON = "running", "reached", "stalled", "horizon"
+"""Statuses of a rollout: the last three are ends."""
 
 _STALL_SPEED = 0.012
 """Below this speed nothing moves any more: max(|v|, |q_dot| / 2)."""
 
 _STALL_TIME = 0.5
-"""A rollout that has stood still for so long has stalled [s]."""
+"""Time of standing still after which a rollout has stalled [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -27,16 +28,16 @@ class Rollout:
 
     Attributes:
         guidance: The candidate that is tried.
-        q: Configuration reached so far, shape (n_q,).
-        u: Command being executed there, shape (n_u,).
+        q: Configuration reached so far, shape (n_q,) [rad, m].
+        u: Command being executed at q, shape (n_u,).
         time: Simulated time since the start [s].
-        still: For how long it has stood still [s].
-        status: RUNNING, REACHED, STALLED or HORIZON.
-        position_error: Distance to the target [m].
-        angle_error: Angle to the target [rad].
-        path: End-effector positions so far, a tuple of arrays of shape (3,).
-        state: Kinematics at q while it is running; they spare the next step
-            from computing them again.
+        still: Time for which the robot has stood still [s].
+        status: One of RUNNING, REACHED, STALLED and HORIZON.
+        position_error: Distance from the end effector to the target at q [m].
+        angle_error: Angle from the end effector to the target at q [rad].
+        path: Positions of the end effector in W so far, shape (3,) each [m].
+        state: Kinematics at q while it is running, so that the next step
+            need not compute them again.
     """
 
     guidance: Guidance
@@ -54,10 +55,14 @@ class Rollout:
         return self
 
     def score(self, first_tier: float) -> float:
-        """Its price in seconds, lower is better.
+        """Prices the rollout, in seconds: the lower, the better.
 
-        Time to the target, plus 4 s for every 10 mm of stopping distance
-        given up; what does not arrive costs 58 and more.
+        A rollout that arrives costs the time to the target, and 4 s for every
+        10 mm of stopping distance given up; any other costs 58 s, and more
+        the farther it ends from the target.
+
+        Args:
+            first_tier: The usual stopping distance [m].
         """
         stopping = self.guidance.stopping
         given_up = 0.0 if stopping is None else first_tier - stopping
@@ -74,15 +79,18 @@ def step_rollout(
     arrived,
     horizon: float,
 ) -> Rollout:
-    """One step further, by the very tick that drives the robot.
+    """Simulates one step further, by the very tick that drives the robot.
 
     Args:
-        law: The control law with the rollout's own step as its period.
-        rollout: Where it stands.
+        law: The control law, with the rollout's step as its period.
+        rollout: The rollout so far.
         field: The map.
-        X_WT: Target pose, shape (4, 4).
-        arrived: Whether a `PoseError` counts as arrival.
+        X_WT: Pose of the target T in the world W, shape (4, 4).
+        arrived: Function that tells whether a `PoseError` counts as arrival.
         horizon: Longest simulated time [s].
+
+    Returns:
+        The rollout after the step.
     """
     state = rollout.state or law.robot.state(rollout.q)
     report = run_tick(

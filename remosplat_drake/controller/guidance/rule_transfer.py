@@ -17,16 +17,17 @@ T = TypeVar("T")
 
 
 class TransferError(RemoSplatError):
-    """A part of a rule cannot go to another process."""
+    """A part of a selection rule cannot be sent to another process."""
 
 
 @dc.dataclass(frozen=True)
 class PackedRule:
-    """A rule as bytes.
+    """A selection rule as bytes.
 
     Attributes:
-        parts: Name and pickle of each part that may be another's.
-        whole: The pickle of the rule.
+        parts: Name and pickle of each part that may come from outside the
+            library.
+        whole: Pickle of the whole rule.
     """
 
     parts: tuple[tuple[str, bytes], ...]
@@ -34,10 +35,13 @@ class PackedRule:
 
 
 def pack_rule(rule: SelectionRule) -> PackedRule:
-    """Packs a rule.
+    """Packs a selection rule into bytes.
+
+    Args:
+        rule: The rule.
 
     Raises:
-        TransferError: A part cannot be pickled; names it.
+        TransferError: A part, which the text names, cannot be pickled.
     """
     parts: list[tuple[str, object]] = [("the rule of arrival", rule.arrived)]
     parts.append((type(rule.planner).__name__, rule.planner))
@@ -52,10 +56,13 @@ def pack_rule(rule: SelectionRule) -> PackedRule:
 
 
 def unpack_rule(packed: PackedRule) -> SelectionRule:
-    """Unpacks a rule, in another process.
+    """Unpacks a selection rule, in another process.
+
+    Args:
+        packed: The rule as bytes.
 
     Raises:
-        TransferError: A part cannot be loaded there; names it.
+        TransferError: A part, which the text names, cannot be loaded here.
     """
     for name, part in packed.parts:
         _attempt(name, "be imported there", pickle.loads, part)

@@ -21,39 +21,43 @@ from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.signals.distance_field import DistanceField
 
 IDLE = 1.0
-"""How long a guidance that arrives is trusted before it is checked again
-[s]."""
+"""Time for which a guidance that arrives is trusted before it is checked
+again [s]."""
 
 PATIENCE = 1.0
-"""After a round in which nothing arrives the next one waits so long [s],
-or until the robot has moved: from where it stands it would end the same."""
+"""Time that the next round waits after one in which nothing arrives [s], unless
+the robot moves: from where it stands the round would end the same."""
 
 _MOVED = 0.05
 """Change of a configuration variable that makes another round worth while
 [m, rad]."""
 
 _MARGIN = 0.5
-"""A candidate must be better by so much to take over [s]."""
+"""Score by which a candidate must be better to take over [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Selection:
-    """Where the selector stands; copying returns the object itself.
+    """The state of the selector; copying returns the object itself.
 
     Attributes:
-        guidance: What to follow now.
-        reason: Why, for people.
-        running: The rollout in progress, if any.
-        candidates: What the planner has proposed for the present round.
+        guidance: The guidance to follow now.
+        reason: Why it is followed, for people.
+        running: The rollout in progress; None between rounds.
+        candidates: The planner's candidates for the present round, a tuple
+            for each tier.
         waiting: Candidates of the present tier still to be tried.
-        tier: The present tier.
-        finished: Rollouts of the present round, the incumbent's first.
+        tier: Index of the present tier.
+        finished: Finished rollouts of the present round, the first of them
+            with the guidance that is followed.
         latest: Rollouts of the latest complete round.
-        idle_until: Nothing is computed before this time [s],
-        hopeless_at: unless the latest round has ended here without an
-            arrival and the robot has moved on, shape (n_q,).
-        revision: Of the map that the round looks at.
-        X_WT: Target that the round goes for, shape (4, 4).
+        idle_until: Time before which nothing is computed [s], but see
+            `hopeless_at`.
+        hopeless_at: Configuration at which the latest round has ended without
+            an arrival, shape (n_q,), else None; once the robot has moved on
+            from it, the next round starts before `idle_until`.
+        revision: Revision of the map that the round looks at.
+        X_WT: Pose of the target that the round goes for, shape (4, 4).
         missing: Why nothing is simulated although it should be, for people;
             empty if it is.
         seconds: Wall-clock time of the latest update [s].
@@ -79,7 +83,11 @@ class Selection:
 
 
 def start_selection(rule: SelectionRule) -> Selection:
-    """The selection before anything is known."""
+    """Makes the selection before anything is known.
+
+    Args:
+        rule: The rule, which names the guidance to start with.
+    """
     return Selection(rule.start)
 
 
@@ -96,20 +104,24 @@ def advance_selection(
 ) -> Selection:
     """Looks ahead by at most `budget` rollout steps and decides if it can.
 
-    A new target or a new map aborts the round: what was simulated is about
+    A new target or a new map ends the round: what was simulated is about
     another world. Every candidate starts from the robot's state when its turn
     comes, so a round that takes several ticks may end differently from one
     that a larger budget finishes in a single tick.
 
     Args:
-        rule: The rule.
-        selection: Where it stands.
+        rule: Which guidances are tried, and when a rollout has arrived.
+        selection: The selection so far.
         time: Present time [s].
-        q: Measured configuration, shape (n_q,).
+        q: Measured configuration, shape (n_q,) [rad, m].
         u: Command being executed, shape (n_u,).
-        X_WT: Target pose, shape (4, 4).
+        X_WT: Pose of the target T in the world W, shape (4, 4).
         field: The map.
         budget: Number of rollout steps that may be spent.
+
+    Returns:
+        The selection after these steps; the same object if there was nothing
+        to do, or q or X_WT is not finite.
     """
     if not (np.isfinite(q).all() and np.isfinite(X_WT).all()):
         return selection
@@ -139,7 +151,14 @@ def advance_selection(
 def on_the_same_world(
     rule: SelectionRule, selection: Selection, revision: str, X_WT: np.ndarray
 ) -> Selection:
-    """The selection itself, or a fresh one for a new target or a new map."""
+    """Returns the selection, or a fresh one for a new target or a new map.
+
+    Args:
+        rule: The rule, which names the guidance to start with.
+        selection: The selection so far.
+        revision: Revision of the present map.
+        X_WT: Pose of the present target, shape (4, 4).
+    """
     known = selection.X_WT
     if known is None or not np.array_equal(known, X_WT):
         start = start_selection(rule)

@@ -19,15 +19,15 @@ from remosplat_drake.signals.distance_field import DistanceField
 
 @dc.dataclass(frozen=True, eq=False)
 class SelectionRule:
-    """What stays the same from tick to tick.
+    """The selector's settings, the same from tick to tick.
 
     Attributes:
-        law: The control law of rollouts: their step is its period.
-        planner: Proposes what is tried.
+        law: The control law of rollouts, with their step as its period.
+        planner: The planner that proposes the candidates.
         tiers: Stopping distances that may be used, largest first [m].
-        arrived: Whether a pose error counts as arrival.
+        arrived: Function that tells whether a `PoseError` counts as arrival.
         horizon: Longest simulated time of a rollout [s].
-        start: The guidance that a task starts with.
+        start: The guidance that is followed at first.
     """
 
     law: ReactiveLaw
@@ -40,11 +40,11 @@ class SelectionRule:
     def candidates(
         self, q: np.ndarray, X_WT: np.ndarray, field: DistanceField
     ) -> tuple[tuple[Guidance, ...], ...]:
-        """What the planner proposes, tier after tier.
+        """Asks the planner for candidates, a tuple for each tier.
 
         Args:
-            q: Present configuration, shape (n_q,).
-            X_WT: Target pose, shape (4, 4).
+            q: Present configuration, shape (n_q,) [rad, m].
+            X_WT: Pose of the target T in the world W, shape (4, 4).
             field: The map.
         """
         situation = Situation(self.law.robot, q, X_WT, field, self.tiers)
@@ -56,7 +56,7 @@ def make_selection_rule(
     config: GuidanceConfig,
     arrived: Callable[[PoseError], bool],
 ) -> SelectionRule:
-    """The selector's rule beside a controller.
+    """Makes the rule of the selector beside a controller.
 
     Rollouts run the controller's own law, with all its ingredients, at a
     longer step and with a solver that is quicker with small programs.
@@ -64,9 +64,9 @@ def make_selection_rule(
     arrival.
 
     Args:
-        law: The controller's.
+        law: The control law of the controller.
         config: How far and how much the selector looks ahead.
-        arrived: Whether a pose error counts as arrival.
+        arrived: Function that tells whether a `PoseError` counts as arrival.
 
     Raises:
         FieldError: The rollouts' step or solver is unusable.

@@ -14,10 +14,10 @@ from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.signals.distance_field import DistanceField
 
 STALL_SPEED = 0.03
-"""An end effector slower than this is stuck, if it has not arrived [m/s]."""
+"""Speed below which an end effector that has not arrived is stuck [m/s]."""
 
 STALL_TIME = 0.2
-"""For so long [s]."""
+"""Time for which the end effector must be that slow to be stuck [s]."""
 
 
 def cycle_when_stalled(
@@ -33,12 +33,13 @@ def cycle_when_stalled(
     """Keeps the guidance while the end effector moves, else takes the next.
 
     Args:
-        rule: Its candidates are cycled through, tier after tier.
-        selection: Where it stands; `idle_until` is when patience ends.
+        rule: The rule whose candidates are cycled through, tier after tier.
+        selection: The selection so far; its `idle_until` is when patience
+            with the present guidance ends.
         time: Present time [s].
-        q: Measured configuration, shape (n_q,).
+        q: Measured configuration, shape (n_q,) [rad, m].
         u: Command being executed, shape (n_u,).
-        X_WT: Target pose, shape (4, 4).
+        X_WT: Pose of the target T in the world W, shape (4, 4).
         field: The map.
     """
     if not (np.isfinite(q).all() and np.isfinite(X_WT).all()):

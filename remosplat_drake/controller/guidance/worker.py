@@ -29,12 +29,19 @@ from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.signals.distance_field import DistanceField
 
 READY = "ready"
-"""What the process says when it has loaded everything."""
+"""Message of the process when it has loaded everything."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class PresentState:
-    """What a decision starts from; see `advance_selection`."""
+    """The robot's state from which a decision starts.
+
+    Attributes:
+        time: Present time [s].
+        q: Measured configuration, shape (n_q,) [rad, m].
+        u: Command being executed, shape (n_u,).
+        X_WT: Pose of the target T in the world W, shape (4, 4).
+    """
 
     time: float
     q: np.ndarray
@@ -44,20 +51,24 @@ class PresentState:
 
 @dc.dataclass(frozen=True)
 class Failure:
-    """Why the process has given up, for people."""
+    """Message of the process when it has given up.
+
+    Attributes:
+        reason: Why it has given up, for people.
+    """
 
     reason: str
 
 
 def serve(connection: Connection, packed: PackedRule, budget: float) -> None:
-    """Answers until the other end is closed.
+    """Runs in the look-ahead process until the other end is closed.
 
     Args:
-        connection: Brings a map before the first `PresentState`, see
-            `map_transfer`; takes READY, then for each state a `Selection`,
-            or None where the latest one still holds. After a `Failure`
-            or a `TransferError` nothing follows.
-        packed: The rule.
+        connection: The process's end of a pipe. It brings a map before the
+            first `PresentState`, see `map_transfer`; it takes READY, then for
+            each state a `Selection`, or None where the latest one still
+            holds. After a `Failure` or a `TransferError` nothing follows.
+        packed: The selection rule, as `pack_rule` packs it.
         budget: Time that an answer may take [s].
     """
     try:
@@ -102,12 +113,13 @@ def look_ahead(
     """Advances a selection until there is nothing to do or time is up.
 
     Args:
-        rule: The rule.
-        selection: Where it stands.
-        now: The present state.
+        rule: Which guidances are tried, and when a rollout has arrived.
+        selection: The selection so far.
+        now: The robot's present state.
         field: The map.
-        until: When time is up, by `perf_counter` [s].
-        interrupted: Asked between steps: whether to end at once.
+        until: Time at which to end, by `perf_counter` [s].
+        interrupted: Function that tells, between steps, whether to end at
+            once.
     """
     while perf_counter() < until and not interrupted():
         following = advance_selection(
@@ -127,7 +139,7 @@ def look_ahead(
 
 
 def _news(before: Selection, after: Selection) -> Selection | None:
-    """What the controller and the viewer must know, if it is new."""
+    """Returns what the controller and the viewer must know, if it is new."""
     if (
         after.guidance is before.guidance
         and after.latest is before.latest

@@ -14,18 +14,27 @@ from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 
 @dc.dataclass
 class ActiveCollisionCostConfig(Config):
-    """How eagerly the robot leaves obstacles."""
+    """Settings of the cost that makes the robot leave obstacles."""
 
-    # Gain of the cost; 0 leaves it out.
+    # Gain g of the cost; 0 leaves the cost out. Guidance may scale it down.
     gain: Annotated[float, Interval(ge=0, le=100)] = 0.6
 
 
 class ActiveCollisionCost:
-    """A linear cost along the weighted mean of the collision rows.
+    """A linear cost on the approach to everything near (paper section IV-E).
 
-    c = g ((d_min - d_i) / (d_i - d_s))^2 sum(w_j A_j) / sum(w_j) with
-    weights w_j = (d_i - d_j) / (d_i - d_s) (paper section IV-E; the dynamic
-    gain is RMMI's).
+    The cost is c'u with the weighted mean of the collision rows A_j,
+
+        c = g ((d_min - d_i) / (d_i - d_s))^2 sum(w_j A_j) / sum(w_j),
+        w_j = (d_i - d_j) / (d_i - d_s),
+
+    for clearances d_j, the least of them d_min, the influence distance d_i and
+    the stopping distance d_s. The gain that grows with nearness is that of
+    RMMI (Marticorena et al. 2024).
+
+    Args:
+        config: Gain of the cost.
+        damper: The collision damper's distances d_i and d_s.
     """
 
     def __init__(
@@ -35,7 +44,13 @@ class ActiveCollisionCost:
         self._damper = damper
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds the cost if anything is within the influence distance."""
+        """Adds the cost, if anything is within the influence distance.
+
+        Args:
+            program: The program of the tick.
+            tick: What is known at the tick; its clearances and its guidance
+                matter here.
+        """
         clearances = tick.clearances
         gain = self._gain * tick.guidance.active_scale
         if gain == 0.0 or not len(clearances):

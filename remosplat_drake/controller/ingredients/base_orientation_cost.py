@@ -13,24 +13,35 @@ from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 
 @dc.dataclass
 class BaseOrientationCostConfig(Config):
-    """How eagerly the base faces the end effector."""
+    """Settings of the cost that turns the base towards the end effector."""
 
-    # Gain of the linear cost; 0 leaves it out.
+    # Gain k_o of the linear cost; 0 leaves the cost out.
     gain: Annotated[float, Interval(ge=0, le=100)] = 0.5
 
 
 class BaseOrientationCost:
-    """-gain (theta - psi) on the yaw rate, theta the bearing of E in B.
+    """A linear cost that turns the base towards the end effector.
 
-    psi is the guidance's bearing, normally zero. After Haviland's holistic
-    controller (paper eq. 6, J_o). A robot without a base is left alone.
+    The yaw rate costs -k_o (theta - psi): theta is the bearing of the end
+    effector E in the base B, psi that which guidance wants, normally zero
+    [rad] (paper eq. 6, J_o; after the holistic controller of Haviland,
+    Sünderhauf and Corke 2022). For a robot without a base there is no cost.
+
+    Args:
+        config: Gain k_o of the cost.
     """
 
     def __init__(self, config: BaseOrientationCostConfig):
         self._gain = config.gain
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds the cost."""
+        """Adds the cost on the yaw rate.
+
+        Args:
+            program: The program of the tick.
+            tick: What is known at the tick; the poses of base and end
+                effector and the guidance's bearing matter here.
+        """
         if self._gain == 0.0 or tick.robot.n_base == 0:
             return
         X_WB, X_WE = tick.state.X_WB, tick.state.X_WE

@@ -11,27 +11,37 @@ from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 
 NAME = "collision"
+"""Name of the rows of the collision constraint in the program."""
 
 
 @dc.dataclass
 class CollisionDamperConfig(Config):
-    """How close the robot may come, and how fast."""
+    """How close to the scene the robot may come, and how fast."""
 
-    # Distance d_i within which the scene matters [m].
+    # Influence distance d_i: farther away the scene does not matter [m].
     influence: Annotated[float, Interval(gt=0, le=5)] = 0.5
-    # Distance d_s that is kept [m].
+    # Stopping distance d_s, which the robot keeps from the scene [m].
     stopping: Annotated[float, Interval(ge=0, le=1)] = 0.021
-    # Largest approach speed xi at the influence distance [m/s].
+    # Largest speed xi of approach at the influence distance [m/s].
     gain: Annotated[float, Interval(gt=0, le=10)] = 1.0
 
     def stopping_for(self, guidance: Guidance) -> float:
-        """The stopping distance of a tick with that guidance [m]."""
+        """Returns the stopping distance d_s of a tick [m].
+
+        Args:
+            guidance: How the tick is bent; it may come with a stopping
+                distance of its own.
+        """
         if guidance.stopping is None:
             return self.stopping
         return guidance.stopping
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Checks that the influence distance exceeds the stopping distance.
+
+        Yields:
+            The name of a field and what is wrong with it.
+        """
         if not self.influence > self.stopping:
             yield (
                 "influence",
@@ -41,18 +51,32 @@ class CollisionDamperConfig(Config):
 
 
 class CollisionDamper:
-    """n' Jv_WS u <= xi (d - d_s) / (d_i - d_s) (paper section IV-D).
+    """The collision constraint: a velocity damper before the scene.
+
+    For every clearance d within the influence distance d_i, with n the
+    direction towards the scene and Jv_WS the sphere's Jacobian,
+
+        n' Jv_WS u <= xi (d - d_s) / (d_i - d_s)
+
+    (paper section IV-D; Faverjon and Tournassoud 1987). A sphere nearer than
+    the stopping distance d_s must recede.
 
     Attributes:
-        config: Its distances; verification and the oracle's queries of a
-            `ReactiveLaw` go by them, too.
+        config: Distances d_i and d_s, and the speed xi. Verification and the
+            oracle's queries of a `ReactiveLaw` go by these distances, too.
     """
 
     def __init__(self, config: CollisionDamperConfig):
         self.config = config
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds a row for every clearance within the influence distance."""
+        """Adds a row for every clearance within the influence distance.
+
+        Args:
+            program: The program of the tick.
+            tick: What is known at the tick; its clearances and its guidance
+                matter here.
+        """
         config, clearances = self.config, tick.clearances
         if not len(clearances):
             return

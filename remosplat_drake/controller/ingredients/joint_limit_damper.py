@@ -14,17 +14,21 @@ from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 
 @dc.dataclass
 class JointLimitDamperConfig(Config):
-    """Where the damping starts and where motion towards the limit ends."""
+    """How close to its limits a joint may come, and how fast."""
 
-    # Largest approach speed at the edge of the influence [rad/s].
+    # Largest speed of approach at the influence distance [rad/s].
     gain: Annotated[float, Interval(gt=0, le=100)] = 1.0
-    # Distance to the limit within which the damper acts [deg].
+    # Influence distance: nearer to a limit than this the damper acts [deg].
     influence: Annotated[float, Interval(gt=0, le=180)] = 50.0
-    # Distance to the limit that is kept [deg].
+    # Stopping distance, which a joint keeps from its limits [deg].
     stop: Annotated[float, Interval(ge=0, le=90)] = 10.0
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Checks that the influence distance exceeds the stopping distance.
+
+        Yields:
+            The name of a field and what is wrong with it.
+        """
         if not self.influence > self.stop:
             yield (
                 "influence",
@@ -34,17 +38,28 @@ class JointLimitDamperConfig(Config):
 
 
 class JointLimitDamper:
-    """+-u_j <= gain (rho_j - stop) / (influence - stop), rho to the limit.
+    """A velocity damper before the limits of the arm's joints.
 
-    The velocity damper of Faverjon and Tournassoud as the paper's QP uses
-    it for joint limits.
+    With rho_j the distance of joint j to its upper or lower limit,
+
+        +-u_j <= gain (rho_j - stop) / (influence - stop)
+
+    (Faverjon and Tournassoud 1987, as the paper's program uses it).
+
+    Args:
+        config: Gain and distances of the damper.
     """
 
     def __init__(self, config: JointLimitDamperConfig):
         self._config = config
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds a row for each joint near its upper or lower limit."""
+        """Adds a row for each joint of the arm near one of its limits.
+
+        Args:
+            program: The program of the tick.
+            tick: What is known at the tick; the configuration matters here.
+        """
         robot, config = tick.robot, self._config
         arm = slice(robot.n_q - (robot.n_u - robot.n_base), robot.n_q)
         q = tick.state.q[arm]

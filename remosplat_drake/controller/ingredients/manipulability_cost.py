@@ -13,23 +13,33 @@ from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 
 @dc.dataclass
 class ManipulabilityCostConfig(Config):
-    """How eagerly the arm keeps its freedom of motion."""
+    """Settings of the cost that keeps the arm away from singularities."""
 
-    # Gain of the linear cost; 0 leaves it out.
+    # Gain k_m of the linear cost; 0 leaves the cost out.
     gain: Annotated[float, Interval(ge=0, le=100)] = 0.3
 
 
 class ManipulabilityCost:
-    """-gain times the gradient of Yoshikawa's measure on the arm.
+    """A linear cost that keeps the arm away from singularities.
 
-    The paper's manipulability Jacobian J_m (eq. 6).
+    The cost is -k_m times the gradient of the arm's manipulability m =
+    sqrt(det(J J')) (Yoshikawa 1985): the paper's J_m (eq. 6). An arm with
+    fewer than six joints has no such cost.
+
+    Args:
+        config: Gain k_m of the cost.
     """
 
     def __init__(self, config: ManipulabilityCostConfig):
         self._gain = config.gain
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds the cost."""
+        """Adds the cost on the arm's joint velocities.
+
+        Args:
+            program: The program of the tick.
+            tick: What is known at the tick; the arm's Jacobian matters here.
+        """
         if self._gain == 0.0:
             return
         arm = slice(tick.robot.n_base, None)
@@ -44,18 +54,20 @@ class ManipulabilityCost:
 
 @njit(cache=True)
 def manipulability(Jw, Jv):
-    """Yoshikawa's m = sqrt(det(J J')) and its gradient over the joints.
+    """Computes the manipulability m = sqrt(det(J J')) and its gradient.
 
-    dm/dq_k = m tr((J J')^-1 dJ/dq_k J'), where the derivative of a geometric
-    Jacobian follows from its own columns: a joint further in turns the
-    column, a joint further out moves its tip.
+    The measure is Yoshikawa's (1985). Its gradient is dm/dq_k =
+    m tr((J J')^-1 dJ/dq_k J'), where the derivative of a geometric Jacobian
+    follows from its own columns: a joint further in turns the column, a joint
+    further out moves its tip.
 
     Args:
-        Jw: Angular Jacobian, shape (3, n).
-        Jv: Translational Jacobian, shape (3, n).
+        Jw: Angular Jacobian of the end effector, shape (3, n).
+        Jv: Translational Jacobian of the end effector, shape (3, n) [m].
 
     Returns:
-        m, and its gradient, shape (n,); both zero at a singularity.
+        The manipulability m, and its gradient over the n joints, shape (n,);
+        both zero at a singularity and with fewer than six joints.
     """
     n = Jw.shape[1]
     J = np.vstack((Jw, Jv))

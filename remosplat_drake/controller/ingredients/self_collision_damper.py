@@ -17,17 +17,21 @@ from remosplat_drake.robot.self_collision import self_collision_pairs
 class SelfCollisionDamperConfig(Config):
     """How close two parts of the robot may come, and how fast."""
 
-    # Whether the rows are added.
+    # Whether the robot is kept from touching itself.
     enabled: bool = True
-    # Distance between two spheres within which they matter [m].
+    # Influence distance: spheres farther apart than this do not matter [m].
     influence: Annotated[float, Interval(gt=0, le=1)] = 0.1
-    # Distance that is kept [m].
+    # Stopping distance, which spheres of two links keep from each other [m].
     stopping: Annotated[float, Interval(ge=0, le=0.5)] = 0.01
-    # Largest approach speed at the influence distance [m/s].
+    # Largest speed of approach at the influence distance [m/s].
     gain: Annotated[float, Interval(gt=0, le=10)] = 0.5
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Checks that the influence distance exceeds the stopping distance.
+
+        Yields:
+            The name of a field and what is wrong with it.
+        """
         if not self.influence > self.stopping:
             yield (
                 "influence",
@@ -37,14 +41,19 @@ class SelfCollisionDamperConfig(Config):
 
 
 class SelfCollisionDamper:
-    """The velocity damper between the closest spheres of two links.
+    """A velocity damper between the robot's own links.
 
-    One row for each pair of links, that of their nearest pair of spheres,
-    and one for each pair that is nearer at home than what is kept.
+    The damper of Faverjon and Tournassoud (1987) gets one row for each pair
+    of links, that of their nearest pair of spheres, and one for each pair of
+    spheres that is nearer at home than the stopping distance.
+
+    Args:
+        config: Distances of the damper, and its speed of approach.
+        robot: The robot, for its spheres and links.
 
     Attributes:
-        config: Its distances; verification of a `ReactiveLaw` goes by them,
-            too.
+        config: The damper's settings; verification of a `ReactiveLaw` goes
+            by their distances, too.
     """
 
     def __init__(self, config: SelfCollisionDamperConfig, robot: RobotModel):
@@ -52,7 +61,13 @@ class SelfCollisionDamper:
         self._pairs = self_collision_pairs(robot, config.stopping)
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds the rows of link pairs within the influence distance."""
+        """Adds the rows of link pairs within the influence distance.
+
+        Args:
+            program: The program of the tick.
+            tick: What is known at the tick; the robot's spheres and their
+                Jacobians matter here.
+        """
         config, spheres = self.config, tick.state.spheres
         if not (config.enabled and len(self._pairs.first)):
             return

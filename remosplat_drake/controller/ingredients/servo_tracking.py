@@ -17,24 +17,30 @@ from remosplat_drake.controller.servo import servo_twist
 
 @dc.dataclass
 class ServoTrackingConfig(Config):
-    """How fast the end effector goes for its target."""
+    """How fast the end effector heads for its target."""
 
     # Proportional gain beta on the pose error [1/s].
     gain: Annotated[float, Interval(gt=0, le=100)] = 4.0
-    # Bound on the translational speed [m/s].
+    # Bound on the end effector's translational speed [m/s].
     max_speed: Annotated[float, Interval(gt=0, le=2)] = 0.35
-    # Bound on each entry of the slack, or the servo's twist where that is
-    # faster [m/s, rad/s].
+    # Bound on each entry of the slack delta; where the servo's twist is
+    # faster, that is the bound, so that standing still stays feasible
+    # [m/s, rad/s].
     slack_limit: Annotated[float, Interval(gt=0, le=1000)] = 10.0
 
 
 class ServoTracking:
-    """J_E u + delta = v_E with the cost |delta|^2 / (2 e) (paper eq. 2).
+    """Makes the end effector follow the servo's twist (paper eq. 2).
 
-    The translational part of v_E is bent by the tick's guidance.
+    The constraint is J_E u + delta = v_E with the cost |delta|^2 / (2 e) of
+    the slack delta, as in the holistic controller of Haviland, Sünderhauf and
+    Corke (2022). The tick's guidance bends the translational part of v_E. The
+    price 1/e of the slack grows near the target, so that the end effector
+    first gets there roughly and then exactly.
 
-    The price 1/e of the slack grows near the target, so that the end
-    effector first gets there roughly and then exactly.
+    Args:
+        config: Gain and bounds of the servo.
+        damper: The collision damper's distances, which the bend depends on.
     """
 
     def __init__(
@@ -44,7 +50,13 @@ class ServoTracking:
         self._damper = damper
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Sets what is tracked, and the slack's bounds and price."""
+        """Sets the twist that is tracked, and the slack's bounds and price.
+
+        Args:
+            program: The program of the tick.
+            tick: What is known at the tick; the pose error, the clearances
+                and the guidance matter here.
+        """
         config = self._config
         w, v = servo_twist(tick.error, config.gain, config.max_speed)
         v = deflected_velocity(

@@ -12,24 +12,33 @@ from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 
 @dc.dataclass
 class VelocityCostConfig(Config):
-    """The price of motion."""
+    """Settings of the cost of motion."""
 
-    # Weight lambda of the squared rates.
+    # Weight lambda of the squared velocities.
     weight: Annotated[float, Interval(gt=0, le=100)] = 0.03
 
 
 class VelocityCost:
-    """lambda/2 |u_arm|^2 + lambda/(2 e) |u_base|^2.
+    """The quadratic cost lambda/2 |u_arm|^2 + lambda/(2 e) |u_base|^2.
 
-    Far from the target the base is cheap; close to it the arm does the work
-    (Haviland's holistic controller, paper section III-A).
+    With e the distance to the target, the base is cheap far from it, and
+    close to it the arm does the work (paper section III-A; holistic
+    controller of Haviland, Sünderhauf and Corke 2022).
+
+    Args:
+        config: Weight lambda of the cost.
     """
 
     def __init__(self, config: VelocityCostConfig):
         self._config = config
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds the cost."""
+        """Adds the cost of the squared command.
+
+        Args:
+            program: The program of the tick.
+            tick: What is known at the tick; the pose error matters here.
+        """
         weights = np.full(program.n_u, self._config.weight)
         weights[: tick.robot.n_base] /= tick.error_scale
         program.add_quadratic_cost("velocity", weights)

@@ -12,20 +12,26 @@ from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 
 @dc.dataclass
 class VelocityLimitsConfig(Config):
-    """Which of the robot's limits are enforced, and how much of them."""
+    """Which of the robot's limits bound the command, and how much of them."""
 
     # Fraction of the robot's velocity limits that may be used.
     fraction: Annotated[float, Interval(gt=0, le=1)] = 1.0
-    # Whether |u - u_previous| <= a_max dt is enforced.
+    # Whether the acceleration limits bound the change of the command:
+    # |u - u_previous| <= a_max dt.
     acceleration: bool = True
-    # Bounds on the base's speed forwards and backwards, and on its yaw rate;
-    # absent: the robot's own [m/s], [rad/s].
+    # Bound on the base's speed forwards; absent: the robot's own limit [m/s].
     max_forward: Annotated[float, Interval(ge=0, le=5)] | None = None
+    # Bound on the base's speed backwards; absent: the robot's own limit [m/s].
     max_reverse: Annotated[float, Interval(ge=0, le=5)] | None = None
+    # Bound on the base's yaw rate; absent: the robot's own limit [rad/s].
     max_yaw_rate: Annotated[float, Interval(ge=0, le=20)] | None = None
 
     def base_bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper bounds on (v, omega) beside the robot's own."""
+        """Returns lower and upper bounds on the base, beside the robot's own.
+
+        Both are arrays (v, omega) of the forward speed and the yaw rate,
+        shape (2,) [m/s, rad/s]; infinite where there is no bound.
+        """
         forward, reverse, yaw_rate = (
             np.inf if bound is None else bound
             for bound in (self.max_forward, self.max_reverse, self.max_yaw_rate)
@@ -34,20 +40,27 @@ class VelocityLimitsConfig(Config):
 
 
 class VelocityLimits:
-    """|u| <= limit, and optionally |u - u_previous| <= a_max dt.
+    """Bounds |u| <= limit, and optionally |u - u_previous| <= a_max dt.
 
     The base may be bounded more tightly, backwards above all: nobody watches
-    there.
+    there. A command is never clipped joint by joint afterwards, which would
+    break the collision rows.
 
-    A command is never clipped joint by joint afterwards: that would break
-    the collision rows.
+    Args:
+        config: Which limits are enforced, and how much of them.
     """
 
     def __init__(self, config: VelocityLimitsConfig):
         self._config = config
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Narrows the bounds of u."""
+        """Narrows the bounds on u.
+
+        Args:
+            program: The program of the tick.
+            tick: What is known at the tick; the robot's limits and the
+                command being executed matter here.
+        """
         upper = self._config.fraction * tick.robot.velocity_limit
         lower = -upper
         n = tick.robot.n_base

@@ -16,13 +16,13 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import DistanceField
 
 Looks = tuple[np.ndarray, ...]
-"""What `look_along` returns."""
+"""The arrays that `look_along` returns."""
 
 _PIECES = 4
-"""Pieces into which the time between two looks is cut."""
+"""Number of pieces into which the time between two looks is cut."""
 
 _ROUNDS = 5
-"""So often; what is still unknown after 4^5 pieces is refused."""
+"""How often that is done; what is unknown after 4^5 pieces is refused."""
 
 
 def keeps_off_the_scene(
@@ -33,19 +33,22 @@ def keeps_off_the_scene(
     level: np.ndarray,
     tolerance: float,
 ) -> bool:
-    """Whether all clearances keep their level on a path.
+    """Tells whether all spheres keep their distance from the scene on a path.
 
-    They do so at its `times`, and less a tolerance at all times on it: see
-    `kernels/between_looks.py`. Of a field that is not Lipschitz, nothing is
-    said about what lies between.
+    They keep it at the path's `times`, and less a tolerance at all times in
+    between, see `kernels/between_looks.py`. Of a field that is not Lipschitz,
+    nothing is said about what lies in between.
 
     Args:
-        path: The path.
+        path: The path of a command and its braking ramp.
         field: The map.
-        p_WS: Centres of the robot's spheres where it starts, (n, 3) [m].
-        clearance: Their clearances, or lower bounds, shape (n,) [m].
-        level: What these must keep, shape (n,) [m].
-        tolerance: See above [m].
+        p_WS: Centres of the robot's spheres in W at the start of the path,
+            shape (n, 3) [m].
+        clearance: Clearances of the spheres at the start, or lower bounds of
+            them, shape (n,) [m].
+        level: Clearance that each sphere must keep, shape (n,) [m].
+        tolerance: How far below its level a clearance may fall between the
+            path's times [m].
     """
     room = clearance - level
     near = np.arange(len(room))
@@ -67,17 +70,20 @@ def keeps_off_the_scene(
 
 @dc.dataclass(frozen=True, eq=False)
 class _Sweep:
-    """n spheres on a path.
+    """The motion of n spheres along a path.
 
     Attributes:
-        path: The path.
+        path: The path of a command and its braking ramp.
         field: The map.
-        sphere: Which spheres, shape (n,).
-        level: What their clearances must keep, shape (n,) [m].
-        start: Their centres where the path starts, shape (n, 3) [m].
-        room: What their clearances exceed the level by there, (n,) [m].
-        bend: Bounds on how fast their velocities change, (n,) [m/s^2].
-        tolerance: Between times of the path rooms may be so negative [m].
+        sphere: Indices of the spheres, shape (n,).
+        level: Clearance that each sphere must keep, shape (n,) [m].
+        start: Centres of the spheres at the start, shape (n, 3) [m].
+        room: What the clearances have above their levels at the start, shape
+            (n,) [m].
+        bend: Bounds on how fast the spheres' velocities change, shape (n,)
+            [m/s^2].
+        tolerance: How far below zero a room may fall between the path's times
+            [m].
     """
 
     path: StoppingPath
@@ -90,7 +96,11 @@ class _Sweep:
     tolerance: float
 
     def is_clear_at_ends(self, looks: Looks) -> bool:
-        """Whether the clearances keep their level at the path's times."""
+        """Tells whether clearances keep their levels at the path's times.
+
+        Args:
+            looks: The spheres along the path, as `look_along` returns them.
+        """
         point, R_WL = looks[:2]
         k, n = R_WL.shape[:2]
         gap = np.tile(np.arange(n), k)
@@ -101,7 +111,11 @@ class _Sweep:
         return bool((room >= 0.0).all())
 
     def is_clear(self, looks: Looks) -> bool:
-        """Whether they keep it on the whole path, less the tolerance."""
+        """Tells whether they do on the whole path, less the tolerance.
+
+        Args:
+            looks: The spheres along the path, as `look_along` returns them.
+        """
         point, R_WL, _, way, room, wanted = looks
         self._ask(np.arange(len(self.room)), point[1:], R_WL, room, wanted)
         if not (room >= 0.0).all():
@@ -127,10 +141,10 @@ class _Sweep:
         """Looks between two times, again and again, at e spheres.
 
         Args:
-            gap: Which of the n, shape (e,).
-            time: Before and after, shape (2, e) [s].
-            room: Then, shape (2, e) [m].
-            point: Then, shape (2, e, 3) [m].
+            gap: Which of the n spheres are looked at, shape (e,).
+            time: Times before and after, shape (2, e) [s].
+            room: Rooms at these times, shape (2, e) [m].
+            point: Centres at these times, shape (2, e, 3) [m].
         """
         shares = np.linspace(0.0, 1.0, _PIECES + 1)[1:-1, None]
         for _ in range(_ROUNDS):
@@ -161,13 +175,13 @@ class _Sweep:
         return False
 
     def _is_open(self, room: np.ndarray, way: np.ndarray) -> np.ndarray:
-        """Between which looks the room may fall too low, shape (k, n)."""
+        """Tells between which looks a room may fall too low, shape (k, n)."""
         return ~(room[:-1] + room[1:] - way >= -2.0 * self.tolerance)
 
     def _spheres(
         self, gap: np.ndarray, p_WS: np.ndarray, R_WL: np.ndarray
     ) -> Spheres:
-        """Some of the n spheres, where they are."""
+        """Makes `Spheres` of some of the n whose placement is known."""
         return self.path.robot.placed(self.sphere[gap], p_WS, R_WL)
 
     def _place(
@@ -188,11 +202,14 @@ class _Sweep:
         """Asks the map where a known room tells too little, and puts it in.
 
         Args:
-            gap: Which of the n is looked at, shape (e,).
-            point: Where it is at each look, shape (k, e, 3) [m].
-            R_WL: Orientation of its link there, shape (k, e, 3, 3).
-            room: What is known, as `known_rooms` has it, shape (k, e) [m].
-            wanted: Likewise.
+            gap: Which of the n spheres are looked at, shape (e,).
+            point: Centres at each look, shape (k, e, 3) [m].
+            R_WL: Orientations of the spheres' links at each look, shape
+                (k, e, 3, 3).
+            room: Lower bounds of the rooms, as `known_rooms` has them, shape
+                (k, e) [m]; the map's answers replace some of them.
+            wanted: What a room should exceed, as `known_rooms` has it, shape
+                (k, e) [m].
         """
         place, i = np.nonzero(~(room > wanted))
         if len(place):
@@ -204,7 +221,7 @@ class _Sweep:
     def _room(
         self, spheres: Spheres, level: np.ndarray, wanted: np.ndarray
     ) -> np.ndarray:
-        """The map's answer, or at least `wanted` where it is more [m]."""
+        """Asks the map for rooms, exact below `wanted`, at least it above."""
         reach = level.max() + wanted.max()
         # Not at the distance itself: rows there are left out.
         found = self.field.clearances(spheres, np.nextafter(reach, np.inf))

@@ -21,11 +21,11 @@ class SelfClearance:
     """Pairs of a robot's spheres, and the distance that they keep.
 
     Attributes:
-        robot: The robot.
-        pairs: Pairs that may meet.
-        stopping: Distance that they keep [m].
-        rate: Bounds on how fast the distances of each pair of links change
-            with each command, shape (l, n_u).
+        robot: The robot, with its spheres and kinematics.
+        pairs: The p pairs of spheres that may meet.
+        stopping: Stopping distance that the pairs keep [m].
+        rate: Bounds on how fast the distances of each of l pairs of links
+            change with each entry of the command, shape (l, n_u).
     """
 
     robot: RobotModel
@@ -35,11 +35,11 @@ class SelfClearance:
 
     @staticmethod
     def make(robot: RobotModel, stopping: float) -> "SelfClearance":
-        """The clearance of all pairs that are worth watching.
+        """Makes the self-clearance of all pairs that are worth watching.
 
         Args:
-            robot: The robot.
-            stopping: Distance that they keep [m].
+            robot: The robot, with its spheres and kinematics.
+            stopping: Stopping distance that the pairs keep [m].
         """
         pairs = self_collision_pairs(robot, stopping)
         bound = robot.jacobian_bound
@@ -53,10 +53,13 @@ class SelfClearance:
         return SelfClearance(robot, pairs, stopping, rate)
 
     def distances(self, p_WS: np.ndarray) -> np.ndarray:
-        """Between the surfaces of all pairs, plus allowances, shape (p,) [m].
+        """Computes the distances between the surfaces of all pairs.
 
         Args:
-            p_WS: Centres of all spheres, shape (n, 3) [m].
+            p_WS: Centres of all of the robot's spheres in W, shape (n, 3) [m].
+
+        Returns:
+            The distances plus the pairs' allowances, shape (p,) [m].
         """
         radius, pairs = self.robot.arrays[3], self.pairs
         return pair_distances(
@@ -66,16 +69,17 @@ class SelfClearance:
     def is_kept(
         self, path: StoppingPath, distance: np.ndarray, tolerance: float
     ) -> bool:
-        """Whether every pair keeps min(stopping, its present distance).
+        """Tells whether every pair keeps min(stopping, its present distance).
 
-        It does so at the path's `times`, and less a tolerance at all times on
-        it: see `kernels/between_looks.py`.
+        Pairs keep it at the path's `times`, and less a tolerance at all times
+        in between, see `kernels/between_looks.py`.
 
         Args:
-            path: The path.
-            distance: Of all pairs where it starts, as `distances` has it,
-                shape (p,) [m].
-            tolerance: See above [m].
+            path: The path of a command and its braking ramp.
+            distance: Distances of all pairs at the start of the path, as
+                `distances` returns them, shape (p,) [m].
+            tolerance: How far below its level a distance may fall between the
+                path's times [m].
         """
         pairs = self.pairs
         return pairs_keep_apart(

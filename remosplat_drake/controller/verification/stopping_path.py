@@ -19,9 +19,9 @@ class StoppingPath:
     stays on this path.
 
     Attributes:
-        robot: Predicts configurations.
-        q: Configuration at which it starts, shape (n_q,).
-        u: Command, shape (n_u,).
+        robot: The robot, whose kinematics predict configurations.
+        q: Configuration at which the path starts, shape (n_q,) [rad, m].
+        u: The command, shape (n_u,) [rad/s, m/s].
         times: Ends of the tick and of each tick of the ramp, shape (k,) [s].
     """
 
@@ -38,12 +38,12 @@ class StoppingPath:
         acceleration_limit: np.ndarray,
         dt: float,
     ) -> "StoppingPath":
-        """The path of a command.
+        """Makes the path of a command.
 
         Args:
-            robot: Predicts configurations.
-            q: Configuration at which it starts, shape (n_q,).
-            u: Command, shape (n_u,).
+            robot: The robot, whose kinematics predict configurations.
+            q: Configuration at which the path starts, shape (n_q,) [rad, m].
+            u: The command, shape (n_u,) [rad/s, m/s].
             acceleration_limit: Bounds on |du/dt| of the ramp, shape (n_u,).
             dt: Control period [s].
         """
@@ -51,19 +51,26 @@ class StoppingPath:
         return StoppingPath(robot, q, u, times)
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Configurations at times on the path, shape (k, n_q)."""
+        """Predicts configurations on the path.
+
+        Args:
+            times: Times on the path, shape (k,) [s].
+
+        Returns:
+            The configurations, shape (k, n_q) [rad, m].
+        """
         return self.robot.advance_for(self.q, self.u, times)
 
     @property
     def arrays(self) -> tuple:
-        """What kernels know of it: q, u, number of base commands, times."""
+        """The path as kernels take it: q, u, number of base commands, times."""
         return self.q, self.u, self.robot.n_base, self.times
 
     @property
     def end(self) -> np.ndarray:
-        """Configuration at its end, shape (n_q,)."""
+        """Configuration at the end of the path, shape (n_q,) [rad, m]."""
         return self.robot.advance(self.q, self.u, self.times[-1])
 
     def sphere_travel(self) -> np.ndarray:
-        """Bounds on the lengths of the spheres' ways, shape (n,) [m]."""
+        """Bounds the lengths of the spheres' ways on the path, (n,) [m]."""
         return self.robot.jacobian_bound @ np.abs(self.u) * self.times[-1]

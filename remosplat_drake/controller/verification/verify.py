@@ -47,7 +47,7 @@ SCALES = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
 """Fractions of the way from braking to the command that are tried."""
 
 TOLERANCE = 5e-4
-"""Between the ends of ticks distances may fall so far below their level [m].
+"""How far distances may fall below their level between the ends of ticks [m].
 
 Without it a sphere that glides along an obstacle at its stopping distance
 could never be shown to keep it.
@@ -59,16 +59,17 @@ class Surroundings:
     """What verification knows of the present tick.
 
     Attributes:
-        robot: Predicts states.
+        robot: The robot, whose kinematics predict configurations.
         field: The map.
         state: Kinematics at the present configuration.
         clearance: Present clearance of each sphere, or a lower bound of it
             that is at least d_s, shape (n,) [m].
-        stopping: d_s [m].
+        stopping: Stopping distance d_s that spheres keep from the scene [m].
         dt: Control period [s].
         acceleration_limit: Bounds on |du/dt| of the braking ramp; infinite
             where the robot may stop at once, shape (n_u,).
-        self_clearance: What the robot keeps from itself; None: nothing.
+        self_clearance: Distances that the robot's own parts keep from each
+            other; None if these are not checked.
     """
 
     robot: RobotModel
@@ -90,23 +91,25 @@ class Surroundings:
 def verified_command(
     around: Surroundings, u: np.ndarray, u_previous: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """The command closest to u, towards braking, that may be applied.
+    """Finds the command closest to u, towards braking, that may be applied.
 
     Commands on the way from the braking ramp's next step (fraction 0) to u
     (fraction 1) are tried; all of them respect the acceleration bounds if u
     does. One passes if on its path each sphere stays at least min(d_s, its
-    present clearance) from the scene, likewise the robot's spheres from each
-    other, and each joint within its limits. At the ends of ticks there is no
-    tolerance, which would let distances creep down tick by tick. Fraction 0
-    needs no check: it was checked when the command being executed was.
+    present clearance) from the scene, the robot's spheres in the same way
+    from each other, and each joint within its limits. At the ends of ticks
+    there is no tolerance, which would let distances creep down tick by tick.
+    Fraction 0 needs no check: it was checked when the command being executed
+    was.
 
     Args:
         around: Robot, map and present state.
-        u: The wanted command, shape (n_u,).
-        u_previous: The command being executed, shape (n_u,).
+        u: The wanted command, shape (n_u,) [rad/s, m/s].
+        u_previous: The command being executed, shape (n_u,) [rad/s, m/s].
 
     Returns:
-        The command and its fraction.
+        The command that may be applied, shape (n_u,), and its fraction: one
+        of `SCALES`, or 0 for braking.
     """
     brake = braking_command(u_previous, around.acceleration_limit, around.dt)
     for scale in SCALES:
@@ -117,7 +120,7 @@ def verified_command(
 
 
 def _survives(around: Surroundings, u: np.ndarray) -> bool:
-    """Whether the path of a command is allowed."""
+    """Tells whether the path of a command is allowed."""
     path = StoppingPath.make(
         around.robot, around.state.q, u, around.acceleration_limit, around.dt
     )
@@ -136,7 +139,7 @@ def _survives(around: Surroundings, u: np.ndarray) -> bool:
 
 
 def _keeps_joint_limits(path: StoppingPath) -> bool:
-    """Whether its end is within the limits, or no farther out than its start.
+    """Tells whether no joint ends beyond its limits or farther out than before.
 
     Joints move one way on a path, so the end is enough.
     """

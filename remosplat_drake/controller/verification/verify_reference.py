@@ -13,16 +13,16 @@ from remosplat_drake.controller.verification.verify import Surroundings
 def least_rooms(
     around: Surroundings, u: np.ndarray, looks: int = 200
 ) -> tuple[float, float]:
-    """How much more distance a command's path leaves than it must.
+    """Measures how much more distance a command's path leaves than it must.
 
     Args:
         around: Robot, map and present state.
-        u: The command, shape (n_u,).
-        looks: So many in each tick.
+        u: The command, shape (n_u,) [rad/s, m/s].
+        looks: Number of looks in each tick of the path.
 
     Returns:
-        The smallest room of all spheres and pairs at the ends of ticks, and
-        at all looks [m].
+        The smallest room, that is distance above the level to be kept, of all
+        spheres and pairs: at the ends of ticks, and at all looks [m].
     """
     path = StoppingPath.make(
         around.robot, around.state.q, u, around.acceleration_limit, around.dt
@@ -37,7 +37,7 @@ def least_rooms(
 
 
 def _room(around: Surroundings, q: np.ndarray) -> float:
-    """The smallest room at a configuration [m]."""
+    """Measures the smallest room at a configuration [m]."""
     spheres = around.robot.spheres_at(q)
     distance = around.field.clearances(spheres).per_sphere(len(spheres))
     level = np.minimum(around.stopping, around.clearance)

@@ -22,18 +22,24 @@ from numba import njit
 
 @njit(cache=True)
 def apart(p, q) -> float:
-    """Distance between two points, shape (3,) each [m]."""
+    """Computes the distance between two points [m].
+
+    Args:
+        p: One point, shape (3,) [m].
+        q: The other point, shape (3,) [m].
+    """
     x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     return math.sqrt(x * x + y * y + z * z)
 
 
 @njit(cache=True)
 def bend_of(bound, speed) -> float:
-    """How fast the velocity of a sphere may change [m/s^2].
+    """Bounds how fast a sphere's velocity changes while u is held [m/s^2].
 
     Args:
-        bound: Its part of `RobotModel.hessian_bound`, shape (n_u, n_u).
-        speed: Of the command, |u|, shape (n_u,).
+        bound: The sphere's part of `RobotModel.hessian_bound`, shape (n_u,
+            n_u).
+        speed: Absolute values |u| of the command, shape (n_u,).
     """
     total = 0.0
     for a in range(len(speed)):
@@ -44,28 +50,29 @@ def bend_of(bound, speed) -> float:
 
 @njit(cache=True)
 def longest_way(p, q, bend, time) -> float:
-    """Bound on the way from one point to another [m].
+    """Bounds the length of a moving point's way between two places [m].
 
     Args:
-        p: One point, shape (3,) [m].
-        q: The other, shape (3,) [m].
-        bend: Bound on how fast the velocity changes [m/s^2].
-        time: Between the two [s].
+        p: The first place, shape (3,) [m].
+        q: The second place, shape (3,) [m].
+        bend: Bound on how fast the point's velocity changes [m/s^2].
+        time: Time between the two places [s].
     """
     return apart(p, q) + bend * time * time / 3.0
 
 
 @njit(cache=True)
 def longest_ways(point, span, bend):
-    """`longest_way` of several gaps from each look to the next.
+    """Bounds the ways of n points from each of k + 1 looks to the next.
 
     Args:
-        point: Looks by gaps, shape (k + 1, n, 3) [m].
+        point: Where each point is at each look, shape (k + 1, n, 3) [m].
         span: Time between two looks, shape (k, n) [s].
-        bend: Shape (n,) [m/s^2].
+        bend: Bounds on how fast the points' velocities change, shape (n,)
+            [m/s^2].
 
     Returns:
-        Ways, shape (k, n) [m].
+        Bounds on the lengths of the ways, shape (k, n) [m].
     """
     k, n = span.shape
     way = np.empty((k, n))
@@ -79,18 +86,20 @@ def longest_ways(point, span, bend):
 
 @njit(cache=True)
 def known_rooms(point, start, room, way, tolerance):
-    """What is known of rooms without a look, and where that is too little.
+    """Bounds rooms without a look, and tells where that is too little.
 
-    A point that has moved by x from its start has lost no more than x of the
-    room that it had there.
+    A room is what a distance has above the level that it must keep. A point
+    that has moved by x from its start has lost no more than x of the room
+    that it had there.
 
     Args:
-        point: Looks by gaps, shape (k, n, 3) [m].
-        start: Where the room is known, shape (n, 3) [m].
-        room: There, shape (n,) [m].
+        point: Where each of n points is at each of k looks, shape (k, n, 3)
+            [m].
+        start: Where the room of each point is known, shape (n, 3) [m].
+        room: The rooms at `start`, shape (n,) [m].
         way: Bounds on the ways before each look, and after the last where
             there is something after it, shape (k or k + 1, n) [m].
-        tolerance: Between two looks a room may be so far negative [m].
+        tolerance: How far below zero a room may fall between two looks [m].
 
     Returns:
         Lower bounds of the rooms, and what they should exceed to tell that

@@ -15,12 +15,24 @@ from remosplat_drake.controller.verification.kernels.between_looks import (
 from remosplat_drake.robot.kinematics import advance, body_poses, sphere_points
 
 _HALVINGS = 10
-"""A tick is halved so often; what is still unknown then is refused."""
+"""How often a tick is halved; what is still unknown then is refused."""
 
 
 @njit(cache=True)
 def pair_distances(p_WS, radius, first, second, allowance):
-    """Distances between surfaces of pairs, plus allowances, shape (p,) [m]."""
+    """Computes the distances between the surfaces of p pairs of spheres.
+
+    Args:
+        p_WS: Centres of all spheres in W, shape (n, 3) [m].
+        radius: Radii of all spheres, shape (n,) [m].
+        first: Index of one sphere of each pair, shape (p,).
+        second: Index of the other sphere, shape (p,).
+        allowance: How much nearer than others each pair may come, shape (p,)
+            [m].
+
+    Returns:
+        The distances plus the allowances, shape (p,) [m].
+    """
     distance = np.empty(len(first))
     for k in range(len(first)):
         i, j = first[k], second[k]
@@ -31,18 +43,21 @@ def pair_distances(p_WS, radius, first, second, allowance):
 
 @njit(cache=True)
 def pairs_keep_apart(robot, path, pairs, rate, distance, stopping, tolerance):
-    """Whether all pairs keep min(stopping, present distance) on a path.
+    """Tells whether all pairs keep min(stopping, present distance) on a path.
 
     Args:
-        robot: See `RobotModel.arrays`.
-        path: See `StoppingPath.arrays`.
-        pairs: First and second sphere of each, its pair of links, and what
-            its distance is counted too large by, shape (p,) each.
-        rate: Bounds on how fast the distances of each pair of links change
-            with each command, shape (l, n_u).
-        distance: Where the path starts, shape (p,) [m].
-        stopping: What they keep [m].
-        tolerance: Between times of the path they may be so far below [m].
+        robot: The robot as `RobotModel.arrays`.
+        path: The path as `StoppingPath.arrays`.
+        pairs: The p pairs of spheres as four arrays of shape (p,): first and
+            second sphere, number of the pair of links, and the allowance by
+            which the distance is counted too large [m].
+        rate: Bounds on how fast the distances of each of l pairs of links
+            change with each entry of the command, shape (l, n_u).
+        distance: Distance of each pair at the start of the path, allowance
+            included, shape (p,) [m].
+        stopping: Stopping distance that the pairs keep [m].
+        tolerance: How far below that a distance may fall between the times of
+            the path [m].
     """
     speed, times = np.abs(path[1]), path[3]
     radius, bend = robot[3], robot[4]
@@ -75,7 +90,7 @@ def pairs_keep_apart(robot, path, pairs, rate, distance, stopping, tolerance):
 def _pair_keeps_apart(
     robot, path, pair, knots, p_WS, is_placed, room, tolerance
 ):
-    """The same for one pair; what it places, others need not place again."""
+    """Tells the same of one pair; spheres it places serve other pairs, too."""
     if not is_placed[0]:
         _place(robot, path, 0.0, p_WS[0])
         is_placed[0] = True
@@ -114,7 +129,7 @@ def _pair_keeps_apart(
 
 @njit(cache=True)
 def _keeps_apart_within(robot, path, pair, times, places, rooms, tolerance):
-    """The same within one tick, less the tolerance."""
+    """Tells the same of one pair within one tick, less the tolerance."""
     shortest = 0.5**_HALVINGS * (times[1] - times[0])
     rights = np.empty((_HALVINGS + 2, 2))
     rights_p_WS = np.empty((_HALVINGS + 2, *places[0].shape))
@@ -143,7 +158,7 @@ def _keeps_apart_within(robot, path, pair, times, places, rooms, tolerance):
 
 @njit(cache=True)
 def _place(robot, path, time, p_WS):
-    """All spheres at a time on the path."""
+    """Places all spheres at a time on the path."""
     tree, body, p_BS = robot[0], robot[1], robot[2]
     q, u, n_base, _ = path
     q = advance(q, u, n_base, time)
@@ -153,14 +168,14 @@ def _place(robot, path, time, p_WS):
 
 @njit(cache=True)
 def _room(p_WS, pair):
-    """What a pair has above its level [m]."""
+    """Computes what a pair's distance has above its level [m]."""
     i, j, centres, _ = pair
     return apart(p_WS[i], p_WS[j]) - centres
 
 
 @njit(cache=True)
 def _way(p_WS, q_WS, pair, time):
-    """Bound on the way of the vector from one sphere to the other [m]."""
+    """Bounds the way of the vector from one sphere to the other [m]."""
     i, j, _, bend = pair
     x = (p_WS[j, 0] - p_WS[i, 0]) - (q_WS[j, 0] - q_WS[i, 0])
     y = (p_WS[j, 1] - p_WS[i, 1]) - (q_WS[j, 1] - q_WS[i, 1])

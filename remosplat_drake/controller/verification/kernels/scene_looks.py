@@ -16,19 +16,22 @@ def look_along(robot, path, sphere, start, room, tolerance):
     """Places n spheres at the k times of a path.
 
     Args:
-        robot: See `RobotModel.arrays`.
-        path: See `StoppingPath.arrays`.
-        sphere: Which spheres, shape (n,).
-        start: Their centres where the path starts, shape (n, 3) [m].
-        room: What their distances have above their levels there, (n,) [m].
-        tolerance: Between two looks a room may be so far negative [m].
+        robot: The robot as `RobotModel.arrays`.
+        path: The path as `StoppingPath.arrays`.
+        sphere: Indices of the spheres, shape (n,).
+        start: Centres of the spheres in W at the start of the path, shape
+            (n, 3) [m].
+        room: What the spheres' clearances have above their levels at the
+            start of the path, shape (n,) [m].
+        tolerance: How far below zero a room may fall between two looks [m].
 
     Returns:
-        Centres at the start and at the times, shape (k + 1, n, 3), link
-        orientations at the times, (k, n, 3, 3), how fast the spheres'
-        velocities may change, (n,), bounds on the ways between the looks,
-        (k, n), and rooms that are known, and that are wanted, both as in
-        `known_rooms`.
+        The centres in W at the start and at the times, shape (k + 1, n, 3)
+        [m]; the orientations of the spheres' links at the times, shape
+        (k, n, 3, 3); bounds on how fast the spheres' velocities change, shape
+        (n,) [m/s^2]; bounds on the ways between the looks, shape (k, n) [m];
+        and the rooms that are known and that are wanted, both as in
+        `known_rooms`, shape (k, n) each [m].
     """
     tree, body, p_BS = robot[0], robot[1][sphere], robot[2][sphere]
     q, u, n_base, times = path
