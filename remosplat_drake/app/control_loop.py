@@ -38,15 +38,17 @@ class ControlLoop:
     """The stages of a closed loop.
 
     Attributes:
-        scenario: The experiment.
-        world: What its files hold.
-        station: The robot.
-        configuration: The measured q.
-        targets: Where the end effector shall go.
-        oracle: Distances to the map.
+        scenario: The scenario that the stages are made from.
+        world: What the scenario's files hold: robot, map and true scene.
+        station: The robot, simulated or real, as a system.
+        configuration: The output port of the measured q, n_q entries.
+        targets: The system that says where the end effector shall go.
+        oracle: The system that measures distances to the map.
         controller: The reactive controller.
-        selector: The look-ahead beside it, if the scenario wants it.
-        supervisor: Between controller and station, likewise.
+        selector: The look-ahead beside the controller; None if the scenario
+            wants no guidance.
+        supervisor: The safety supervisor between controller and station; None
+            if the scenario wants none.
     """
 
     scenario: Scenario
@@ -61,18 +63,21 @@ class ControlLoop:
 
     @property
     def report(self) -> OutputPort:
-        """The controller's tick reports."""
+        """The output port of the controller's `TickReport`."""
         return self.controller.GetOutputPort("report")
 
     @property
     def executed(self) -> OutputPort:
-        """The command u that the station gets."""
+        """The output port of the command u that the station gets.
+
+        It is the supervisor's, or the controller's where there is none.
+        """
         commander = self.supervisor or self.controller
         return commander.GetOutputPort("velocity_commanded")
 
     @property
     def status(self) -> OutputPort:
-        """The station's."""
+        """The output port of the station's `StationStatus`."""
         return self.station.GetOutputPort(ports.STATUS)
 
 
@@ -88,12 +93,14 @@ def AddControlLoop(
     """Adds the stages and closes the loop.
 
     Args:
-        builder: Of the diagram.
-        scenario: The experiment.
-        world: What its files hold.
-        add_targets: Adds the targets, given the measured configuration.
+        builder: The builder of the diagram.
+        scenario: The scenario that the stages are made from.
+        world: What the scenario's files hold.
+        add_targets: Function that adds the targets, given the output port of
+            the measured configuration.
         hardware: Whether the station is the real robot; nothing else differs.
-        ingredients: Of the control law, besides the scenario's.
+        ingredients: Costs and constraints of the control law, besides the
+            scenario's.
 
     Raises:
         RemoSplatError: The station cannot be made, or there is no target.

@@ -31,14 +31,19 @@ from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.views import AddViews
 
 KEPT = 10.0
-"""So much of a teleoperation stays in memory; all of it is in its log [s]."""
+"""Time that a teleoperation keeps in memory; its log on disk has all [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Application(ControlLoop):
     """A built diagram and the parts that a run looks at.
 
-    A teleoperated one has a log, and a live map if its scenario wants that.
+    Attributes:
+        diagram: Drake's diagram of all stages.
+        recorder: The system that keeps the ticks of the run in memory.
+        live_map: The map that grows during a teleoperation; None without one.
+        log: The system that writes a teleoperation to disk; None in other
+            runs.
 
     Example:
         >>> import remosplat_drake as rs
@@ -65,11 +70,12 @@ def build(
     """Wires a scenario's stages into one diagram.
 
     Args:
-        scenario: The experiment.
-        world: What its files hold; None reads them.
-        page: A browser page to draw on.
+        scenario: The scenario that the stages are made from.
+        world: What the scenario's files hold; None reads them.
+        page: A browser page to draw on; None draws nothing.
         hardware: Whether the station is the real robot; nothing else differs.
-        teleoperation: An operator moves the target, and the map may grow.
+        teleoperation: What lets an operator move the target, and the map
+            grow; None takes the scenario's targets.
         ingredients: Costs and constraints of the control law, besides the
             scenario's; rollouts know them, too.
 
@@ -149,9 +155,9 @@ def _AddWorldViews(
     page: MeshcatPage,
     live_map: LiveMap | None,
 ) -> None:
-    """Adds what draws the scene, the robot and its guidance.
+    """Adds the systems that draw the scene, the robot and its guidance.
 
-    A live map is drawn by what is added for teleoperation.
+    A live map is drawn by the views of the teleoperation.
     """
     world, selector = loop.world, loop.selector
     AddViews(

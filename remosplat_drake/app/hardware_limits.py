@@ -17,7 +17,7 @@ REQUIRED = (
     "controller.verify",
     "controller.self_collision.enabled",
 )
-"""Switches that must be on."""
+"""Fields of a scenario that must be true where a real robot moves."""
 
 NARROWER = {
     # Commands expire after a tenth of a second.
@@ -50,10 +50,15 @@ COMMANDED_MODES = {"idle", "move"}
 
 
 def check_for_hardware(scenario: Scenario) -> None:
-    """Refuses what only a simulated robot may be driven with.
+    """Refuses a scenario that only a simulated robot may be driven with.
+
+    Args:
+        scenario: A scenario whose fields are valid for simulation.
 
     Raises:
-        FieldError: A value disarms a gate; names it.
+        FieldError: A value, which the text names, disarms a safety check: a
+            switch is off, a number beyond the ranges of `NARROWER`, or a mode
+            one in which a real arm follows no commands.
     """
     for field in REQUIRED:
         if not _value(scenario, field):

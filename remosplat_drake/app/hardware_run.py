@@ -37,13 +37,14 @@ from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
 from remosplat_drake.signals import station_ports as ports
 
 STATUS_TIMEOUT = 0.003
-"""A tick waits so long for the arm's next status, a millisecond away [s]."""
+"""Time that a tick waits for the arm's next status, which comes every
+millisecond [s]."""
 
 REHEARSAL = 0.3
-"""How long the loop runs before anything is sent [s]."""
+"""Time that the loop runs before anything is sent [s]."""
 
 FINAL_ZEROS = 0.1
-"""Zero commands are sent for so long before the wire falls silent [s]."""
+"""Time for which zero commands are sent before the wire falls silent [s]."""
 
 PROGRESS_PERIOD = 0.05
 """Time between two calls of `on_progress` [s]."""
@@ -53,24 +54,31 @@ _BEFORE_TICK = 1e-4  # Far more than the resolution of epoch times [s].
 
 @dc.dataclass(frozen=True, eq=False)
 class HardwareResult:
-    """How a run on the robot ended, and how its loop was kept."""
+    """How a run on the real robot ended, and how its loop kept its period.
+
+    Attributes:
+        run: How the run ended.
+        loop: How well the real-time loop kept its period.
+    """
 
     run: RunResult
     loop: LoopQuality
 
 
 def prepare_for_hardware(scenario: Scenario, lcm_url: str | None) -> None:
-    """Sets what else the real robot needs than another station.
+    """Sets in a scenario what the real robot needs besides another station.
+
+    Guidance looks ahead in a process of its own, so that ticks do not wait
+    for it; the program knows how fast the base may go; and accelerations are
+    bounded whatever the gains, as those of real joints are.
 
     Args:
-        scenario: Is changed: guidance no longer makes ticks wait, and the
-            program knows how fast the base may go. Accelerations are bounded
-            whatever the gains: real joints have no others.
-        lcm_url: Where the drivers are; None: where the scenario says.
+        scenario: The scenario, which is changed in place.
+        lcm_url: LCM URL at which the drivers are; None takes the scenario's.
 
     Raises:
-        FieldError: The scenario does without a supervisor or without
-            verification, or disarms a gate; see `check_for_hardware`.
+        FieldError: The scenario disarms a safety check, for example has no
+            supervisor or no verification; see `check_for_hardware`.
         RemoSplatError: The URL is unusable.
     """
     check_for_hardware(scenario)
@@ -102,23 +110,27 @@ def run_on_hardware(
     between_ticks: Callable[[Context], None] | None = None,
     patience: float = 0.0,
 ) -> HardwareResult:
-    """Runs until the last target is reached or time is up.
+    """Runs the real robot until the last target is reached or time is up.
 
     It waits for the drivers, rehearses without sending anything, and then
-    ticks on the robot's statuses. However it ends, by Ctrl-C or by an
-    exception, too, the robot is brought to rest along the braking ramp.
+    ticks on the robot's statuses, with a real-time priority (SCHED_RR) where
+    the computer grants one and with automatic garbage collection off. However
+    it ends, by Ctrl-C or by an exception, too, the robot is brought to rest
+    along the braking ramp.
 
-    `warm_up.compile_kernels` comes before: a tick in which a kernel is
-    compiled is so late that the supervisor stops the robot.
+    `warm_up.compile_kernels` must have run before: a tick in which a kernel
+    is compiled is so late that the supervisor stops the robot.
 
     Args:
         application: The diagram; its station must be a `HardwareStation`.
         on_progress: Called every `PROGRESS_PERIOD` with the time since the
-            start, the pose error and the latest tick report.
-        on_supervision: Called whenever the supervisor's mode has changed.
+            start [s], the pose error and the latest tick report.
+        on_supervision: Called with the supervisor's state whenever its mode
+            has changed.
         between_ticks: Called after every tick with the diagram's context, for
             a program that stops the robot or releases it.
-        patience: So long a stopped robot waits to be released [s].
+        patience: Time that a stopped robot waits to be released before the
+            run ends [s].
 
     Raises:
         RemoSplatError: A driver keeps silent.
@@ -163,13 +175,17 @@ class HardwareLoop:
     that comes too late is left out rather than made up for.
 
     Attributes:
-        context: Of the whole diagram; its time is the wall clock's.
-        link: The wire.
-        log: How the ticks are kept.
+        context: Context of the whole diagram; its time is the wall clock's.
+        link: The link to the robot's drivers.
+        log: Times of the ticks, for the quality of the loop.
     """
 
     def __init__(self, application: Application):
-        """Prepares; nothing is sent before `tick`."""
+        """Prepares the loop; nothing is sent before `tick`.
+
+        Args:
+            application: The diagram; its station must be a `HardwareStation`.
+        """
         station = application.station
         assert isinstance(station, HardwareStation)
         self._application = application
@@ -252,7 +268,7 @@ class HardwareLoop:
         """Computes a tick on the newest status.
 
         Returns:
-            When that was there, and its stamp [s].
+            The time at which that status was there, and its stamp [s].
         """
         sleep_until(self._next * self._period, self._period)
         if not self.link.flush(min(STATUS_TIMEOUT, self._period)):
@@ -293,7 +309,7 @@ def bring_to_rest(
     is not taken up again: the robot stands.
 
     Args:
-        link: The wire.
+        link: The link to the robot's drivers.
         acceleration_limit: Bounds on |du/dt|, shape (n_u,).
         period: Time between two commands [s].
     """

@@ -33,9 +33,9 @@ from remosplat_drake.safety.gates import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 MOST_OPACITY, MOST_SPLATS = 0.5, 0.75
-"""Shares that are ignored in no sound map. Floaters are many, but faint: of
-the captures at hand up to a third of the splats are, and a thirtieth of the
-opacity."""
+"""Largest fractions of opacity and of splats that a sound map ignores. Floaters
+are many, but faint: in the captures at hand up to a third of the splats, with
+a thirtieth of the opacity."""
 
 _UNKNOWN = (
     "nobody has measured how wrong the map is; `remosplat quality` makes a"
@@ -52,7 +52,7 @@ class MapError:
     Attributes:
         largest: Largest over-estimate of a distance [m]; None if it is not
             known, or the map is the true geometry.
-        trouble: Why that cannot be relied on, empty if it can.
+        trouble: Why `largest` cannot be relied on; empty if it can.
     """
 
     largest: float | None = None
@@ -64,10 +64,10 @@ class MapKnowledge:
     """What a map holds, how wrong it is, and what does not suffice.
 
     Attributes:
-        summary: What it holds.
-        error: How wrong it is.
+        summary: What the map holds, in all and where the robot works.
+        error: How wrong the map is.
         stopping: Smallest stopping distance that may come into use [m].
-        gates: All that is wrong.
+        gates: All that is wrong with the map for this scenario.
     """
 
     summary: MapSummary
@@ -76,7 +76,7 @@ class MapKnowledge:
     gates: tuple[Gate, ...]
 
     def lines(self) -> tuple[str, str]:
-        """Two lines for people."""
+        """Describes the map and its error for people, in two lines."""
         error = "unknown" if self.error.trouble else "none"
         if self.error.largest is not None:
             error = f"up to {1e3 * self.error.largest:.1f} mm"
@@ -94,8 +94,9 @@ def examine_map(
 
     Args:
         scenario: A checked scenario.
-        world: What its files hold; not blank.
-        places: Where the end effector is to go, points (3,) in W, by name.
+        world: What the scenario's files hold, with a splat or a true scene.
+        places: Points in W where the end effector is to go, by name, shape
+            (3,) each [m].
     """
     robot, truth = world.robot, world.truth
     places = {"the start": shoulder(robot, world.q0), **places}
@@ -124,7 +125,16 @@ def examine_map(
 
 
 def target_places(scenario: Scenario, world: World) -> dict[str, np.ndarray]:
-    """Where a run goes: its targets by their numbers."""
+    """Returns the points in W where a run goes, by the targets' numbers.
+
+    Args:
+        scenario: A checked scenario.
+        world: What the scenario's files hold.
+
+    Returns:
+        The targets' positions by name, such as "target 1", shape (3,) each
+        [m].
+    """
     return {
         f"target {i}": X_WT.translation()
         for i, X_WT in enumerate(target_poses(scenario, world.truth), start=1)
@@ -132,7 +142,14 @@ def target_places(scenario: Scenario, world: World) -> dict[str, np.ndarray]:
 
 
 def saved_places(scenario: Scenario) -> dict[str, np.ndarray]:
-    """Where an operator can send the robot at the push of a button."""
+    """Returns the points in W to which an operator's buttons lead, by name.
+
+    Args:
+        scenario: A checked scenario.
+
+    Returns:
+        The positions of the saved poses by name, shape (3,) each [m].
+    """
     return {
         f"pose {name!r}": np.array(pose.translation)
         for name, pose in scenario.teleop.poses.items()
@@ -140,7 +157,11 @@ def saved_places(scenario: Scenario) -> dict[str, np.ndarray]:
 
 
 def coverage_gates(summary: MapSummary) -> list[Gate]:
-    """What is wrong with what a map holds."""
+    """Finds what is wrong with what a map holds.
+
+    Args:
+        summary: What the map holds, in all and where the robot works.
+    """
     if not summary.kept:
         return [Gate(EMPTY_MAP, f"the map is empty: {summary}")]
     gates = []
@@ -167,11 +188,15 @@ def coverage_gates(summary: MapSummary) -> list[Gate]:
 
 
 def map_error_gates(scenario: Scenario, error: MapError) -> list[Gate]:
-    """Where the robot may come nearer than its map is accurate.
+    """Finds whether the robot may come nearer than its map is accurate.
 
-    One rule for every stopping distance: it exceeds the map's error by
-    `MAP_ERROR_MARGIN`. Distances below the usual one need a known error even
-    in simulation.
+    There is one rule for every stopping distance: it exceeds the map's error
+    by `MAP_ERROR_MARGIN`. Distances below the usual one need a known error
+    even in simulation.
+
+    Args:
+        scenario: A checked scenario.
+        error: How wrong the map is.
     """
     controller, gates = scenario.controller, []
     stopping, usual = (
@@ -197,9 +222,13 @@ def map_error_gates(scenario: Scenario, error: MapError) -> list[Gate]:
 
 
 def find_map_error(scenario: Scenario) -> MapError:
-    """How wrong a map is, by the scenario and by the report beside its splat.
+    """Finds how wrong a scenario's map is.
 
-    The larger of both counts.
+    The larger of two numbers counts: the scenario's `map_error`, and that of
+    the quality report beside the splat.
+
+    Args:
+        scenario: A checked scenario.
     """
     if isinstance(scenario.oracle, GroundTruth):
         return MapError()

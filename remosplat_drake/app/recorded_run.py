@@ -28,15 +28,15 @@ from remosplat_drake.visualization.replay import ReplayedMap
 
 @dc.dataclass(frozen=True, eq=False)
 class RecordedRun:
-    """A run of a session.
+    """A recorded run of a session of teleoperation.
 
     Attributes:
-        folder: Of the run.
-        session: That it belongs to.
-        scenario: Of the session.
+        folder: Folder of the run.
+        session: The session that the run belongs to.
+        scenario: The scenario of the session.
         world: What the scenario's files hold.
         log: The ticks; the first one of the run is at time 0.
-        events: What happened besides, by the same clock.
+        events: What happened besides the ticks, by the same clock.
     """
 
     folder: Path
@@ -47,10 +47,14 @@ class RecordedRun:
     events: list[Event]
 
     def between(self, start: float, end: float) -> "RecordedRun":
-        """The part from `start` to `end` [s].
+        """Returns the part of the run from `start` to `end`.
+
+        Args:
+            start: Time at which the part starts [s].
+            end: Time at which the part ends [s].
 
         Raises:
-            FieldError: There is no tick in it.
+            FieldError: There is no tick in that time.
         """
         log = self.log.between(start, end)
         if not len(log):
@@ -64,7 +68,12 @@ class RecordedRun:
         return dc.replace(self, log=log)
 
     def maps(self) -> tuple[dict[int, ReplayedMap], list[str]]:
-        """Every version of the map in the log; and why some are lost."""
+        """Reads every version of the map that the run used.
+
+        Returns:
+            The maps by version, and a message for each that cannot be read;
+            an empty map stands for such a one.
+        """
         maps, problems = {}, []
         for version in np.unique(self.log.rows["map_version"]).tolist():
             try:
@@ -77,10 +86,10 @@ class RecordedRun:
     def trace(
         self, on_tick: Callable[[int], None] | None = None
     ) -> OperatorTrace:
-        """The curves of the paper's figure 5.
+        """Computes the curves of the paper's figure 5.
 
         Args:
-            on_tick: Told how many ticks are done.
+            on_tick: Called with the number of ticks that are done.
         """
         servo = self.scenario.controller.servo
         return trace_operator(
@@ -108,12 +117,12 @@ class RecordedRun:
 
     @cached_property
     def scenes(self) -> tuple[PrimitiveScene, ...]:
-        """The true scene, and what takes turns with it."""
+        """The true scene, and the one that takes turns with it, if any."""
         return true_scenes(self.scenario, self.world)
 
     @cached_property
     def scene_changes(self) -> list[float]:
-        """When somebody has changed the true scene, in order [s]."""
+        """Times at which somebody changed the true scene, ascending [s]."""
         return [
             event.time
             for event in self.events
@@ -122,11 +131,11 @@ class RecordedRun:
 
 
 def load_recorded_run(folder: Path, number: int | None = None) -> RecordedRun:
-    """Reads a run of a session.
+    """Reads a recorded run of a session of teleoperation.
 
     Args:
-        folder: Of the session.
-        number: Of the run; None takes the last one.
+        folder: Folder of the session.
+        number: Number of the run; None takes the last one.
 
     Raises:
         RemoSplatError: The folder holds no session or no such run, or a file

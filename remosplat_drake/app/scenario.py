@@ -62,7 +62,7 @@ from remosplat_drake.teleop.teleop_config import TeleopConfig
 YAML_SUFFIXES = (".yaml", ".yml")
 
 LONGEST_RUN = 1e9
-"""Decades: a run that ends by itself in no lifetime of a robot [s]."""
+"""Longest time limit of a run, decades: more than a robot's life [s]."""
 
 DEFAULT_SCENARIO = "TableReach"
 """What `remosplat run` runs when nothing is named."""
@@ -72,17 +72,25 @@ DEFAULT_SCENARIO = "TableReach"
 class PoseConfig(Config):
     """A pose; its rotation is given as angles or as a matrix, not both."""
 
-    # x, y, z [m].
+    # Position x, y, z of the frame's origin [m].
     translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
-    # Roll, pitch, yaw [deg].
+    # Roll, pitch and yaw, as in Drake's `RollPitchYaw`; absent: no rotation,
+    # or `rotation` [deg].
     rpy_deg: RollPitchYawDeg | None = None
-    # Rows of the rotation matrix.
+    # The three rows of the rotation matrix, in place of `rpy_deg`.
     rotation: (
         Annotated[list[Annotated[list[Cosine], Len(3, 3)]], Len(3, 3)] | None
     ) = None
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Checks that one rotation at most is given, and that it is one.
+
+        `rpy_deg` and `rotation` exclude each other, and the rows of
+        `rotation` must be orthonormal and right-handed.
+
+        Yields:
+            The name of a field and what is wrong with it.
+        """
         if self.rotation is None:
             return
         if self.rpy_deg is not None:
@@ -101,25 +109,27 @@ class PoseConfig(Config):
 class CropConfig(Config):
     """A box in W; splats whose centres lie outside are left out."""
 
-    # The corners with the smallest and the largest coordinates [m].
+    # Corner of the box with the smallest coordinates x, y, z in W [m].
     lower: Position = dc.field(default_factory=lambda: [-1e3] * 3)
+    # Corner of the box with the largest coordinates x, y, z in W [m].
     upper: Position = dc.field(default_factory=lambda: [1e3] * 3)
 
 
 @dc.dataclass
 class SceneConfig(Config):
-    """What surrounds the robot. Files are relative to the scenario's."""
+    """What surrounds the robot; file names are relative to the scenario's."""
 
     # Splat file (.ply, or any that `remosplat convert` reads), in frame G;
     # empty for none.
     splat: str = ""
-    # Pose of the splat's frame in the world.
+    # Pose of the splat's frame G in the world W.
     X_WG: PoseConfig = dc.field(default_factory=PoseConfig)
     crop: CropConfig | None = None
-    # True geometry (RMMI JSON) for metrics, contact and !GroundTruth.
+    # File of the true geometry (RMMI JSON), for metrics, contact and
+    # !GroundTruth; empty for none.
     truth: str = ""
-    # What the true geometry becomes when somebody changes the scene during a
-    # simulated teleoperation (RMMI JSON); empty: it stays.
+    # File of what the true geometry becomes when somebody changes the scene
+    # during a simulated teleoperation (RMMI JSON); empty: it stays.
     truth_later: str = ""
     # Further objects, as Drake's model directives (`add_model`, `add_weld`):
     # boxes and cylinders that are fixed to the world. They are part of both
@@ -127,15 +137,20 @@ class SceneConfig(Config):
     directives: Annotated[list[ModelDirective], Len(0, 1000)] = dc.field(
         default_factory=list
     )
-    # Largest over-estimate of a distance by the splat; the quality report
-    # beside the splat counts, too, the larger of both. Stopping distances must
-    # exceed it [m].
+    # Largest over-estimate of a distance by the splat; absent: not known. The
+    # quality report beside the splat counts, too, and the larger of both holds.
+    # Stopping distances must exceed it [m].
     map_error: Annotated[float, Interval(ge=0, le=1)] | None = None
-    # The robot's floor links do not see the scene below this height [m].
+    # Height in W below which the robot's floor links do not see the scene, so
+    # that wheels may stand on the floor [m].
     floor_height: Annotated[float, Interval(ge=-100, le=0.1)] = 0.03
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Checks that each of the directives says one thing.
+
+        Yields:
+            The name of a field and what is wrong with it.
+        """
         for i, directive in enumerate(self.directives):
             names = field_types(ModelDirective)
             given = [n for n in names if getattr(directive, n) is not None]
@@ -148,19 +163,22 @@ class SceneConfig(Config):
 class RobotConfig(Config):
     """Which robot, and where it starts."""
 
-    # A folder of models/, or a robot description file.
+    # Name of a shipped robot (a folder of models/), or a file that describes
+    # one.
     model: str = "frankie"
-    # One of the sphere sets of its description.
+    # Name of one of the sphere sets of the robot's description.
     spheres: str = "covering"
-    # x, y, yaw [m, m, rad]; absent: where the truth file says, or zeros.
+    # Pose x, y, yaw at which the base starts; absent: where the truth file
+    # says, or zeros [m, m, rad].
     base_pose: Position | None = None
-    # Arm configuration [rad]; absent: the description's home.
+    # Joint positions at which the arm starts; absent: the home of the robot's
+    # description [rad].
     arm: list[JointPosition] | None = None
 
 
 @dc.dataclass
 class Scenario(Config):
-    """One experiment.
+    """One experiment: robot, scene, targets, controller and how it is run.
 
     Example:
         >>> import remosplat_drake as rs
@@ -181,7 +199,8 @@ class Scenario(Config):
         dc.field(default_factory=list)
     )
     arrival: ArrivalConfig = dc.field(default_factory=ArrivalConfig)
-    # One of ours, or one's own as `!package.module:Class {field: value}`.
+    # The oracle that measures distances to the map: one of the library's, or
+    # one's own as `!package.module:Class {field: value}`.
     oracle: (
         SphereToEllipsoid | DepthRasterization | GroundTruth | OracleMaker
     ) = dc.field(default_factory=SphereToEllipsoid)
@@ -189,7 +208,8 @@ class Scenario(Config):
         default_factory=ReactiveControllerConfig
     )
     supervisor: SupervisorConfig = dc.field(default_factory=SupervisorConfig)
-    # One of ours, or one's own, like `oracle`.
+    # The simulated robot: one of the library's stations, or one's own, like
+    # `oracle`.
     station: KinematicStation | DynamicStation | StationMaker = dc.field(
         default_factory=KinematicStation
     )
@@ -197,49 +217,60 @@ class Scenario(Config):
     # their `target_realtime_rate`. Absent: fixed steps with which
     # !KinematicStation is exact.
     simulator: SimulatorConfig | None = None
-    # Ours, or Drake's as `!CameraConfig {X_PB: {base_frame: wrist_camera}}`.
+    # The camera on the wrist: the library's settings, or Drake's as
+    # `!CameraConfig {X_PB: {base_frame: wrist_camera}}`; absent: no camera.
     wrist_camera: WristCameraConfig | CameraConfig | None = None
     # The real robot, in place of `station` with `remosplat run --hardware`.
     hardware: HardwareConfig = dc.field(default_factory=HardwareConfig)
-    # What `remosplat teleop` needs besides: who moves the target and how,
-    # and the map that grows meanwhile.
+    # What `remosplat teleop` needs besides: who moves the target, and how.
     teleop: TeleopConfig = dc.field(default_factory=TeleopConfig)
     mapping: MappingConfig = dc.field(default_factory=MappingConfig)
-    # Time between two control ticks [s].
+    # Control period, the time between two ticks [s].
     control_period: Annotated[float, Interval(ge=0.001, le=1)] = 0.01
-    # The run is given up after this long [s].
+    # Time after which the run is given up [s].
     time_limit: Annotated[float, Interval(gt=0, le=LONGEST_RUN)] = 15.0
-    # Seed of everything random.
+    # Seed of all random numbers.
     seed: Seed = 0
-    # Folder of one's own modules that this file names, looked into after all
-    # that is installed; empty: this file's.
+    # Folder of one's own modules that this file names, searched after all that
+    # is installed; empty: the folder of this file.
     modules: str = ""
-    # File and name it was read from, filled in by the loader.
+    # File and name that the scenario was read from, filled in by the loader.
     source: str = dc.field(default="", metadata={"yaml": False})
 
     MODULES = "modules"
 
     @property
     def folder(self) -> Path:
-        """The directory that relative files refer to."""
+        """The folder that relative file names refer to."""
         file, _ = split_spec(self.source) or ("", "")
         return Path(file).parent
 
     @property
     def name(self) -> str:
-        """Of its entry in the file."""
+        """Name of the scenario's entry in its file; empty without a file."""
         _, name = split_spec(self.source) or ("", "")
         return name
 
     @property
     def camera(self) -> WristCameraConfig | None:
-        """The wrist camera in our terms, also where it is in Drake's."""
+        """The wrist camera's settings, converted where they are Drake's.
+
+        None if there is no wrist camera.
+        """
         if isinstance(self.wrist_camera, CameraConfig):
             return make_wrist_camera(self.wrist_camera)
         return self.wrist_camera
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """See `Config`."""
+        """Checks Drake's structs and the control period.
+
+        Drake's camera and simulator settings must be ones that the library
+        can follow, and with verification the control period must not be
+        longer than `LONGEST_VERIFIED`.
+
+        Yields:
+            The name of a field and what is wrong with it.
+        """
         if isinstance(self.wrist_camera, CameraConfig):
             for name, problem in camera_problems(self.wrist_camera):
                 yield f"wrist_camera.{name}", problem
@@ -265,11 +296,13 @@ def load_scenario(
     Args:
         spec: NAME (in the shipped files), FILE (its first entry) or
             FILE:NAME; None means `DEFAULT_SCENARIO`.
-        override: YAML laid over it, for example "{time_limit: 5}".
-        defaults: Values for what neither names.
+        override: YAML laid over the scenario, such as "{time_limit: 5}".
+        defaults: Values of fields that neither file nor override names; None
+            takes those of `Scenario`.
 
     Raises:
-        RemoSplatError: Nothing of that name, or a field is unusable.
+        RemoSplatError: There is no scenario of that name, or a field is
+            unusable.
 
     Example:
         >>> import remosplat_drake as rs
@@ -285,7 +318,14 @@ def load_scenario(
 
 
 def find_scenario(spec: str) -> tuple[Path, str]:
-    """File and entry of a scenario's name on the command line."""
+    """Finds the file and the entry of a scenario.
+
+    Args:
+        spec: NAME, FILE or FILE:NAME, as on the command line.
+
+    Raises:
+        FileError: There is no such file, or no such scenario.
+    """
     found = split_spec(spec)
     if found is not None:
         path, name = resources.resolve(found[0]), found[1]
@@ -302,9 +342,12 @@ def find_scenario(spec: str) -> tuple[Path, str]:
 
 
 def split_spec(spec: str) -> tuple[str, str] | None:
-    """FILE and NAME of FILE:NAME; None if no YAML file is named.
+    """Splits FILE:NAME into FILE and NAME; None if no YAML file is named.
 
     Both may hold colons themselves: a file that exists is preferred.
+
+    Args:
+        spec: NAME, FILE or FILE:NAME, as on the command line.
     """
     parts = spec.split(":")
     splits = [
@@ -317,7 +360,7 @@ def split_spec(spec: str) -> tuple[str, str] | None:
 
 
 def shipped_scenarios() -> dict[str, Path]:
-    """The files of all shipped scenarios, by scenario name."""
+    """Returns the files of all shipped scenarios, by scenario name."""
     return {
         name: path
         for path in sorted(resources.scenarios_dir().glob("*.yaml"))
@@ -328,8 +371,11 @@ def shipped_scenarios() -> dict[str, Path]:
 def check_scenario(scenario: Scenario) -> None:
     """Checks all values of a scenario.
 
+    Args:
+        scenario: The scenario, whose fields may have been assigned.
+
     Raises:
-        RemoSplatError: A value is out of range; names the field.
+        RemoSplatError: A value is out of range; the text names its field.
     """
     check_ranges(scenario, scenario.source)
 
@@ -337,7 +383,12 @@ def check_scenario(scenario: Scenario) -> None:
 def make_transform(
     config: PoseConfig, where: str, field: str
 ) -> RigidTransform:
-    """The rigid transform that a pose in a scenario stands for.
+    """Makes the rigid transform that a pose in a scenario stands for.
+
+    Args:
+        config: The pose.
+        where: The scenario that errors blame, as file and name.
+        field: Name of the pose's field, for errors.
 
     Raises:
         FieldError: A list has the wrong length, both rotations are given, or

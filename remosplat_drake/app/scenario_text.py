@@ -13,17 +13,17 @@ _SCENE_FILES = ("splat", "truth", "truth_later")
 
 
 def scenario_text(scenario: Scenario, name: str) -> str:
-    """The YAML of a file with this one scenario in it.
+    """Writes a scenario as the YAML of a file that holds it alone.
 
     Every value is written out, so that later defaults change nothing, and
-    relative files become absolute ones.
+    relative file names become absolute ones.
 
     Args:
         scenario: A checked scenario.
-        name: Of its entry.
+        name: Name of the scenario's entry in the file.
 
     Raises:
-        FileError: One of its files is not there.
+        FileError: One of the scenario's files is not there.
     """
     alone = copy.deepcopy(scenario)
     for field in _SCENE_FILES:

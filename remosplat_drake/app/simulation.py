@@ -25,6 +25,7 @@ from remosplat_drake.station.station_config import kinematic_simulator_config
 REACHED = "reached"
 TIME_LIMIT = "time limit"
 INTERRUPTED = "interrupted"
+"""Outcomes of a run that no supervisor has stopped."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -34,12 +35,14 @@ class RunResult:
     Attributes:
         outcome: REACHED, TIME_LIMIT, INTERRUPTED, or STOPPED and, after a
             colon, why the supervisor stopped the robot.
-        targets_reached: How many of the targets were reached.
-        targets: How many there were.
-        position_error: Of the end effector at the end [m].
-        angle_error: Of the end effector at the end [rad].
-        trajectory: What the robot did.
-        metrics: Numbers about it.
+        targets_reached: Number of targets that were reached.
+        targets: Number of targets of the run.
+        position_error: Distance from the end effector to the present target at
+            the end [m].
+        angle_error: Angle from the end effector to the present target at the
+            end [rad].
+        trajectory: All ticks that the recorder kept.
+        metrics: Metrics of the trajectory.
     """
 
     outcome: str
@@ -52,7 +55,10 @@ class RunResult:
 
 
 ProgressCallback = Callable[[float, PoseError, TickReport | None], None]
+"""Function that is told the time [s], the pose error and the latest report."""
+
 SupervisionCallback = Callable[[SupervisorState], None]
+"""Function that is told what the supervisor is doing."""
 
 
 def run(
@@ -70,16 +76,20 @@ def run(
     runs by its own clock: see `hardware_run.run_on_hardware`.
 
     Args:
-        application: The diagram to run.
-        realtime_rate: Pace relative to the wall clock, 0 is unlimited; None:
-            that of the scenario's `simulator`, unlimited if it has none.
-        on_progress: Called after every step with the time, the pose error
+        application: The diagram to run, with all of its parts.
+        realtime_rate: Pace relative to the wall clock, 0 is unlimited; None
+            takes that of the scenario's `simulator`, unlimited if it has none.
+        on_progress: Called after every step with the time [s], the pose error
             and the latest tick report.
-        on_supervision: Called whenever the supervisor's mode has changed.
-        until: Ends the run in place of the arrival at the last target; asked
-            once a step with the error to the present target.
-        patience: So long a stopped robot waits to be released [s]. The time
-            limit does not count this time.
+        on_supervision: Called with the supervisor's state whenever its mode
+            has changed.
+        until: Function that ends the run in place of the arrival at the last
+            target; asked once a step with the error to the present target.
+        patience: Time that a stopped robot waits to be released before the
+            run ends [s]. The time limit does not count this time.
+
+    Returns:
+        How the run ended, with its trajectory and metrics.
 
     Raises:
         RemoSplatError: The application's station is the real robot.
@@ -121,14 +131,19 @@ def run(
 
 
 def simulator_config(scenario: Scenario) -> SimulatorConfig:
-    """The scenario's settings, or those that make kinematic stations exact."""
+    """Returns the settings of Drake's simulator for a scenario.
+
+    Args:
+        scenario: The scenario; where it has no `simulator`, the settings are
+            those with which kinematic stations are exact.
+    """
     if scenario.simulator is not None:
         return scenario.simulator
     return kinematic_simulator_config(scenario.control_period)
 
 
 class RunMonitor:
-    """Looks on after every step, and says when the run is over.
+    """Drake's monitor of a run: looks on after every step and ends the run.
 
     Attributes:
         is_finished: Whether the run is over.
@@ -145,16 +160,22 @@ class RunMonitor:
         patience: float = 0.0,
         progress_period: float = 0.0,
     ):
-        """Prepares; see `run` for the other arguments.
+        """Makes the monitor of a run.
 
         Args:
-            application: The diagram that runs.
-            start: Time at which the run starts [s].
-            on_progress: Called with the time since the start.
-            progress_period: Time between two such calls, at least [s].
-            on_supervision: See `run`.
-            until: See `run`.
-            patience: See `run`.
+            application: The diagram that runs, with all of its parts.
+            start: Time of the context at which the run starts [s].
+            on_progress: Called with the time since the start [s], the pose
+                error and the latest tick report.
+            on_supervision: Called with the supervisor's state whenever its
+                mode has changed.
+            until: Function that ends the run in place of the arrival at the
+                last target; asked once a step with the error to the present
+                target.
+            patience: Time that a stopped robot waits to be released before
+                the run ends [s].
+            progress_period: Least time between two calls of `on_progress`
+                [s].
         """
         self._application = application
         self._on_progress = on_progress
@@ -172,15 +193,22 @@ class RunMonitor:
 
     @property
     def time_limit(self) -> float:
-        """When the run is given up, by the context's time [s].
+        """Time of the context at which the run is given up [s].
 
-        The time in which the robot was stopped is given back to it.
+        The time in which the robot stood stopped does not count.
         """
         limit = self._application.scenario.time_limit
         return self._start + limit + self._paused
 
     def __call__(self, root: Context) -> EventStatus:
-        """Drake's monitor callback."""
+        """Looks at the diagram after a step, as Drake's monitor.
+
+        Args:
+            root: Context of the whole diagram.
+
+        Returns:
+            The status that ends the simulation, once the run is over.
+        """
         targets = self._application.targets
         context = targets.GetMyContextFromRoot(root)
         time = root.get_time() - self._start
@@ -221,7 +249,12 @@ class RunMonitor:
 def supervision_of(
     application: Application, root: Context
 ) -> SupervisorState | None:
-    """What the supervisor is at; None without one."""
+    """Reads the supervisor's state; None without a supervisor.
+
+    Args:
+        application: The diagram that runs, with all of its parts.
+        root: Context of the whole diagram.
+    """
     supervisor = application.supervisor
     if supervisor is None:
         return None
@@ -231,7 +264,13 @@ def supervision_of(
 def make_result(
     application: Application, root: Context, interrupted: bool
 ) -> RunResult:
-    """How a run ended, read off the diagram's context."""
+    """Reads off the diagram's context how a run ended.
+
+    Args:
+        application: The diagram that ran, with all of its parts.
+        root: Context of the whole diagram at the end.
+        interrupted: Whether somebody has ended the run.
+    """
     scenario, world = application.scenario, application.world
     targets, recorder = application.targets, application.recorder
     context = targets.GetMyContextFromRoot(root)

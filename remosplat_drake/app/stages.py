@@ -48,8 +48,14 @@ from remosplat_drake.visualization.safety_panel import SafetyPanel
 def MakeStation(scenario: Scenario, world: World, hardware: bool) -> Diagram:
     """Makes the station of a scenario, simulated or real.
 
+    Args:
+        scenario: The scenario.
+        world: What the scenario's files hold.
+        hardware: Whether the station is the real robot.
+
     Raises:
-        RemoSplatError: It cannot be made; names the scenario.
+        RemoSplatError: The station cannot be made; the text names the
+            scenario.
     """
     camera = scenario.camera
     try:
@@ -76,11 +82,17 @@ def AddTargets(
     world: World,
     configuration: OutputPort,
 ) -> Targets:
-    """Adds the targets of the scenario, or else that of its scene.
+    """Adds the targets of the scenario, or else the target of its true scene.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        world: What the scenario's files hold.
+        configuration: The output port of the measured q, n_q entries.
 
     Raises:
-        RemoSplatError: There is none, or what the scenario names hands out
-            no targets.
+        RemoSplatError: There is no target, or the system that the scenario
+            names hands out none.
     """
     if not isinstance(scenario.targets, list):
         return AddOwnTargets(
@@ -108,10 +120,17 @@ def AddOwnTargets(
     maker: TargetsMaker,
     configuration: OutputPort,
 ) -> Targets:
-    """Adds targets that are not ours.
+    """Adds targets from outside the library.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        world: What the scenario's files hold.
+        maker: The settings that make the system of the targets.
+        configuration: The output port of the measured q, n_q entries.
 
     Raises:
-        RemoSplatError: What is made hands out no targets.
+        RemoSplatError: The system that is made hands out no targets.
     """
     targets = maker.make(world.robot, scenario.arrival, scenario.control_period)
     check_targets(targets, f"{scenario.source}: {type(maker).__name__}")
@@ -126,7 +145,14 @@ def AddOracle(
     world: World,
     configuration: OutputPort,
 ) -> DistanceOracle:
-    """Adds the oracle of the distances to the map."""
+    """Adds the oracle that measures distances to the map.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        world: What the scenario's files hold, the map among them.
+        configuration: The output port of the measured q, n_q entries.
+    """
     return DistanceOracle.AddToBuilder(
         builder,
         robot=world.robot,
@@ -143,7 +169,15 @@ def AddController(
     targets: Targets,
     oracle: DistanceOracle,
 ) -> ReactiveController:
-    """Adds the reactive controller, which ticks at the law's period."""
+    """Adds the reactive controller, which ticks at the law's period.
+
+    Args:
+        builder: The builder of the diagram.
+        law: The control law.
+        configuration: The output port of the measured q, n_q entries.
+        targets: The system that says where the end effector shall go.
+        oracle: The system that measures distances to the map.
+    """
     controller = ReactiveController.AddToBuilder(
         builder, law=law, oracle=oracle
     )
@@ -160,7 +194,21 @@ def AddGuidance(
     oracle: DistanceOracle,
     controller: ReactiveController,
 ) -> GuidanceSelector | None:
-    """Adds the look-ahead beside the controller, if the scenario wants it."""
+    """Adds the look-ahead beside the controller, if the scenario wants it.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        law: The control law of the controller, from which that of the
+            rollouts is derived.
+        configuration: The output port of the measured q, n_q entries.
+        targets: The system that says where the end effector shall go.
+        oracle: The system that hands out the map.
+        controller: The controller whose ticks are bent.
+
+    Returns:
+        The selector; None without guidance.
+    """
     config = scenario.controller.guidance
     if not config.enabled:
         return None
@@ -204,7 +252,18 @@ def AddSupervisor(
     controller: ReactiveController,
     station: Diagram,
 ) -> SafetySupervisor | None:
-    """Adds the supervisor between controller and station, if wanted."""
+    """Adds the supervisor between controller and station, if wanted.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        robot: The robot, for its limits.
+        controller: The controller whose commands are supervised.
+        station: The robot, simulated or real, as a system.
+
+    Returns:
+        The supervisor; None if the scenario wants none.
+    """
     if not scenario.supervisor.enabled:
         return None
     config = scenario.controller
@@ -238,9 +297,17 @@ def AddRecorder(
     executed: OutputPort,
     keep: float | None = None,
 ) -> TrajectoryRecorder:
-    """Adds what keeps the configurations, the ticks and their commands.
+    """Adds the recorder of configurations, tick reports and commands.
 
-    Of a run without an end it keeps the last seconds.
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        robot: The robot, for the lengths of q and u.
+        configuration: The output port of the measured q, n_q entries.
+        controller: The controller whose reports are kept.
+        executed: The output port of the command u that the station gets.
+        keep: Age at which reports are forgotten, for runs without an end [s];
+            None keeps all.
     """
     return TrajectoryRecorder.AddToBuilder(
         builder,
@@ -264,6 +331,15 @@ def AddPanel(
 
     It comes before everything else that has controls on the page, so that it
     is on top of them.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        robot: The robot, for the length of u.
+        page: The browser page; None has no button.
+
+    Returns:
+        The panel; None without a page or a supervisor.
     """
     if page is None or not scenario.supervisor.enabled:
         return None

@@ -41,17 +41,24 @@ _log = logging.getLogger(__name__)
 
 
 def holds_session(folder: Path) -> bool:
-    """Whether a folder is that of a session."""
+    """Tells whether a folder is that of a session.
+
+    Args:
+        folder: Any path.
+    """
     return (folder / SESSION_FILE).is_file()
 
 
 def check_mappable(scenario: Scenario) -> None:
     """Refuses a live map where none can be made, before any work starts.
 
+    Args:
+        scenario: A checked scenario.
+
     Raises:
-        FieldError: The oracle asks no splat, or nobody knows what was seen
-            of the splat's surroundings.
-        MissingExtraError: A package is not installed.
+        FieldError: The oracle measures no distances to a splat, or nobody
+            knows which space the cameras of the splat saw.
+        MissingExtraError: A package that mapping needs is not installed.
     """
     if not scenario.mapping.enabled:
         return
@@ -76,10 +83,10 @@ def check_mappable(scenario: Scenario) -> None:
 
 @contextmanager
 def removed_on_failure(folder: Path) -> Iterator[None]:
-    """Removes what a session has begun with, if its block fails.
+    """Removes what a session has begun with, if the `with` block fails.
 
     Args:
-        folder: Of the session; what was in it before stays.
+        folder: Folder of the session; what was in it before stays.
     """
     missing = [p for p in (folder, *folder.parents) if not p.exists()]
     before = set(_entries(folder))
@@ -97,7 +104,7 @@ def removed_on_failure(folder: Path) -> Iterator[None]:
 
 
 def _entries(folder: Path) -> list[Path]:
-    """What is in a session's folder and in that of its runs."""
+    """Lists what is in a session's folder and in that of its runs."""
     return [*folder.glob(f"{RUNS}/*"), *folder.glob("*")]
 
 
@@ -107,10 +114,15 @@ def open_teleoperation(
     """Begins a session, or goes on with it, and starts its mapping process.
 
     Args:
-        scenario: A checked scenario; that of the session, if there is one.
-        world: What its files hold.
-        folder: Of the session; new, empty, or a session's.
+        scenario: A checked scenario; where the folder holds a session, that
+            of the session.
+        world: What the scenario's files hold.
+        folder: Folder of the session; it may be new or empty, or hold a
+            session that goes on.
         hardware: Whether the camera is the real robot's.
+
+    Returns:
+        What the diagram needs to be teleoperated; close it at the end.
 
     Raises:
         RemoSplatError: The folder or a file cannot be used.
@@ -149,7 +161,7 @@ def open_teleoperation(
 
 
 def _reopened(session: Session) -> tuple[SceneMap | None, str]:
-    """The map that a session goes on with; or why it has to be made anew.
+    """Opens the map that a session goes on with, or says why it cannot.
 
     Raises:
         RemoSplatError: The map's file is damaged.
@@ -163,7 +175,7 @@ def _reopened(session: Session) -> tuple[SceneMap | None, str]:
 
 
 def _initial_map(scenario: Scenario, world: World) -> SceneMap:
-    """The map that the scenario comes with.
+    """Makes the map that the scenario comes with.
 
     Where it comes with none, all is an obstacle that is not near the robot:
     it can look around, and nobody can drive it blindly.

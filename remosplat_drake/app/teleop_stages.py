@@ -36,16 +36,17 @@ from remosplat_drake.visualization.teleop_panel import TeleopPanel
 
 @dc.dataclass(frozen=True, eq=False)
 class Teleoperation:
-    """What a diagram is given besides, to be teleoperated.
+    """What a diagram needs besides its scenario to be teleoperated.
 
     Attributes:
-        run: Folder that gets the log of what happens.
-        mapping: Takes the pictures and makes the maps; None: no live map.
+        run: Folder of the run, which gets the log of ticks and events.
+        mapping: The process that takes the pictures and makes the maps; None
+            without a live map.
         initial: The map that the scenario begins with.
-        reopened: The map of a session that goes on, if there is one.
-        scenes: What a simulated camera may be shown in turns.
-        operator: Another operator, with a port `command` and maybe one
-            `map_requests`.
+        reopened: The map of a session that goes on; None if it has none.
+        scenes: True scenes that a simulated camera may be shown in turns.
+        operator: Another operator, a system with an output port `command` and
+            maybe one `map_requests`; None for no other.
     """
 
     run: Path
@@ -56,7 +57,7 @@ class Teleoperation:
     operator: LeafSystem | None = None
 
     def close(self) -> None:
-        """Ends the mapping process."""
+        """Ends the mapping process, if there is one."""
         if self.mapping is not None:
             self.mapping.close()
 
@@ -69,7 +70,15 @@ def AddOperatorTarget(
     teleoperation: Teleoperation,
     page: MeshcatPage | None,
 ) -> OperatorTarget:
-    """Adds all who may move the target, and the target.
+    """Adds all operators that may move the target, and the target.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        world: What the scenario's files hold.
+        configuration: The output port of the measured q, n_q entries.
+        teleoperation: What the diagram needs to be teleoperated.
+        page: The browser page that gets a panel; None has none.
 
     Raises:
         RemoSplatError: The trajectory or the camera's frame is unusable.
@@ -124,7 +133,7 @@ def AddOperatorTarget(
 
 
 def _mount(scenario: Scenario, world: World) -> CameraMount | None:
-    """Where the wrist camera sits; None if nothing is mapped."""
+    """Returns where the wrist camera sits; None if nothing is mapped."""
     if not scenario.mapping.enabled:
         return None
     camera = scenario.camera or WristCameraConfig()
@@ -132,7 +141,12 @@ def _mount(scenario: Scenario, world: World) -> CameraMount | None:
 
 
 def ConnectSupervision(builder: DiagramBuilder, loop: ControlLoop) -> None:
-    """Lets the target stay with a robot that its supervisor stops."""
+    """Lets the target stay with a robot that its supervisor stops.
+
+    Args:
+        builder: The builder of the diagram.
+        loop: The control loop, with or without a supervisor.
+    """
     if loop.supervisor is not None:
         builder.Connect(
             loop.supervisor.GetOutputPort("supervision"),
@@ -143,7 +157,16 @@ def ConnectSupervision(builder: DiagramBuilder, loop: ControlLoop) -> None:
 def AddLiveMap(
     builder: DiagramBuilder, loop: ControlLoop, teleoperation: Teleoperation
 ) -> LiveMap | None:
-    """Adds the map that grows while the robot moves, if there is one."""
+    """Adds the map that grows while the robot moves, if there is one.
+
+    Args:
+        builder: The builder of the diagram.
+        loop: The control loop whose oracle uses the map.
+        teleoperation: What the diagram needs to be teleoperated.
+
+    Returns:
+        The live map; None if nothing is mapped.
+    """
     if teleoperation.mapping is None:
         return None
     return LiveMap.AddToBuilder(
@@ -167,10 +190,17 @@ def AddLog(
     teleoperation: Teleoperation,
     live_map: LiveMap | None,
 ) -> TrajectoryLog:
-    """Adds what writes down every tick and every event.
+    """Adds the log that writes every tick and every event to disk.
+
+    Args:
+        builder: The builder of the diagram.
+        loop: The control loop whose ticks are written.
+        teleoperation: What the diagram needs to be teleoperated; its `run` is
+            the folder of the log.
+        live_map: The map whose events are written; None without one.
 
     Raises:
-        FileError: The files cannot be begun.
+        FileError: The files of the log cannot be made.
     """
     robot, targets = loop.world.robot, loop.targets
     inputs = {
@@ -201,7 +231,16 @@ def AddOperatorViews(
     live_map: LiveMap | None,
     log: TrajectoryLog,
 ) -> None:
-    """Adds the map, plots of clearance and velocity, and the log's trouble."""
+    """Adds views of the live map, of clearances and velocities, and of the log.
+
+    Args:
+        builder: The builder of the diagram.
+        loop: The control loop.
+        teleoperation: What the diagram needs to be teleoperated.
+        page: The browser page to draw on.
+        live_map: The map that is drawn; None without one.
+        log: The log, whose trouble with the disk is shown.
+    """
     scenario = loop.scenario
     LogView.AddToBuilder(
         builder, page=page, trouble=log.GetOutputPort("trouble")

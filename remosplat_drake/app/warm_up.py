@@ -30,7 +30,8 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.station.station_config import KinematicStation
 
 TICKS = 4
-"""So many ticks use all that later ones may use; the second looks ahead."""
+"""Number of ticks that together use all that later ones may use; the second
+looks ahead."""
 
 _NEAR = 1e-3  # From the robot: closer than it ever means to stop [m].
 _ROOM = 8  # Voxels of a metre, around the robot.
@@ -38,10 +39,13 @@ _AWAY = np.array([0.1, 0.1, 0.1])  # From the start to the target [m].
 
 
 def announce(console: Console) -> None:
-    """Says that kernels are about to be compiled, until that has happened.
+    """Says that kernels are about to be compiled, if they have never been.
 
     Numba keeps what it compiles, so this only concerns the first run after
     an installation.
+
+    Args:
+        console: Console to print on.
     """
     if not _marker().exists():
         console.print(
@@ -64,8 +68,9 @@ def compile_kernels(scenario: Scenario, world: World) -> None:
     started later finds what it needs compiled.
 
     Args:
-        scenario: Is left as it is.
-        world: Tells the robot and where it starts.
+        scenario: The scenario, which is left as it is.
+        world: What the scenario's files hold; the robot and where it starts
+            matter here.
 
     Raises:
         RemoSplatError: The loop cannot be made.
@@ -88,7 +93,7 @@ def compile_kernels(scenario: Scenario, world: World) -> None:
 
 
 def _obstacle(world: World) -> tuple[GaussianSplat, PrimitiveScene]:
-    """Something small that the robot's hand nearly touches, as both."""
+    """Makes a small obstacle that the hand nearly touches, as splat and box."""
     p_WC = _beside_hand(world.robot, world.q0)
     n = 8  # More than a leaf of the map's tree holds.
     flat = world.splat_W is None or world.splat_W.is_surfel
@@ -104,7 +109,7 @@ def _obstacle(world: World) -> tuple[GaussianSplat, PrimitiveScene]:
 
 
 def _beside_hand(robot: RobotModel, q: np.ndarray) -> np.ndarray:
-    """A point `_NEAR` below the sphere that is nearest to the hand."""
+    """Returns a point `_NEAR` below the sphere nearest to the hand, in W."""
     spheres = robot.state(q).spheres
     p_WE = robot.end_effector_pose(q)[:3, 3]
     hand = np.linalg.norm(spheres.p_WS - p_WE, axis=1).argmin()
@@ -113,6 +118,6 @@ def _beside_hand(robot: RobotModel, q: np.ndarray) -> np.ndarray:
 
 
 def _marker() -> Path:
-    """Kernels are of one Python; another compiles its own."""
+    """Returns the file that marks the kernels of this Python as compiled."""
     python = sys.implementation.cache_tag
     return resources.cache_dir() / f"compiled-{__version__}-{python}"

@@ -26,12 +26,13 @@ class World:
     """What a scenario's files hold, loaded and placed in W.
 
     Attributes:
-        robot: The robot.
-        splat_W: The scene's splat, or None.
-        cropped_W: What was cropped away from it.
-        truth: The scene's true geometry, or None.
-        field: The oracle's map.
-        q0: Configuration to start from, shape (n_q,).
+        robot: The robot, with its limits and kinematics.
+        splat_W: The scene's splat in W, less what was cropped away; None if
+            there is no splat.
+        cropped_W: The part of the splat that was cropped away, in W.
+        truth: The scene's true geometry in W; None if nobody knows it.
+        field: The map that the oracle asks for distances.
+        q0: Configuration to start from, shape (n_q,) [rad, m].
     """
 
     robot: RobotModel
@@ -43,17 +44,17 @@ class World:
 
     @property
     def truth_field(self) -> DistanceField | None:
-        """Ground-truth distances, where the true geometry is known."""
+        """Distances to the true geometry; None if nobody knows it."""
         return None if self.truth is None else SignedDistanceField(self.truth)
 
 
 def load_world(scenario: Scenario, *, blank: bool = False) -> World:
-    """Reads a scenario's files.
+    """Reads a scenario's files, and checks where the robot starts.
 
     Args:
-        scenario: The experiment.
-        blank: Whether a scenario may come without a splat: its map is empty
-            and still to be made.
+        scenario: The scenario.
+        blank: Whether the scenario may come without a splat, because its map
+            is still to be made.
 
     Raises:
         RemoSplatError: A file or a field is unusable, or the robot would
@@ -83,7 +84,14 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
 
 
 def true_scenes(scenario: Scenario, world: World) -> tuple[PrimitiveScene, ...]:
-    """What there is, and what takes turns with it; none where nobody knows.
+    """Returns the true scene, and the one that takes turns with it, if any.
+
+    Args:
+        scenario: The scenario.
+        world: What the scenario's files hold.
+
+    Returns:
+        One scene or two; none if nobody knows the true geometry.
 
     Raises:
         RemoSplatError: A file is unusable.
@@ -98,7 +106,7 @@ def true_scenes(scenario: Scenario, world: World) -> tuple[PrimitiveScene, ...]:
 
 
 def _true_scene(scenario: Scenario, field: str) -> PrimitiveScene | None:
-    """What a file of true geometry holds, and what directives add to it."""
+    """Reads a file of true geometry, and adds the objects of directives."""
     truth = None
     if getattr(scenario.scene, field):
         truth = read_scene(_scene_file(scenario, field))
@@ -120,9 +128,18 @@ def _true_scene(scenario: Scenario, field: str) -> PrimitiveScene | None:
 def target_poses(
     scenario: Scenario, truth: PrimitiveScene | None
 ) -> list[RigidTransform]:
-    """The targets X_WT of the scenario, or else that of its true scene.
+    """Returns the target poses X_WT of a scenario, or else of its true scene.
 
-    None where the scenario has targets that only a run will tell.
+    The list is empty where the scenario has a system of its own that hands
+    out targets during the run.
+
+    Args:
+        scenario: The scenario.
+        truth: The true scene, which may name a target; None if nobody knows
+            it.
+
+    Raises:
+        FieldError: A pose is unusable.
     """
     if not isinstance(scenario.targets, list):
         return []
@@ -137,7 +154,7 @@ def target_poses(
 def _load_splat(
     scenario: Scenario,
 ) -> tuple[GaussianSplat | None, GaussianSplat]:
-    """The splat, and what is cropped away from it."""
+    """Reads the splat, and splits off what is cropped away from it."""
     scene = scenario.scene
     if not scene.splat:
         return None, GaussianSplat.empty()
