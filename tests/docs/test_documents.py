@@ -245,8 +245,12 @@ def test_every_file_is_used(block):
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda d: d.name)
 def test_every_tag_is_one_of_a_scenario(document):
     for tag in set(re.findall(r"!([A-Z]\w+)", document.read_text())):
-        field = "station" if tag.endswith("Station") else "oracle"
-        text = f"{{{field}: !{tag} {{}}}}"
+        field, content = "oracle", "{}"
+        if tag.endswith("Station"):
+            field = "station"
+        elif tag == "CameraConfig":
+            field, content = "wrist_camera", "{X_PB: {base_frame: camera}}"
+        text = f"{{{field}: !{tag} {content}}}"
         scenario = load_scenario(override=text)
         assert type(getattr(scenario, field)).__name__ == tag
 

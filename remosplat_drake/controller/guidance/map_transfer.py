@@ -19,10 +19,13 @@ class MapHeader:
     Attributes:
         body: Pickle of the field, without its arrays.
         sizes: Number of bytes of each array that follows.
+        read_only: Whether each of them must not be written. Kernels are
+            compiled anew for arrays that may, which takes half a minute.
     """
 
     body: bytes
     sizes: tuple[int, ...]
+    read_only: tuple[bool, ...]
 
 
 def send_map(connection: Connection, field: DistanceField) -> None:
@@ -42,7 +45,8 @@ def send_map(connection: Connection, field: DistanceField) -> None:
 
     body = pickle.dumps(field, protocol=5, buffer_callback=keep)
     sizes = tuple(array.nbytes for array in arrays)
-    connection.send(MapHeader(body, sizes))
+    read_only = tuple(array.readonly for array in arrays)
+    connection.send(MapHeader(body, sizes, read_only))
     for array in arrays:
         connection.send_bytes(array)
 
@@ -60,4 +64,8 @@ def receive_map(connection: Connection, header: MapHeader) -> DistanceField:
     arrays = [bytearray(size) for size in header.sizes]
     for array in arrays:
         connection.recv_bytes_into(array)
-    return pickle.loads(header.body, buffers=arrays)
+    buffers = [
+        memoryview(array).toreadonly() if read_only else array
+        for array, read_only in zip(arrays, header.read_only, strict=True)
+    ]
+    return pickle.loads(header.body, buffers=buffers)

@@ -27,11 +27,14 @@ class PackedRule:
     Attributes:
         parts: Name and pickle of each part that may come from outside the
             library.
-        whole: Pickle of the whole rule.
+        whole: Pickle of the whole rule, without its arrays.
+        arrays: The arrays' bytes, immutable where the array is read-only:
+            kernels are compiled anew for arrays that may be written.
     """
 
     parts: tuple[tuple[str, bytes], ...]
     whole: bytes
+    arrays: tuple[bytes | bytearray, ...]
 
 
 def pack_rule(rule: SelectionRule) -> PackedRule:
@@ -46,13 +49,15 @@ def pack_rule(rule: SelectionRule) -> PackedRule:
     parts: list[tuple[str, object]] = [("the rule of arrival", rule.arrived)]
     parts.append((type(rule.planner).__name__, rule.planner))
     parts += [(type(i).__name__, i) for i in rule.law.ingredients]
-    return PackedRule(
-        tuple(
-            (name, _attempt(name, "be pickled", pickle.dumps, part))
-            for name, part in parts
-        ),
-        pickle.dumps(rule),
+    packed = tuple(
+        (name, _attempt(name, "be pickled", pickle.dumps, part))
+        for name, part in parts
     )
+    buffers: list[pickle.PickleBuffer] = []
+    whole = pickle.dumps(rule, protocol=5, buffer_callback=buffers.append)
+    views = [buffer.raw() for buffer in buffers]
+    arrays = tuple(bytes(v) if v.readonly else bytearray(v) for v in views)
+    return PackedRule(packed, whole, arrays)
 
 
 def unpack_rule(packed: PackedRule) -> SelectionRule:
@@ -66,7 +71,7 @@ def unpack_rule(packed: PackedRule) -> SelectionRule:
     """
     for name, part in packed.parts:
         _attempt(name, "be imported there", pickle.loads, part)
-    return pickle.loads(packed.whole)
+    return pickle.loads(packed.whole, buffers=packed.arrays)
 
 
 def _attempt(name: str, done: str, step: Callable[..., T], part: object) -> T:

@@ -1,5 +1,6 @@
 """Maps that go through a pipe, arrays and all."""
 
+import dataclasses as dc
 from multiprocessing import Pipe
 from threading import Thread
 
@@ -9,6 +10,10 @@ from remosplat_drake.controller.guidance.map_transfer import (
     MapHeader,
     receive_map,
     send_map,
+)
+from remosplat_drake.controller.guidance.rule_transfer import (
+    pack_rule,
+    unpack_rule,
 )
 from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.generation.scene_generators import generate
@@ -49,6 +54,41 @@ def test_a_map_arrives_whole():
     before, after = (f.clearances(spheres) for f in (field, received))
     np.testing.assert_array_equal(before.distance, after.distance)
     np.testing.assert_array_equal(before.p_WC, after.p_WC)
+
+
+def test_arrays_that_are_read_only_stay_so():
+    """Or kernels would be compiled anew for the others' process."""
+    field = SphereToEllipsoidField(surfel_splat(generate("table", 6)))
+    _, received = sent(field)
+    pairs = list(
+        zip(
+            flat(vars(field).values()),
+            flat(vars(received).values()),
+            strict=True,
+        )
+    )
+    assert not all(ours.flags.writeable for ours, _ in pairs)
+    for ours, theirs in pairs:
+        assert ours.flags.writeable == theirs.flags.writeable
+
+
+def test_a_rule_arrives_as_it_was(toy):
+    rule = toy.rule((toy.far, toy.near))
+    rule = dc.replace(rule, arrived=len)
+    received = unpack_rule(pack_rule(rule))
+    before, after = (r.law.robot.arrays for r in (rule, received))
+    for ours, theirs in zip(flat(before), flat(after), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+        assert ours.flags.writeable == theirs.flags.writeable
+
+
+def flat(values):
+    """All arrays in nested tuples."""
+    for value in values:
+        if isinstance(value, tuple):
+            yield from flat(value)
+        elif isinstance(value, np.ndarray):
+            yield value
 
 
 def test_an_empty_map_arrives():
