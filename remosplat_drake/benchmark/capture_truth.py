@@ -15,19 +15,24 @@ from remosplat_drake.reconstruction.measured_space import measured_points
 from remosplat_drake.signals.distance_field import DistanceField
 
 SURFACES_VERSION = 1
-"""Raised whenever a capture would give other surfaces."""
+"""Version of the surface extraction, raised whenever a capture would give
+other surfaces; it is part of the name of the cache file."""
 
 
 @lru_cache(maxsize=1)
 def capture_field(
     folder: Path, X_WG: tuple[float, ...], max_depth: float
 ) -> DistanceField:
-    """Distances to the surfaces that a capture's depth shows.
+    """Makes the field of distances to a capture's measured surfaces.
 
     Args:
-        folder: The capture.
-        X_WG: Pose of its world frame in W, the upper 12 entries row by row.
-        max_depth: Farther pixels do not count [m].
+        folder: Folder of the capture.
+        X_WG: Pose of the capture's world frame G in W: the upper 12 entries of
+            the 4 x 4 matrix, row by row.
+        max_depth: Largest depth that counts; pixels beyond it are ignored [m].
+
+    Returns:
+        The field of distances to the measured points, expressed in W.
 
     Raises:
         RemoSplatError: The capture cannot be read.
@@ -38,7 +43,7 @@ def capture_field(
 
 
 def _surfaces(folder: Path, max_depth: float) -> np.ndarray:
-    """Points (n, 3) in G; kept in a file, for they take a minute to find."""
+    """Returns the surface points (n, 3) in G [m], cached on disk."""
     name = f"{content_digest(folder)}-{max_depth:g}-v{SURFACES_VERSION}.npy"
     path = resources.cache_dir() / "measured-surfaces" / name
     try:
@@ -55,7 +60,7 @@ def _surfaces(folder: Path, max_depth: float) -> np.ndarray:
 
 @lru_cache(maxsize=8)
 def content_digest(path: Path) -> str:
-    """A digest of a file, or of all files in a folder and their names."""
+    """Returns a digest of a file, or of a folder's files and their names."""
     digest = hashlib.sha256()
     files = [path] if path.is_file() else sorted(path.rglob("*"))
     for file in files:

@@ -34,14 +34,20 @@ Control = Callable[[np.ndarray, np.ndarray], np.ndarray]
 MakeControl = Callable[[RobotModel, DistanceField, np.ndarray, float], Control]
 
 LIMIT_TOLERANCE = 1e-6
-"""How far a command may exceed the robot's velocity limits, relatively."""
+"""Relative tolerance by which a command may exceed the velocity limits."""
 
 
 def load_controller(name: str) -> MakeControl:
-    """The function that MODULE:FUNCTION names.
+    """Imports the function that MODULE:FUNCTION names.
+
+    Args:
+        name: The module and its function, as MODULE:FUNCTION.
+
+    Returns:
+        The function that makes a controller for one trial.
 
     Raises:
-        RemoSplatError: There is no such module or function.
+        RemoSplatError: The module or the function does not exist.
     """
     module, _, function = name.partition(":")
     try:
@@ -55,7 +61,7 @@ def load_controller(name: str) -> MakeControl:
 
 
 def source_digest(name: str) -> str:
-    """A digest of the module's text: an edited controller is another."""
+    """Returns a digest of the source of the module that a name stands for."""
     module = inspect.getmodule(load_controller(name))
     assert module is not None
     return hashlib.sha256(inspect.getsource(module).encode()).hexdigest()[:16]
@@ -71,16 +77,20 @@ def drive(
     ticks: int,
     until: Callable[[PoseError], bool],
 ) -> Trajectory:
-    """The closed loop with an ideal robot, like the kinematic station.
+    """Runs the closed loop with an ideal robot, like the kinematic station.
 
     Args:
-        control: The controller.
-        robot: What it drives.
-        q0: Where it starts, shape (n_q,).
-        X_WT: Target pose, shape (4, 4).
+        control: The controller, a function from (q, u_previous) to u.
+        robot: Model of the robot that the controller drives.
+        q0: Configuration at the start, shape (n_q,).
+        X_WT: Target pose of the end effector in W, shape (4, 4).
         dt: Control period [s].
-        ticks: How many at most.
-        until: Ends the run; asked before every tick.
+        ticks: Largest number of control ticks.
+        until: Predicate on the pose error that ends the run; it is asked
+            before every tick.
+
+    Returns:
+        The trajectory up to the end of the run.
 
     Raises:
         RemoSplatError: A command is not finite, too fast or of another shape.

@@ -45,25 +45,28 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
 
 GAINS = gain_set("paper")
-"""Servo, distances and margins are those of the paper's rows."""
+"""Gain set of the servo, the distances and the margins: the paper's."""
 
 TWIST_WEIGHT = 100.0
-"""Of tracking against the posture; Drake's documentation asks for this."""
+"""Weight of tracking against the posture, as Drake's documentation asks."""
 
 POSTURE_GAIN = 1.0
-"""Pull towards the home posture, in the null space of tracking [1/s]."""
+"""Gain of the pull to the home posture, in tracking's null space [1/s]."""
 
 
 def make_control(
     robot: RobotModel, field: DistanceField, X_WT: np.ndarray, dt: float
 ) -> Control:
-    """The controller; see `custom_controller`.
+    """Makes the controller, as `custom_controller` asks for it.
 
     Args:
-        robot: With a differential base.
-        field: Must be the true solids.
-        X_WT: Target pose of the end effector, shape (4, 4).
+        robot: Model of a robot with a differential base.
+        field: Distances to the true solids; no other map is accepted.
+        X_WT: Target pose of the end effector in W, shape (4, 4).
         dt: Control period [s].
+
+    Returns:
+        A function from q (n_q,) and the previous u (n_u,) to the next u (n_u,).
 
     Raises:
         RemoSplatError: The map is not of solids, or the base is fixed.

@@ -32,7 +32,8 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 SIDEWAYS = 1
-"""Index in q of what a differential base cannot change in its own frame."""
+"""Index in q of the base's sideways position in its own frame, which a
+differential base cannot change."""
 
 _FRICTION = CoulombFriction(0.0, 0.0)
 _INERTIA = SpatialInertia.SolidSphereWithMass(1.0, 0.1)
@@ -40,12 +41,14 @@ _INERTIA = SpatialInertia.SolidSphereWithMass(1.0, 0.1)
 
 @dc.dataclass(frozen=True, eq=False)
 class CollisionModel:
-    """A checker whose plant's first positions are those of u, in its order.
+    """A collision checker whose plant's first positions follow the order of u.
 
     Attributes:
-        checker: Knows the distances of robot links to scene bodies.
-        n_u: The robot's degrees of freedom: forward, yaw, arm joints.
-        end_effector: Scoped name of the frame E.
+        checker: Drake's checker of the distances of robot links to scene
+            bodies.
+        n_u: Number of the robot's degrees of freedom: forward, yaw, arm
+            joints.
+        end_effector: Scoped name of the end-effector frame E in the plant.
     """
 
     checker: SceneGraphCollisionChecker
@@ -53,7 +56,7 @@ class CollisionModel:
     end_effector: str
 
     def positions(self, q: np.ndarray) -> np.ndarray:
-        """The plant's positions for a configuration q = (x, y, yaw, arm)."""
+        """Returns the plant's positions at q = (x, y, yaw, arm)."""
         x, y, yaw = q[:3]
         c, s = np.cos(yaw), np.sin(yaw)
         X_BW = [-c * x - s * y, s * x - c * y, -yaw]
@@ -63,15 +66,15 @@ class CollisionModel:
 def make_collision_model(
     robot: RobotModel, scene: PrimitiveScene
 ) -> CollisionModel:
-    """Builds the robot's spheres and the scene's solids.
+    """Builds the checker from the robot's spheres and the scene's solids.
 
     Robot links are not checked against each other. Links that stand on the
     floor are not checked against solids that lie wholly below the height
     where the robot's spheres begin to see.
 
     Args:
-        robot: With a differential base.
-        scene: The solids.
+        robot: Model of a robot with a differential base.
+        scene: The solids that the robot is checked against.
     """
     builder = RobotDiagramBuilder(time_step=0.0)
     plant = builder.plant()
@@ -179,6 +182,6 @@ def _shape(primitive: Box | Cylinder) -> Shape:
 
 
 def _floor_height(robot: RobotModel) -> float:
-    """Below this no sphere of a floor link sees anything [m]."""
+    """Returns the height below which spheres of floor links see nothing [m]."""
     q = np.array([0.0, 0.0, 0.0, *robot.home])
     return float(robot.spheres_at(q).ignore_below.max())

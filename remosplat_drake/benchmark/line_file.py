@@ -10,7 +10,7 @@ class LineFile:
     """Appends whole lines that are on disk when `append` returns.
 
     Args:
-        path: The file; made if it is not there.
+        path: Path of the file, which is created if it does not exist.
 
     Raises:
         FileError: The file cannot be written.
@@ -33,7 +33,7 @@ class LineFile:
         os.close(self._handle)
 
     def append(self, text: str):
-        """Adds a line, given without its end."""
+        """Appends one line, given without its line end."""
         line = (text + "\n").encode()
         try:
             written = os.write(self._handle, line)

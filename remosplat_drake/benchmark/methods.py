@@ -25,7 +25,7 @@ from remosplat_drake.safety.gates import open_gates
 from remosplat_drake.station.station_config import KinematicStation
 
 METHODS_FILE = Path(__file__).with_suffix(".yaml")
-"""The shipped methods."""
+"""YAML file of the shipped methods."""
 
 SHIPPED_CONTROLLERS = {
     "drake-ik": "remosplat_drake.benchmark.drake_baseline:make_control",
@@ -33,10 +33,11 @@ SHIPPED_CONTROLLERS = {
 """Short names for controllers that are not ours but come with the package."""
 
 BASE_METHOD = "sdf-hard"
-"""Whose oracle, period and limits one's own controller gets by default."""
+"""Method whose oracle, control period and limits a custom controller gets by
+default."""
 
 CONTROL_PERIOD = 0.05
-"""The paper's benchmark runs at 20 Hz [s]."""
+"""Control period of the paper's benchmark, which runs at 20 Hz [s]."""
 
 GROUPS = {
     "paper": (
@@ -69,9 +70,10 @@ class Method:
     """One controller of a comparison.
 
     Attributes:
-        name: As tables show it.
-        scenario: Everything but the scene.
-        controller: One's own, as MODULE:FUNCTION; empty for ours.
+        name: Name of the method in tables.
+        scenario: The method's settings: a scenario without its scene.
+        controller: Custom controller as MODULE:FUNCTION; empty for the
+            package's reactive controller.
     """
 
     name: str
@@ -80,17 +82,17 @@ class Method:
 
     @property
     def needs_splat(self) -> bool:
-        """Whether its oracle looks at a splat."""
+        """Whether the method's oracle measures distances to a splat."""
         return not isinstance(self.scenario.oracle, GroundTruth)
 
     @property
     def gains(self) -> str:
-        """The gain set; what one's own does has nothing to do with ours."""
+        """Name of the gain set; "own" for a custom controller."""
         return "own" if self.controller else self.scenario.controller.gains
 
     @property
     def fingerprint(self) -> str:
-        """A digest of all settings, whatever file they came from."""
+        """Digest of all settings, whatever file they came from."""
         settings = repr(dc.replace(self.scenario, source=""))
         for extension in extensions_in(self.scenario):
             name = extension_name(type(extension))
@@ -103,17 +105,19 @@ class Method:
 def load_methods(
     names: Sequence[str], override: str = "", spheres: str | None = None
 ) -> list[Method]:
-    """Methods by name, in the order given, each once.
+    """Loads methods by name, in the order given and each once.
 
     Args:
         names: Shipped names, names of `GROUPS` or `SHIPPED_CONTROLLERS`,
-            FILE for all methods of one's own file, FILE:NAME, or one's own
-            controller as MODULE:FUNCTION or MODULE:FUNCTION:METHOD.
-        override: YAML laid over every method, e.g. "{time_limit: 5}".
-        spheres: Sphere set for every method, in place of its own.
+            FILE for all methods of a file, FILE:NAME for one of them, or a
+            custom controller as MODULE:FUNCTION or MODULE:FUNCTION:METHOD.
+        override: YAML that overrides fields of every method, e.g.
+            "{time_limit: 5}".
+        spheres: Name of the sphere set that every method uses; None keeps the
+            method's own.
 
     Raises:
-        RemoSplatError: Nothing of that name, or a file cannot be used.
+        RemoSplatError: No method has such a name, or a file cannot be used.
     """
     found: dict[str, Method] = {}
     for name in names:
@@ -198,5 +202,5 @@ def _load(path: Path, entry: str, override: str) -> Scenario:
 
 
 def _check_robot(scenario: Scenario) -> None:
-    """Finds out before anything runs whether the robot is there."""
+    """Fails before anything runs if the robot cannot be loaded."""
     load_robot(scenario.robot.model, scenario.robot.spheres)

@@ -12,21 +12,29 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 RESAMPLING_PERIOD = 0.05
-"""Of the rate-free acceleration [s]."""
+"""Sampling period of `resampled_acceleration` [s]."""
 
 JACOBIAN_STEP = 1e-5
-"""Half the time over which a Jacobian is differenced [s]."""
+"""Half step of the central difference of a Jacobian in time [s]."""
 
 
 def target_errors(
     robot: RobotModel, q: np.ndarray, X_WT: np.ndarray
 ) -> list[PoseError]:
-    """The pose error at each configuration, to the target (4, 4)."""
+    """Returns the error to the target pose X_WT (4, 4) at each q."""
     return [pose_error(robot.end_effector_pose(q_t), X_WT) for q_t in q]
 
 
 def arrival_tick(errors: list[PoseError], rule: ArrivalConfig) -> int | None:
-    """Index of the first configuration that counts as arrived, if any."""
+    """Returns the index of the first configuration that counts as arrived.
+
+    Args:
+        errors: Pose error at each configuration, in order.
+        rule: Tolerances and success rule.
+
+    Returns:
+        The index; None if no configuration counts.
+    """
     arrived = (i for i, e in enumerate(errors) if has_arrived(e, rule))
     return next(arrived, None)
 
@@ -34,50 +42,51 @@ def arrival_tick(errors: list[PoseError], rule: ArrivalConfig) -> int | None:
 def minimum_clearances(
     robot: RobotModel, q: np.ndarray, truth: DistanceField
 ) -> np.ndarray:
-    """Smallest true clearance of each configuration, shape (T + 1,) [m]."""
+    """Returns the smallest true clearance at each q, shape (T + 1,) [m]."""
     return np.array(
         [truth.clearances(robot.spheres_at(q_t)).minimum() for q_t in q]
     )
 
 
 def between_ticks(q: np.ndarray, parts: int) -> np.ndarray:
-    """Configurations that divide each tick evenly, without the ticks.
+    """Returns the configurations that divide each tick into equal parts.
 
     Args:
-        q: Configurations at the ticks, shape (T + 1, n_q).
+        q: Configurations at the control ticks, shape (T + 1, n_q).
         parts: Number of equal parts of a tick.
 
     Returns:
-        Shape (T, parts - 1, n_q).
+        Interpolated configurations without those at the ticks, shape
+        (T, parts - 1, n_q).
     """
     fractions = np.arange(1, parts)[:, None] / parts
     return q[:-1, None] + fractions * np.diff(q, axis=0)[:, None]
 
 
 def end_effector_positions(robot: RobotModel, q: np.ndarray) -> np.ndarray:
-    """Positions p_WE, shape (T + 1, 3) [m]."""
+    """Returns the end effector's positions p_WE, shape (T + 1, 3) [m]."""
     return np.array([robot.end_effector_pose(q_t)[:3, 3] for q_t in q])
 
 
 def mean_acceleration(
     robot: RobotModel, q: np.ndarray, u: np.ndarray, dt: float
 ) -> float:
-    """The authors' gracefulness: mean |a| of the end effector [m/s^2].
+    """Returns the authors' gracefulness: mean |a_EE| [m/s^2].
 
     a = J du/dt + dJ/dt u, where du/dt is the central difference of the
     commands at the control rate (one-sided at both ends), averaged over the
     ticks (paper section V, "Gracefulness"; definition of their code). The
     jump from rest and the stop do not count, and the number grows with the
-    control rate: see `resampled_acceleration`.
+    control rate; `resampled_acceleration` does not have these faults.
 
     Args:
-        robot: Kinematics.
-        q: Configurations at the ticks, shape (T, n_q) or one more.
-        u: Commands, shape (T, n_u).
+        robot: Model of the robot, for its Jacobians.
+        q: Configurations at the control ticks, shape (T, n_q) or (T + 1, n_q).
+        u: Commands between the ticks, shape (T, n_u).
         dt: Control period [s].
 
     Returns:
-        0 for less than two ticks.
+        The mean; 0 for fewer than two ticks.
     """
     if len(u) < 2:
         return 0.0
@@ -97,19 +106,20 @@ def mean_acceleration(
 def resampled_acceleration(
     p_WE: np.ndarray, dt: float, period: float = RESAMPLING_PERIOD
 ) -> float:
-    """Mean |a| of the end effector from rest to rest [m/s^2].
+    """Returns the end effector's mean |a| from rest to rest [m/s^2].
 
     Positions are resampled to a fixed period, so that the number hardly
     depends on the control rate; a zero velocity is added at both ends, so
     that starting and stopping count.
 
     Args:
-        p_WE: Positions, one every dt, shape (T + 1, 3) [m].
-        dt: Control period [s].
-        period: Of the resampled positions [s].
+        p_WE: Positions of the end effector in W, one every dt, shape
+            (T + 1, 3) [m].
+        dt: Period of the positions [s].
+        period: Period to which the positions are resampled [s].
 
     Returns:
-        0 for less than one period.
+        The mean; 0 if the motion is shorter than one period.
     """
     end = (len(p_WE) - 1) * dt
     # Rounding must not lose the last sample.
@@ -127,14 +137,14 @@ def resampled_acceleration(
 def is_stalled(
     robot: RobotModel, q: np.ndarray, dt: float, window: float, reach: float
 ) -> bool:
-    """Whether end effector and base hardly moved in the last moments.
+    """Whether end effector and base hardly moved at the end of a motion.
 
     Args:
-        robot: Kinematics.
-        q: Configurations, shape (T + 1, n_q).
+        robot: Model of the robot, for its kinematics.
+        q: Configurations at the control ticks, shape (T + 1, n_q).
         dt: Control period [s].
-        window: How long before the end counts [s].
-        reach: Path length that passes for standing still [m].
+        window: Length of time before the end that is looked at [s].
+        reach: Path length up to which a point counts as standing still [m].
     """
     last = q[-1 - round(window / dt) :]
     if len(last) < 2:

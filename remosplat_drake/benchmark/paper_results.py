@@ -3,7 +3,7 @@
 import dataclasses as dc
 
 PAPER_TRIALS = 1000
-"""Scenes of its synthetic benchmark."""
+"""Number of scenes in the paper's synthetic benchmark."""
 
 
 @dc.dataclass(frozen=True)
@@ -11,14 +11,16 @@ class PaperRow:
     """One row of the paper's Table I.
 
     Attributes:
-        label: Its name there.
-        successes: Out of `PAPER_TRIALS`.
-        average_distance: Starred [m].
-        gracefulness: Starred [m/s^2].
-        path_length: Starred [m].
-        collisions: Out of `PAPER_TRIALS`.
-        solve: Mean and standard deviation [ms].
-        rate: Control rate [Hz], where it is given.
+        label: Name of the method in the paper's table.
+        successes: Number of successful trials out of `PAPER_TRIALS`.
+        average_distance: Mean clearance over commonly solved trials (the paper
+            stars it) [m].
+        gracefulness: Mean acceleration over commonly solved trials [m/s^2].
+        path_length: Path length of the end effector over commonly solved
+            trials [m].
+        collisions: Number of trials with a collision out of `PAPER_TRIALS`.
+        solve: Mean and standard deviation of the solver's time [ms].
+        rate: Control rate [Hz]; None where the paper gives none.
     """
 
     label: str
@@ -79,7 +81,7 @@ PAPER_TABLE_I = {
         24.2,
     ),
 }
-"""By the name of our corresponding method."""
+"""The rows of the paper's Table I, by the name of our corresponding method."""
 
 SCAN, NOISY_SCAN = "scan", "noisy scan"
 """Families of cases that repeat the paper's experiments 2 and 3."""
@@ -90,10 +92,12 @@ class PaperScanRow:
     """One row of the paper's Table II or III.
 
     Attributes:
-        label: Its name there.
-        successes: Out of `PAPER_TARGETS`.
-        gracefulness: Over its successes [m/s^2]; None without any.
-        collisions: Out of `PAPER_TARGETS`; None where not given.
+        label: Name of the method in the paper's table.
+        successes: Number of targets reached out of `PAPER_TARGETS`.
+        gracefulness: Mean acceleration over the successes [m/s^2]; None
+            without any.
+        collisions: Number of trials with a collision out of `PAPER_TARGETS`;
+            None where the paper gives none.
     """
 
     label: str
@@ -103,7 +107,7 @@ class PaperScanRow:
 
 
 PAPER_TARGETS = 7
-"""Targets in its scan, one of which nobody can reach."""
+"""Number of targets in the paper's scan, one of which no method can reach."""
 
 PAPER_SCANS = {
     SCAN: (
@@ -115,4 +119,4 @@ PAPER_SCANS = {
         PaperScanRow("depth rasterisation", 4, 0.281, 0),
     ),
 }
-"""Tables II and III, by the family of our cases."""
+"""The rows of the paper's Tables II and III, by the family of our cases."""

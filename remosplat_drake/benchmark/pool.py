@@ -26,25 +26,25 @@ from typing import Any
 from remosplat_drake.base.child_process import one_thread_environment
 
 DIED = "its process died"
-"""The error of a job whose worker was lost."""
+"""Error text of a job whose worker process was lost."""
 
 MAX_ATTEMPTS = 2
-"""A job whose worker dies so often is given up."""
+"""Number of attempts after which a job whose worker dies is given up."""
 
 VISIBLE_GPUS = "CUDA_VISIBLE_DEVICES"
-"""The variable that names the GPUs a process sees."""
+"""Environment variable that names the GPUs a process sees."""
 
 Results = Generator[Any, None, None]
-"""Results of jobs, in whatever order they come."""
+"""Generator of the results of jobs, in the order in which they are ready."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Job:
-    """A call that gives a result even where it fails.
+    """A function call that gives a result even where it fails.
 
     Attributes:
-        subject: The argument; small, since it is sent to workers.
-        function: What is called; importable by workers.
+        subject: Argument of the call; small, since it is sent to workers.
+        function: Function that is called; workers must be able to import it.
         failed: Makes a result of the subject and an error's text.
     """
 
@@ -53,7 +53,7 @@ class Job:
     failed: Callable[[Any, str], Any]
 
     def run(self) -> Any:
-        """Returns the result; an error becomes one, too."""
+        """Returns the function's result, or one made of its error."""
         try:
             return self.function(self.subject)
         except Exception:
@@ -71,8 +71,9 @@ def run_jobs(
     """Runs jobs; a worker that dies costs at most its job.
 
     Args:
-        jobs: What to run. The next one is asked for when a worker is free.
-        workers: How many processes; 0 runs everything in this one, in order.
+        jobs: Jobs to run. The next one is asked for when a worker is free.
+        workers: Number of worker processes; 0 runs everything in this one, in
+            order.
         gpus: GPUs that workers share, as `VISIBLE_GPUS` names them; each
             worker sees one.
     """
@@ -130,7 +131,7 @@ def _drain(
 
 
 def gpu_for(worker: int, gpus: Sequence[str]) -> str:
-    """Returns the GPU of a worker: they take turns."""
+    """Returns the GPU of a worker; workers are assigned to GPUs in turn."""
     return gpus[worker % len(gpus)]
 
 

@@ -8,20 +8,20 @@ from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
 from remosplat_drake.benchmark.pool import MAX_ATTEMPTS, Job, Results
 
 CONNECT_TIMEOUT = 5.0
-"""How long a cluster may take to answer [s]."""
+"""Longest time that a cluster may take to answer [s]."""
 
 
 def on_ray(jobs: Iterable[Job], address: str) -> Results:
     """Runs jobs on a cluster; a lost worker or node costs nothing.
 
     Args:
-        jobs: What to run. Scene files must have the same path everywhere,
-            and the nodes must be able to import the functions.
-        address: Of the cluster, as `ray.init` takes it.
+        jobs: Jobs to run. Scene files must have the same path on all nodes,
+            which must be able to import the functions.
+        address: Address of the cluster, as `ray.init` takes it.
 
     Raises:
         MissingExtraError: Ray is not installed.
-        RemoSplatError: No cluster answers there.
+        RemoSplatError: No cluster answers at the address.
     """
     try:
         import ray
@@ -65,7 +65,7 @@ def on_ray(jobs: Iterable[Job], address: str) -> Results:
 
 
 def _check_reachable(address: str) -> None:
-    """Ray itself would try for minutes."""
+    """Fails fast where no cluster listens; Ray itself would try for minutes."""
     host, _, port = address.removeprefix("ray://").rpartition(":")
     if not host:
         return

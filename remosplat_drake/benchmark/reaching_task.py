@@ -13,7 +13,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 TRAINED, SURFEL, NO_SPLAT = "trained", "surfel", "none"
-"""Where a splat comes from, as every table says."""
+"""Origins of a splat, as tables name them."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -21,11 +21,12 @@ class ReachingTask:
     """A target in a scene whose true distances are known.
 
     Attributes:
-        X_WE_target: End-effector pose to reach.
-        X_WB_start: Base pose to start from as (x, y, yaw) [m, rad].
-        content_hash: A digest of the true geometry.
-        measure_truth: Makes the field that collisions are judged by.
-        solids: The true geometry as solids, where it is known like that.
+        X_WE_target: Target pose of the end effector in W.
+        X_WB_start: Start pose of the base in W as (x, y, yaw) [m, m, rad].
+        content_hash: Digest of the true geometry.
+        measure_truth: Makes the distance field that collisions are judged by.
+        solids: The true geometry as solids; None where it is not known as
+            such.
     """
 
     X_WE_target: RigidTransform
@@ -36,12 +37,12 @@ class ReachingTask:
 
     @cached_property
     def truth_field(self) -> DistanceField:
-        """The true distances, made when they are first asked for."""
+        """The field of true distances, made on first access."""
         return self.measure_truth()
 
 
 def solid_task(scene: PrimitiveScene) -> ReachingTask:
-    """The task of a scene of solids, which must have one."""
+    """Makes the task of a scene of solids, which must have one."""
     assert scene.X_WE_target is not None and scene.X_WB_start is not None
     return ReachingTask(
         scene.X_WE_target,
@@ -53,25 +54,25 @@ def solid_task(scene: PrimitiveScene) -> ReachingTask:
 
 
 class BenchmarkCase(Protocol):
-    """One scene and target of a suite, small enough for a worker."""
+    """One scene and target of a suite, small enough to be sent to a worker."""
 
     @property
     def name(self) -> str:
-        """As tables show it."""
+        """Name of the case in tables."""
         ...
 
     @property
     def family(self) -> str:
-        """Cases of a family are reported together."""
+        """Family of the case; cases of a family are reported together."""
         ...
 
     @property
     def suite(self) -> str:
-        """What the cases are, for titles."""
+        """Name of the suite in titles of tables."""
         ...
 
     def task(self) -> ReachingTask:
-        """The target and the truth about the scene.
+        """Returns the target and the truth about the scene.
 
         Raises:
             RemoSplatError: A file cannot be used, or there is no task.
@@ -79,9 +80,9 @@ class BenchmarkCase(Protocol):
         ...
 
     def splat_key(self) -> str:
-        """Names the splat's content, without making it."""
+        """Returns a key of the splat's content, without making the splat."""
         ...
 
     def splat(self) -> tuple[GaussianSplat, str]:
-        """The map in W, and where it comes from, as every table says."""
+        """Returns the map, expressed in W, and its origin as tables name it."""
         ...

@@ -18,7 +18,7 @@ from remosplat_drake.benchmark.tables import (
 )
 
 KINEMATIC = "kinematic"
-"""The station that others are compared with."""
+"""Name of the station that the dynamic one is compared with."""
 
 STARRED = (
     ("average_distance", 3),
@@ -27,11 +27,12 @@ STARRED = (
     ("acceleration", 3),
     ("duration", 2),
 )
-"""Metrics over commonly solved trials, and their decimals."""
+"""Fields of `Judgement` averaged over commonly solved trials, and their
+decimals."""
 
 
 def report_tables(results: Sequence[TrialResult]) -> list[Table]:
-    """All tables that results give, comparison by comparison."""
+    """Returns all tables that results give, comparison by comparison."""
     tables, comparisons = [], gather(results)
     for comparison in comparisons:
         first_table = scan_table if comparison.is_scan else main_table
@@ -47,13 +48,18 @@ def report_tables(results: Sequence[TrialResult]) -> list[Table]:
 
 
 def to_markdown(tables: Sequence[Table], heading: str) -> str:
-    """One document."""
+    """Joins tables to one Markdown document under a heading."""
     parts = [f"# {heading}\n", *(table.to_markdown() for table in tables)]
     return "\n".join(parts)
 
 
 def main_table(comparison: Comparison, rule: str) -> Table:
-    """The paper's Table I: ours, and below each row the paper's."""
+    """Makes our counterpart of the paper's Table I, with the paper's rows.
+
+    Args:
+        comparison: The methods to show, one a row.
+        rule: One of the success rules in `RULES`.
+    """
     common = comparison.common(rule)
     rows = []
     for row in comparison.rows:
@@ -125,7 +131,7 @@ def _paper_row(paper: PaperRow) -> tuple[str, ...]:
 
 
 def family_table(comparison: Comparison) -> Table:
-    """Success by family, by both rules."""
+    """Makes the table of success by family, by both success rules."""
     families = comparison.families()
     rows = []
     for row in comparison.rows:
@@ -146,7 +152,7 @@ def family_table(comparison: Comparison) -> Table:
 
 
 def outcome_table(comparison: Comparison) -> Table:
-    """How the trials ended that did not succeed, by the paper's text."""
+    """Makes the table of how trials failed, by the paper's success rule."""
     outcomes = comparison.outcomes()
     return Table(
         f"{comparison.title}: why trials failed (text)",
@@ -167,7 +173,7 @@ def outcome_table(comparison: Comparison) -> Table:
 
 
 def timing_table(comparison: Comparison) -> Table:
-    """What a tick costs, and the control rate that allows."""
+    """Makes the table of what a tick costs, and the control rate it allows."""
     rows = []
     for row in comparison.rows:
         p50, p99 = 1e3 * row.times("tick_p50"), 1e3 * row.times("tick_p99")
@@ -201,7 +207,7 @@ def timing_table(comparison: Comparison) -> Table:
 
 
 def paired_table(comparison: Comparison) -> Table:
-    """Every method against the first, scene by scene."""
+    """Makes the table of every method against the first, scene by scene."""
     first, *others = comparison.rows
     rows = []
     for row in others:
@@ -223,7 +229,7 @@ def paired_table(comparison: Comparison) -> Table:
 
 
 def station_tables(comparisons: Sequence[Comparison]) -> list[Table]:
-    """The dynamic station against the kinematic one, method by method."""
+    """Compares the dynamic station with the kinematic one, by method."""
     rows: dict[tuple, Row] = {
         (
             row.method,
@@ -269,14 +275,15 @@ def station_tables(comparisons: Sequence[Comparison]) -> list[Table]:
 
 
 def _mcnemar(a: np.ndarray, b: np.ndarray) -> tuple[str, str, str]:
-    """Tests exactly whether two methods succeed equally often.
+    """Applies McNemar's exact test to the success of two methods.
 
     Args:
-        a: Success of the one, shape (n,) bool.
-        b: Success of the other in the same scenes, shape (n,) bool.
+        a: Success of the first method, shape (n,) bool.
+        b: Success of the second method in the same scenes, shape (n,) bool.
 
     Returns:
-        How many scenes only a solves, only b, and the two-sided p-value.
+        The numbers of scenes that only a solves and that only b solves, and
+        the two-sided p-value, as text.
     """
     only_a, only_b = int((a & ~b).sum()), int((b & ~a).sum())
     n = only_a + only_b

@@ -30,7 +30,7 @@ p { color: #555; max-width: 60em; }
 def to_html(
     results: Sequence[TrialResult], tables: Sequence[Table], heading: str
 ) -> str:
-    """One self-contained page: plots of results, and the report's tables."""
+    """Makes one self-contained HTML page of plots and the report's tables."""
     parts = [_figures(comparison) for comparison in gather(results)]
     parts += [table.to_html() for table in tables]
     title = html.escape(heading)
@@ -64,7 +64,7 @@ def _figures(comparison: Comparison) -> str:
 
 
 def _success_plot(comparison: Comparison) -> str:
-    """Success by method with 95 % intervals, beside the paper's."""
+    """Plots success by method with 95 % intervals, beside the paper's."""
 
     def draw(axes):
         for place, row in enumerate(comparison.rows):
@@ -84,7 +84,7 @@ def _success_plot(comparison: Comparison) -> str:
 
 
 def _box_plot(comparison: Comparison, field: str, label: str) -> str:
-    """The distribution of a number of `Judgement` over all trials."""
+    """Plots the distribution of a field of `Judgement` over all trials."""
     return _values_plot(
         comparison,
         lambda row: row.values(field, "text", np.ones(len(row), bool)),
@@ -93,14 +93,14 @@ def _box_plot(comparison: Comparison, field: str, label: str) -> str:
 
 
 def _timing_plot(comparison: Comparison) -> str:
-    """The distribution of the trials' median tick."""
+    """Plots the distribution of the trials' median tick."""
     return _values_plot(
         comparison, lambda row: 1e3 * row.times("tick_p50"), "tick [ms]", True
     )
 
 
 def _rate_plot(comparison: Comparison) -> str:
-    """Control rate against the number of splats; empty without splats."""
+    """Plots the control rate against the number of splats, if there are any."""
     rows = [row for row in comparison.rows if row.splat != "none"]
     if not rows:
         return ""
@@ -158,7 +158,7 @@ def _values_plot(
 
 
 def _methods_plot(comparison: Comparison, draw: Callable) -> str:
-    """One line a method, the first on top."""
+    """Makes a plot with one line a method, the first on top."""
     from matplotlib.figure import Figure
 
     names = [row.method for row in comparison.rows]

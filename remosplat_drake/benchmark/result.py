@@ -15,15 +15,15 @@ INFEASIBLE = "infeasible"
 CRASH = "crash"
 
 OUTCOMES = (SUCCESS, COLLISION, TIMEOUT, LOCAL_MINIMUM, INFEASIBLE, CRASH)
-"""How a trial ends: well, or why not.
+"""Outcomes of a trial: success, or the reason of its failure.
 
-`timeout`: still moving when time was up. `local minimum`: standing still by
-then. `infeasible`: its last program had no solution. `crash`: an error in
-the software.
+`timeout`: still moving when the time limit was reached. `local minimum`:
+standing still by then. `infeasible`: the last quadratic program had no
+solution. `crash`: an error in the software.
 """
 
 RULES = ("text", "authors")
-"""Success rules; see `ArrivalConfig`."""
+"""Success rules: the paper's text and the authors' code (`ArrivalConfig`)."""
 
 RULE_TITLES = {
     "text": "success by the paper's text: 2 cm and 2 deg",
@@ -37,13 +37,14 @@ class Judgement:
 
     Attributes:
         outcome: One of `OUTCOMES`.
-        duration: Time to the target, or to the end [s].
-        average_distance: D_avg, mean smallest true clearance [m].
+        duration: Time to the arrival, or to the end of the run [s].
+        average_distance: Time mean of the smallest true clearance, D_avg [m].
         minimum_distance: Smallest true clearance at and between ticks [m].
         gracefulness: Mean |a_EE| by the authors' definition [m/s^2].
-        acceleration: Mean |a_EE| that does not depend on the rate [m/s^2].
-        path_length: Of the end effector [m].
-        base_path_length: Of the base [m].
+        acceleration: Mean |a_EE| that does not depend on the control rate
+            [m/s^2].
+        path_length: Path length of the end effector [m].
+        base_path_length: Path length of the base [m].
     """
 
     outcome: str
@@ -57,20 +58,20 @@ class Judgement:
 
     @property
     def success(self) -> bool:
-        """Arrived and touched nothing."""
+        """Whether the robot arrived and touched nothing."""
         return self.outcome == SUCCESS
 
 
 @dc.dataclass(frozen=True)
 class WallTimes:
-    """How long things took on the machine; not part of what is repeatable.
+    """Wall-clock times of a trial, which are not repeatable.
 
     Attributes:
-        solve_mean: Of the quadratic program [s].
-        solve_std: Its standard deviation [s].
+        solve_mean: Mean time to solve the quadratic program [s].
+        solve_std: Standard deviation of that time [s].
         tick_p50: Median of a whole control tick [s].
-        tick_p99: 99th percentile of it [s].
-        trial: The whole trial [s].
+        tick_p99: 99th percentile of a whole control tick [s].
+        trial: Duration of the whole trial [s].
     """
 
     solve_mean: float
@@ -82,27 +83,29 @@ class WallTimes:
 
 @dc.dataclass(frozen=True)
 class TrialResult:
-    """One method in one scene.
+    """The result of one method in one scene.
 
     Attributes:
-        key: Names method, scene and all settings; equal keys, equal trials.
+        key: Key of the method, the scene and all settings; trials of equal
+            keys are equal.
         method: Name of the method.
         scene: Name of the scene.
         family: Family of the scene.
         spheres: Sphere set of the robot.
         gains: Gain set that the method starts from.
-        oracle: Distance method.
-        splat: "none", "trained" or "surfel".
-        splat_count: How many splats.
-        station: "kinematic" or "dynamic".
-        seed: Of everything random.
-        version: Of this package.
-        text: Judged by the paper's text.
-        authors: Judged as the authors' code does.
-        statuses: Number of ticks by status.
-        times: Wall-clock times.
-        suite: What the scenes are.
-        error: What crashed; empty otherwise.
+        oracle: Name of the distance oracle.
+        splat: Origin of the splat: "none", "trained" or "surfel".
+        splat_count: Number of splats in the map.
+        station: Kind of the station: "kinematic" or "dynamic".
+        seed: Seed of all random numbers of the trial.
+        version: Version of this package that ran the trial.
+        text: Judgement by the rule of the paper's text; None after a crash.
+        authors: Judgement by the rule of the authors' code; None after a
+            crash.
+        statuses: Number of control ticks by their status.
+        times: Wall-clock times; None after a crash.
+        suite: Name of the suite.
+        error: Error text of a crash; empty otherwise.
     """
 
     key: str
@@ -125,33 +128,37 @@ class TrialResult:
     error: str = ""
 
     def judged(self, rule: str) -> Judgement | None:
-        """By one of `RULES`; None if the trial crashed."""
+        """Returns the judgement by one of `RULES`; None after a crash."""
         return getattr(self, rule)
 
     def outcome(self, rule: str) -> str:
-        """One of `OUTCOMES`, by one of `RULES`."""
+        """Returns which of `OUTCOMES` the trial has by one of `RULES`."""
         judgement = self.judged(rule)
         return CRASH if judgement is None else judgement.outcome
 
     def success(self, rule: str) -> bool:
-        """Arrived by that rule and touched nothing."""
+        """Whether the robot arrived by one of `RULES` and touched nothing."""
         return self.outcome(rule) == SUCCESS
 
     def repeatable(self) -> "TrialResult":
-        """Without what depends on the machine's load."""
+        """Returns a copy without what depends on the machine's load."""
         return dc.replace(self, times=None)
 
 
 def to_line(result: TrialResult) -> str:
-    """One line of JSON, without its end."""
+    """Writes a result as one line of JSON, without the line end."""
     return json.dumps(dc.asdict(result), sort_keys=True)
 
 
 def from_line(line: str, where: str) -> TrialResult:
-    """Reads what `to_line` wrote.
+    """Reads a result from a line of JSON that `to_line` wrote.
+
+    Args:
+        line: The line, without its end.
+        where: The file and line number, for errors.
 
     Raises:
-        FileError: It is something else.
+        FileError: The line does not hold a result.
     """
     try:
         fields = parse_json(line, where)
@@ -168,13 +175,16 @@ def from_line(line: str, where: str) -> TrialResult:
 
 
 def read_results(path: Path) -> list[TrialResult]:
-    """The results in a file, the latest of each key; none without a file.
+    """Reads the results in a file, the latest of each key.
 
     A last line without an end was cut off while it was written; it does not
     count.
 
+    Returns:
+        The results; none where the file does not exist.
+
     Raises:
-        FileError: The file cannot be read, or a line is something else.
+        FileError: The file cannot be read, or a line does not hold a result.
     """
     try:
         text = path.read_text()

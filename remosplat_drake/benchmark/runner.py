@@ -35,17 +35,16 @@ from remosplat_drake.capture.rendering.synthetic import (
 from remosplat_drake.reconstruction.surfels.surfels import surfels_from_capture
 
 _WARM_UP = 2
-"""How long a method runs to have everything compiled [ticks]."""
+"""Number of control ticks that compile everything a method needs."""
 
 
 @dc.dataclass(frozen=True)
 class SplatMaking:
-    """How scenes get the splats they lack.
+    """How the missing splats of scenes are made.
 
     Attributes:
-        recipe: How a splat is made.
-        workers: How many are made at the same time; 0 makes them in this
-            process.
+        recipe: Settings of the capture and the training.
+        workers: Number of worker processes; 0 makes the splats in this one.
         gpus: GPUs that the workers share, as the driver names them.
     """
 
@@ -55,16 +54,16 @@ class SplatMaking:
 
 
 def compile_kernels(trials: Sequence[Trial], renders: bool) -> None:
-    """Compiles what trials need, before many workers would at once.
+    """Compiles the kernels of trials, before many workers would at once.
 
     Numba numbers the files of a kernel's variants. Processes that compile
     different variants at the same time may give them the same number. What
     fails here fails again in a worker, and is recorded there.
 
     Args:
-        trials: Of which the first of each method is run for some ticks.
-            One's own controllers are left out.
-        renders: Whether scenes are rendered, too.
+        trials: The trials; the first of each method is run for some ticks.
+            Custom controllers are left out.
+        renders: Whether kernels for rendering are compiled, too.
     """
     firsts = {trial.method.name: trial for trial in reversed(trials)}
     for trial in firsts.values():
@@ -86,10 +85,14 @@ def compile_kernels(trials: Sequence[Trial], renders: bool) -> None:
 def missing_splats(
     trials: Sequence[Trial], recipe: SplatRecipe
 ) -> list[SplatOrder]:
-    """Returns what must be made before trials, given scene by scene, can run.
+    """Returns the orders of the splats that trials lack.
 
     Scenes that no method looks at through a splat, and those whose solids
-    nobody knows, get none.
+    are unknown, get none.
+
+    Args:
+        trials: The trials, scene by scene.
+        recipe: Settings of the splats.
     """
     return [
         SplatOrder(case, recipe)
@@ -111,14 +114,16 @@ def make_splats(
     """Makes splats, which are kept in the recipe's folder.
 
     Args:
-        orders: Which scenes need one.
-        making: How they are made.
-        is_over: Once it says so, no other splat is begun.
-        on_record: Called with every new record.
-        function: What makes a splat; must be importable by workers.
+        orders: Orders of the splats, one a scene.
+        making: Recipe, workers and GPUs.
+        is_over: Predicate that is asked before each splat; once it is true, no
+            other one is begun.
+        on_record: Callback for every new record.
+        function: Function that makes a splat; workers must be able to import
+            it.
 
     Returns:
-        The records of those that were begun, the failed ones among them.
+        Records of the splats that were begun, the failed ones among them.
     """
     jobs = (Job(order, function, failed_record) for order in orders)
     in_time = takewhile(lambda job: not is_over(), jobs)
@@ -142,19 +147,22 @@ def run_trials(
     on_result: Callable[[TrialResult], None] = lambda result: None,
     function: Callable[[Trial], TrialResult] = run_trial,
 ) -> list[TrialResult]:
-    """Runs what a result file does not hold yet, and what crashed.
+    """Runs the trials that a result file does not hold, and crashed ones again.
 
     Args:
-        trials: What to run, scene by scene.
-        path: The result file; made if it is not there.
-        jobs: Worker processes; 0 runs everything in this one.
+        trials: Trials to run, scene by scene.
+        path: Path of the result file, which is created if it does not exist.
+        jobs: Number of worker processes; 0 runs everything in this one.
         gpus: GPUs that the workers share.
-        ray_address: Run on that Ray cluster instead ("auto": the one of this
-            machine, "local": a new one).
-        is_over: Once it says so, no other scene is begun.
-        on_start: Called with the number of trials to run.
-        on_result: Called with every new result.
-        function: What runs a trial; must be importable by workers.
+        ray_address: Address of a Ray cluster that runs the trials instead;
+            "auto" is the one of this machine, "local" a new one. None uses
+            processes.
+        is_over: Predicate that is asked before each scene; once it is true, no
+            other one is begun.
+        on_start: Callback for the number of trials that will be run.
+        on_result: Callback for every new result.
+        function: Function that runs a trial; workers must be able to import
+            it.
 
     Returns:
         The results of all trials, old and new, in their order; without those
@@ -162,7 +170,8 @@ def run_trials(
 
     Raises:
         FileError: The result file cannot be read or written.
-        KeyboardInterrupt: Ctrl-C; every finished trial is in the file.
+        KeyboardInterrupt: Ctrl-C was pressed; every finished trial is in the
+            file.
     """
     known = {
         result.key: result for result in read_results(path) if not result.error

@@ -27,7 +27,7 @@ from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 SCANS_DIR = Path(__file__).parent / "scans"
-"""The shipped suites."""
+"""Folder of the shipped suites of scanned scenes."""
 
 
 @dc.dataclass
@@ -83,11 +83,11 @@ class ScanCase:
     """One target on one map of a scanned scene.
 
     Attributes:
-        file: The suite.
-        scene: Its entry.
-        map: Name of the map.
-        target: Name of the target.
-        data: Folder of the data files, in place of the suite's own.
+        file: Path of the suite's file.
+        scene: Name of the scene in the suite.
+        map: Name of the map of that scene.
+        target: Name of the target in that scene.
+        data: Folder of the data files; empty for the one that the suite names.
     """
 
     file: str
@@ -98,22 +98,22 @@ class ScanCase:
 
     @property
     def name(self) -> str:
-        """Scene, map and target."""
+        """Name of the case: scene, map and target."""
         return f"{self.scene}/{self.map}/{self.target}"
 
     @property
     def family(self) -> str:
-        """Which of the paper's experiments it repeats."""
+        """Family of the case: which of the paper's experiments it repeats."""
         entry = self._map()
         return NOISY_SCAN if entry.noisy or entry.floaters else SCAN
 
     @property
     def suite(self) -> str:
-        """Scene and map."""
+        """Title of the case's suite: scene and map."""
         return f"{self.scene}, {self.map} map"
 
     def task(self) -> ReachingTask:
-        """The target, and what is known of the scene's surfaces."""
+        """Returns the target, and what is known of the scene's surfaces."""
         config = self._config()
         X_WT = make_transform(
             config.targets[self.target], self._where, f"targets.{self.target}"
@@ -136,12 +136,12 @@ class ScanCase:
         )
 
     def splat_key(self) -> str:
-        """Names the splat's file by its content, and what is done to it."""
+        """Returns a digest of the splat's file and of what is done to it."""
         entry = self._map()
         return f"{content_digest(self._splat_path())}-{entry}"
 
     def splat(self) -> tuple[GaussianSplat, str]:
-        """The map in W, with its floaters."""
+        """Returns the map in W, with its floaters, and its origin."""
         entry = self._map()
         X_WG = make_transform(entry.X_WG, self._where, f"maps.{self.map}.X_WG")
         splat_W = read_splat(self._splat_path()).transformed(X_WG)
@@ -153,9 +153,10 @@ class ScanCase:
         return noisy, f"{TRAINED} with {entry.floaters} floaters"
 
     def check(self) -> None:
-        """Finds out before anything runs whether its files can be used.
+        """Fails before anything runs if one of the case's files cannot be used.
 
-        Workers then find the surfaces of a capture in its cache.
+        It also fills the cache of a capture's surfaces, which workers then
+        read.
         """
         self._splat_path()
         self.task().measure_truth()
@@ -189,14 +190,14 @@ class ScanCase:
 
 
 def scan_cases(name: str) -> list[ScanCase]:
-    """All cases of a suite, map by map.
+    """Returns all cases of a suite, map by map.
 
     Args:
-        name: A shipped suite or a YAML file, and after a colon the folder of
-            its data files, if it is not where the suite says.
+        name: Name of a shipped suite or path of a YAML file; after a colon the
+            folder of its data files, if it is not where the suite says.
 
     Raises:
-        RemoSplatError: There is no such suite, or it cannot be used.
+        RemoSplatError: The suite does not exist or cannot be used.
     """
     suite, _, data = name.partition(":")
     path = find_suite(suite)
@@ -214,10 +215,10 @@ def scan_cases(name: str) -> list[ScanCase]:
 
 
 def find_suite(name: str) -> Path:
-    """The file of a suite: a shipped name or a path.
+    """Returns the file of a suite, given its shipped name or its path.
 
     Raises:
-        RemoSplatError: There is no such suite.
+        RemoSplatError: The suite does not exist.
     """
     if Path(name).suffix in (".yaml", ".yml"):
         return resources.resolve(name)
@@ -229,15 +230,15 @@ def find_suite(name: str) -> Path:
 
 
 def load_scan(path: Path, scene: str, data: str = "") -> ScannedScene:
-    """One scene of a suite.
+    """Loads one scene of a suite.
 
     Args:
-        path: The suite's file.
-        scene: One of its entries.
-        data: Folder of the data files, in place of the suite's own.
+        path: Path of the suite's file.
+        scene: Name of the scene in the suite.
+        data: Folder of the data files; empty for the one that the suite names.
 
     Raises:
-        RemoSplatError: A field is unusable.
+        RemoSplatError: A field has an unusable value.
     """
     config = load_strict(ScannedScene, path, scene)
     where = f"{path}:{scene}"
@@ -249,7 +250,7 @@ def load_scan(path: Path, scene: str, data: str = "") -> ScannedScene:
 
 
 def scan_names(path: Path) -> list[str]:
-    """The scenes of a suite."""
+    """Returns the names of a suite's scenes."""
     names = entries(path)
     if not names:
         raise FileError(path, "holds no scenes")

@@ -13,7 +13,12 @@ from remosplat_drake.benchmark.tables import Table, format_mean
 
 
 def scan_table(comparison: Comparison, rule: str) -> Table:
-    """Targets reached in a scan, how gracefully, and what was touched."""
+    """Makes our counterpart of the paper's Tables II and III.
+
+    Args:
+        comparison: The methods to show, one a row, above the paper's rows.
+        rule: One of the success rules in `RULES`.
+    """
     rows = [_row(row, rule) for row in comparison.rows]
     for family in comparison.families():
         rows += [_paper_row(paper) for paper in PAPER_SCANS[family]]
@@ -57,7 +62,7 @@ def _row(row: Row, rule: str) -> tuple[str, ...]:
 
 
 def _not_reached(row: Row, rule: str) -> str:
-    """The targets by what kept the robot from them."""
+    """Counts the targets that were not reached, by the reason."""
     targets = defaultdict(list)
     for trial in row.trials:
         if not trial.success(rule):

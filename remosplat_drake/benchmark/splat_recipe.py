@@ -20,13 +20,15 @@ from remosplat_drake.benchmark.reaching_task import TRAINED
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 RECIPE_VERSION = 3
-"""Raised whenever the same settings would give other splats."""
+"""Version of the recipe, raised whenever the same settings would give other
+splats."""
 
 REFINED = "refined"
-"""What tables call a splat that was fitted on the CPU, without gradients."""
+"""Origin in tables of a splat that was fitted on the CPU, without
+gradients."""
 
 ORIGINS = {"cuda": TRAINED, "cpu": REFINED}
-"""By the device that makes them."""
+"""Origins of splats in tables, by the device that makes them."""
 
 
 @dc.dataclass
@@ -49,23 +51,27 @@ class SplatRecipe(Config):
 
     @property
     def origin(self) -> str:
-        """What tables call its splats."""
+        """Origin of the recipe's splats, as tables name it."""
         return ORIGINS[self.device]
 
     @property
     def folder(self) -> Path:
-        """Where its splats are kept."""
+        """Folder in which the recipe's splats are kept."""
         settings = repr((RECIPE_VERSION, self))
         digest = hashlib.sha256(settings.encode()).hexdigest()[:12]
         return resources.cache_dir() / "splats" / f"{self.origin}-{digest}"
 
     def splat_file(self, truth: PrimitiveScene) -> Path:
-        """Where the splat of a scene is, or would be."""
+        """Returns the path where the splat of a scene is, or would be."""
         return self.folder / f"{truth.content_hash}.ply"
 
 
 def load_recipe(device: str, override: str = "") -> SplatRecipe:
-    """The recipe for a device, with YAML laid over it.
+    """Makes the recipe for a device, with overridden fields.
+
+    Args:
+        device: Device that makes the splats: "cuda" or "cpu".
+        override: YAML that overrides fields, e.g. "{steps: 1000}".
 
     Raises:
         FieldError: A field is unknown, or its value is out of range.
@@ -80,5 +86,5 @@ def load_recipe(device: str, override: str = "") -> SplatRecipe:
 
 
 def default_folders() -> tuple[Path, ...]:
-    """Where splats of the default recipes are, the trained ones first."""
+    """Returns the default recipes' folders of splats, trained ones first."""
     return tuple(SplatRecipe(device=device).folder for device in ORIGINS)

@@ -18,14 +18,15 @@ class SplatRecord:
     Attributes:
         scene: Name of the scene.
         family: Family of the scene.
-        origin: "trained" or "refined"; see `SplatRecipe`.
-        recipe: All settings.
-        version: Of this package.
-        count: How many splats.
-        capture_seconds: Rendering the views and laying the first discs [s].
-        fit_seconds: Training or refining [s].
-        quality: Distance errors by oracle.
-        error: Why there is no splat; empty otherwise.
+        origin: Origin of the splat, "trained" or "refined"
+            (`SplatRecipe.origin`).
+        recipe: All settings of the recipe, by name.
+        version: Version of this package that made the splat.
+        count: Number of splats.
+        capture_seconds: Time to render the views and lay the first discs [s].
+        fit_seconds: Time to train or refine the discs [s].
+        quality: Distance errors by the name of the oracle.
+        error: Error text where there is no splat; empty otherwise.
     """
 
     scene: str
@@ -41,7 +42,7 @@ class SplatRecord:
 
 
 def write_record(splat_file: Path, record: SplatRecord) -> None:
-    """Puts a record beside its splat.
+    """Writes a record beside its splat.
 
     Raises:
         FileError: The folder cannot be written.
@@ -50,16 +51,16 @@ def write_record(splat_file: Path, record: SplatRecord) -> None:
 
 
 def read_record(splat_file: Path) -> SplatRecord | None:
-    """The record beside a splat; None for a splat from elsewhere.
+    """Reads the record beside a splat; None for a splat from elsewhere.
 
     Raises:
-        FileError: There is a file, but it holds something else.
+        FileError: The file exists but does not hold a record.
     """
     return next(iter(read_records(splat_file.with_suffix(".json"))), None)
 
 
 def write_records(path: Path, records: Iterable[SplatRecord]) -> None:
-    """Writes one line of JSON a record.
+    """Writes records to a file, one line of JSON each.
 
     Raises:
         FileError: The file cannot be written.
@@ -69,10 +70,10 @@ def write_records(path: Path, records: Iterable[SplatRecord]) -> None:
 
 
 def read_records(path: Path) -> list[SplatRecord]:
-    """What `write_records` wrote; nothing without a file.
+    """Reads the records that `write_records` wrote; none without a file.
 
     Raises:
-        FileError: There is a file, but it holds something else.
+        FileError: The file exists but does not hold records.
     """
     try:
         lines = path.read_text().splitlines()

@@ -13,7 +13,11 @@ from remosplat_drake.reconstruction.report.quality import DistanceQuality
 
 
 def splat_table(records: Sequence[SplatRecord]) -> Table | None:
-    """Counts, seconds and distance errors by family; None without records."""
+    """Makes the table of counts, times and distance errors by family.
+
+    Returns:
+        The table; None without records.
+    """
     groups = defaultdict(list)
     for record in records:
         settings = tuple(sorted(record.recipe.items()))

@@ -36,7 +36,7 @@ from remosplat_drake.splat.codecs.ply import read_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 PUBLISHED_FOLDERS = {"table": "table_new", "bookshelf": "bookshelf_cage"}
-"""Where the published scenes of a family are."""
+"""Folders of the published scenes, by family."""
 
 
 @dc.dataclass(frozen=True)
@@ -44,12 +44,12 @@ class SceneCase:
     """One scene of a suite, and where its splat is.
 
     Attributes:
-        name: As tables show it.
-        family: Scenes of a family are reported together.
-        suite: What the scenes are, for titles.
-        file: RMMI file; empty for a generated scene.
-        seed: Of a generated scene.
-        splat_folders: Where trained splats may lie: as NAME.ply, as
+        name: Name of the scene in tables.
+        family: Family of the scene; scenes of a family are reported together.
+        suite: Name of the suite in titles of tables.
+        file: Path of the scene's RMMI file; empty for a generated scene.
+        seed: Seed of a generated scene.
+        splat_folders: Folders in which trained splats may lie: as NAME.ply, as
             FAMILY_NUMBER.ply with the number that ends the name, or as
             HASH.ply with the hash of the scene's content.
     """
@@ -62,7 +62,7 @@ class SceneCase:
     splat_folders: tuple[str, ...] = ()
 
     def truth(self) -> PrimitiveScene:
-        """The scene itself, with its task.
+        """Reads or generates the scene, with its task.
 
         Raises:
             RemoSplatError: Its file cannot be used, or it has no task.
@@ -75,7 +75,7 @@ class SceneCase:
         return scene
 
     def trained_splat(self, truth: PrimitiveScene) -> Path | None:
-        """The scene's splat file, if it has one."""
+        """Returns the file of the scene's trained splat; None without one."""
         for folder in self.splat_folders:
             number = self.name.rpartition("_")[2]
             short = f"{self.family}_{number}"
@@ -86,11 +86,15 @@ class SceneCase:
         return None
 
     def task(self) -> ReachingTask:
-        """The scene and the target in it; see `truth`."""
+        """Returns the target, and the true geometry of the scene.
+
+        Raises:
+            RemoSplatError: The scene's file cannot be used, or it has no task.
+        """
         return solid_task(self.truth())
 
     def splat_key(self) -> str:
-        """Names the trained splat by its content, if there is one."""
+        """Returns the trained splat's digest; "surfel" where there is none."""
         path = self.trained_splat(self.truth())
         if path is None:
             return SURFEL
@@ -98,7 +102,7 @@ class SceneCase:
         return f"{path.name}-{_digest(path, status.st_mtime_ns)}"
 
     def splat(self) -> tuple[GaussianSplat, str]:
-        """The scene's splat in W and where it comes from.
+        """Returns the scene's splat in W and its origin as tables name it.
 
         Without a trained one it is made of surfels on the true geometry.
         """
@@ -113,7 +117,7 @@ class SceneCase:
 def interleave_families(
     cases: Sequence[BenchmarkCase],
 ) -> list[BenchmarkCase]:
-    """The first of each family, then the second of each, and so on.
+    """Orders cases: the first of each family, then the second of each, ...
 
     Whenever a run stops, it has compared methods in balanced scenes.
     """
@@ -126,7 +130,7 @@ def interleave_families(
 
 @cache
 def _digest(path: Path, modified: int) -> str:
-    """Of a file as it was at that time; each method asks for it again."""
+    """Returns a file's digest, cached until its modification time changes."""
     del modified
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
@@ -137,10 +141,18 @@ def load_cases(
     splat_folders: tuple[Path, ...] = (),
     trained_only: bool = False,
 ) -> Sequence[BenchmarkCase]:
-    """The cases of any suite.
+    """Returns the cases of any suite.
 
-    Of scans ("scan:NAME", see `scan_cases`) these are all, whatever `count`,
-    with the splats that the suite itself names; else see `load_suite`.
+    Args:
+        name: "scan:NAME" for scanned scenes (`scan_cases`), else a name that
+            `load_suite` takes.
+        count: How many scenes of each family; scanned scenes are all taken.
+        splat_folders: Folders of trained splats; scanned scenes use those
+            that their suite names.
+        trained_only: Whether scenes without a trained splat are left out.
+
+    Raises:
+        RemoSplatError: The suite does not exist or cannot be used.
     """
     kind, _, scans = name.partition(":")
     if kind == "scan":
@@ -154,18 +166,18 @@ def load_suite(
     splat_folders: tuple[Path, ...] = (),
     trained_only: bool = False,
 ) -> list[SceneCase]:
-    """The first scenes of each family of a suite.
+    """Returns the first scenes of each family of a suite.
 
     Args:
         name: "generated" for the published families,
             "generated:FAMILY,..." for chosen ones, or "published:DIR" with
             the folders of `PUBLISHED_FOLDERS` in DIR.
-        count: How many of each family.
-        splat_folders: Where to look for trained splats.
-        trained_only: Leave out scenes without a trained splat.
+        count: Number of scenes of each family.
+        splat_folders: Folders in which trained splats are looked for.
+        trained_only: Whether scenes without a trained splat are left out.
 
     Raises:
-        RemoSplatError: There is no such suite, or it has no scenes.
+        RemoSplatError: The suite does not exist, or it has no scenes.
     """
     kind, _, folder = name.partition(":")
     if kind == "published" and folder:

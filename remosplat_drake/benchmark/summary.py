@@ -24,16 +24,16 @@ from remosplat_drake.benchmark.result import (
 
 @dc.dataclass(frozen=True, eq=False)
 class Row:
-    """All trials of one method with one set-up.
+    """All trials of one method with one set-up: one row of a table.
 
     Attributes:
         method: Name of the method.
-        spheres: Sphere set.
-        gains: Gain set.
-        splat: Where the splats come from: "none", "trained", "surfel", or
-            both joined by "+".
-        station: "kinematic" or "dynamic".
-        trials: Sorted by scene.
+        spheres: Sphere set of the robot.
+        gains: Gain set of the controller.
+        splat: Origin of the splats: "none", "trained", "surfel", or several
+            joined by "+".
+        station: Kind of the station: "kinematic" or "dynamic".
+        trials: Results of the trials, sorted by scene.
     """
 
     method: str
@@ -48,39 +48,48 @@ class Row:
 
     @property
     def scenes(self) -> tuple[tuple[str, int], ...]:
-        """Names and seeds of what was run."""
+        """Names and seeds of the scenes that were run."""
         return tuple((t.scene, t.seed) for t in self.trials)
 
     @property
     def splat_label(self) -> str:
-        """Where the splats come from, and how many there are on average."""
+        """Origin of the splats, and their mean number."""
         if self.splat == "none":
             return "–"
         counts = [t.splat_count for t in self.trials if t.splat_count]
         return f"{self.splat}, {np.mean(counts) / 1e3:.0f}k"
 
     def successes(self, rule: str) -> np.ndarray:
-        """Which trials succeeded by a rule, shape (n,) bool."""
+        """Returns which trials succeeded by one of `RULES`, shape (n,) bool."""
         return np.array([t.success(rule) for t in self.trials], bool)
 
     def count(self, outcome: str, rule: str) -> int:
-        """How many trials ended like that."""
+        """Returns how many trials have an outcome by one of `RULES`."""
         return sum(t.outcome(rule) == outcome for t in self.trials)
 
     def collisions(self) -> int:
-        """Trials that touched something before they arrived by any rule."""
+        """Returns how many trials collide by at least one of `RULES`."""
         return sum(
             any(t.outcome(rule) == COLLISION for rule in RULES)
             for t in self.trials
         )
 
     def values(self, field: str, rule: str, chosen: np.ndarray) -> np.ndarray:
-        """A number of `Judgement` over chosen trials that did not crash."""
+        """Returns a field of `Judgement` over the trials that did not crash.
+
+        Args:
+            field: Name of the field.
+            rule: One of the success rules in `RULES`.
+            chosen: Which trials to take, shape (n,) bool.
+
+        Returns:
+            One value for each chosen trial that did not crash.
+        """
         judged = [self.trials[i].judged(rule) for i in np.flatnonzero(chosen)]
         return np.array([getattr(j, field) for j in judged if j is not None])
 
     def times(self, field: str) -> np.ndarray:
-        """A number of `WallTimes` over all trials that did not crash."""
+        """Returns a field of `WallTimes` over all trials that did not crash."""
         times = [t.times for t in self.trials if t.times is not None]
         return np.array([getattr(t, field) for t in times])
 
@@ -90,33 +99,33 @@ class Comparison:
     """Rows over exactly the same scenes of a suite, spheres and station.
 
     Attributes:
-        rows: In the order of `gather`.
+        rows: Rows of the methods, in the order of `gather`.
     """
 
     rows: tuple[Row, ...]
 
     @property
     def is_scan(self) -> bool:
-        """Whether it repeats the paper's experiment 2 or 3."""
+        """Whether the scenes repeat the paper's experiment 2 or 3."""
         return set(self.families()) <= set(PAPER_SCANS)
 
     @property
     def paper(self) -> dict[str, PaperRow]:
-        """The rows of the paper's Table I that belong beside these."""
+        """Rows of the paper's Table I that belong beside these, by method."""
         return {} if self.is_scan else PAPER_TABLE_I
 
     def common(self, rule: str) -> np.ndarray:
-        """The scenes that every row solves, shape (n,) bool."""
+        """Returns which scenes every row solves, shape (n,) bool."""
         return np.logical_and.reduce([r.successes(rule) for r in self.rows])
 
     @property
     def suite(self) -> str:
-        """What the scenes are."""
+        """Name of the suite of the scenes."""
         return self.rows[0].trials[0].suite
 
     @property
     def title(self) -> str:
-        """How many scenes of which families, and the set-up."""
+        """Title: the number of scenes, their families, and the set-up."""
         first = self.rows[0]
         families = ", ".join(
             f"{sum(t.family == family for t in first.trials)} {family}"
@@ -128,11 +137,11 @@ class Comparison:
         )
 
     def families(self) -> list[str]:
-        """In alphabetical order."""
+        """Returns the families of the scenes, in alphabetical order."""
         return sorted({t.family for t in self.rows[0].trials})
 
     def outcomes(self) -> list[str]:
-        """Those that occur, besides success and collision."""
+        """Returns the outcomes that occur, besides success and collision."""
         seen = {
             t.outcome(rule)
             for row in self.rows

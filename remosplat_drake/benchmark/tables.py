@@ -15,10 +15,10 @@ class Table:
     """Cells of text under headings.
 
     Attributes:
-        title: What it shows.
-        header: One heading a column; the first column is left-aligned.
-        rows: As many cells each as there are headings.
-        notes: A paragraph below.
+        title: Heading above the table.
+        header: Headings of the columns; the first column is left-aligned.
+        rows: Rows of cells, as many each as there are headings.
+        notes: Paragraph below the table; empty for none.
     """
 
     title: str
@@ -27,7 +27,7 @@ class Table:
     notes: str = ""
 
     def to_markdown(self) -> str:
-        """A heading, a pipe table whose columns line up, and the notes."""
+        """Writes the heading, an aligned pipe table, and the notes."""
         widths = [
             max(3, *(len(cells[i]) for cells in (self.header, *self.rows)))
             for i in range(len(self.header))
@@ -48,7 +48,7 @@ class Table:
         return "\n".join(lines) + "\n"
 
     def to_html(self) -> str:
-        """The same as a fragment of HTML."""
+        """Writes heading, table and notes as a fragment of HTML."""
 
         def row(cells: tuple[str, ...], tag: str) -> str:
             inner = "".join(
@@ -68,14 +68,14 @@ class Table:
 def rate_interval(successes: int, count: int) -> tuple[float, float]:
     """Returns the 95 % interval of a rate (Wilson's score interval).
 
-    It stays inside [0, 1] and means something at 0 and at `count`.
+    It stays inside [0, 1] and is meaningful at 0 and at `count` successes.
     """
     interval = binomtest(successes, count).proportion_ci(method="wilson")
     return interval.low, interval.high
 
 
 def format_rate(successes: int, count: int) -> str:
-    """Writes a rate in per cent, its interval and its counts."""
+    """Formats a rate in per cent, its 95 % interval and its counts."""
     if not count:
         return "–"
     low, high = rate_interval(successes, count)
@@ -86,13 +86,13 @@ def format_rate(successes: int, count: int) -> str:
 
 
 def format_rare(successes: int, count: int) -> str:
-    """Writes counts of what should not happen, and its rate's upper bound."""
+    """Formats counts of rare events, and the upper bound of their rate."""
     _, high = rate_interval(successes, count)
     return f"{successes}/{count} (< {100 * high:.1f} %)"
 
 
 def format_mean(values: np.ndarray, decimals: int) -> str:
-    """Writes a mean and half the width of its 95 % interval.
+    """Formats a mean and half the width of its 95 % interval.
 
     A dash stands for the mean of nothing; one value has no interval.
     """
@@ -105,5 +105,5 @@ def format_mean(values: np.ndarray, decimals: int) -> str:
 
 
 def format_median(values: np.ndarray, decimals: int) -> str:
-    """Writes a median; a dash without values."""
+    """Formats a median; a dash stands for the median of nothing."""
     return f"{np.median(values):.{decimals}f}" if len(values) else "–"

@@ -45,20 +45,21 @@ from remosplat_drake.splat.codecs.ply import write_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 Fit = Callable[[Capture, Surfels, SplatRecipe], GaussianSplat]
-"""Makes a splat of a capture and the discs that were laid on it."""
+"""Function that makes a splat of a capture and the discs laid on it."""
 
 ORACLES: dict[str, OracleConfig] = {
     "ellipsoid": SphereToEllipsoid(),
     "depth": DepthRasterization(),
 }
-"""The oracles that a splat's distance errors are measured with."""
+"""Oracles with which a splat's distance errors are measured, by name."""
 
 QUALITY_POINTS = 4000
-"""Drawn in the space of the task, of which those near the scene count."""
+"""Number of points drawn in the space of the task; only those near the scene
+count."""
 
 MARGIN, FLOOR_MARGIN, HEIGHT = 0.6, 0.05, 1.4
-"""That space reaches so far beyond start and target, and from just above the
-floor up to so high [m]."""
+"""Extent of that space: so far beyond start and target, and from just above
+the floor up to so high [m]."""
 
 
 @dc.dataclass(frozen=True)
@@ -66,8 +67,8 @@ class SplatOrder:
     """A scene that needs a splat; small enough to be sent to a worker.
 
     Attributes:
-        case: The scene.
-        recipe: How to make its splat.
+        case: The scene that needs a splat.
+        recipe: Settings of the splat.
     """
 
     case: BenchmarkCase
@@ -75,7 +76,7 @@ class SplatOrder:
 
 
 def failed_record(order: SplatOrder, error: str) -> SplatRecord:
-    """What is left of an order that could not be carried out."""
+    """Returns the record of an order that failed with an error."""
     return dc.replace(_head(order), error=error)
 
 
@@ -83,20 +84,20 @@ def make_splat(order: SplatOrder) -> SplatRecord:
     """Makes a scene's splat on the recipe's device and stores it.
 
     Raises:
-        Exception: Whatever goes wrong inside.
+        Exception: Any error of rendering, training or storing.
     """
     return make_splat_with(FITS[order.recipe.device], order)
 
 
 def make_splat_with(fit: Fit, order: SplatOrder) -> SplatRecord:
-    """Makes a scene's splat and stores it.
+    """Makes a scene's splat with a given fit and stores it.
 
     Args:
-        fit: Fits the discs.
-        order: Which scene, and how.
+        fit: Function that fits the discs to the capture.
+        order: The scene and the settings of its splat.
 
     Raises:
-        Exception: Whatever goes wrong inside.
+        Exception: Any error of rendering, fitting or storing.
     """
     recipe, truth = order.recipe, order.case.task().solids
     if truth is None or truth.X_WE_target is None:
@@ -129,7 +130,7 @@ def make_splat_with(fit: Fit, order: SplatOrder) -> SplatRecord:
 def stored_records(
     cases: Iterable[BenchmarkCase], recipe: SplatRecipe
 ) -> list[SplatRecord]:
-    """The records of all scenes that have a splat of a recipe."""
+    """Returns the records of all cases that have a splat of a recipe."""
     scenes = (case.task().solids for case in cases)
     files = (recipe.splat_file(scene) for scene in scenes if scene is not None)
     records = (read_record(path) for path in files if path.is_file())
@@ -139,7 +140,15 @@ def stored_records(
 def splat_quality(
     splat_W: GaussianSplat, truth: PrimitiveScene
 ) -> dict[str, DistanceQuality]:
-    """Distance errors by oracle, in the space of the scene's task."""
+    """Measures a splat's distance errors in the space of the scene's task.
+
+    Args:
+        splat_W: The splat, expressed in W.
+        truth: The scene's solids, with its task.
+
+    Returns:
+        The errors, by the name of the oracle.
+    """
     assert truth.X_WE_target is not None and truth.X_WB_start is not None
     way = np.array([truth.X_WE_target.translation()[:2], truth.X_WB_start[:2]])
     lower = np.array([*way.min(axis=0) - MARGIN, FLOOR_MARGIN])
@@ -186,4 +195,4 @@ def _refine(
 
 
 FITS: dict[str, Fit] = {"cuda": _train, "cpu": _refine}
-"""How splats are made, by device."""
+"""Functions that fit splats, by the device they run on."""

@@ -45,23 +45,26 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 TRIAL_VERSION = 1
-"""Raised whenever a trial would end differently; part of its key."""
+"""Version of trials, raised whenever one would end differently; part of the
+key."""
 
 CHECKS_A_TICK = 5
-"""Collisions are looked for at every tick and at four points between."""
+"""Number of collision checks a tick: at the tick and at four points
+between."""
 
 STALL_WINDOW, STALL_REACH = 1.0, 0.01
-"""Moving less than that far in the last second is standing still [s, m]."""
+"""Time at the end of a run [s], and the path length below which the robot
+stood still in it [m]."""
 
 
 @dc.dataclass(frozen=True)
 class Trial:
-    """A method in a scene; small enough to be sent to a worker.
+    """One method in one scene; small enough to be sent to a worker.
 
     Attributes:
-        method: The controller.
-        case: The scene.
-        seed: Of everything random.
+        method: Method that is tried.
+        case: Scene and target.
+        seed: Seed of all random numbers of the trial.
     """
 
     method: Method
@@ -69,7 +72,7 @@ class Trial:
     seed: int = 0
 
     def key(self) -> str:
-        """Names everything that the result depends on."""
+        """Returns a digest of everything that the result depends on."""
         task = self.case.task()
         splat = self.case.splat_key() if self.method.needs_splat else NO_SPLAT
         parts = (
@@ -86,7 +89,12 @@ class Trial:
 
 
 def describe(trial: Trial, error: str = "") -> TrialResult:
-    """The result's head: what was tried, before anything has happened."""
+    """Returns the head of a trial's result, before anything has happened.
+
+    Args:
+        trial: The trial.
+        error: Error text of a crash; empty otherwise.
+    """
     scenario = trial.method.scenario
     return TrialResult(
         key=trial.key(),
@@ -107,10 +115,10 @@ def describe(trial: Trial, error: str = "") -> TrialResult:
 
 
 def run_trial(trial: Trial) -> TrialResult:
-    """Runs a trial; equal trials give equal results, but for the times.
+    """Runs a trial; equal trials give equal results, but for wall times.
 
     Raises:
-        Exception: Whatever goes wrong inside.
+        Exception: Any error of the trial.
     """
     started = perf_counter()
     scenario = dc.replace(trial.method.scenario, seed=trial.seed)
@@ -157,7 +165,7 @@ def _make_world(
 def _drive(
     method: Method, scenario: Scenario, world: World, task: ReachingTask
 ) -> Trajectory:
-    """The closed loop until every rule has held, or time is up."""
+    """Runs the closed loop until every rule has held, or time is up."""
     until = _ArrivedByEveryRule(scenario)
     if not method.controller:
         scenario = dc.replace(scenario, targets=[_pose(task.X_WE_target)])
@@ -183,12 +191,12 @@ def _pose(X: RigidTransform) -> PoseConfig:
 
 
 def arrival_rule(scenario: Scenario, rule: str) -> ArrivalConfig:
-    """The scenario's tolerances, judged by another rule."""
+    """Returns the scenario's arrival tolerances, judged by another rule."""
     return dc.replace(scenario.arrival, rule=rule)
 
 
 class _ArrivedByEveryRule:
-    """Whether each rule has held once, so that one run serves all."""
+    """Tells whether each rule has held once, so that one run serves all."""
 
     def __init__(self, scenario: Scenario):
         self._open = [arrival_rule(scenario, rule) for rule in RULES]
@@ -199,7 +207,7 @@ class _ArrivedByEveryRule:
 
 
 class _Judge:
-    """Looks at one finished run with the eyes of several rules."""
+    """Judges one finished run by several success rules."""
 
     def __init__(
         self,
@@ -224,7 +232,7 @@ class _Judge:
         return clearances.reshape(q.shape[:2]).min(axis=1, initial=np.inf)
 
     def judgement(self, rule: str) -> Judgement:
-        """The part of the run up to the arrival by that rule."""
+        """Judges the part of the run up to the arrival by that rule."""
         scenario, trajectory = self._scenario, self._trajectory
         dt = scenario.control_period
         arrival = met.arrival_tick(self._errors, arrival_rule(scenario, rule))
@@ -252,7 +260,7 @@ class _Judge:
         )
 
     def _failure(self) -> str:
-        """Why a run without a collision did not arrive."""
+        """Returns why a run without a collision did not arrive."""
         trajectory = self._trajectory
         if len(trajectory) and trajectory.status[-1] in (RELAXED, BRAKING):
             return INFEASIBLE
