@@ -33,24 +33,24 @@ from remosplat_drake.app.simulation import REACHED
 from remosplat_drake.app.world import World
 
 _ATTEMPTS = 5
-"""A run that was disturbed before its fault is repeated."""
+"""Number of attempts at a run that is disturbed before its fault."""
 
 
 @dc.dataclass(frozen=True)
 class FaultResult:
-    """What came of a fault.
+    """The result of one case of the fault campaign.
 
     Attributes:
-        case: The fault.
-        reason: Why the robot was stopped, as a person reads it.
-        time_to_zero: From the fault to a standstill [s]; NaN if there was
-            none.
-        moved_after: How far any part of the robot moved after that, before
-            anybody released it [m]; NaN without a standstill.
-        refusal: What a release was answered while the fault was there.
-        resumed: REACHES or MOVES after the release; empty without one.
-        clearance: Smallest true distance from the scene of the whole run [m].
-        problem: What is not as it should be; empty if all is.
+        case: The case: what went wrong.
+        reason: Reason of the stop, as a person reads it.
+        time_to_zero: Time from the fault to a standstill [s]; NaN without one.
+        moved_after: Largest distance that any part of the robot moved between
+            the standstill and the release [m]; NaN without a standstill.
+        refusal: Answer to a release while the fault was present.
+        resumed: REACHES or MOVES after the release; empty without a release.
+        clearance: Smallest true distance from the scene over the whole run
+            [m].
+        problem: Deviation from the expected outcome; empty if there is none.
     """
 
     case: FaultCase
@@ -64,11 +64,11 @@ class FaultResult:
 
 
 def run_case(case: FaultCase, world: World) -> FaultResult:
-    """Runs robot and controller, lets one thing go wrong, and judges.
+    """Runs robot and controller, injects one fault, and judges the outcome.
 
     Args:
-        case: What goes wrong.
-        world: Of the default scenario, with its true geometry.
+        case: The fault to inject, and the outcome to expect.
+        world: World of the default scenario, with its true geometry.
     """
     problem = ""
     for _ in range(_ATTEMPTS):
@@ -81,7 +81,7 @@ def run_case(case: FaultCase, world: World) -> FaultResult:
 
 
 def _judged(run: FaultRun, case: FaultCase, world: World) -> FaultResult:
-    """What came of it, judged in a world with its true geometry."""
+    """Judges a run in a world with the true geometry of its case."""
     assert world.truth_field is not None
     robot, true_run = world.robot, TrueRun.read(run.motion)
     result = FaultResult(
@@ -101,7 +101,7 @@ def _judged(run: FaultRun, case: FaultCase, world: World) -> FaultResult:
 def _judged_stop(
     run: FaultRun, case: FaultCase, true_run: TrueRun, world: World
 ) -> StopQuality:
-    """The stop, by the motion until the release."""
+    """Judges the stop by the motion until the release."""
     if case.part is Part.DRIVER_KILLED:
         # The record of the killed robot is lost with it: what it was told
         # last tells when it was to stand, and the new one's record whether it
@@ -113,7 +113,7 @@ def _judged_stop(
 
 
 def _resumed(run: FaultRun, true_run: TrueRun, world: World) -> str:
-    """What the robot did after the release."""
+    """Returns REACHES, MOVES or nothing: what the robot did once released."""
     if run.events[-1].get("outcome") == REACHED:
         return REACHES if math.isfinite(run.released) else ""
     after = true_run.since(run.released)
@@ -121,7 +121,7 @@ def _resumed(run: FaultRun, true_run: TrueRun, world: World) -> str:
 
 
 def _without_effect(run: FaultRun, case: FaultCase) -> str:
-    """Says so if the controller did not notice what it should."""
+    """Returns a complaint if the controller did not notice the fault."""
     status = case.tick_status
     statuses = run.events[-1].get("statuses", {}) if status else {}
     if status and status not in statuses:

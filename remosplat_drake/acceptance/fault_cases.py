@@ -9,7 +9,7 @@ from remosplat_drake.signals.tick_report import BRAKING, RELAXED
 
 
 class Part(Enum):
-    """Where something goes wrong."""
+    """The part of the system in which something goes wrong."""
 
     ROBOT = "robot"
     """A fault of `remosplat hardware-sim`, told over the wire."""
@@ -24,45 +24,47 @@ class Part(Enum):
     CONTROLLER_KILLED = "controller killed"
     """The controller's process is killed."""
     INTERRUPT = "interrupt"
-    """Ctrl-C."""
+    """The controller gets Ctrl-C."""
 
 
 STOPS = "stops"
-"""The supervisor stops the robot, and only a release lets it go on."""
+"""Outcome: the supervisor stops the robot, and only a release ends that."""
 DRIVER_STOPS = "the drivers stop"
-"""Nobody is left to give a reason; the drivers let the command expire."""
+"""Outcome: nobody is left to give a reason; the drivers let the command
+expire."""
 ENDS = "ends"
-"""The program brings the robot to rest, and ends."""
+"""Outcome: the program brings the robot to rest, and ends."""
 GOES_ON = "goes on"
-"""The robot may go on: it is safe, and reaches its target or stands."""
+"""Outcome: the robot may go on, is safe, and reaches its target or stands."""
 
 REACHES = "reaches the target"
-"""After a release the robot goes on to its target."""
+"""Resumption: after a release the robot goes on to its target."""
 MOVES = "moves"
-"""After a release the robot moves; its target is out of reach."""
+"""Resumption: after a release the robot moves; its target is unreachable."""
 
 
 @dc.dataclass(frozen=True)
 class FaultCase:
-    """One thing that goes wrong while the robot moves.
+    """One fault that is injected while the robot moves, and what must follow.
 
     Attributes:
-        name: What the table calls it.
-        part: Where it goes wrong.
+        name: Name of the case in tables.
+        part: Part of the system in which the fault occurs.
         fault: Name of the fault, where the part has several.
-        value: How much, where that has a meaning.
-        outcome: STOPS, DRIVER_STOPS, ENDS or GOES_ON.
-        reason: What the reason of the stop must contain.
-        refusal: What the answer must contain to a release while the fault is
-            there; None where none is tried.
-        resumes: REACHES or MOVES, once the fault is gone and the stop
-            released.
-        then: Another fault, which follows at once.
-        tick_status: Of some of the controller's ticks, if it has to notice.
-        watch: How long to look on after the fault is over [s].
-        text: Laid over the scenario.
-        delay: Of the network [s].
-        loss: Of the network, a share.
+        value: Magnitude of the fault, in its own unit, where it has one.
+        outcome: Expected outcome: STOPS, DRIVER_STOPS, ENDS or GOES_ON.
+        reason: Text that the reason of the stop must contain.
+        refusal: Text that the answer to a release must contain while the fault
+            is present; None where no release is tried.
+        resumes: Expected resumption, REACHES or MOVES, once the fault is gone
+            and the stop released.
+        then: Name of another fault that follows at once; empty for none.
+        tick_status: Status that some of the controller's ticks must have,
+            where it has to notice the fault; empty for any.
+        watch: Time to observe the robot after the fault is over [s].
+        text: YAML that overrides fields of the scenario.
+        delay: Delay of the network [s].
+        loss: Share of messages that the network loses, in [0, 1].
     """
 
     name: str
@@ -192,4 +194,4 @@ CASES = (
         text=_THROUGH_THE_TABLE + "supervisor: {max_target_jump: 0.2}\n",
     ),
 )
-"""The whole campaign."""
+"""All cases of the campaign."""

@@ -42,29 +42,30 @@ FAULTS = {
     "infeasible": "for 1.2 s the map holds the hand between two walls, both"
     " a bit too near: no command fulfils both rows",
 }
-"""What can go wrong here, by name."""
+"""Faults of the controller's process, by name."""
 
 _CONTRADICTION = 1.2
-"""How long no command is feasible [s]."""
+"""Time for which no command is feasible [s]."""
 
 _TOO_NEAR = 0.002
-"""The two walls are so much nearer than the hand may come [m]."""
+"""Distance by which the two walls are nearer than the hand may come [m]."""
 
 
 class FaultyField(DistanceField):
-    """A map that answers wrongly from some time on.
+    """A distance field that answers wrongly from some time on.
 
     Attributes:
-        fault: A name from `FAULTS`; empty while the map is good.
+        fault: Name of the present fault from `FAULTS`; empty for none.
     """
 
     def __init__(self, field: DistanceField, sphere: int, distance: float):
         """Wraps a map.
 
         Args:
-            field: The good map.
-            sphere: That is between two walls, if need be.
-            distance: Of both walls [m].
+            field: The correct field.
+            sphere: Index of the sphere that the contradiction puts between two
+                walls.
+            distance: Distance of that sphere to both walls [m].
         """
         self._field = field
         self._sphere, self._distance = sphere, distance
@@ -74,13 +75,13 @@ class FaultyField(DistanceField):
 
     @property
     def for_look_ahead(self) -> DistanceField:
-        """The good map: what rollouts see is not under test."""
+        """Returns the correct field: what rollouts see is not under test."""
         return self._field.for_look_ahead
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """The map's answer, or what is left of it."""
+        """Returns the correct field's answer, changed by the present fault."""
         if self.fault == "exception":
             raise RuntimeError("the map has failed, as it was told to")
         if self.fault == "map-nan":
@@ -100,15 +101,15 @@ class FaultyField(DistanceField):
 
 
 class FaultInjector:
-    """Makes one fault happen once SIGUSR1 has come, until it comes again."""
+    """Begins one fault at SIGUSR1 and ends it at the next SIGUSR1."""
 
     def __init__(self, application: Application, field: FaultyField, name: str):
         """Waits for the signals.
 
         Args:
-            application: The diagram, on a map that can go wrong.
-            field: That map.
-            name: Of the fault.
+            application: The application, whose map is `field`.
+            field: The field that the fault changes.
+            name: Name of the fault, from `FAULTS`.
         """
         assert application.supervisor is not None
         self._supervisor = application.supervisor
@@ -126,7 +127,7 @@ class FaultInjector:
         self._release = True
 
     def __call__(self, root: Context) -> None:
-        """Does what is due between two ticks."""
+        """Applies what the signals asked for, between two control ticks."""
         context = self._supervisor.GetMyMutableContextFromRoot(root)
         self._release_if_asked(context)
         lasted = time.time() - self._since
@@ -156,7 +157,7 @@ class FaultInjector:
 
 
 def main() -> None:
-    """Runs until the target is reached or somebody ends it."""
+    """Runs until the target is reached or a signal ends the process."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("url")
     parser.add_argument("--fault", default="", choices=["", *FAULTS])

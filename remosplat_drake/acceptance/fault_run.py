@@ -22,42 +22,43 @@ from remosplat_drake.hardware.stand_in import faults
 from remosplat_drake.signals.supervisor_state import LATCHED, STOPPED
 
 STOP_LIMIT = 4.0
-"""A stop that takes longer is none [s]."""
+"""Longest time to a standstill that still counts as a stop [s]."""
 
 _START_UP = 60.0
-"""Two processes load, and kernels may have to be compiled [s]."""
+"""Longest start: two processes load, and kernels may be compiled [s]."""
 
 _UNDER_WAY = 0.7
-"""Something goes wrong so long after the robot has begun to move [s]."""
+"""Time from the robot's first motion to the fault [s]."""
 
 _SOON = 0.03
-"""A second fault follows so long after the first one [s]."""
+"""Time from a first fault to a second one [s]."""
 
 _PRESENT = 0.3
-"""A release is tried so long after the robot stands, and the fault taken back
-so long after that [s]."""
+"""Time from standstill to the first release, and from there to the end of
+the fault [s]."""
 
 _RELEASE_LIMIT = 20.0
-"""The target must be reached so soon after a release [s]."""
+"""Longest time from a release to the target [s]."""
 
 
 class FaultRun:
-    """One run of a case; what it leaves lies in a folder.
+    """One run of a case of the campaign; its files lie in a folder.
 
     Attributes:
-        motion: How the robot truly moved, as a file.
-        began: Wall clock at the fault [s].
-        released: Wall clock at the first release after the fault was taken
-            back [s]; infinite where there was none.
-        commanded: Wall clock of the latest command to move before that [s].
+        motion: Path of the record of the robot's true motion.
+        began: Wall-clock time of the fault [s].
+        released: Wall-clock time of the first release after the end of the
+            fault [s]; infinite where there was none.
+        commanded: Wall-clock time of the latest motion command before that
+            [s].
     """
 
     def __init__(self, case: FaultCase, folder: Path):
-        """Prepares.
+        """Prepares a run.
 
         Args:
-            case: What goes wrong.
-            folder: Empty.
+            case: The fault to inject.
+            folder: Empty folder for the run's files.
         """
         self.motion = folder / "motion.npz"
         self.began, self.released = math.nan, math.inf
@@ -72,19 +73,19 @@ class FaultRun:
 
     @property
     def events(self) -> list[dict]:
-        """What the controller's process has logged so far."""
+        """Events that the controller's process has logged so far."""
         lines = self._log.read_text().splitlines()
         return [json.loads(line) for line in lines]
 
     @property
     def reason(self) -> str:
-        """Why the robot was stopped; empty if it was not."""
+        """Reason of the stop; empty if the robot was not stopped."""
         reasons = [e["reason"] for e in self.events if _is_latched(e)]
         return reasons[-1] if reasons else ""
 
     @property
     def refusal(self) -> str:
-        """What the releases before the fault was taken back were answered."""
+        """Answer to the first release while the fault was present, if any."""
         answers = [
             event["refusal"]
             for event in self.events
@@ -94,12 +95,12 @@ class FaultRun:
 
     @property
     def first_stop(self) -> float:
-        """Wall clock when the supervisor first began a stop [s]."""
+        """Wall-clock time at which the supervisor first began a stop [s]."""
         times = [event["time"] for event in self.events if _is_latched(event)]
         return min(times, default=math.nan)
 
     def carry_out(self) -> str:
-        """Runs it; returns what disturbed it before the fault."""
+        """Runs the case; returns what disturbed it early, empty for nothing."""
         case = self._case
         arguments = ["--scenario-text", case.text]
         if case.part is Part.CONTROLLER:
@@ -150,7 +151,7 @@ class FaultRun:
         controller: subprocess.Popen,
         network: subprocess.Popen | None,
     ) -> None:
-        """Lets the fault happen."""
+        """Injects the fault."""
         case = self._case
         self.began = time.time()
         if case.part is Part.ROBOT:
@@ -201,7 +202,7 @@ class FaultRun:
         controller: subprocess.Popen,
         network: subprocess.Popen | None,
     ) -> None:
-        """Ends the fault, but for those that end by themselves."""
+        """Ends the fault, unless it ends by itself."""
         case = self._case
         if case.part is Part.DRIVER_KILLED:
             stack.enter_context(processes.robot(self._far, *self._record))
@@ -215,7 +216,7 @@ class FaultRun:
             controller.send_signal(signal.SIGUSR1)
 
     def _release(self, controller: subprocess.Popen) -> None:
-        """Releases the stop, and waits for what comes of it."""
+        """Releases the stop, and waits for the robot to go on."""
         self.released = time.time()
         controller.send_signal(signal.SIGUSR2)
         if self._case.resumes == REACHES:

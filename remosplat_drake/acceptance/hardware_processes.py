@@ -16,7 +16,7 @@ from remosplat_drake.acceptance.network_relay import READY
 from remosplat_drake.base.child_process import ONE_THREAD
 
 GROUP = "239.255.76.67"
-"""LCM's usual multicast address."""
+"""Multicast address that LCM uses by default."""
 
 _COMMAND = """
 import sys
@@ -25,26 +25,26 @@ sys.exit(main())
 """
 
 _FIRST = -10
-"""Niceness: a robot's computers are not shared with anything else."""
+"""Niceness of the processes: real robots' computers are not shared."""
 
 _PATIENCE = 10.0
-"""A process gets so long to end by itself [s]."""
+"""Longest time for a process to end by itself [s]."""
 
 
 def free_url() -> str:
-    """A wire within this computer that nobody else uses now."""
+    """Returns the LCM URL of a wire within this computer that nobody uses."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("", 0))
         return f"udpm://{GROUP}:{probe.getsockname()[1]}?ttl=0"
 
 
 def wire_works(patience: float = 1.0) -> bool:
-    """Whether messages get from one end of a wire to another here.
+    """Whether messages get from one end of an LCM wire to the other here.
 
-    Without a route for multicast nothing is heard.
+    Without a route for multicast no message arrives.
 
     Args:
-        patience: How long to try [s].
+        patience: Longest time to try [s].
     """
     url, heard = free_url(), []
     try:
@@ -61,7 +61,12 @@ def wire_works(patience: float = 1.0) -> bool:
 
 @contextlib.contextmanager
 def robot(url: str, *arguments: str) -> Iterator[subprocess.Popen]:
-    """`remosplat hardware-sim` on a wire."""
+    """Runs `remosplat hardware-sim` on a wire until the context ends.
+
+    Args:
+        url: LCM URL of the wire.
+        arguments: Further arguments of the command.
+    """
     line = [sys.executable, "-c", _COMMAND, "hardware-sim", "--lcm-url", url]
     with _running([*line, *arguments], subprocess.DEVNULL) as process:
         yield process
@@ -71,13 +76,13 @@ def robot(url: str, *arguments: str) -> Iterator[subprocess.Popen]:
 def relay(
     a: str, b: str, *, delay: float, loss: float
 ) -> Iterator[subprocess.Popen]:
-    """A network between two wires that SIGUSR1 turns bad, and good again.
+    """Runs a network between two wires that SIGUSR1 turns bad, and good again.
 
     Args:
-        a: The controller's wire.
-        b: The robot's wire.
-        delay: Of every message [s].
-        loss: Share of the messages.
+        a: LCM URL of the controller's wire.
+        b: LCM URL of the robot's wire.
+        delay: Delay of every message while the network is bad [s].
+        loss: Share of messages that are lost meanwhile, in [0, 1].
     """
     line = [sys.executable, "-m", "remosplat_drake.acceptance.network_relay"]
     numbers = ["--delay", str(delay), "--loss", str(loss)]
@@ -91,7 +96,13 @@ def relay(
 def controller(
     url: str, log: Path, *arguments: str
 ) -> Iterator[subprocess.Popen]:
-    """A `fault_controller` on a wire, which writes its log to a file."""
+    """Runs `fault_controller` on a wire until the context ends.
+
+    Args:
+        url: LCM URL of the wire.
+        log: File that receives the process's log.
+        arguments: Further arguments of the process.
+    """
     line = [sys.executable, "-m", "remosplat_drake.acceptance.fault_controller"]
     with (
         log.open("wb") as file,
@@ -102,7 +113,7 @@ def controller(
 
 @contextlib.contextmanager
 def _running(line: list[str], stdout) -> Iterator[subprocess.Popen]:
-    """A process that goes first, where that is allowed; ended by SIGTERM."""
+    """Runs a process, with raised priority where allowed; SIGTERM ends it."""
     with subprocess.Popen(
         line,
         stdout=stdout,
@@ -118,7 +129,7 @@ def _running(line: list[str], stdout) -> Iterator[subprocess.Popen]:
 
 
 def end(process: subprocess.Popen) -> None:
-    """Asks a process to end and waits until it has."""
+    """Asks a process to end and waits until it has ended."""
     with contextlib.suppress(ProcessLookupError):
         process.send_signal(signal.SIGTERM)
     try:

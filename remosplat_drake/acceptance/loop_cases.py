@@ -12,7 +12,7 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.real_time import LoopQuality, Spread
 
 RATES = {100.0: "", 500.0: "controller: {solver: active_set}\n"}
-"""Control rates that are measured [Hz], each with what is laid over the
+"""Control rates to measure [Hz], each with the YAML that overrides the
 scenario: at 500 Hz a solver that finds the same optimum in less time."""
 
 TOUR = """
@@ -22,7 +22,7 @@ targets:
 - {translation: [0.95, 0.45, 0.95], rpy_deg: [180, 0, 0]}
 - {translation: [1.15, 0.0, 0.66], rpy_deg: [180, 0, 0]}
 """
-"""Down to the table, up and down again, about 8 s."""
+"""Targets: down to the table, up and down again, about 8 s."""
 
 _DURATION = 12.0
 
@@ -30,14 +30,14 @@ _START_UP = 60.0
 
 
 def measure_loop(rate: float, text: str = "") -> LoopQuality:
-    """Drives a tour in the default scenario, and says how the loop was kept.
+    """Drives a tour in the default scenario and measures the loop's timing.
 
     Args:
         rate: Control rate [Hz].
-        text: Laid over the scenario.
+        text: YAML that overrides fields of the scenario.
 
     Raises:
-        RemoSplatError: The run did not get to its end.
+        RemoSplatError: The run did not complete.
     """
     text = f"control_period: {1.0 / rate}{TOUR}{text}"
     url = processes.free_url()
@@ -67,7 +67,7 @@ def _quality(values: dict) -> LoopQuality:
 
 
 def load() -> str:
-    """How busy this computer is, as a table's note."""
+    """Returns the load of this computer, as a note below a table."""
     return (
         f"{os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}"
         " (processes that want to run, averaged over a minute)"

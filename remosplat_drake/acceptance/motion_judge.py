@@ -9,13 +9,13 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
 
 STILL = 2e-3
-"""A robot that is slower stands [m/s, rad/s]."""
+"""Speed below which a robot counts as standing [m/s, rad/s]."""
 
 CREEP = 1e-3
-"""A robot that stands may settle by so much [m]."""
+"""Distance by which a standing robot may still settle [m]."""
 
 _DWELL = 5
-"""Samples for which it must be slow to count as standing."""
+"""Number of samples for which it must be slow to count as standing."""
 
 
 @dc.dataclass(frozen=True)
@@ -23,8 +23,8 @@ class StopQuality:
     """How a robot stopped.
 
     Attributes:
-        time_to_zero: Until it stands [s]; NaN if it never does.
-        moved_after: How far any of its spheres got from there [m].
+        time_to_zero: Time until the robot stands [s]; NaN if it never does.
+        moved_after: Largest distance that any sphere moved after that [m].
     """
 
     time_to_zero: float
@@ -32,18 +32,18 @@ class StopQuality:
 
     @property
     def stays(self) -> bool:
-        """Whether it has not moved any more."""
+        """Whether the robot stayed within `CREEP` of its standstill."""
         return self.moved_after < CREEP
 
 
 @dc.dataclass(frozen=True, eq=False)
 class TrueRun:
-    """What `remosplat hardware-sim --record` wrote.
+    """The true motion that `remosplat hardware-sim --record` wrote.
 
     Attributes:
-        time: Wall clock of each sample, shape (n,) [s].
-        q: Configurations, shape (n, 10).
-        u: Velocities, shape (n, 9).
+        time: Wall-clock time of each sample, shape (n,) [s].
+        q: Configuration at each sample, shape (n, 10).
+        u: Velocity at each sample, shape (n, 9).
     """
 
     time: np.ndarray
@@ -52,27 +52,30 @@ class TrueRun:
 
     @staticmethod
     def read(path: Path) -> "TrueRun":
-        """Reads a record."""
+        """Reads a record of the true motion."""
         with np.load(path) as archive:
             return TrueRun(1e-6 * archive["utime"], archive["q"], archive["u"])
 
     def until(self, time: float) -> "TrueRun":
-        """The samples before a time of the wall clock [s]."""
+        """Returns the samples before a wall-clock time [s]."""
         before = self.time < time
         return TrueRun(self.time[before], self.q[before], self.u[before])
 
     def since(self, time: float) -> "TrueRun":
-        """The samples from a time of the wall clock on [s]."""
+        """Returns the samples from a wall-clock time on [s]."""
         after = self.time >= time
         return TrueRun(self.time[after], self.q[after], self.u[after])
 
 
 def first_standstill(run: TrueRun, since: float) -> int | None:
-    """The first sample after a time from which the robot stands a while.
+    """Finds the first sample from which the robot stands for a while.
 
     Args:
-        run: The motion.
-        since: Wall clock [s].
+        run: True motion of the robot.
+        since: Wall-clock time at which the search begins [s].
+
+    Returns:
+        The sample's index; None if the robot never stands.
     """
     still = np.abs(run.u).max(axis=1) < STILL
     start = int(np.searchsorted(run.time, since))
@@ -83,12 +86,12 @@ def first_standstill(run: TrueRun, since: float) -> int | None:
 
 
 def judge_stop(run: TrueRun, since: float, robot: RobotModel) -> StopQuality:
-    """How the robot stopped after a time, and whether it stayed.
+    """Judges how the robot stopped after a time, and whether it stayed.
 
     Args:
-        run: The motion.
-        since: Wall clock at which something went wrong [s].
-        robot: Whose spheres are looked at.
+        run: True motion of the robot.
+        since: Wall-clock time at which something went wrong [s].
+        robot: Robot whose spheres are followed.
     """
     i = first_standstill(run, since)
     if i is None:
@@ -98,11 +101,11 @@ def judge_stop(run: TrueRun, since: float, robot: RobotModel) -> StopQuality:
 
 
 def distance_moved(run: TrueRun, robot: RobotModel) -> float:
-    """How far any sphere got from where it was at first [m].
+    """Returns the largest distance of any sphere from its first place [m].
 
     Args:
-        run: The motion; none is no motion.
-        robot: Whose spheres are looked at.
+        run: True motion of the robot; without samples the distance is 0.
+        robot: Robot whose spheres are followed.
     """
     p_WS = [robot.spheres_at(q).p_WS for q in run.q]
     return max(
@@ -114,12 +117,12 @@ def distance_moved(run: TrueRun, robot: RobotModel) -> float:
 def true_clearance(
     run: TrueRun, robot: RobotModel, truth: DistanceField
 ) -> float:
-    """The smallest true distance from the scene on the way [m].
+    """Returns the smallest true distance from the scene during a run [m].
 
     Args:
-        run: The motion.
-        robot: Whose spheres are looked at.
-        truth: The scene.
+        run: True motion of the robot.
+        robot: Robot whose spheres are followed.
+        truth: Distances to the true scene.
     """
     moving = np.abs(run.u).max(axis=1) >= STILL
     return min(

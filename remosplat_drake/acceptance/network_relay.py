@@ -31,29 +31,29 @@ STATUSES = [
 ]
 
 READY = "ready"
-"""The line that says that the relay has joined both wires."""
+"""Line of output that says that the relay has joined both wires."""
 
 _PERIOD = 2e-4
-"""Pause between two looks at the wires [s]."""
+"""Period at which both wires are polled [s]."""
 
 
 class Relay:
-    """Forwards commands one way and statuses the other.
+    """Forwards commands one way and statuses the other, between two wires.
 
     Attributes:
-        delay: Of every message from now on [s].
-        loss: Share of the messages that get lost from now on.
+        delay: Delay of every message from now on [s].
+        loss: Share of messages that are lost from now on, in [0, 1].
     """
 
     def __init__(self, a: DrakeLcm, b: DrakeLcm):
-        """Joins two wires by a good network."""
+        """Joins the controller's wire a and the robot's wire b faultlessly."""
         self._ways = [(Inbox(a, COMMANDS), b), (Inbox(b, STATUSES), a)]
         self._under_way: list[tuple[float, int, DrakeLcm, str, bytes]] = []
         self._count = 0
         self.delay = self.loss = 0.0
 
     def step(self, now: float, rng: np.random.Generator) -> None:
-        """Takes what has come, sends what is due at time `now` [s]."""
+        """Takes received messages and sends those due at time `now` [s]."""
         for inbox, to in self._ways:
             for channel, data in inbox.fetch():
                 self._count += 1
@@ -68,7 +68,7 @@ class Relay:
 
 
 def main() -> None:
-    """Runs until the process is ended."""
+    """Runs the relay until the process is ended."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("a")
     parser.add_argument("b")

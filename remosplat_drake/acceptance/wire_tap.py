@@ -14,16 +14,17 @@ from remosplat_drake.hardware.wire.messages.base_command import base_command
 
 
 class WireTap:
-    """Listens to robot and controller on a wire.
+    """Listens to robot and controller on a wire, and injects faults.
 
     Attributes:
-        heard: Wall clock at the latest status of the arm [s].
-        moving_at: Wall clock at the first command to move [s]; None before.
-        latest: Wall clock at the latest command to move [s].
+        heard: Wall-clock time of the arm's latest status [s].
+        moving_at: Wall-clock time of the first motion command [s]; None
+            before.
+        latest: Wall-clock time of the latest motion command [s].
     """
 
     def __init__(self, url: str):
-        """Starts to listen."""
+        """Subscribes to the wire at an LCM URL."""
         self._lcm = DrakeLcm(url)
         self._inbox = Inbox(
             self._lcm,
@@ -38,7 +39,11 @@ class WireTap:
         self.latest = -np.inf
 
     def wait(self, done: Callable[[], bool], limit: float) -> bool:
-        """Listens until something is so; False if it was not so in time."""
+        """Listens until `done` is true, at most for `limit` [s].
+
+        Returns:
+            Whether it became true in time.
+        """
         end = time.monotonic() + limit
         while not done():
             if time.monotonic() > end:
@@ -47,11 +52,11 @@ class WireTap:
         return True
 
     def listen_for(self, duration: float) -> None:
-        """Listens for some time [s]."""
+        """Listens for a duration [s]."""
         self.wait(lambda: False, duration)
 
     def inject(self, fault: str, value: float = 0.0) -> None:
-        """Makes something go wrong with the simulated robot now."""
+        """Injects a fault of the simulated robot now, by its name and value."""
         message = lcmt_drake_signal()
         message.dim, message.coord, message.val = 1, [fault], [value]
         self._lcm.Publish(faults.CHANNEL, message.encode())
