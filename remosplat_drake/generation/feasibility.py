@@ -22,40 +22,41 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.distance_field import DistanceField
 
 FILTER_VERSION = 1
-"""Raised whenever a scene might be judged differently."""
+"""Version of the filter, raised whenever it might judge a scene
+differently."""
 
 BASE_DISTANCE = (0.6, 1.0)
-"""Of guessed bases from the target [m]."""
+"""Smallest and largest distance of guessed bases from the target [m]."""
 
 BEARING_SPREAD, BASE_TURN = 0.6, 0.8
-"""Of guessed bases: standard deviation of where they stand about the target,
-and how far they turn away from it [rad]."""
+"""Standard deviation of the bearing of guessed bases from the target, and
+their largest turn away from it [rad]."""
 
 ARM_SPREAD = 0.8
 """Standard deviation of guessed arms about the home configuration [rad]."""
 
 ARM_LENGTH = 0.3
-"""What a radian counts for while an arm is guessed [m]."""
+"""Length by which an angle is weighed while an arm is guessed [m]."""
 
 MARGIN = 0.5
-"""Part of the tolerances that the search aims at."""
+"""Fraction of the tolerances that the search aims at."""
 
 CLEARANCE_MARGIN = 5e-4
-"""What the search aims at beyond the wanted clearance [m]."""
+"""Clearance beyond the wanted one that the search aims at [m]."""
 
 
 @dc.dataclass(frozen=True)
 class FeasibilityFilter:
-    """What a generated scene must allow.
+    """Criteria that a generated scene must meet.
 
     Attributes:
         spheres: Sphere set of the robot.
-        clearance: Of all spheres at the goal [m].
-        start_clearance: Of all spheres at the start [m].
-        position: Tolerance at the goal [m].
-        angle: Tolerance at the goal [rad].
-        restarts: How many random first guesses.
-        seed: Of the guesses.
+        clearance: Smallest clearance of all spheres at the goal [m].
+        start_clearance: Smallest clearance of all spheres at the start [m].
+        position: Position tolerance at the goal [m].
+        angle: Angle tolerance at the goal [rad].
+        restarts: Number of random initial guesses.
+        seed: Seed of the random guesses.
     """
 
     spheres: str = "covering"
@@ -68,7 +69,7 @@ class FeasibilityFilter:
 
     @property
     def name(self) -> str:
-        """What tables call the filter."""
+        """Name of the filter in tables."""
         return (
             f"goal-feasible v{FILTER_VERSION} ({self.spheres} spheres,"
             f" {1e3 * self.clearance:g} mm)"
@@ -92,11 +93,11 @@ def passes(
 def hand_fits(
     robot: RobotModel, scene: PrimitiveScene, criteria: FeasibilityFilter
 ) -> bool:
-    """Whether the spheres fixed to the end effector could be clear there.
+    """Whether the spheres fixed to the end effector could be clear at the goal.
 
-    A quick and certain answer where it is no: within the tolerances a sphere
-    moves, and so gains clearance, by no more than the position's tolerance
-    and the angle's times its distance from the end effector.
+    The test is quick, and certain where it fails: within the tolerances a
+    sphere moves, and so gains clearance, by no more than the position's
+    tolerance and the angle's times its distance from the end effector.
     """
     assert scene.X_WE_target is not None
     fixed = robot.leading_spheres
@@ -119,13 +120,16 @@ def goal_configuration(
     criteria: FeasibilityFilter,
     margin: float = MARGIN,
 ) -> np.ndarray | None:
-    """A configuration (n_q,) at the goal, clear of everything, if found.
+    """Searches a configuration at the goal that is clear of everything.
 
     Args:
-        robot: The robot.
-        scene: With a target.
-        criteria: What it must meet.
-        margin: Part of the tolerances that the search aims at.
+        robot: Model of a robot with a mobile base.
+        scene: Scene with a target.
+        criteria: Clearances, tolerances and extent of the search.
+        margin: Fraction of the tolerances that the search aims at.
+
+    Returns:
+        The configuration, shape (n_q,); None if none is found.
 
     Raises:
         RemoSplatError: The scene has no target, or the robot no base.
@@ -151,7 +155,7 @@ def goal_configuration(
 
 
 def _bearing(scene: PrimitiveScene) -> float:
-    """Direction from the start to the target in W [rad]."""
+    """Returns the direction from the start to the target in W [rad]."""
     assert scene.X_WE_target is not None
     x, y, _ = scene.X_WB_start or (0.0, 0.0, 0.0)
     p_WT = scene.X_WE_target.translation()
@@ -175,7 +179,7 @@ def _descend(
 
 @dc.dataclass(frozen=True, eq=False)
 class _GoalSearch:
-    """Nonlinear least squares over q: pose error, and missing clearance."""
+    """Nonlinear least squares over q of pose error and missing clearance."""
 
     robot: RobotModel
     field: DistanceField
@@ -185,7 +189,7 @@ class _GoalSearch:
     margin: float = MARGIN
 
     def guess(self, rng: np.random.Generator) -> np.ndarray:
-        """A base on the start's side of the target, and an arm that reaches.
+        """Draws a base on the start's side of the target and an arm to match.
 
         The arm is found for the base as it stands and an empty scene.
         """
@@ -214,7 +218,7 @@ class _GoalSearch:
         return np.array([*base, *arm])
 
     def descend(self, q: np.ndarray) -> np.ndarray:
-        """The local optimum below a guess."""
+        """Returns the local optimum of the descent from a guess."""
         bounds = self.robot.position_lower, self.robot.position_upper
         return _descend(self.residuals, self.jacobian, q, bounds)
 
@@ -229,7 +233,7 @@ class _GoalSearch:
         )
 
     def residuals(self, q: np.ndarray) -> np.ndarray:
-        """Pose error beyond the tolerance aimed at, and missing clearance.
+        """Returns the excess of the pose error, and missing clearances.
 
         Shape (2 + n,), each divided by its tolerance.
         """
@@ -247,7 +251,7 @@ class _GoalSearch:
         )
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
-        """Derivatives of the residuals by q, shape (2 + n, n_q)."""
+        """Returns the derivatives of the residuals by q, shape (2 + n, n_q)."""
         state = self.robot.state(q)
         error = pose_error(state.X_WE, self.X_WT)
         n = len(self.robot.spheres)
@@ -275,5 +279,5 @@ class _GoalSearch:
 
     @staticmethod
     def _by_q(Jv: np.ndarray) -> np.ndarray:
-        """From velocities u to configurations: the base may also slip."""
+        """Maps a Jacobian in u to one in q, in which the base may slip."""
         return np.hstack([np.eye(3)[:, :2], Jv[:, 1:]])

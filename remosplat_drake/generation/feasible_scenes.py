@@ -23,20 +23,20 @@ from remosplat_drake.generation.scene_generators import (
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 
 ROBOT, FLOOR_HEIGHT = "frankie", 0.03
-"""Who must reach the goals; and below that height [m] its floor links see
-nothing, as in scenarios."""
+"""Robot that must reach the goals, and the height below which its floor
+links see nothing, as in scenarios [m]."""
 
 
 def feasible_seeds(
     family: str, count: int, criteria: FeasibilityFilter, folder: Path
 ) -> list[int]:
-    """The first seeds of a family whose scenes pass the filter.
+    """Returns the first seeds of a family whose scenes pass the filter.
 
     Args:
-        family: See `generate`.
-        count: How many.
-        criteria: The filter.
-        folder: Where decisions are kept.
+        family: Name of the family, one of `FAMILIES`.
+        count: Number of seeds.
+        criteria: Criteria of the filter.
+        folder: Folder in which decisions are kept.
     """
     robot = load_robot(ROBOT, criteria.spheres, FLOOR_HEIGHT)
     path = folder / f"feasible-{family}-{_digest(robot, criteria)}.json"
@@ -51,7 +51,7 @@ def feasible_seeds(
 
 
 def _digest(robot: RobotModel, criteria: FeasibilityFilter) -> str:
-    """Names all that a decision depends on."""
+    """Returns a digest of all that a decision depends on."""
     digest = hashlib.sha256()
     digest.update(repr((GENERATOR_VERSION, FILTER_VERSION, criteria)).encode())
     digest.update(robot.spheres.p_LS.tobytes())
@@ -60,7 +60,7 @@ def _digest(robot: RobotModel, criteria: FeasibilityFilter) -> str:
 
 
 def _read(path: Path) -> list[bool]:
-    """Decisions by seed; a damaged file counts as none."""
+    """Reads the decisions by seed; a damaged file counts as none."""
     try:
         decisions = parse_json(path.read_text(), path)
     except (OSError, ValueError, FileError):

@@ -7,19 +7,20 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 FAINTEST = 1 / 255
-"""Training pushes floaters to where a renderer stops seeing them."""
+"""Smallest opacity: training pushes floaters to where a renderer stops
+seeing them."""
 
 SCALE_MEDIAN, SCALE_SPREAD = 0.075, 0.45
-"""Of the log-normal standard deviations of the discs [m]."""
+"""Median [m] and log-spread of the discs' log-normal standard deviations."""
 
 FADED = 0.9
-"""Part of the floaters that training has faded to `FAINTEST`."""
+"""Fraction of the floaters that training has faded to `FAINTEST`."""
 
 LOG_OPACITY_MEAN = 1.5
-"""Of the exponential ln(opacity / FAINTEST) of the others."""
+"""Mean of the exponential ln(opacity / FAINTEST) of the others."""
 
 MIN_DISTANCE = 0.02
-"""Centres keep this far from the true surfaces [m]."""
+"""Smallest distance of centres from the true surfaces [m]."""
 
 
 def with_floaters(
@@ -28,7 +29,7 @@ def with_floaters(
     count: int,
     seed: int = 0,
 ) -> GaussianSplat:
-    """A splat with random discs added in the free part of its box.
+    """Returns a splat with random discs added in the free part of its box.
 
     The box holds the splat's centres above the floor, as the random points
     of the paper's experiment 3 do that are added before training. Sizes and
@@ -38,10 +39,10 @@ def with_floaters(
     standard deviation 75 mm, while the scene's own are about 10 mm).
 
     Args:
-        splat_W: Of surfels, expressed in W.
-        truth: The true scene; its solids and their surfaces stay free.
-        count: How many floaters to add.
-        seed: Of the random numbers.
+        splat_W: Splat of surfels, expressed in W.
+        truth: Distances to the true scene; its solids and surfaces stay free.
+        count: Number of floaters to add.
+        seed: Seed of the random numbers.
     """
     rng = np.random.default_rng(seed)
     faded = rng.uniform(size=count) < FADED
@@ -65,7 +66,7 @@ def _free_points(
     count: int,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Random points (count, 3) of the box that are in no solid, in W [m]."""
+    """Draws points (count, 3) in the box that are in no solid, in W [m]."""
     p_WK = splat_W.p_GK[splat_W.p_GK[:, 2] > MIN_DISTANCE]
     lower, upper = np.quantile(p_WK, [0.001, 0.999], axis=0)
     points = np.zeros((0, 3))

@@ -12,7 +12,7 @@ from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 SURFEL_COUNT = 60_000
-"""About as many as the paper's splats have."""
+"""Default number of surfels, about as many as the paper's splats have."""
 
 _GRAY = 0.6
 
@@ -20,14 +20,18 @@ _GRAY = 0.6
 def surfel_splat(
     scene: PrimitiveScene, count: int = SURFEL_COUNT
 ) -> GaussianSplat:
-    """An even cover of a scene's visible surfaces, the same every time.
+    """Covers a scene's visible surfaces evenly, the same way every time.
 
     Surface points inside another primitive are left out, as no camera sees
     them.
 
     Args:
-        scene: Boxes and cylinders.
-        count: Roughly how many surfels, before the hidden ones are left out.
+        scene: Scene of boxes and cylinders.
+        count: Approximate number of surfels before the hidden ones are left
+            out.
+
+    Returns:
+        The surfels as a splat, expressed in W.
     """
     area = sum(_area(primitive) for primitive in scene.primitives)
     spacing = np.sqrt(area / count)
@@ -47,7 +51,7 @@ def surfel_splat(
 def _sample(
     primitive: Box | Cylinder, spacing: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points and outward normals on a primitive's surface, (n, 3) each."""
+    """Samples points (n, 3) and outward normals (n, 3) on a surface."""
     if isinstance(primitive, Box):
         p_PK, normal_P = _box_samples(primitive.half_extents, spacing)
     else:
@@ -96,13 +100,13 @@ def _cylinder_samples(
 
 
 def _line(half: float, spacing: float) -> np.ndarray:
-    """The middles of equal parts of [-half, half], at most a spacing long."""
+    """Returns the middles of equal parts of [-half, half], spacing at most."""
     n = max(1, int(np.ceil(2 * half / spacing)))
     return half * (2 * np.arange(n) + 1 - n) / n
 
 
 def _circle(radius: float, spacing: float) -> np.ndarray:
-    """Angles that divide a circle evenly."""
+    """Returns angles that divide a circle evenly [rad]."""
     n = max(3, int(np.ceil(2 * np.pi * radius / spacing)))
     return 2 * np.pi * np.arange(n) / n
 

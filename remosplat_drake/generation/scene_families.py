@@ -14,7 +14,8 @@ from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 LOWER_SHELF_MAX_Z = 0.552
 MIDDLE_SHELF_MIN_Z = 0.953
-"""Beyond these centre heights [m] no published shelf scene was feasible."""
+"""Smallest centre height of the middle shelf: below it no published scene
+was feasible [m]."""
 
 _BOARD = 0.03
 """Half the thickness of table tops and shelves [m]."""
@@ -81,7 +82,7 @@ def table2(rng: np.random.Generator, name: str) -> PrimitiveScene:
       height in [0.1, 0.5].
     - Goal: x in [1.1, 1.25], y in [-0.25, 0.25], 0.08 to 0.25 above the top;
       the gripper points down and is turned by up to pi/4.
-    - Start: see `_start`.
+    - Start: base at x in [-0.3, 0.1], y in [-0.8, 0.8], yaw in [-0.6, 0.6].
     """
     z = rng.uniform(0.4, 0.6)
     top = z + _BOARD
@@ -114,7 +115,7 @@ def bookshelf2(rng: np.random.Generator, name: str) -> PrimitiveScene:
       from z = 0.1 to 1.1 as in `bookshelf`.
     - Goal: x in [1.0, 1.15], y in [-0.25, 0.25], 0.05 to 0.12 above the
       lower shelf; the gripper points down and is turned by up to pi/4.
-    - Start: see `_start`.
+    - Start: base at x in [-0.3, 0.1], y in [-0.8, 0.8], yaw in [-0.6, 0.6].
     """
     lower = rng.uniform(0.4, LOWER_SHELF_MAX_Z)
     top = lower + _BOARD
@@ -146,7 +147,7 @@ def posts(rng: np.random.Generator, name: str) -> PrimitiveScene:
       y and at most 0.12 before or behind it in x.
     - Three more posts: x in [0.8, 1.5], y in [-0.7, 0.7].
     - All posts: radius in [0.02, 0.05], from the floor to z in [0.8, 1.4].
-    - Start: see `_start`.
+    - Start: base at x in [-0.3, 0.1], y in [-0.8, 0.8], yaw in [-0.6, 0.6].
     """
     goal = rng.uniform([1.1, -0.3, 0.5], [1.3, 0.3, 0.9])
     gate = [

@@ -13,13 +13,14 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 GENERATOR_VERSION = 1
-"""Raised whenever a seed would give another scene; part of every name."""
+"""Version of the generators, raised whenever a seed would give another
+scene; part of every name."""
 
 TARGET_CLEARANCE = 0.025
-"""The target point is never nearer than this to an obstacle [m]."""
+"""Smallest distance of the target point to an obstacle [m]."""
 
 PUBLISHED_FAMILIES = ("table", "bookshelf")
-"""Those of the paper's benchmark: what is compared unless asked otherwise."""
+"""Families of the paper's benchmark, which are compared by default."""
 
 FAMILIES = {
     "table": scene_families.table,
@@ -28,18 +29,18 @@ FAMILIES = {
     "bookshelf2": scene_families.bookshelf2,
     "posts": scene_families.posts,
 }
-"""What a family name builds."""
+"""Functions that build a scene, by the name of the family."""
 
 
 def generate(family: str, seed: int) -> PrimitiveScene:
-    """The scene of a family that belongs to a seed, the same everywhere.
+    """Generates the scene of a family and a seed, the same everywhere.
 
     Args:
-        family: One of `FAMILIES`.
+        family: Name of the family, one of `FAMILIES`.
         seed: Any non-negative integer.
 
     Raises:
-        RemoSplatError: There is no such family.
+        RemoSplatError: The family does not exist.
     """
     if family not in FAMILIES:
         raise RemoSplatError(unknown_name("scene family", family, FAMILIES))
@@ -54,7 +55,7 @@ def generate(family: str, seed: int) -> PrimitiveScene:
 
 
 def target_clearance(scene: PrimitiveScene) -> float:
-    """Distance from the target's origin to the nearest solid [m].
+    """Returns the distance from the target's origin to the nearest solid [m].
 
     Raises:
         RemoSplatError: The scene has no target.
