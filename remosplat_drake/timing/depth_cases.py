@@ -17,14 +17,14 @@ from remosplat_drake.timing.oracle_cases import (
 from remosplat_drake.timing.tick_cases import tick_cases
 
 STOPPING_DISTANCE = 0.021
-"""How far verification asks [m]."""
+"""Distance up to which verification asks [m]."""
 
 SCENARIO = "TableDepth"
-"""The shipped scenario whose control ticks use this oracle."""
+"""Shipped scenario whose control ticks use the depth rasterisation oracle."""
 
 
 def depth_cases() -> list[Case]:
-    """Queries of 77 spheres, and the control ticks of a run on them."""
+    """Makes cases: queries of 77 spheres, and the control ticks of a run."""
     splat = table_scene(60_000)
     growth = [
         _query(f"{n // 1000}k splats", table_scene(n))

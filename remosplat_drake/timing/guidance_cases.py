@@ -36,7 +36,7 @@ from remosplat_drake.task.arrival import has_arrived
 from remosplat_drake.timing.measuring import Case
 
 STUCK = ("table", 6)
-"""A generated scene that needs guidance: family and seed."""
+"""Family and seed of a generated scene that needs guidance."""
 
 _TIME_LIMIT = 12.0
 _SECONDS = 4.0  # Of timing: some closed loops to the target.
@@ -57,7 +57,7 @@ class _Task:
 
 
 def guidance_cases() -> list[Case]:
-    """A step of a rollout, and the periods of closed loops to a target."""
+    """Makes cases: a rollout's step, and the periods of closed loops."""
     task = _make_task()
     for _ in islice(_rollout_steps(task), _WARM_UP):
         pass

@@ -9,12 +9,12 @@ import numpy as np
 
 @dc.dataclass(frozen=True)
 class Case:
-    """A function to be timed.
+    """A function to be timed, with its name.
 
     Attributes:
-        name: What the table calls it.
-        function: Called without arguments; what it returns is dropped.
-        seconds: Roughly how long to keep calling it.
+        name: Name of the case in tables.
+        function: Function without arguments; its result is dropped.
+        seconds: Approximate time for which it is called again and again [s].
     """
 
     name: str
@@ -24,15 +24,15 @@ class Case:
 
 @dc.dataclass(frozen=True)
 class Timing:
-    """Wall-clock seconds of a case.
+    """Wall-clock times of the calls of a case [s].
 
     Attributes:
-        name: The case.
-        p50: Median.
-        p95: 95th percentile.
-        p99: 99th percentile.
-        longest: The slowest call.
-        calls: How many calls were timed.
+        name: Name of the case.
+        p50: Median [s].
+        p95: 95th percentile [s].
+        p99: 99th percentile [s].
+        longest: Time of the slowest call [s].
+        calls: Number of timed calls.
     """
 
     name: str
@@ -44,7 +44,12 @@ class Timing:
 
 
 def measure(case: Case, min_calls: int = 2) -> Timing:
-    """Times a case after one call that compiles and warms the caches."""
+    """Times a case after one call that compiles kernels and warms caches.
+
+    Args:
+        case: The function to time.
+        min_calls: Smallest number of timed calls.
+    """
     case.function()
     durations: list[float] = []
     end = perf_counter() + case.seconds

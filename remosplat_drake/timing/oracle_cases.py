@@ -19,11 +19,11 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.timing.measuring import Case
 
 MAX_DISTANCE = 0.5
-"""The controller's influence distance [m]."""
+"""Influence distance of the controller, up to which queries ask [m]."""
 
 
 def oracle_cases() -> list[Case]:
-    """Queries of 77 spheres against ever larger scenes, and brute force."""
+    """Makes cases: 77 spheres against ever larger scenes, and brute force."""
     spheres = robot_spheres()
     cases = []
     for n in (10_000, 60_000, 300_000, 1_000_000):
@@ -54,7 +54,7 @@ def oracle_cases() -> list[Case]:
 
 
 def try_every_splat(splat: GaussianSplat, spheres: Spheres) -> np.ndarray:
-    """The compiled loop over all pairs that the hierarchy replaces."""
+    """Runs the compiled loop over all pairs that the hierarchy avoids."""
     question = np.column_stack(
         [spheres.p_WS, spheres.radius + MAX_DISTANCE, spheres.ignore_below]
     )
@@ -65,7 +65,7 @@ def try_every_splat(splat: GaussianSplat, spheres: Spheres) -> np.ndarray:
 
 
 def table_scene(n: int) -> GaussianSplat:
-    """A table top, four cylinders on it and a wall, as n surfels in W."""
+    """Makes a table top, four cylinders on it and a wall: n surfels in W."""
     rng = np.random.default_rng(0)
     part = rng.choice(3, n, p=[0.5, 0.2, 0.3])
     a, b = rng.uniform(-1, 1, (2, n))
@@ -104,7 +104,7 @@ def table_scene(n: int) -> GaussianSplat:
 
 
 def robot_spheres() -> Spheres:
-    """16 spheres of a base, 61 along an arm that reaches over the table."""
+    """Places 16 spheres of a base and 61 along an arm over the table."""
     base = np.stack(
         np.meshgrid([-0.2, -0.1, 0.1, 0.2], [-0.12, 0.12], [0.12, 0.26]), -1
     ).reshape(-1, 3)

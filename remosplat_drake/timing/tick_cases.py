@@ -15,17 +15,18 @@ from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.timing.measuring import Case
 
 _EVERY = 4
-"""Every so many ticks of the run are timed."""
+"""Number of ticks of the run for each tick that is timed."""
 
 
 def tick_cases(
     scenario_name: str | None = None, group: str = "tick"
 ) -> list[Case]:
-    """Cases for the states that a scenario's run goes through.
+    """Makes cases for the states that a scenario's run goes through.
 
     Args:
-        scenario_name: As on the command line; None for the default one.
-        group: What the cases' names begin with.
+        scenario_name: Name of the scenario or its file; None for the default
+            one.
+        group: Prefix of the cases' names.
     """
     scenario = load_scenario(scenario_name)
     world = load_world(scenario)
@@ -93,7 +94,7 @@ def _over(
 
 
 def _recorded_ticks(scenario: Scenario, world: World) -> list[Tick]:
-    """The ticks of a headless run, as the controller saw them."""
+    """Returns the ticks of a headless run, as the controller saw them."""
     application = build(scenario, world)
     run(application)
     ticks = []
