@@ -20,7 +20,7 @@ _LAST_ZEROS = 10
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the command's flags."""
     parser.add_argument(
         "ros",
         choices=(ROS1, ROS2),
@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Bridges until Ctrl-C; the base is told to stop at the end."""
+    """Bridges wire and ROS until Ctrl-C, and then tells the base to stop."""
     lcm = open_wire(arguments.lcm_url)
     link = _link(arguments)
     bridge = RosBase(lcm, link)

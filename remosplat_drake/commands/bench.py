@@ -20,14 +20,14 @@ from remosplat_drake.timing.oracle_cases import oracle_cases
 from remosplat_drake.timing.tick_cases import tick_cases
 
 GROUPS = ("tick", "oracle", "depth", "guidance")
-"""Groups of functions that are timed."""
+"""Names of the groups of functions that are timed."""
 
 ON_A_WIRE = {"hardware": run_loops, "faults": run_faults}
-"""Groups that drive the stand-in robot, each with a table of its own."""
+"""Groups that drive the stand-in robot, by name, each with its own table."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the command's flags."""
     parser.add_argument(
         "group",
         nargs="?",

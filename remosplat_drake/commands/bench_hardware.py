@@ -19,7 +19,7 @@ _FAILED = 1
 
 
 def run_faults(console: Console) -> int:
-    """Runs the fault campaign; 1 if something was not as it should be."""
+    """Runs the fault campaign; returns 1 if a case did not end as expected."""
     _check_wire()
     world = load_world(load_scenario())
     results = [
@@ -31,7 +31,7 @@ def run_faults(console: Console) -> int:
 
 
 def run_loops(console: Console) -> int:
-    """Measures the real-time loop at every rate."""
+    """Measures the real-time loop at every rate and prints a table."""
     _check_wire()
     console.print(load())
     loops = [
@@ -55,7 +55,7 @@ def _tracked(items, doing: str):
 
 
 def fault_table(results: list[FaultResult]) -> Table:
-    """One row a fault."""
+    """Makes a table with one row a fault."""
     table = Table("fault", "reason shown")
     for heading in (
         "time to zero [ms]",
@@ -85,7 +85,7 @@ def _milli(value: float, decimals: int) -> str:
 
 
 def loop_table(loops: list[LoopQuality]) -> Table:
-    """One row a rate; spreads are median, 99th percentile and maximum."""
+    """Makes a table with one row a rate: median, 99th percentile, maximum."""
     table = Table("rate", caption="p50 / p99 / max")
     for heading in (
         "status to command [ms]",

@@ -41,16 +41,16 @@ from remosplat_drake.commands.splat_making import (
 
 RESULTS, SPLATS = "trials.jsonl", "splats.jsonl"
 REPORT, PAGE = "report.md", "report.html"
-"""What a benchmark leaves in its output folder."""
+"""Names of the report's files in the output folder."""
 
 CRASHED, UNFINISHED = 1, 3
-"""Exit codes."""
+"""Exit codes: something crashed, and something is left to run."""
 
 HEADING = "Benchmark"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the command's flags."""
     parser.add_argument(
         "--scenes",
         type=_positive,
@@ -131,11 +131,12 @@ def _positive(text: str) -> int:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs what is missing and prints the tables.
+    """Runs the missing trials and prints the tables.
 
     Returns:
-        0: all is run. 1: a trial crashed or a splat could not be made.
-        3: `--stop-after` has left some.
+        0: all trials were run. 1: a trial crashed or a splat could not be
+            made.
+        3: `--stop-after` has left some trials.
     """
     started = monotonic()
     console = Console(stderr=True)
@@ -181,7 +182,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 @dc.dataclass(frozen=True)
 class _Outcome:
-    """What a run has come to, and what it has left."""
+    """What a run has produced, and what it has left to do."""
 
     results: list[TrialResult]
     failed_splats: list[SplatRecord]
@@ -233,7 +234,7 @@ def _report(results: list[TrialResult], output: Path) -> None:
 
 
 def _conclude(outcome: _Outcome, console: Console) -> int:
-    """Says what went wrong and what is left; the exit code."""
+    """Prints what failed and what is left; returns the exit code."""
     crashed = [r for r in outcome.results if r.outcome("text") == CRASH]
     broken = [
         *((f"{r.method} in {r.scene}", r.error) for r in crashed),

@@ -27,7 +27,7 @@ _YIELD = 10
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the command's flags."""
     parser.add_argument(
         "scenario",
         nargs="?",

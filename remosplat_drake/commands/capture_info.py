@@ -23,7 +23,7 @@ from remosplat_drake.commands.flags import (
 )
 
 WRONG = 1
-"""Exit code for a capture with something wrong."""
+"""Exit code for a capture with a defect."""
 
 
 def add_arguments(parser: argparse.ArgumentParser):

@@ -22,7 +22,7 @@ _MODELS = {"2dgs": True, "3dgs": False}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the command's flags."""
     suffixes = ", ".join(sorted(f.suffix for f in FORMATS))
     parser.add_argument(
         "source", metavar="A", help=f"a splat: {suffixes}, or a folder of SOG"
@@ -53,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Converts, and says what was lost."""
+    """Converts the file, and prints what was lost."""
     target = format_of_name(arguments.output)
     source = resolve(arguments.source)
     splat = read_splat(source, _MODELS.get(arguments.model))

@@ -17,7 +17,7 @@ from remosplat_drake.signals.supervisor_state import STOPPED, SupervisorState
 from remosplat_drake.signals.tick_report import TickReport
 
 _FRAME = 0.1
-"""Time between two updates of the progress line [s]."""
+"""Period at which the progress line is updated [s]."""
 
 
 def drive(
@@ -27,14 +27,18 @@ def drive(
     rate: float | None,
     patience: float,
 ) -> tuple[RunResult, LoopQuality | None]:
-    """Runs with a line of progress; says when and why the robot stops.
+    """Runs an application with a progress line; prints stops and their reasons.
 
     Args:
-        application: The diagram.
-        console: Where to tell.
-        rate: Pace of a simulation, see `simulation.run`; None: the station
-            is the real robot.
-        patience: So long a stopped robot waits to be released [s].
+        application: The diagram to run.
+        console: Console that shows the progress.
+        rate: Real-time rate of a simulation, as `simulation.run` takes it;
+            None if the station is the real robot.
+        patience: Time that a stopped robot waits for a release [s].
+
+    Returns:
+        The result of the run, and the timing of a real robot's loop, which is
+        None in a simulation.
     """
     last = -math.inf
     with Live(console=console, auto_refresh=False, transient=True) as live:
@@ -65,7 +69,7 @@ def drive(
 
 
 def progress_line(t: float, error: PoseError, report: TickReport) -> Text:
-    """Time, error, clearance, speed and status of a tick, for people."""
+    """Formats a tick's time, error, clearance, speed and status for people."""
     clearance = report.clearances.minimum()
     total = report.timings.get("total", math.nan)
     line = Text(f"t {t:5.2f} s   to target {1e3 * error.distance:6.1f} mm ")

@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser):
 
 
 def run(args: argparse.Namespace) -> int:
-    """Cuts, shows a table and writes the shapes."""
+    """Cuts the meshes, prints a table and writes the shapes."""
     if not 0.0 < args.tolerance < float("inf"):
         raise FieldError("--tolerance", str(args.tolerance), "expected > 0")
     description = load_robot_description(args.robot)

@@ -64,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser):
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fits, shows a table and writes the sphere model."""
+    """Fits the spheres, prints a table and writes the sphere model."""
     model, options = _options(args)
     console = Console()
     with Progress(console=console, transient=True) as progress:
@@ -154,7 +154,7 @@ def _to_yaml(
     fits: dict[str, LinkSpheres],
     bulges: dict[str, Bulge],
 ) -> str:
-    """The sphere model, tenths of a millimetre, radii rounded up."""
+    """Writes the sphere model in tenths of a millimetre, radii rounded up."""
     lines = [
         f"# {_total(fits)} spheres that cover the robot, made with",
         f"#   remosplat fit-spheres {Path(args.model).name}"

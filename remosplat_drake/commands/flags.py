@@ -11,15 +11,15 @@ from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.formats import FORMATS, read_capture
 
 TRUTH = "truth.json"
-"""The true geometry of a rendered capture, as an RMMI file beside its
-images."""
+"""Name of the file with a rendered capture's true geometry, an RMMI file beside
+its images."""
 
 
 def positive(text: str) -> float:
-    """Reads a positive, finite number off the command line.
+    """Parses a positive, finite number from the command line.
 
     Raises:
-        ArgumentTypeError: It is not.
+        ArgumentTypeError: The text is no positive, finite number.
     """
     value = float(text)
     if not (math.isfinite(value) and value > 0):
@@ -28,7 +28,7 @@ def positive(text: str) -> float:
 
 
 def add_capture_arguments(parser: argparse.ArgumentParser):
-    """Declares CAPTURE and how it is read."""
+    """Declares the argument CAPTURE and the flags for reading it."""
     parser.add_argument(
         "capture", metavar="CAPTURE", help="a file or folder with RGB-D images"
     )
@@ -55,10 +55,10 @@ def add_capture_arguments(parser: argparse.ArgumentParser):
 
 
 def captured(arguments: argparse.Namespace) -> Capture:
-    """The capture that the flags name.
+    """Reads the capture that the flags name.
 
     Raises:
-        RemoSplatError: It cannot be read; see `read_capture`.
+        RemoSplatError: The capture cannot be read.
     """
     return read_capture(
         resolve(arguments.capture),
@@ -70,10 +70,10 @@ def captured(arguments: argparse.Namespace) -> Capture:
 
 
 def check_positive(command: str, arguments: argparse.Namespace, *names: str):
-    """Refuses flags that are given and not positive and finite.
+    """Checks that flags, where they are given, are positive and finite.
 
     Raises:
-        FieldError: Names the flag.
+        FieldError: A flag's value is not; the error names the flag.
     """
     for name in names:
         value = getattr(arguments, name)
@@ -83,10 +83,10 @@ def check_positive(command: str, arguments: argparse.Namespace, *names: str):
 
 
 def check_finite(command: str, arguments: argparse.Namespace, *names: str):
-    """Refuses flags that are given and hold a NaN or an infinity.
+    """Checks that flags, where they are given, are finite.
 
     Raises:
-        FieldError: Names the flag.
+        FieldError: A flag holds NaN or infinity; the error names the flag.
     """
     for name in names:
         value = getattr(arguments, name)
@@ -95,10 +95,10 @@ def check_finite(command: str, arguments: argparse.Namespace, *names: str):
 
 
 def check_seed(command: str, arguments: argparse.Namespace):
-    """Refuses a seed that random generators do.
+    """Checks that the seed is one that random generators take.
 
     Raises:
-        FieldError: It is negative.
+        FieldError: The seed is negative.
     """
     if arguments.seed < 0:
         raise FieldError(command, "--seed", "must not be negative")

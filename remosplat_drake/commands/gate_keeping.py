@@ -20,7 +20,7 @@ from remosplat_drake.safety.gates import (
 
 
 def add_accept_argument(parser: argparse.ArgumentParser) -> None:
-    """Declares the flag that takes a problem upon oneself."""
+    """Declares `--accept`, with which a user accepts a problem of the map."""
     gates = "; ".join(f"{name}: {what}" for name, what in GATES.items())
     parser.add_argument(
         "--accept",
@@ -33,10 +33,10 @@ def add_accept_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def check_accepted(arguments: argparse.Namespace) -> None:
-    """Refuses names of no gate before any work starts.
+    """Checks that all accepted names are gates, before any work starts.
 
     Raises:
-        RemoSplatError: A name is unknown.
+        RemoSplatError: A name is not a gate's.
     """
     check_names(arguments.accept)
 
@@ -44,7 +44,7 @@ def check_accepted(arguments: argparse.Namespace) -> None:
 def describe(
     knowledge: MapKnowledge, warnings: Iterable[Gate], console: Console
 ) -> None:
-    """Tells what a map knows, and what is wrong."""
+    """Prints what a map knows, and what is wrong with it."""
     for line in knowledge.lines():
         _tell(console, line)
     for gate in warnings:
@@ -53,11 +53,11 @@ def describe(
 
 @dc.dataclass(frozen=True)
 class Admission:
-    """That a run may begin, and on what terms.
+    """Permission for a run to begin, and its terms.
 
     Attributes:
-        knowledge: Of the run's map.
-        passage: How it got through the gates.
+        knowledge: What is known of the run's map.
+        passage: Result of the gates: the warnings, and what was accepted.
         hardware: Whether a real robot moves.
     """
 
@@ -66,10 +66,10 @@ class Admission:
     hardware: bool
 
     def announce(self, console: Console) -> None:
-        """Tells what the map knows; has what is accepted confirmed.
+        """Prints what the map knows; asks to confirm what is accepted.
 
         Raises:
-            RemoSplatError: It is not confirmed.
+            RemoSplatError: Nobody confirms it.
         """
         describe(self.knowledge, self.passage.warnings, console)
         for gate in self.passage.accepted:
@@ -78,7 +78,7 @@ class Admission:
             _tell(console, f"accepted: {gate}", "bold yellow")
 
     def document(self) -> dict:
-        """What the files of a run keep of it."""
+        """Returns what the files of a run keep of the admission."""
         return {
             "map_summary": dc.asdict(self.knowledge.summary),
             "map_error": self.knowledge.error.largest,
@@ -90,15 +90,15 @@ class Admission:
 def admit(
     knowledge: MapKnowledge, arguments: argparse.Namespace, where: str
 ) -> Admission:
-    """Lets a run begin, or refuses it; says nothing yet.
+    """Lets a run begin, or refuses it; prints nothing yet.
 
     Args:
-        knowledge: Of the run's map.
-        arguments: With `accept` and `hardware`.
-        where: The scenario to blame.
+        knowledge: What is known of the run's map.
+        arguments: The command line, with `accept` and `hardware`.
+        where: Name of the scenario that errors blame.
 
     Raises:
-        RemoSplatError: It is refused.
+        RemoSplatError: The run is refused.
     """
     passage = open_gates(
         knowledge.gates,
@@ -114,7 +114,7 @@ def _entry(gate: Gate) -> dict[str, str]:
 
 
 def _confirm(gate: Gate, console: Console) -> None:
-    """Has somebody type a gate's name where a real robot is about to move.
+    """Asks for a gate's name to be typed before a real robot moves.
 
     Raises:
         RemoSplatError: Nobody sits at a terminal, or types something else.

@@ -27,7 +27,7 @@ from remosplat_drake.station.station_config import DynamicStation
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the command's flags."""
     parser.add_argument(
         "scenario",
         nargs="?",
@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs the robot until Ctrl-C or the time limit."""
+    """Simulates the robot until Ctrl-C or the time limit."""
     console = Console(stderr=True)
     schedule = [parse_fault(text) for text in arguments.fault]
     if arguments.record:

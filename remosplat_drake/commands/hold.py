@@ -9,11 +9,11 @@ from rich.console import Console
 from remosplat_drake.visualization.page import MeshcatPage
 
 _PERIOD = 0.05
-"""Time between two looks at the page's buttons [s]."""
+"""Period at which the page's buttons are polled [s]."""
 
 
 def add_page_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares where a command's page is served and for how long."""
+    """Declares the flags for where and how long a page is served."""
     parser.add_argument(
         "--port", type=int, help="port of the page (default: first free)"
     )
@@ -26,7 +26,7 @@ def add_page_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def is_held(wanted: bool | None) -> bool:
-    """Whether a page stays; None: if somebody sits at a terminal."""
+    """Whether a page stays; None stands for: if a terminal is attached."""
     return sys.stdin.isatty() if wanted is None else wanted
 
 
@@ -34,9 +34,9 @@ def hold(wanted: bool | None, page: MeshcatPage, console: Console) -> None:
     """Serves a page and its buttons until Ctrl-C.
 
     Args:
-        wanted: See `is_held`.
-        page: To be kept.
-        console: To say so.
+        wanted: Whether the page stays; None: if a terminal is attached.
+        page: Meshcat page to serve.
+        console: Console that tells how to end it.
     """
     if not is_held(wanted):
         return

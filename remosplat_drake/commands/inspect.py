@@ -31,11 +31,11 @@ from remosplat_drake.visualization.sensor_view import SensorView
 from remosplat_drake.visualization.splat_view import SplatView
 
 _BEHIND = (-1.0, -1.2, 0.7)
-"""Where the page's camera stands, from the sphere, in W [m]."""
+"""Position of the page's camera relative to the sphere, in W [m]."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the command's flags."""
     parser.add_argument(
         "scenario",
         nargs="?",
@@ -89,7 +89,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Writes the picture, and shows the page if it is asked for."""
+    """Writes the picture, and serves the page if it is asked for."""
     console = Console(stderr=True)
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     world = load_world(scenario)
@@ -124,7 +124,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _configuration(
     arguments: argparse.Namespace, world: World
 ) -> tuple[np.ndarray, str]:
-    """The configuration to look from, and what to call it."""
+    """Returns the configuration to look from, and its name."""
     n_q = world.robot.n_q
     if arguments.configuration is not None:
         if len(arguments.configuration) != n_q:
@@ -152,7 +152,7 @@ def _nearest(
     spheres: Spheres,
     candidates: list[int],
 ) -> int:
-    """Which of the candidates is nearest to what it sees."""
+    """Returns the candidate that is nearest to what it sees."""
     field = DepthRasterizationField(splat_W, sensor, nearest_only=True)
     asked = spheres.select(np.array(candidates))
     distance = field.clearances(asked).per_sphere(len(candidates))
@@ -170,7 +170,7 @@ def _facts(views: SphereViews) -> str:
 
 
 def _candidates(chosen: str | None, links: tuple[str, ...]) -> list[int]:
-    """The spheres that INDEX, LINK or nothing stands for."""
+    """Returns the spheres that INDEX, LINK or nothing stands for."""
     n = len(links)
     if chosen is None:
         return list(range(n))
@@ -194,7 +194,7 @@ def show(
     views: SphereViews,
     port: int | None = None,
 ) -> MeshcatPage:
-    """A page with the robot at q, the splat and the sensor's rays."""
+    """Makes a page with the robot at q, the splat and the sensor's rays."""
     page = MeshcatPage(port=port)
     SplatView(page, splat_W)
     SensorView(page, views)

@@ -34,13 +34,13 @@ COMMANDS = {
     "quality": "measure how far a splat can be trusted",
     "convert": "turn a splat from one format of file into another",
 }
-"""Each command is the module of that name, loaded only when it is called."""
+"""Commands by name; each one's module is loaded only when it is called."""
 
 USER_ERROR = 2
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs one command and returns its exit code; see `exit_code`."""
+    """Runs one command and returns its exit code, as `exit_code` has it."""
     argv = list(sys.argv[1:] if argv is None else argv)
 
     def run() -> int:
@@ -54,10 +54,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 def exit_code(run: Callable[[], int]) -> int:
     """Calls what reads and runs a command line, and returns its exit code.
 
-    0: done. 1: the robot did not get there. 2: the user can mend it; one
-    line on stderr says how; or a reader has failed at a file in a way that
-    nobody has thought of, and the line names the log of its traceback. 130:
-    interrupted. Any other exception is a defect and leaves its traceback.
+    Returns:
+        0: done. 1: the robot did not get there. 2: the user can correct it, and
+        one line on stderr says how; or a reader failed at a file unexpectedly,
+        and the line names the log of its traceback. 130: interrupted. Any other
+        exception is a defect and leaves its traceback.
     """
     # Drake announces its server; the commands say so in their own words.
     logging.getLogger("drake").setLevel(logging.WARNING)

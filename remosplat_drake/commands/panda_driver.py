@@ -20,7 +20,7 @@ from remosplat_drake.hardware.drivers.panda_python_hand import PandaPythonHand
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the command's flags."""
     parser.add_argument("host", help="name or address of the arm's controller")
     add_wire_argument(parser)
     parser.add_argument(
@@ -80,7 +80,7 @@ def _drive_hand(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
 
 
 def _announce(arguments: argparse.Namespace) -> None:
-    """Says that the robot is under control, and how to end that."""
+    """Prints that the robot is under control, and how to end that."""
     Console(stderr=True).print(
         f"{arguments.lcm_url} <-> {arguments.host}; Ctrl-C ends"
     )

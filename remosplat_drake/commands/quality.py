@@ -32,7 +32,7 @@ from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.splat.formats import read_splat
 
 COMPARED = 8
-"""Every so many views are compared where nobody says otherwise."""
+"""Default step between views that are compared: every eighth is."""
 
 
 def add_arguments(parser: argparse.ArgumentParser):
@@ -136,7 +136,7 @@ def _captured(arguments: argparse.Namespace, splat: Path) -> Capture:
 
 
 def print_report(console: Console, report: QualityReport):
-    """The numbers and the verdict."""
+    """Prints the numbers of a report and the verdict."""
     table = Table(title="distance errors [mm]")
     for heading in ("oracle", "against"):
         table.add_column(heading)

@@ -44,7 +44,7 @@ from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.splat.formats import format_of_name, write_splat
 
 _LEAST_COUNT = 100
-"""Fewer splats make no scene."""
+"""Smallest number of splats that make a scene."""
 
 
 def add_arguments(parser: argparse.ArgumentParser):
@@ -109,7 +109,7 @@ def add_arguments(parser: argparse.ArgumentParser):
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Writes the splat, its report and a scenario."""
+    """Writes the splat, its report and a scenario of it."""
     _check(arguments)
     device = choose_device(arguments.device)
     console = Console()

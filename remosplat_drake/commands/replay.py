@@ -24,7 +24,7 @@ from remosplat_drake.visualization.truth_view import TruthView
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the command's flags."""
     parser.add_argument(
         "session", type=Path, help="folder that `remosplat teleop` has made"
     )
@@ -77,7 +77,7 @@ def _positive(text: str) -> float:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Plays the run, and writes what was asked for."""
+    """Replays the run, and writes what was asked for."""
     console = Console(stderr=True)
     if arguments.figure:
         check_figure_path(arguments.figure)
@@ -137,7 +137,7 @@ def _save_figure(recorded: RecordedRun, path: Path, console: Console) -> None:
 
 
 def _summary(recorded: RecordedRun) -> Table:
-    """The run in a few lines, and what happened in it."""
+    """Makes a table of the run in a few lines, with its events."""
     rows = recorded.log.rows
     first, last = float(rows["time"][0]), float(rows["time"][-1])
     table = Table(show_header=False, box=None, pad_edge=False)

@@ -32,11 +32,11 @@ from remosplat_drake.recording.trajectory import save_trajectory
 from remosplat_drake.visualization.page import MeshcatPage
 
 METRICS, TRAJECTORY = "metrics.json", "trajectory.npz"
-"""What a run leaves in its output folder."""
+"""Names of a run's files in its output folder."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the command's flags."""
     parser.add_argument(
         "scenario",
         nargs="?",
@@ -101,7 +101,7 @@ def _rate(text: str) -> float:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs the scenario; 0 if the targets were reached, else 1."""
+    """Runs the scenario; returns 0 if the targets were reached, else 1."""
     console = Console(stderr=True)
     _check_outputs(arguments)
     check_accepted(arguments)
@@ -207,7 +207,7 @@ def _print_summary(
 
 
 def describe_outcome(result: RunResult) -> str:
-    """One phrase: reached, or why not and how far away it ended."""
+    """Says in one phrase that the target was reached, or why not."""
     if result.outcome == REACHED:
         return REACHED
     return (
@@ -241,11 +241,11 @@ def save_result(
     """Writes metrics.json and trajectory.npz, each atomically.
 
     Args:
-        result: How the run ended.
-        application: What was run.
-        folder: Gets both files.
-        loop: How a real robot's loop was kept.
-        known: What was known of the map; see `Admission`.
+        result: Result of the run.
+        application: The diagram that was run.
+        folder: Folder that receives both files.
+        loop: Timing of a real robot's loop; None in a simulation.
+        known: What was known of the map, from `Admission.document`.
     """
     save_trajectory(result.trajectory, folder / TRAJECTORY)
     document = {

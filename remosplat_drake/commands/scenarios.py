@@ -13,12 +13,12 @@ from remosplat_drake.app.scenario import (
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """This command takes no arguments."""
+    """Declares no flags: the command takes none."""
     del parser  # Unused.
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints one row a shipped scenario."""
+    """Prints a table with one row a shipped scenario."""
     del arguments  # Unused.
     table = Table("scenario", "oracle", "station", "spheres", "gains", "scene")
     for name in shipped_scenarios():

@@ -15,11 +15,11 @@ from remosplat_drake.benchmark.trained_splats import FITS
 from remosplat_drake.oracle.depth_backend import missing_for_cuda
 
 JOBS_PER_GPU = 8
-"""Splats at once on a GPU, by default: one alone leaves it idle at times."""
+"""Default number of splats at once on a GPU; one alone does not fill it."""
 
 
 def add_splat_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the flags."""
+    """Declares the flags for making splats."""
     group = parser.add_argument_group("splats")
     group.add_argument(
         "--splats",
@@ -62,10 +62,10 @@ def add_splat_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def splat_making(arguments: argparse.Namespace) -> SplatMaking | None:
-    """How scenes get splats; None without `--train`.
+    """Returns how scenes get splats; None without `--train`.
 
     Raises:
-        RemoSplatError: A flag cannot be used here.
+        RemoSplatError: A flag cannot be used on this machine.
     """
     if arguments.train is None:
         for flag in ("recipe", "train_jobs"):
@@ -89,17 +89,17 @@ def splat_making(arguments: argparse.Namespace) -> SplatMaking | None:
 def splat_folders(
     arguments: argparse.Namespace, splats: SplatMaking | None
 ) -> tuple[Path, ...]:
-    """Where splats are looked for: the user's folders come first."""
+    """Returns the folders of splats; the user's folders come first."""
     if splats is None:
         return (*arguments.splats, *default_folders())
     return (*arguments.splats, splats.recipe.folder)
 
 
 def _gpus() -> tuple[str, ...]:
-    """The GPUs this process may use, by the names it was given.
+    """Returns the names of the GPUs that this process may use.
 
     Raises:
-        RemoSplatError: There is none, or something is not installed.
+        RemoSplatError: There is no GPU, or a package is not installed.
     """
     problem = missing_for_cuda()
     if problem:

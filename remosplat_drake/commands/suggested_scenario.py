@@ -20,11 +20,11 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.suggestion import NEAR, suggest_task
 
 _FREE_MARGIN = 0.05
-"""Space is free if views saw at least so far beyond it [m]."""
+"""Depth beyond a point to which views must have seen for it to be free [m]."""
 
 
 def scenario_path(splat: Path) -> Path:
-    """Where the scenario of a splat file is."""
+    """Returns the path of the scenario of a splat file."""
     return splat.with_suffix(".yaml")
 
 
@@ -41,14 +41,14 @@ def write_scenario(
     that this allows, if the task can be done with one.
 
     Args:
-        splat: The splat's file, which the scenario lies beside.
-        splat_W: What it holds, the floor at z = 0.
-        capture: What it is from, in the same frame.
-        workspace: Where the target is sought.
+        splat: Path of the splat's file; the scenario is written beside it.
+        splat_W: The splat, expressed in W, with the floor at z = 0.
+        capture: The capture that the splat was made of, in the same frame.
+        workspace: Space in which the target is sought.
         map_error: Largest over-estimate of a distance by the splat [m].
 
     Raises:
-        RemoSplatError: There is no room, or the file cannot be written.
+        RemoSplatError: There is no free space, or the file cannot be written.
     """
     task = suggest_task(
         load_robot("frankie", floor_height=0.03),
@@ -83,7 +83,7 @@ def write_scenario(
 
 
 def _verdict(error: float, safe: float) -> str:
-    """What is to be said of a splat, as comments in YAML."""
+    """Writes the verdict on a splat as comments in YAML."""
     text = (
         f"# Distances may be too large by {rounded_up(error)}; stopping"
         f" distances are safe\n# from {rounded_up(safe)} on.\n"

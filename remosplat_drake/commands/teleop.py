@@ -37,14 +37,15 @@ from remosplat_drake.mapping.store.session import SCENARIO_FILE
 from remosplat_drake.visualization.page import MeshcatPage
 
 DEFAULT_SCENARIO = "StudioLive"
-"""What is teleoperated when nothing is named."""
+"""Name of the default scenario."""
 
 MAP_KNOWLEDGE = "map_knowledge.json"
-"""What was known of a given map, and accepted, in the folder of a run."""
+"""Name of the file in a run's folder that says what was known of a given map,
+and accepted."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the command's flags."""
     parser.add_argument(
         "scenario",
         nargs="?",
@@ -106,7 +107,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Teleoperates until Ctrl-C; 0, or 1 if the robot ended up stopped."""
+    """Teleoperates until Ctrl-C; returns 1 if the robot ended up stopped."""
     console = Console(stderr=True)
     check_accepted(arguments)
     scenario = _load_scenario(arguments)
@@ -150,7 +151,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _rate(arguments: argparse.Namespace, scenario: Scenario) -> float:
-    """The pace of a simulation; a person works at none that is unlimited."""
+    """Returns the real-time rate of a simulation, which is never unlimited."""
     if arguments.realtime_rate is not None:
         return arguments.realtime_rate
     if scenario.simulator is None:
@@ -161,10 +162,10 @@ def _rate(arguments: argparse.Namespace, scenario: Scenario) -> float:
 def _admitted(
     arguments: argparse.Namespace, scenario: Scenario, world: World
 ) -> Admission | None:
-    """On what terms a map may be used; None if it is still to be made.
+    """Returns the terms on which a map may be used; None without a map yet.
 
     Raises:
-        RemoSplatError: It may not.
+        RemoSplatError: The map may not be used.
     """
     if scenario.mapping.enabled and not scenario.scene.splat:
         return None
@@ -181,7 +182,7 @@ def _begin(
     admission: Admission | None,
     console: Console,
 ) -> tuple[Teleoperation, Application]:
-    """Begins or reopens the session, or leaves everything as it was."""
+    """Begins or reopens the session; a failure changes nothing."""
     with removed_on_failure(folder):
         teleoperation = open_teleoperation(
             scenario, world, folder, hardware=arguments.hardware
@@ -212,7 +213,7 @@ def _keep(admission: Admission, run: Path) -> None:
 
 
 def _load_scenario(arguments: argparse.Namespace) -> Scenario:
-    """The scenario that the flags make it.
+    """Loads the scenario with the fields that the flags override.
 
     Raises:
         RemoSplatError: Flags contradict each other, or a file is unusable.

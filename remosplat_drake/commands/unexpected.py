@@ -14,7 +14,7 @@ from remosplat_drake.base.reading import UnreadableError
 from remosplat_drake.base.version import __version__
 
 SHOW_TRACEBACK = "REMOSPLAT_TRACEBACK"
-"""Variable of the environment; unless empty, tracebacks are printed, too."""
+"""Environment variable; unless it is empty, tracebacks are printed, too."""
 
 _LONGEST_LINE = 2000
 
@@ -38,9 +38,9 @@ def report(error: UnreadableError) -> None:
 
 
 def one_line(error: Exception) -> str:
-    """The text of an error as one line that no file can make a mess of.
+    """Returns an error's text as one line that no file can disturb.
 
-    Names in files may hold line ends and what terminals obey.
+    Names in files may hold line ends and terminals' control characters.
     """
     line = "".join(
         c if c.isprintable() else c.encode("unicode_escape").decode()
@@ -52,7 +52,7 @@ def one_line(error: Exception) -> str:
 
 
 def _write_log(text: str) -> Path:
-    """Writes a log; that of the same traceback takes the same name.
+    """Writes a log and returns its path; equal tracebacks have the same one.
 
     It holds versions and the lines of the program, and neither the values of
     variables nor the command's arguments or the environment.

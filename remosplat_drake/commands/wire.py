@@ -9,11 +9,11 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.hardware.hardware_config import check_lcm_url
 
 LOCAL_URL = "udpm://239.255.76.67:7667?ttl=0"
-"""LCM's usual address, within one computer."""
+"""LCM's default address, within one computer."""
 
 
 def add_wire_argument(parser: argparse.ArgumentParser) -> None:
-    """Declares `--lcm-url`."""
+    """Declares the flag `--lcm-url`."""
     parser.add_argument(
         "--lcm-url",
         default=LOCAL_URL,
@@ -24,10 +24,10 @@ def add_wire_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def positive_rate(text: str) -> float:
-    """Reads a rate off the command line: positive and finite.
+    """Parses a positive, finite rate from the command line.
 
     Raises:
-        ArgumentTypeError: It is not.
+        ArgumentTypeError: The text is no positive, finite number.
     """
     rate = float(text)
     if not (math.isfinite(rate) and rate > 0):
@@ -36,7 +36,7 @@ def positive_rate(text: str) -> float:
 
 
 def open_wire(url: str) -> DrakeLcm:
-    """Joins the wire.
+    """Joins the LCM wire at a URL.
 
     Raises:
         RemoSplatError: The URL is unusable.
