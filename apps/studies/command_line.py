@@ -16,15 +16,15 @@ def study_main(
     """Runs a study from its command line.
 
     Args:
-        name: Of the module in this folder.
-        summary: What `--help` says of it: the module's docstring.
-        add_arguments: Declares the flags.
-        run: Runs the study and returns its exit code.
-        argv: The flags; None takes those of this process.
+        name: Name of the study's module in this folder.
+        summary: Description that `--help` prints: the module's docstring.
+        add_arguments: Function that declares the flags.
+        run: Function that runs the study and returns its exit code.
+        argv: Command-line arguments; None takes those of this process.
 
     Returns:
-        The exit code, as `remosplat` has it: 2 after one line on stderr that
-        says what the user can mend.
+        The exit code, like that of `remosplat`: 2 after one line on stderr that
+        says what the user can correct.
     """
     parser = argparse.ArgumentParser(
         prog=f"python -m apps.studies.{name}", description=summary

@@ -39,28 +39,33 @@ from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 GOALS = "goals.jsonl"
-"""What is left in the output folder."""
+"""Name of the result file in the output folder."""
 
 SPHERE_SETS = ("paper", "covering")
 CLEARANCES = (0.021, 0.010)
-"""What is asked for: sphere sets, and stopping distances, falling [m]."""
+"""Clearances that are asked for at the goal, in falling order [m]."""
 
 _MARGIN = 0.95
-"""Part of the goal's tolerances that may be used up: a controller stops as
-soon as it is within them, and some goals can only be held at their edge."""
+"""Fraction of the goal's tolerances that may be used up. A controller stops
+as soon as it is within them, and some goals can only be held at their edge."""
 
 _SAVE_EVERY = 20  # Verdicts.
 
 
 @dc.dataclass(frozen=True)
 class GoalQuestion:
-    """A scene and a sphere set; small enough to be sent to a worker."""
+    """A scene and a sphere set to judge; small enough to be sent to a worker.
+
+    Attributes:
+        case: Scene whose goal is searched.
+        spheres: Sphere set of the robot.
+    """
 
     case: BenchmarkCase
     spheres: str
 
     def key(self) -> str:
-        """Names everything that the answer depends on."""
+        """Returns a digest of everything that the answer depends on."""
         task = self.case.task()
         robot = _robot(self.spheres)
         parts = (
@@ -79,17 +84,17 @@ class GoalQuestion:
 
 @dc.dataclass(frozen=True)
 class GoalVerdict:
-    """At which clearances a goal can be held.
+    """The largest clearance at which a goal can be held.
 
     Attributes:
-        key: Of the question.
-        suite: What the scenes are.
-        family: The scene's.
-        scene: Its name.
-        spheres: Sphere set.
-        held: The largest of `CLEARANCES` that a configuration at the goal
-            was found for [m]; None if there is none.
-        error: What went wrong, if anything.
+        key: Key of the question.
+        suite: Name of the suite.
+        family: Family of the scene.
+        scene: Name of the scene.
+        spheres: Sphere set of the robot.
+        held: Largest of `CLEARANCES` at which a configuration at the goal was
+            found [m]; None if there is none.
+        error: Error text of a failure; empty otherwise.
     """
 
     key: str
@@ -106,12 +111,15 @@ def largest_held(
     scene: PrimitiveScene,
     clearances: Sequence[float] = CLEARANCES,
 ) -> float | None:
-    """The first clearance with which the goal can be held, or None.
+    """Returns the largest clearance with which the goal can be held.
 
     Args:
-        robot: With the spheres in question.
-        scene: With a target.
-        clearances: Falling [m].
+        robot: Model of the robot, with the spheres in question.
+        scene: Scene with a target.
+        clearances: Clearances to try, in falling order [m].
+
+    Returns:
+        The clearance [m]; None if the goal cannot be held with any.
     """
     for clearance in clearances:
         criteria = FeasibilityFilter(robot.spheres.name, clearance)
@@ -124,7 +132,7 @@ def largest_held(
 
 
 def judge(question: GoalQuestion) -> GoalVerdict:
-    """Answers one question; equal questions get equal answers."""
+    """Answers one question; equal questions give equal answers."""
     solids = question.case.task().solids
     assert solids is not None
     held = largest_held(_robot(question.spheres), solids)
@@ -137,13 +145,17 @@ def goal_bounds(
     jobs: int,
     on_verdict: Callable[[int, int], None] = lambda done, count: None,
 ) -> list[GoalVerdict]:
-    """The verdicts for all sphere sets; those in the file are not repeated.
+    """Returns the verdicts of all scenes for all sphere sets.
+
+    Verdicts that the file holds already are not searched again.
 
     Args:
-        cases: The scenes; measured ones, which have no solids, are left out.
-        path: Where verdicts are kept, also when this is interrupted.
-        jobs: Worker processes; 0 runs everything in this one.
-        on_verdict: Called with the numbers of what is done and to do.
+        cases: Scenes to judge; scanned ones, which have no solids, are left
+            out.
+        path: Path of the file that keeps verdicts, even after an interruption.
+        jobs: Number of worker processes; 0 runs everything in this one.
+        on_verdict: Callback for the numbers of verdicts that are done and to
+            do.
 
     Raises:
         FileError: The file cannot be read or written.
@@ -170,7 +182,11 @@ def goal_bounds(
 
 
 def goal_table(verdicts: Iterable[GoalVerdict]) -> Table | None:
-    """How many goals can be held, by suite and family; None without any."""
+    """Makes the table of goals that can be held, by suite and family.
+
+    Returns:
+        The table; None without verdicts.
+    """
     groups = defaultdict(list)
     for verdict in verdicts:
         if not verdict.error:
@@ -228,10 +244,10 @@ def _failed(question: GoalQuestion, error: str) -> GoalVerdict:
 
 
 def read_verdicts(path: Path) -> list[GoalVerdict]:
-    """The verdicts in a file; none without a file.
+    """Reads the verdicts in a file; none without a file.
 
     Raises:
-        FileError: There is a file, but it holds something else.
+        FileError: The file exists but does not hold verdicts.
     """
     try:
         lines = path.read_text().splitlines()
@@ -245,13 +261,13 @@ def read_verdicts(path: Path) -> list[GoalVerdict]:
 
 
 def _write(path: Path, verdicts: Iterable[GoalVerdict]) -> None:
-    """Keeps what is certain: a failure is tried again next time."""
+    """Writes verdicts without failures, which are tried again next time."""
     lines = [json.dumps(dc.asdict(v)) + "\n" for v in verdicts if not v.error]
     write_atomically(path, "".join(lines))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the study's flags."""
     parser.add_argument(
         "--scenes",
         type=int,
@@ -283,7 +299,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Searches what is missing and prints the table."""
+    """Searches the missing verdicts and prints the table."""
     for name, least in (("scenes", 1), ("jobs", 0)):
         if getattr(arguments, name) < least:
             problem = f"must be at least {least}"
@@ -309,7 +325,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the study from its command line; see `study_main`."""
+    """Runs the study from its command line and returns its exit code."""
     return study_main("goal_bounds", __doc__, add_arguments, run, argv)
 
 

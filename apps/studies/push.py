@@ -42,25 +42,26 @@ from remosplat_drake.recording.operator_trace import OperatorTrace
 from remosplat_drake.teleop.trajectory_file import load_operator_steps
 
 DEFAULT_SCENARIO = "StudioLive"
-"""What no camera has seen is an obstacle: the paper takes it for free."""
+"""Default scenario, in which unknown space is an obstacle; the paper takes it
+for free."""
 
 SCRIPT = resources.scenarios_dir() / "operators" / "push.yaml"
 
 LATENCY = 3.0
-"""A map takes effect so long after it was asked for, in every run [s]."""
+"""Time from a request to the effect of its map, in every run [s]."""
 
 _AFTERWARDS = 1.0
-"""The run goes on for so long after the last step [s]."""
+"""Time for which the run goes on after the last step [s]."""
 
 _PATIENCE = 5.0
-"""A robot that has been stopped so long ends the run [s]."""
+"""Time after which a stopped robot ends the run [s]."""
 
 _SESSION, _SCRIPT = "session", "operator.yaml"
 _FIGURE, _METRICS = "figure.png", "metrics.json"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the study's flags."""
     parser.add_argument(
         "scenario",
         nargs="?",
@@ -86,7 +87,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs, draws, and measures; 1 if anything true was touched."""
+    """Runs, draws and measures; returns 1 if anything true was touched."""
     console = Console(stderr=True)
     scenario, world = _load(arguments)
     session = arguments.output / _SESSION
@@ -116,7 +117,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _load(arguments: argparse.Namespace) -> tuple[Scenario, World]:
-    """The scenario, operated by the script to its end, and its world.
+    """Loads the scenario, operated by the script to its end, and its world.
 
     Raises:
         RemoSplatError: A file is unusable, or the truth is not known.
@@ -138,7 +139,7 @@ def _load(arguments: argparse.Namespace) -> tuple[Scenario, World]:
 
 
 def _complete_run(folder: Path, scenario: Scenario) -> RecordedRun | None:
-    """The run that is there, if it is this one and got to its end."""
+    """Returns the recorded run, if it is of this scenario and complete."""
     if not holds_session(folder):
         return None
     name = scenario.name
@@ -180,9 +181,9 @@ def _record(
 
 
 def measure(recorded: RecordedRun, trace: OperatorTrace) -> dict:
-    """What is said of the run in numbers; distances in m, times in s.
+    """Measures a run; distances are in m, times in s.
 
-    None stands for what has not happened.
+    None stands for an event that has not happened.
     """
     assert trace.true_clearance is not None
     time, mapped = trace.time, recorded.log.rows["map_version"] > 0
@@ -204,7 +205,7 @@ def measure(recorded: RecordedRun, trace: OperatorTrace) -> dict:
 
 
 def table(metrics: dict) -> Table:
-    """The numbers for people."""
+    """Makes a table of the metrics, for people."""
     rows = Table("of the run", title="An operator pushes against the scene")
     rows.add_column(metrics["scenario"], justify="right")
     for name, key, scale, unit in (
@@ -223,7 +224,7 @@ def table(metrics: dict) -> Table:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the study from its command line; see `study_main`."""
+    """Runs the study from its command line and returns its exit code."""
     return study_main("push", __doc__, add_arguments, run, argv)
 
 

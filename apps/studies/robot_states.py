@@ -7,26 +7,26 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import DistanceField
 
 BASE_LOWER, BASE_UPPER = (-0.5, -1.2, -np.pi / 2), (0.8, 1.2, np.pi / 2)
-"""Where a mobile base stands: x, y, yaw before the scene [m, rad]."""
+"""Bounds of a mobile base's pose before the scene: x, y, yaw [m, m, rad]."""
 
 INFLUENCE = 0.5
-"""Distances beyond it do not matter to the controller [m]."""
+"""Distance beyond which nothing matters to the controller [m]."""
 
 
 def free_states(
     robot: RobotModel, truth: DistanceField, count: int, seed: int = 0
 ) -> np.ndarray:
-    """Random configurations that touch nothing, shape (count, n_q).
+    """Draws random configurations that touch nothing, shape (count, n_q).
 
     Joints are uniform within their limits, a base within `BASE_LOWER` and
     `BASE_UPPER`. Only states of which some sphere is within `INFLUENCE`
     count.
 
     Args:
-        robot: The robot.
-        truth: The true scene.
-        count: How many to draw.
-        seed: Of the random numbers.
+        robot: Model of the robot.
+        truth: Distances to the true scene.
+        count: Number of configurations.
+        seed: Seed of the random numbers.
     """
     rng = np.random.default_rng(seed)
     lower, upper = robot.position_lower.copy(), robot.position_upper.copy()
@@ -47,13 +47,13 @@ def distance_errors(
     truth: DistanceField,
     states: np.ndarray,
 ) -> tuple[np.ndarray, Spheres]:
-    """Errors of a map's distances, over all spheres that matter.
+    """Measures the errors of a map's distances, over all spheres that matter.
 
     Args:
-        robot: The robot.
-        field: The map. A sphere that it finds nothing near is taken to be
-            `INFLUENCE` away: that is all the controller would know.
-        truth: The true scene.
+        robot: Model of the robot.
+        field: Distances by the map. A sphere near which it finds nothing
+            counts as `INFLUENCE` away: that is all the controller would know.
+        truth: Distances to the true scene.
         states: Configurations, shape (k, n_q).
 
     Returns:

@@ -8,7 +8,7 @@ from remosplat_drake.signals.operator_command import OperatorCommand
 
 
 class ToldOperator(LeafSystem):
-    """Says what it was told between two steps of a simulation.
+    """Outputs what it was told between two steps of a simulation.
 
     .. pydrake_system::
 
@@ -38,12 +38,13 @@ class ToldOperator(LeafSystem):
         command: OperatorCommand,
         map_requests: MapRequests,
     ) -> None:
-        """Changes what it says.
+        """Changes what the system outputs.
 
         Args:
-            context: The system's own, between two steps.
-            command: All that was asked of the target so far.
-            map_requests: All that was asked of the map so far.
+            context: The system's own context, between two steps.
+            command: Operator's command: all that was asked of the target so
+                far.
+            map_requests: Requests to the map so far.
         """
         self._cell(context, "command").set_value(command)
         self._cell(context, "map_requests").set_value(map_requests)

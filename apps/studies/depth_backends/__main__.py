@@ -38,31 +38,34 @@ from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 MAX_DISTANCE = 0.5
-"""The controller's influence distance [m]."""
+"""Influence distance of the controller, up to which queries ask [m]."""
 
 _ARRAYS = ("p_WS", "R_WL", "radius", "ignore_below")
 
 
 @dc.dataclass
 class Comparison:
-    """How the two backends answered all states on one splat.
+    """Agreement of the two backends over all states on one splat.
 
     Attributes:
-        splat: Its name.
-        n_splats: Number of its discs.
+        splat: Name of the splat.
+        n_splats: Number of the splat's discs.
         states: Number of robot states.
-        views: Number of views, six of each sphere in each state.
-        answered: Views that see something within `MAX_DISTANCE`.
-        differ: Views whose distances differ by more than `TOLERANCE`.
-        classes: The same by reason.
-        median_difference: Absolute, over all answered views [m].
-        p99_difference: Likewise.
-        farther: Largest distance that CUDA answers above the CPU's [m].
-        nearer: Largest distance that CUDA answers below the CPU's [m].
-        sphere_farther: Largest smallest distance of a sphere that CUDA
-            answers above the CPU's, where the sphere touches nothing [m].
-        cpu_ms: Median and 99th percentile of a query's time [ms].
-        cuda_ms: Likewise.
+        views: Number of views: six of each sphere in each state.
+        answered: Number of views that see something within `MAX_DISTANCE`.
+        differ: Number of views whose distances differ by more than
+            `TOLERANCE`.
+        classes: Number of differing views by the reason, one of `CLASSES`.
+        median_difference: Median absolute difference over all answered views
+            [m].
+        p99_difference: 99th percentile of the absolute difference over all
+            answered views [m].
+        farther: Largest excess of CUDA's distance over the CPU's [m].
+        nearer: Largest excess of the CPU's distance over CUDA's [m].
+        sphere_farther: Largest excess of a sphere's smallest distance by CUDA
+            over the CPU's, where the sphere touches nothing [m].
+        cpu_ms: Median and 99th percentile of the CPU's query time [ms].
+        cuda_ms: Median and 99th percentile of CUDA's query time [ms].
     """
 
     splat: str
@@ -84,7 +87,14 @@ class Comparison:
 def compare(
     name: str, splat_W: GaussianSplat, states: Sequence[Spheres], threads: int
 ) -> Comparison:
-    """Asks both backends about all states and explains the differences."""
+    """Queries both backends at all states and explains the differences.
+
+    Args:
+        name: Name of the splat in the table.
+        splat_W: The splat, expressed in W.
+        states: Spheres of the robot in each state.
+        threads: Number of CPU threads.
+    """
     sensor = DepthSensor()
     cpu = DepthRasterizationField(splat_W, sensor, num_threads=threads)
     cuda = GsplatDepthField(splat_W, sensor)
@@ -146,7 +156,7 @@ def _percentiles(times: list[float]) -> tuple[float, float]:
 
 
 def random_states(count: int, seed: int) -> Iterator[Spheres]:
-    """The spheres of Frankie in random states before and in the scene."""
+    """Yields Frankie's spheres in random states before and in the scene."""
     from apps.studies.robot_states import BASE_LOWER, BASE_UPPER
     from remosplat_drake.robot.robot_model import load_robot
 
@@ -159,7 +169,7 @@ def random_states(count: int, seed: int) -> Iterator[Spheres]:
 
 
 def write_states(path: Path, states: Sequence[Spheres]) -> None:
-    """Writes placed spheres, for a machine without the robot model."""
+    """Writes the spheres of states, for a machine without the robot model."""
     arrays = {
         name: np.array([getattr(s, name) for s in states], np.float32)
         for name in _ARRAYS
@@ -169,10 +179,10 @@ def write_states(path: Path, states: Sequence[Spheres]) -> None:
 
 
 def read_states(path: Path) -> list[Spheres]:
-    """Reads what `write_states` has written.
+    """Reads the spheres of states that `write_states` has written.
 
     Raises:
-        FileError: The file cannot be read or holds something else.
+        FileError: The file cannot be read or does not hold such states.
     """
     try:
         with np.load(path) as file:
@@ -183,7 +193,7 @@ def read_states(path: Path) -> list[Spheres]:
 
 
 def print_table(comparisons: Sequence[Comparison]) -> None:
-    """Prints one row a splat."""
+    """Prints a table with one row a splat."""
     table = Table(title=f"views that differ by > {1e3 * TOLERANCE:.0f} mm")
     columns = ["splat", "answered", "differ", *CLASSES]
     columns += ["p99 mm", "farther mm", "free mm", "cpu ms", "cuda ms"]
@@ -205,7 +215,7 @@ def print_table(comparisons: Sequence[Comparison]) -> None:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the study's flags."""
     parser.add_argument("splats", nargs="*", type=Path, metavar="SPLAT.ply")
     parser.add_argument("--count", type=int, default=1000, help="robot states")
     parser.add_argument("--seed", type=int, default=0)
@@ -246,7 +256,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the study from its command line; see `study_main`."""
+    """Runs the study from its command line and returns its exit code."""
     return study_main("depth_backends", __doc__, add_arguments, run, argv)
 
 

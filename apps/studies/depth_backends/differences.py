@@ -22,27 +22,29 @@ RULES = {
     "planes": "fragments before the near and behind the far plane count",
     "clamp": "alpha is at most 0.999",
 }
-"""gsplat's rules that differ from the definition of `DepthSensor`."""
+"""Rules of gsplat that differ from the definition of `DepthSensor`."""
 
 SEVERAL, ROUNDING, UNEXPLAINED = "several", "rounding", "unexplained"
 
 CLASSES = (*RULES, SEVERAL, ROUNDING, UNEXPLAINED)
-"""All reasons: one rule, all of them, or a threshold met but for rounding."""
+"""Reasons of a difference: one rule, several, rounding at a threshold, or
+none found."""
 
 TOLERANCE = 1e-3
-"""Smaller differences of a distance are none [m]."""
+"""Difference of two distances up to which they count as equal [m]."""
 
 _ROUNDING = 1e-4
-"""How far single precision may shift an accumulated alpha."""
+"""Error of an accumulated alpha in single precision, at most."""
 
 
 @dc.dataclass(frozen=True)
 class ViewAnswers:
-    """Distance and pixel of all six views of n spheres.
+    """Distances and pixels of all six views of n spheres.
 
     Attributes:
-        distance: Shape (n, 6) [m]; inf where a view has no answer.
-        pixel: Row-major index of the nearest pixel, shape (n, 6).
+        distance: Distance in each view, shape (n, 6) [m]; inf without an
+            answer.
+        pixel: Row-major index of the nearest pixel in each view, shape (n, 6).
     """
 
     distance: np.ndarray
@@ -52,7 +54,13 @@ class ViewAnswers:
 def by_view(
     answer: Clearances, spheres: Spheres, sensor: DepthSensor
 ) -> ViewAnswers:
-    """Sorts the rows of a depth field's answer by view again."""
+    """Sorts the rows of a depth field's answer by sphere and view.
+
+    Args:
+        answer: Rows of the field's answer, in any order.
+        spheres: The n spheres that were asked about.
+        sensor: The views of a sphere.
+    """
     distance = np.full((len(spheres), N_VIEWS), np.inf)
     pixel = np.zeros((len(spheres), N_VIEWS), int)
     R_WD = sensor.R_WD(spheres.R_WL)[answer.sphere]
@@ -68,16 +76,16 @@ def by_view(
 
 @dc.dataclass(frozen=True)
 class Fragments:
-    """What one ray meets, in no order; all arrays have shape (k,).
+    """The discs that one ray meets, in no order; arrays have shape (k,).
 
     Attributes:
-        z: Depths where the ray meets the discs; of any sign [m].
-        weight: Squared Mahalanobis distances there.
-        opacity: Of the discs.
-        depth: By which gsplat sorts the discs of this view [m].
-        shown: Whether gsplat looks at a disc on the pixel's tile.
+        z: Depths at which the ray meets the discs, of any sign [m].
+        weight: Squared Mahalanobis distances at these points.
+        opacity: Opacities of the discs.
+        depth: Depths by which gsplat sorts the discs of this view [m].
+        shown: Whether gsplat renders a disc on the pixel's tile.
         near: Whether a disc is nearer than the queried distance.
-        length: Length of the ray, a number.
+        length: Ratio of range to depth along the ray.
     """
 
     z: np.ndarray
@@ -93,9 +101,9 @@ class Differences:
     """Explains views of one splat that the two backends answer differently.
 
     Args:
-        splat_W: The scene, expressed in W; 2DGS discs.
-        sensor: The views, without low-pass filter.
-        max_distance: Of the queries [m].
+        splat_W: Splat of 2DGS discs, expressed in W.
+        sensor: The views of a sphere, without low-pass filter.
+        max_distance: Distance up to which the queries asked [m].
     """
 
     def __init__(
@@ -119,7 +127,18 @@ class Differences:
         cpu: ViewAnswers,
         cuda: ViewAnswers,
     ) -> str:
-        """One of `CLASSES` for a view whose distances differ."""
+        """Returns the reason of a view whose distances differ.
+
+        Args:
+            spheres: The spheres that were asked about.
+            sphere: Index of the view's sphere.
+            view: Index of the view, 0 to 5.
+            cpu: Answer of the CPU backend.
+            cuda: Answer of the CUDA backend.
+
+        Returns:
+            One of `CLASSES`.
+        """
         answers = [a.distance[sphere, view] for a in (cpu, cuda)]
         nearer = cpu if answers[0] < answers[1] else cuda
         fragments = self.fragments(
@@ -145,7 +164,7 @@ class Differences:
     def fragments(
         self, spheres: Spheres, sphere: int, view: int, pixel: int
     ) -> Fragments:
-        """What the ray through a pixel meets."""
+        """Returns the discs that the ray through a view's pixel meets."""
         sensor = self._sensor
         row, column = divmod(pixel, sensor.resolution)
         axis = sensor.pixel_centers()
@@ -206,7 +225,7 @@ class Differences:
     def _ranges(
         self, fragments: Fragments, rules: Set[str], shift: float
     ) -> list[float]:
-        """Ranges that a ray may have under some of gsplat's `RULES`.
+        """Returns ranges that a ray may have under some of gsplat's `RULES`.
 
         There are two: the GPU looks at the discs within the queried distance
         first, and at the others only where these do not suffice.

@@ -37,14 +37,14 @@ from remosplat_drake.visualization.page import MeshcatPage
 SCENARIO = "StudioLive"
 
 _LATENCY = 2.0
-"""Of the maps while memory is watched [s]."""
+"""Fixed latency of the maps while memory is measured [s]."""
 
 _FRAMES = 12
-"""Most frames of a map then: until there are as many, memory may grow."""
+"""Largest number of a map's frames then; memory may grow up to it."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the study's flags."""
     parser.add_argument(
         "--scenario",
         default=SCENARIO,
@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Measures two sessions by the clock, and a long one for its memory.
+    """Measures two sessions by the clock, and the memory of a long one.
 
     Raises:
         RemoSplatError: A session cannot be begun, or makes no map.
@@ -109,7 +109,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _scenario(spec: str) -> Scenario:
-    """The scenario; as with a real robot nothing looks ahead in a tick."""
+    """Loads the scenario with asynchronous guidance, as on a real robot."""
     scenario = load_scenario(spec)
     scenario.controller.guidance.asynchronous = True
     return scenario
@@ -123,18 +123,18 @@ def _by_the_clock(
     rounds: int,
     tell: Callable[[str], None],
 ) -> dict:
-    """Prints how a session is kept that ticks like one with a real robot.
+    """Measures and prints how a session keeps time, paced like a real robot.
 
     Args:
-        console: Gets the tables.
-        spec: The scenario's name.
-        name: The session's.
-        page: Served meanwhile.
-        rounds: Maps of each kind.
-        tell: Told what is being done.
+        console: Console that shows the tables.
+        spec: Name of the scenario.
+        name: Name of the session in the tables.
+        page: Meshcat page that is served meanwhile; None for no page.
+        rounds: Number of maps of each kind.
+        tell: Callback for the name of each stage.
 
     Returns:
-        The numbers.
+        The measured numbers, by name.
     """
     scenario = _scenario(spec)
     world = load_world(scenario, blank=True)
@@ -158,7 +158,7 @@ def _by_the_clock(
 def _memory(
     spec: str, minutes: float, on_time: Callable[[float], None]
 ) -> LiveMemory:
-    """Of a session with a page, which holds more than one without.
+    """Measures the memory of a session with a page, which holds more.
 
     The page's traces of hand and base add to it until they are 30 m long.
     """
@@ -173,7 +173,7 @@ def _memory(
 
 
 def period_table(periods: LivePeriods, name: str) -> Table:
-    """One row for each kind of map in the making."""
+    """Makes a table with one row for each kind of map in the making."""
     table = Table(
         "in the making",
         title=name,
@@ -196,7 +196,7 @@ def period_table(periods: LivePeriods, name: str) -> Table:
 
 
 def swap_table(periods: LivePeriods, name: str) -> Table:
-    """One row for each map that took effect."""
+    """Makes a table with one row for each map that took effect."""
     table = Table("new map", title=name)
     for heading in (
         "announced to in effect [ms]",
@@ -211,7 +211,7 @@ def swap_table(periods: LivePeriods, name: str) -> Table:
 
 
 def unknown_table(spreads: dict[str, Spread], name: str) -> Table:
-    """What it costs a tick that unknown space is an obstacle."""
+    """Makes a table of what unknown space as an obstacle costs a tick."""
     table = Table("unknown space is", title=name, caption="p50/p99/max")
     table.add_column("oracle and controller [ms]", justify="right")
     for kind, spread in spreads.items():
@@ -220,7 +220,7 @@ def unknown_table(spreads: dict[str, Spread], name: str) -> Table:
 
 
 def memory_table(memory: LiveMemory) -> Table:
-    """One row a process."""
+    """Makes a table with one row a process."""
     table = Table(
         "memory [MB]",
         title=f"{memory.minutes:g} simulated minutes, {memory.maps} changes of"
@@ -258,7 +258,7 @@ def _ratios(spread: Spread, quiet: Spread) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the study from its command line; see `study_main`."""
+    """Runs the study from its command line and returns its exit code."""
     return study_main("live_map", __doc__, add_arguments, run, argv)
 
 

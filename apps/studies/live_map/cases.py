@@ -26,23 +26,23 @@ from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.signals.map_requests import MapRequests
 
 QUIET, QUICK, FULL = "nothing", "a quick map", "a full map"
-"""What may be in the making."""
+"""Kinds of maps that may be in the making."""
 
 _REQUESTS = {QUICK: MapRequests(frames=1), FULL: MapRequests(refines=1)}
 
 _PATIENCE = 300.0
-"""A map takes no longer [s]."""
+"""Longest time that a map may take [s]."""
 
 
 @dc.dataclass(frozen=True)
 class TickTimes:
-    """How ticks were kept while one kind of map was in the making.
+    """Timing of the ticks while one kind of map was in the making.
 
     Attributes:
-        ticks: How many there were.
-        late: How many of them ended after the next one should have begun.
-        period: From the end of one tick to that of the next [s].
-        work: From the beginning of a tick to its end [s].
+        ticks: Number of ticks.
+        late: Number of ticks that ended after the next one should have begun.
+        period: Time from the end of one tick to that of the next [s].
+        work: Time from the beginning of a tick to its end [s].
         busy: Processor time of a tick [s].
     """
 
@@ -55,15 +55,15 @@ class TickTimes:
 
 @dc.dataclass(frozen=True)
 class Swap:
-    """How a map took effect.
+    """Timing of a map that took effect.
 
     Attributes:
-        effort: `QUICK` or `FULL`.
-        latency: From the note in the session's file, just before the map is
-            announced, to the end of the tick that changed to it [s].
-        tick: How long this tick took [s].
-        next_tick: And the one after it, the first that is all on the new
-            map [s].
+        effort: Kind of the map, `QUICK` or `FULL`.
+        latency: Time from the entry in the session's file, just before the map
+            is announced, to the end of the tick that changed to it [s].
+        tick: Duration of this tick [s].
+        next_tick: Duration of the following tick, the first that is all on the
+            new map [s].
     """
 
     effort: str
@@ -74,11 +74,11 @@ class Swap:
 
 @dc.dataclass(frozen=True)
 class LivePeriods:
-    """A session by the clock.
+    """Timing of a session by the clock.
 
     Attributes:
-        times: By what was in the making.
-        swaps: Every change of the map.
+        times: Timing of ticks by the kind of map in the making.
+        swaps: Timing of every change of the map.
     """
 
     times: dict[str, TickTimes]
@@ -93,20 +93,21 @@ def measure_periods(
     rest: float = 8.0,
     on_stage: Callable[[str], None] = lambda stage: None,
 ) -> LivePeriods:
-    """Lets the clock tick while maps are made, and while none is, in turns.
+    """Runs ticks by the clock while maps are made, and while none is, in turns.
 
-    The loop is kept as with the real robot: it goes first where the system
-    allows that, and collects no garbage within a tick.
+    The loop is kept as with the real robot: it has a real-time priority
+    (SCHED_RR) where the system allows that, and garbage collection is off
+    within a tick.
 
     Args:
-        session: A new one, without a fixed latency.
-        folder: Of the session.
-        rounds: Of a quick map and a full one, each after a rest.
+        session: New session, without a fixed latency.
+        folder: Folder of the session.
+        rounds: Number of quick maps and of full ones, each after a rest.
         rest: Time without a map in the making [s].
-        on_stage: Told what is being done.
+        on_stage: Callback for the name of each stage.
 
     Raises:
-        RemoSplatError: A map is not made.
+        RemoSplatError: A map is not made in time.
     """
     clock = _Clock(session, folder / SESSION_FILE)
     with realtime_priority(CONTROLLER_PRIORITY), garbage_collection_disabled():
@@ -129,14 +130,17 @@ def measure_periods(
 def measure_unknown(
     session: LiveSession, scenario: Scenario
 ) -> dict[str, Spread]:
-    """How long the latest ticks take with unknown space as an obstacle or free.
+    """Measures latest ticks with unknown space as an obstacle and as free.
 
-    Each tick is computed again both ways, so that the machine's mood is the
-    same; a fast oracle sees the same robot in the same places.
+    Each tick is computed again both ways, under the same load of the
+    machine; a fast oracle sees the same robot in the same places.
 
     Args:
-        session: With a map in which unknown space is an obstacle.
-        scenario: Its.
+        session: Session with a map in which unknown space is an obstacle.
+        scenario: Scenario of the session.
+
+    Returns:
+        Times of a tick [s], by how unknown space is treated.
     """
     field = session.status.scene_map.field
     assert isinstance(field, CompositeDistanceField)
@@ -163,16 +167,16 @@ def measure_unknown(
 
 
 def first_map(session: LiveSession) -> Iterator[None]:
-    """Scans; to be followed by a tick each time, until there is a map."""
+    """Scans, and yields before each tick until there is a map."""
     session.scan()
     yield from until_changed(session)
 
 
 def until_changed(session: LiveSession) -> Iterator[None]:
-    """To be followed by a tick each time, until the map has changed.
+    """Yields before each tick until the map has changed.
 
     Raises:
-        RemoSplatError: It does not change.
+        RemoSplatError: The map does not change in time.
     """
     before, end = session.status.swaps, session.time + _PATIENCE
     while session.status.swaps == before:
@@ -185,7 +189,7 @@ def until_changed(session: LiveSession) -> Iterator[None]:
 
 
 class _Clock:
-    """Ticks a session at the wall clock's pace, and notes how it went."""
+    """Ticks a session at the wall clock's pace, and records the timing."""
 
     def __init__(self, session: LiveSession, session_file: Path):
         self._session = session
@@ -199,7 +203,8 @@ class _Clock:
         """Waits for the next tick, and computes it.
 
         Args:
-            kind: What is in the making; empty for what does not count.
+            kind: Kind of map in the making; empty for a tick that does not
+                count.
         """
         session = self._session
         self._next += session.period
@@ -221,7 +226,7 @@ class _Clock:
         gc.collect(1)
 
     def result(self) -> LivePeriods:
-        """Sums up."""
+        """Returns the timing of all ticks so far."""
         start, end, busy, late = np.array(self._rows).T
         work, period = end - start, np.diff(end, prepend=np.nan)
         kinds = np.array(self._kinds)

@@ -17,10 +17,10 @@ from remosplat_drake.base.real_time import garbage_collection_disabled
 from remosplat_drake.signals.map_requests import MapRequests
 
 _LOOKS = 1.0
-"""Memory is looked at so often [s]."""
+"""Period at which memory is sampled [s]."""
 
 _EVERY = 15.0
-"""Something is asked of the map so often while memory is watched [s]."""
+"""Period at which something is asked of the map meanwhile [s]."""
 
 _USE = (
     *[MapRequests(frames=1)] * 2,
@@ -29,18 +29,18 @@ _USE = (
     MapRequests(refines=1),
     MapRequests(undos=1),
 )
-"""What is asked of the map in turns while memory is watched."""
+"""Requests to the map, made in turns while memory is sampled."""
 
 
 @dc.dataclass(frozen=True)
 class LiveMemory:
-    """A session as fast as it goes.
+    """Memory of a session that runs as fast as it can.
 
     Attributes:
-        minutes: Simulated [min].
-        maps: Changes of the map.
+        minutes: Simulated time [min].
+        maps: Number of changes of the map.
         control: Memory of the process that controls.
-        mapping: Memory of the one that makes maps.
+        mapping: Memory of the process that makes maps.
     """
 
     minutes: float
@@ -55,18 +55,18 @@ def measure_memory(
     *,
     on_time: Callable[[float], None] = lambda time: None,
 ) -> LiveMemory:
-    """Uses the map for a long time, as fast as it goes, and watches memory.
+    """Uses the map for a long time, as fast as possible, and samples memory.
 
-    Garbage is collected as with the real robot: what only cycles hold for
-    longer than a tick would stay.
+    Only young garbage is collected, as with the real robot: what only cycles
+    hold for longer than a tick would stay.
 
     Args:
-        session: A new one, with a fixed latency.
-        minutes: Simulated, after the scan [min].
-        on_time: Told the simulated time since then [s].
+        session: New session, with a fixed latency.
+        minutes: Simulated time after the scan [min].
+        on_time: Callback for the simulated time since the scan [s].
 
     Raises:
-        RemoSplatError: There is no first map.
+        RemoSplatError: The session gets no first map.
     """
     looked: list[float] = []
     control: list[MemoryUse] = []

@@ -8,16 +8,17 @@ import numpy as np
 
 _PAGES = ("RssAnon", "RssFile", "RssShmem")
 _WARM_UP = 1 / 3
-"""What is loaded or compiled on first use makes the first part grow."""
+"""Fraction of the time that does not count for the trend, since what is
+loaded or compiled on first use makes memory grow."""
 
 
 @dc.dataclass(frozen=True)
 class MemoryUse:
-    """What a process has in memory.
+    """Resident memory of a process.
 
     Attributes:
-        own: What nobody else has [MB].
-        files: Files and libraries that are mapped, shared with others [MB].
+        own: Memory of this process alone [MB].
+        files: Mapped files and libraries, shared with others [MB].
     """
 
     own: float
@@ -26,14 +27,14 @@ class MemoryUse:
 
 @dc.dataclass(frozen=True)
 class MemoryTrend:
-    """How what a process has in memory changes.
+    """Trend of the resident memory of a process.
 
     Attributes:
-        first: At the end of the warm-up [MB].
-        last: At the end [MB].
-        most: At any time [MB].
-        slope: After the warm-up [MB/min].
-        own_slope: Of what nobody else has [MB/min].
+        first: Memory at the end of the warm-up [MB].
+        last: Memory at the end [MB].
+        most: Largest memory at any time [MB].
+        slope: Growth after the warm-up [MB/min].
+        own_slope: Growth of the memory of this process alone [MB/min].
     """
 
     first: float
@@ -44,10 +45,10 @@ class MemoryTrend:
 
 
 def memory_of(pid: int | str = "self") -> MemoryUse:
-    """What a process has in memory now.
+    """Reads the resident memory of a process.
 
     Raises:
-        OSError: There is no such process, or the system does not tell.
+        OSError: The process does not exist, or the system does not tell.
     """
     kilobytes = dict.fromkeys(_PAGES, 0.0)
     for line in Path(f"/proc/{pid}/status").read_text().splitlines():
@@ -59,11 +60,12 @@ def memory_of(pid: int | str = "self") -> MemoryUse:
 
 
 def trend(minutes: Sequence[float], uses: Sequence[MemoryUse]) -> MemoryTrend:
-    """The least-squares trend after the first third of the time.
+    """Fits the least-squares trend after the first third of the time.
 
     Args:
-        minutes: When memory was looked at, ascending [min].
-        uses: What was found then; at least two after the first third.
+        minutes: Times at which memory was sampled, ascending [min].
+        uses: Memory at these times; at least two samples after the first
+            third.
     """
     time = np.array(minutes)
     own = np.array([use.own for use in uses])

@@ -24,10 +24,10 @@ from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.page import MeshcatPage
 
 _STAY = 4.0
-"""The target goes to another of the saved poses so often [s]."""
+"""Period at which the target goes to another of the saved poses [s]."""
 
 _PATIENCE = 1.0
-"""A stopped robot is released so often [s]."""
+"""Period at which a stopped robot is released [s]."""
 
 
 class LiveSession:
@@ -38,8 +38,8 @@ class LiveSession:
     Attributes:
         time: Simulated time [s].
         period: Control period [s].
-        process: Makes the maps.
-        robot: The robot.
+        process: The process that makes the maps.
+        robot: Model of the robot.
     """
 
     def __init__(
@@ -52,10 +52,10 @@ class LiveSession:
         """Builds the diagram and starts the mapping process.
 
         Args:
-            scenario: What is teleoperated; with saved poses.
-            world: What its files hold.
-            folder: Gets the session.
-            page: Served meanwhile; None: no page.
+            scenario: Scenario that is teleoperated, with saved poses.
+            world: World of the scenario.
+            folder: Folder that receives the session.
+            page: Meshcat page that is served meanwhile; None for no page.
 
         Raises:
             RemoSplatError: The session cannot be begun.
@@ -101,17 +101,17 @@ class LiveSession:
 
     @property
     def status(self) -> MapStatus:
-        """Of the live map."""
+        """Status of the live map."""
         live_map = self._application.live_map
         assert live_map is not None
         return live_map.status(live_map.GetMyContextFromRoot(self._root))
 
     @property
     def pid(self) -> int:
-        """Of the mapping process, once it has answered.
+        """Process id of the mapping process, once it has answered.
 
         Raises:
-            RemoSplatError: There is none, because it has died.
+            RemoSplatError: The mapping process has died.
         """
         process = self.process.process
         if process is None or process.pid is None:
@@ -120,23 +120,23 @@ class LiveSession:
 
     @property
     def reports(self) -> list[TickReport]:
-        """Of the controller's latest ticks."""
+        """Reports of the controller's latest ticks."""
         return self._application.recorder.reports
 
     def scan(self) -> None:
-        """Lets the robot look around for its first map."""
+        """Starts a scan, in which the robot looks around for its first map."""
         scans = self._command.scans + 1
         self._say(dc.replace(self._command, scans=scans))
 
     def ask(self, more: MapRequests) -> None:
-        """Asks for something of the map."""
+        """Adds requests to those made of the map."""
         self._requests += more
         self._say(self._command)
 
     def move_on(self) -> None:
-        """Goes to the next saved pose where it is time to; to be called often.
+        """Goes to the next saved pose where it is time to; call it often.
 
-        It also presses the release button of a robot that was stopped.
+        It also releases a robot that was stopped.
         """
         if self.time - self._moved >= _STAY:
             self._moved = self.time
@@ -155,7 +155,7 @@ class LiveSession:
             )
 
     def tick(self) -> None:
-        """Computes a tick and simulates to the next one."""
+        """Computes one tick and simulates to the next one."""
         self._ticks += 1
         self.time = self._ticks * self.period
         self._simulator.AdvanceTo(self.time)

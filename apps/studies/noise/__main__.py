@@ -22,7 +22,7 @@ QUICK_STATES, QUICK_STARTS = 20, 1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the study's flags."""
     parser.add_argument(
         "--scene",
         nargs=2,
@@ -68,7 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Measures whatever is not measured yet, and reports."""
+    """Measures what the results lack, and writes tables and a picture."""
     if arguments.quick:
         arguments.states, arguments.starts = QUICK_STATES, QUICK_STARTS
     _check(arguments)
@@ -112,7 +112,7 @@ def _measure(
     arguments: argparse.Namespace,
     console: Console,
 ) -> None:
-    """All methods in one scene; what the results hold is not done again."""
+    """Measures all methods in one scene, but for what the results hold."""
     starts = experiment.random_starts(
         robot, scene.truth, arguments.starts, arguments.seed
     )
@@ -162,7 +162,7 @@ def _write(results: report.Results, folder: Path) -> None:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the study from its command line; see `study_main`."""
+    """Runs the study from its command line and returns its exit code."""
     return study_main("noise", __doc__, add_arguments, run, argv)
 
 

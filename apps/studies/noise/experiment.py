@@ -40,24 +40,30 @@ METHODS: dict[str, OracleConfig] = {
     "ellipsoids, min_opacity 0": SphereToEllipsoid(min_opacity=0.0),
     "ellipsoids, min_opacity 0.1": SphereToEllipsoid(min_opacity=0.1),
 }
-"""What is compared: the paper's two methods, and the remedy."""
+"""Distance oracles to compare, by name: the paper's two and the remedy."""
 
 DEMOS = ("table", "bookshelf")
-"""The shipped scenes, by folder."""
+"""Folders of the shipped scenes."""
 
 PERIOD, TIME_LIMIT = 0.05, 15.0
-"""Control period and time for a run [s]."""
+"""Control period and time limit of a run [s]."""
 
 START_SPREAD = (0.1, 0.3, 0.3)
-"""How far starts lie from the scene's own: x, y, yaw [m, rad]."""
+"""Largest distance of starts from the scene's own: x, y, yaw [m, m, rad]."""
 
 START_CLEARANCE = 0.05
-"""Of the robot from the true scene at the start [m]."""
+"""Smallest clearance of the robot from the true scene at the start [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class NoiseScene:
-    """A splat, and the geometry that it stands for."""
+    """A splat, and the geometry that it stands for.
+
+    Attributes:
+        name: Name of the scene in tables.
+        splat_W: The splat, expressed in W.
+        truth: The true solids, with the task.
+    """
 
     name: str
     splat_W: GaussianSplat
@@ -70,11 +76,11 @@ class NoiseScene:
 
 @dc.dataclass(frozen=True)
 class Accuracy:
-    """Errors of one method in one scene.
+    """Distance errors of one method in one scene.
 
     Attributes:
-        quality: See `DistanceQuality`.
-        quantiles: 0, 1, 50, 99 and 100 % of the signed errors [m].
+        quality: Summary of the errors over all spheres.
+        quantiles: 0, 1, 50, 99 and 100 % quantiles of the signed errors [m].
     """
 
     quality: DistanceQuality
@@ -83,14 +89,16 @@ class Accuracy:
 
 @dc.dataclass(frozen=True)
 class NoisyRun:
-    """One run of one method.
+    """The result of one run of one method.
 
     Attributes:
         reached: Whether the target was reached.
-        truth_clearance_min: Smallest true clearance on the way [m].
-        start_clearance: What the method measured before the first tick [m].
-        position_error: Of the end effector at the end [m].
-        duration: Simulated time [s].
+        truth_clearance_min: Smallest true clearance during the run [m].
+        start_clearance: Clearance that the method measured before the first
+            tick [m].
+        position_error: Distance of the end effector from the target at the end
+            [m].
+        duration: Simulated time of the run [s].
     """
 
     reached: bool
@@ -101,18 +109,18 @@ class NoisyRun:
 
     @property
     def success(self) -> bool:
-        """Reached the target and touched nothing."""
+        """Whether the robot reached the target and touched nothing."""
         return self.reached and self.truth_clearance_min > 0
 
 
 def scene_from_files(splat: str, truth: str) -> NoiseScene:
-    """A scene of files, in a common frame W."""
+    """Reads a scene from a splat file and an RMMI file in a common frame W."""
     path = resolve(splat)
     return NoiseScene(path.stem, read_splat(path), read_scene(resolve(truth)))
 
 
 def demo_scenes(floaters: int, seed: int) -> Iterator[NoiseScene]:
-    """The shipped scenes, each as it is and with floaters added."""
+    """Yields the shipped scenes, each as it is and with floaters added."""
     for name in DEMOS:
         folder = models_dir() / "scenes" / name
         splat_W = read_splat(folder / "splat.ply")
@@ -125,7 +133,7 @@ def demo_scenes(floaters: int, seed: int) -> Iterator[NoiseScene]:
 
 
 def method_field(scene: NoiseScene, method: str) -> DistanceField:
-    """The map that a method makes of a scene's splat."""
+    """Returns the distance field that a method makes of a scene's splat."""
     return make_field(
         METHODS[method], scene.splat_W, scene.truth, "noise experiment"
     )
@@ -138,7 +146,15 @@ def measure_accuracy(
     states: int,
     seed: int,
 ) -> Accuracy:
-    """Errors over the spheres of random free states; see `distance_errors`."""
+    """Measures a field's errors over the spheres of random free states.
+
+    Args:
+        robot: Model of the robot.
+        scene: Scene whose truth the field is compared with.
+        field: Distances to the scene's splat.
+        states: Number of random states.
+        seed: Seed of the random states.
+    """
     truth = SignedDistanceField(scene.truth)
     q = free_states(robot, truth, states, seed)
     error, _ = distance_errors(robot, field, truth, q)
@@ -149,7 +165,7 @@ def measure_accuracy(
 def random_starts(
     robot: RobotModel, truth: PrimitiveScene, count: int, seed: int
 ) -> np.ndarray:
-    """The scene's own start and others about it, shape (count, n_q)."""
+    """Returns the scene's own start and others about it, shape (count, n_q)."""
     rng = np.random.default_rng(seed)
     field = SignedDistanceField(truth)
     home = np.array([*(truth.X_WB_start or (0, 0, 0)), *robot.home])
@@ -165,7 +181,14 @@ def random_starts(
 def run_trial(
     robot: RobotModel, scene: NoiseScene, field: DistanceField, q0: np.ndarray
 ) -> NoisyRun:
-    """Drives the robot with the tuned gains, checked by the same map."""
+    """Drives the robot from q0 with the tuned gains, checked by the same map.
+
+    Args:
+        robot: Model of the robot.
+        scene: Scene with the target and the truth.
+        field: Distances that the controller uses.
+        q0: Configuration at the start, shape (n_q,).
+    """
     scenario = Scenario(
         control_period=PERIOD, time_limit=TIME_LIMIT, source=scene.name
     )

@@ -43,25 +43,25 @@ TRIAL_TITLE = (
 )
 
 STOPPING = 0.021
-"""The controller's stopping distance d_s: what errors are held against [m]."""
+"""Stopping distance d_s of the controller, to compare errors with [m]."""
 
 _COLORS = ("#2463eb", "#e5484d", "#2f9e62")
 _INK, _FAINT = "#1d2430", "#7a8494"
 
 
 class Results:
-    """What has been measured so far, by scene and method, kept in a file.
+    """Measurements so far, by scene and method, kept in a file.
 
     Every entry is saved at once, so an interrupted experiment goes on where
     it stopped. Entries carry the revision of the map and the settings that
     they were measured with; others do not count.
 
     Attributes:
-        accuracy: By scene and method.
-        trials: By scene and method, one a start.
+        accuracy: Distance errors by scene and method.
+        trials: Runs by scene and method, one a start.
 
     Raises:
-        FileError: The file is something else.
+        FileError: The file does not hold such results.
     """
 
     def __init__(self, path: Path):
@@ -76,7 +76,7 @@ class Results:
                 raise FileError(path, "holds no such results") from error
 
     def kept_accuracy(self, key: str) -> Accuracy | None:
-        """What an earlier run measured under the same circumstances."""
+        """Returns the errors kept under a key and equal settings, if any."""
         entry = self._kept.get(key)
         if entry is None:
             return None
@@ -85,7 +85,7 @@ class Results:
         )
 
     def kept_trial(self, key: str) -> NoisyRun | None:
-        """See `kept_accuracy`."""
+        """Returns the run kept under a key and equal settings, if any."""
         entry = self._kept.get(key)
         return None if entry is None else NoisyRun(**entry)
 
@@ -96,7 +96,7 @@ class Results:
             json.dump(self._kept, file, indent=1)
 
     def accuracy_rows(self) -> list[tuple[str, ...]]:
-        """The table under `ACCURACY_HEADINGS`."""
+        """Rows of the table of errors, in the order of `ACCURACY_HEADINGS`."""
         return [
             (
                 *names,
@@ -110,7 +110,7 @@ class Results:
         ]
 
     def trial_rows(self) -> list[tuple[str, ...]]:
-        """The table under `TRIAL_HEADINGS`."""
+        """Rows of the table of runs, in the order of `TRIAL_HEADINGS`."""
         return [
             (
                 *names,
@@ -129,7 +129,7 @@ def _millimetres(length: float) -> str:
 
 
 def markdown(headings: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
-    """A table in Markdown; numbers to the right."""
+    """Writes a Markdown table, with numbers aligned to the right."""
     rule = ["---", "---", *["---:"] * (len(headings) - 2)]
     return "".join(
         f"| {' | '.join(cells)} |\n" for cells in (headings, rule, *rows)
@@ -137,7 +137,7 @@ def markdown(headings: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 
 
 def draw(results: Results) -> Figure:
-    """Errors and success side by side, a row for every scene and method."""
+    """Draws errors beside success, a row for each scene and method."""
     pairs = list(results.accuracy)
     scenes = list(dict.fromkeys(scene for scene, _ in pairs))
     methods = list(dict.fromkeys(method for _, method in pairs))

@@ -28,7 +28,7 @@ RESULTS = "operators.jsonl"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the study's flags."""
     parser.add_argument(
         "--count", type=int, default=10, help="how many operators (10)"
     )
@@ -59,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs whoever is missing; 1 if anything was touched that must not be."""
+    """Runs missing operators; returns 1 if a forbidden touch occurred."""
     for name, least in (("count", 1), ("jobs", 0)):
         if getattr(arguments, name) < least:
             raise FieldError(
@@ -91,7 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def table(results: list[OperatorResult]) -> Table:
-    """One row an operator; distances are the smallest."""
+    """Makes a table with one row an operator; distances are the smallest."""
     rows = Table("operator", title="Random operators, judged by the truth")
     for heading in (
         "path [m]",
@@ -125,7 +125,7 @@ def table(results: list[OperatorResult]) -> Table:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the study from its command line; see `study_main`."""
+    """Runs the study from its command line and returns its exit code."""
     return study_main("operators", __doc__, add_arguments, run, argv)
 
 

@@ -1,7 +1,7 @@
 """Simulated operators: does anything that was mapped get touched?
 
 Each wants anything at any time, inside of the furniture, too, while the map
-changes; see `RandomOperator`. `operator_judge.py` says what counts.
+changes; `RandomOperator` draws the acts, and `judge` says what counts.
 """
 
 import dataclasses as dc
@@ -16,22 +16,22 @@ from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
 
 SCENARIOS = ("StudioFree", "StudioLive")
-"""They take turns."""
+"""Scenarios that are operated, in turns."""
 
 LATENCY = 3.0
-"""A map takes effect so long after it was asked for [s]."""
+"""Time from a request to the effect of its map [s]."""
 
 
 @dc.dataclass(frozen=True)
 class OperatorTrial:
-    """One operator.
+    """One operator in one scenario.
 
     Attributes:
-        scenario: What is operated.
-        seed: The operator's.
-        duration: In simulated time [s].
-        folder: Gets the session.
-        text: Laid over the scenario.
+        scenario: Name of the scenario that is operated.
+        seed: Seed of the operator.
+        duration: Simulated time [s].
+        folder: Folder that receives the session.
+        text: YAML that overrides fields of the scenario.
     """
 
     scenario: str
@@ -42,14 +42,21 @@ class OperatorTrial:
 
     @property
     def key(self) -> str:
-        """Equal keys, equal trials."""
+        """Returns the key of the trial; trials of equal keys are equal."""
         return f"{self.scenario} seed {self.seed} {self.duration:g} s"
 
 
 def make_trials(
     count: int, minutes: float, seed: int, folder: Path
 ) -> list[OperatorTrial]:
-    """The trials of a campaign, in the scenarios in turns."""
+    """Makes the trials of a campaign, in the scenarios in turns.
+
+    Args:
+        count: Number of operators.
+        minutes: Simulated time of each [min].
+        seed: Seed of the first operator.
+        folder: Folder that receives the sessions.
+    """
     return [
         OperatorTrial(
             SCENARIOS[i % len(SCENARIOS)],
@@ -62,9 +69,9 @@ def make_trials(
 
 
 def run_operator(trial: OperatorTrial) -> OperatorResult:
-    """Runs one operator and judges the session; it stays in its folder.
+    """Runs one operator and judges the session, which stays in its folder.
 
-    A session that is there already was broken off, and is begun again.
+    A session that exists already was interrupted, and is begun again.
     """
     start = perf_counter()
     folder = Path(trial.folder)
@@ -86,5 +93,5 @@ def run_operator(trial: OperatorTrial) -> OperatorResult:
 
 
 def crashed(trial: OperatorTrial, error: str) -> OperatorResult:
-    """The result of a trial that failed."""
+    """Returns the result of a trial that failed with an error."""
     return OperatorResult(trial.key, trial.scenario, trial.seed, error=error)

@@ -24,7 +24,7 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel
 
 _NEAR = 0.05
-"""Beyond that nobody looks [m]."""
+"""Distance beyond which nothing is measured [m]."""
 
 
 def judge(folder: Path) -> OperatorResult:
@@ -75,9 +75,9 @@ def _truth(run: RecordedRun) -> MappedTruth:
 def _clearances(
     run: RecordedRun, truth: MappedTruth
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Smallest distances at each tick, (T,) [m], and of which spheres, (T,).
+    """Smallest distances at each tick (T,) [m], and the spheres' indices (T,).
 
-    What is farther than `_NEAR` from all that there is counts as infinite.
+    Distances beyond `_NEAR` of all that is there count as infinite.
     """
     rows, robot = run.log.rows, run.world.robot
     distance = {what: np.full(len(rows), np.inf) for what in KINDS}
@@ -107,7 +107,7 @@ def _clearances(
 def _touches(
     what: str, run: RecordedRun, distance: np.ndarray, sphere: np.ndarray
 ) -> list[Touch]:
-    """The spans of ticks in which a distance is negative."""
+    """Returns the spans of ticks in which a distance is negative."""
     inside = np.concatenate([[False], distance < 0, [False]])
     starts, ends = np.flatnonzero(np.diff(inside)).reshape(-1, 2).T
     rows, robot = run.log.rows, run.world.robot

@@ -17,18 +17,23 @@ from remosplat_drake.scene.primitive_scene import (
 )
 
 _ON = 0.005
-"""A measured point so near to a solid is on it [m]."""
+"""Distance up to which a measured point lies on a solid [m]."""
 
 _SPACING = 0.004
-"""Of the points of a frame that are this near to each other one is kept [m]."""
+"""Grid size at which a frame's points are thinned out to one each [m]."""
 
 _SEEN = 50
-"""So many points of a frame on a solid show it."""
+"""Number of a frame's points on a solid that show it."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class _Look:
-    """What a frame measured of a scene that was there: points (n, 3) in W."""
+    """What a frame measured of the scene: points (n, 3) in W [m].
+
+    Attributes:
+        p_W: Measured points in W, shape (n, 3) [m].
+        time: Time of the frame [s].
+    """
 
     p_W: np.ndarray
     time: float
@@ -38,7 +43,7 @@ class MappedTruth:
     """The part of a true, changing scene that the frames of a map measured.
 
     Attributes:
-        scenes: What there was first, and what took turns with it.
+        scenes: The scene at first, and those that took turns with it.
     """
 
     def __init__(
@@ -48,13 +53,15 @@ class MappedTruth:
         changes: Sequence[float],
         max_depth: float,
     ):
-        """Prepares.
+        """Prepares the truth of one session.
 
         Args:
-            session: Its frames and maps.
-            scenes: See the attribute.
-            changes: When the scene changed to the next one, in order [s].
-            max_depth: Farther pixels are in no map [m].
+            session: Session with its frames and maps.
+            scenes: The scene at first, and those that took turns with it.
+            changes: Times at which the scene changed to the next one, in order
+                [s].
+            max_depth: Largest depth that maps use; farther pixels are ignored
+                [m].
         """
         self.scenes = tuple(scenes)
         self._session = session
@@ -65,20 +72,20 @@ class MappedTruth:
         self.known = lru_cache(maxsize=4)(self._known)
 
     def changes_before(self, time: float) -> int:
-        """How often the scene had changed by a time [s]."""
+        """Returns how often the scene had changed by a time [s]."""
         return int(np.searchsorted(self._changes, time, "right"))
 
     def scene(self, changes: int) -> PrimitiveScene:
-        """What there is after so many changes."""
+        """Returns the scene after a number of changes."""
         return self.scenes[changes % len(self.scenes)]
 
     def _surfaces(self, version: int, changes: int) -> PointDistanceField:
-        """Distances to what the map's frames measured and is still there.
+        """Makes distances to what the frames measured and is still there.
 
         Points on a thing that came or went since do not count.
 
         Args:
-            version: Of the map.
+            version: Version of the map.
             changes: How often the scene had changed.
         """
         scene = self.scene(changes)
@@ -90,7 +97,7 @@ class MappedTruth:
         return PointDistanceField(np.concatenate(points))
 
     def _known(self, version: int, changes: int) -> PrimitiveScene:
-        """The scene without what came latest, unless a frame shows it."""
+        """Returns the scene without what came last, unless a frame shows it."""
         lasting, recent = self._split(changes)
         for look in self._looks(version):
             if not self._is_recent(look, changes):
@@ -100,7 +107,7 @@ class MappedTruth:
         return lasting
 
     def _split(self, changes: int) -> tuple[PrimitiveScene, PrimitiveScene]:
-        """What was there before the last change as well, and what came."""
+        """Splits the scene into what the last change left, and what came."""
         scene = self.scene(changes)
         if not changes:
             return scene, PrimitiveScene()
@@ -133,7 +140,7 @@ class MappedTruth:
 
 
 def _on(scene: PrimitiveScene, p_W: np.ndarray) -> np.ndarray:
-    """Which points are on a solid of a scene, (n,) bool."""
+    """Returns which points are on a solid of a scene, shape (n,) bool."""
     on = np.zeros(len(p_W), bool)
     near = SignedDistanceField(scene).clearances(Spheres.at(p_W), _ON)
     on[near.sphere] = np.abs(near.distance) < _ON

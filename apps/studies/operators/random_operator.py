@@ -24,40 +24,40 @@ _ACTS = {
     "undo": 0.03,
     "scene": 0.04,
 }
-"""How often each is done."""
+"""Acts of the operator and their relative frequencies."""
 
 _PAUSE = 2.0
 """Mean time between two acts [s]."""
 
 _PUSH = (1.0, 4.0)
-"""How long a stick is pushed [s]."""
+"""Shortest and longest push of a stick [s]."""
 
 _LOWER, _UPPER = np.array([0.2, -1.1, 0.1]), np.array([2.0, 1.4, 1.3])
-"""Where targets are wished for besides the insides of things [m]."""
+"""Bounds of targets in W that are not inside of things [m]."""
 
 _TILT = 50.0
 """Spread of roll and pitch about a gripper that points down [deg]."""
 
 _ROOM = 0.05
-"""Nobody puts a thing nearer to a robot [m]."""
+"""Smallest distance from the robot at which a thing is put [m]."""
 
 _PATIENCE = 30.0
-"""So long it waits for the first map before it scans again [s]."""
+"""Time to wait for the first map before another scan [s]."""
 
 _HELPLESS = 4.0
-"""So long a person looks at a stopped robot before trying something [s]."""
+"""Time to look at a stopped robot before trying something [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Look:
-    """What an operator sees.
+    """What an operator sees at a time.
 
     Attributes:
-        time: Now [s].
-        stopped: How long the robot has been stopped [s].
-        is_scanning: Whether a scan goes on.
-        parent: Version of the map that an undo goes back to; None: none.
-        spheres: The robot.
+        time: Present time [s].
+        stopped: Time for which the robot has been stopped [s].
+        is_scanning: Whether a scan is in progress.
+        parent: Version of the map that an undo goes back to; None for none.
+        spheres: Spheres of the robot at present.
     """
 
     time: float
@@ -68,15 +68,15 @@ class Look:
 
 
 class RandomOperator:
-    """Draws what to do next; equal seeds and looks, equal acts.
+    """Draws what to do next; equal seeds and looks give equal acts.
 
     It begins with a scan, which it watches to its end. Later it wishes for
     poses in the furniture and everywhere else, pushes a stick, picks saved
     poses, holds, and changes the map and the scene in between.
 
     Attributes:
-        command: All that was asked of the target so far.
-        map_requests: All that was asked of the map so far.
+        command: Operator's command: all that was asked of the target so far.
+        map_requests: Requests to the map so far.
     """
 
     def __init__(
@@ -85,12 +85,12 @@ class RandomOperator:
         poses: Sequence[str],
         scenes: Sequence[PrimitiveScene],
     ):
-        """Prepares.
+        """Prepares the operator.
 
         Args:
-            seed: Of all that is drawn.
+            seed: Seed of all that is drawn.
             poses: Names of the saved poses.
-            scenes: What there is first, and what takes turns with it.
+            scenes: The scene at first, and those that take turns with it.
         """
         self._rng = np.random.default_rng(seed)
         self._poses = list(poses)
@@ -104,7 +104,7 @@ class RandomOperator:
         self.map_requests = MapRequests()
 
     def look(self, look: Look) -> None:
-        """Does whatever is due."""
+        """Looks at the robot and does what is due."""
         if look.time >= self._let_go:
             self._let_go = np.inf
             self.command = dc.replace(self.command, V_W=None)
@@ -159,7 +159,7 @@ class RandomOperator:
         self.map_requests += more
 
     def _pose(self) -> np.ndarray:
-        """Half of them inside of things."""
+        """Draws a target pose, half of them inside of things."""
         p_W = self._rng.uniform(_LOWER, _UPPER)
         if self._rng.random() < 0.5:
             things = self._scenes[self._shown].primitives
@@ -172,7 +172,7 @@ class RandomOperator:
         return SavedPose(p_W.tolist(), rpy_deg).matrix()
 
     def _push(self) -> np.ndarray:
-        """A twist as a gamepad's sticks give it."""
+        """Draws a twist as a gamepad's sticks give it."""
         V_W = np.zeros(6)
         V_W[3:] = self._rng.uniform(-0.15, 0.15, 3)
         if self._rng.random() < 0.3:

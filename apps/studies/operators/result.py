@@ -10,23 +10,24 @@ from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.strict_json import parse_json
 
 MAPPED, SCENE, UNSEEN = "mapped", "scene", "unseen"
-"""What was touched: see above; `unseen` came and no frame shows it yet."""
+"""Kinds of things that are touched: what a map measured, the scene as far as
+anybody knew it, and what came and no frame shows yet."""
 
 KINDS = (MAPPED, SCENE, UNSEEN)
 
 
 @dc.dataclass(frozen=True)
 class Touch:
-    """One touch, from its first tick to its last.
+    """A touch, from its first tick to its last.
 
     Attributes:
-        what: MAPPED, SCENE or UNSEEN.
-        start: [s].
-        duration: [s].
-        depth: How deep the robot's spheres got in [m].
-        link: That was deepest.
-        place: Where the deepest sphere was in W (3) [m].
-        version: Of the map at the deepest tick.
+        what: Kind of the thing touched: MAPPED, SCENE or UNSEEN.
+        start: Time of the first tick [s].
+        duration: Time from the first tick to the last [s].
+        depth: Largest penetration of the robot's spheres [m].
+        link: Name of the link whose sphere was deepest.
+        place: Position of the deepest sphere in W, shape (3,) [m].
+        version: Version of the map at the deepest tick.
     """
 
     what: str
@@ -40,26 +41,27 @@ class Touch:
 
 @dc.dataclass(frozen=True)
 class OperatorResult:
-    """What came of one operator.
+    """The result of one operator's session.
 
     Attributes:
-        key: Of the trial.
-        scenario: Of the trial.
-        seed: Of the trial.
-        careful: Whether what no camera has seen was an obstacle.
-        ticks: Control ticks.
-        maps: Versions of the map that took effect.
-        frames: That were asked for.
-        scene_changes: How often a thing came or went.
-        stops: Of the supervisor.
-        stopped: How long the robot was stopped [s].
-        map_clearance: Smallest by the map, once there was one [m].
-        mapped_clearance: Smallest to what was mapped [m].
-        true_clearance: Smallest to the scene as far as anybody knew it [m].
+        key: Key of the trial.
+        scenario: Name of the trial's scenario.
+        seed: Seed of the trial's operator.
+        careful: Whether unknown space was an obstacle.
+        ticks: Number of control ticks.
+        maps: Number of versions of the map that took effect.
+        frames: Number of frames that were asked for.
+        scene_changes: Number of times that a thing came or went.
+        stops: Number of stops by the supervisor.
+        stopped: Time for which the robot was stopped [s].
+        map_clearance: Smallest distance by the map, once there was one [m].
+        mapped_clearance: Smallest distance to what was mapped [m].
+        true_clearance: Smallest distance to the scene as far as anybody knew
+            it [m].
         touches: All touches.
-        path_length: Of the end effector [m].
-        wall: Time it took [s].
-        error: What crashed; empty otherwise.
+        path_length: Path length of the end effector [m].
+        wall: Wall-clock time of the trial [s].
+        error: Error text of a crash; empty otherwise.
     """
 
     key: str
@@ -81,26 +83,26 @@ class OperatorResult:
     error: str = ""
 
     def count(self, what: str) -> int:
-        """How many touches there were of a kind."""
+        """Returns the number of touches of a kind."""
         return sum(touch.what == what for touch in self.touches)
 
     @property
     def collisions(self) -> int:
-        """Touches that must not be."""
+        """Number of touches that are forbidden."""
         seen = self.count(MAPPED)
         return seen + (self.count(SCENE) if self.careful else 0)
 
 
 def to_line(result: OperatorResult) -> str:
-    """One line of JSON, without its end."""
+    """Writes a result as one line of JSON, without the line end."""
     return json.dumps(dc.asdict(result), sort_keys=True)
 
 
 def read_results(path: Path) -> dict[str, OperatorResult]:
-    """What a file holds by key; crashes and a last line cut off do not count.
+    """Reads a file's results by key, without crashes and a cut last line.
 
     Raises:
-        FileError: The file cannot be read or holds something else.
+        FileError: The file cannot be read or does not hold results.
     """
     if not path.exists():
         return {}

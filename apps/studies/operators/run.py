@@ -18,20 +18,20 @@ from remosplat_drake.signals.supervisor_state import STOPPED
 from remosplat_drake.signals.target_state import SCAN
 
 _STEP = 0.1
-"""Time between two looks of the operator [s]."""
+"""Period at which the operator looks [s]."""
 
 _PATIENCE = 1.0
-"""A stop that has lasted so long is released every so often [s]."""
+"""Period at which a lasting stop is released [s]."""
 
 
 @dc.dataclass
 class OperatedRun:
-    """What happened besides what the session's log tells.
+    """What happened in a run besides what the session's log tells.
 
     Attributes:
-        stops: How often the supervisor stopped the robot.
-        releases: How often somebody pressed the release button.
-        stopped: How long the robot was stopped in all [s].
+        stops: Number of stops by the supervisor.
+        releases: Number of times that the release button was pressed.
+        stopped: Total time for which the robot was stopped [s].
     """
 
     stops: int = 0
@@ -47,16 +47,16 @@ def operate(
     duration: float,
     on_time: Callable[[float], None] = lambda time: None,
 ) -> OperatedRun:
-    """Lets a random operator work in a simulation as fast as it goes.
+    """Runs a random operator in a simulation, as fast as possible.
 
     Args:
-        scenario: What is teleoperated; with a fixed latency of its maps
-            equal seeds give equal runs.
-        world: What its files hold.
-        folder: Gets the session.
-        seed: The operator's.
-        duration: In simulated time [s].
-        on_time: Told how far it is [s].
+        scenario: Scenario that is teleoperated; with a fixed latency of its
+            maps, equal seeds give equal runs.
+        world: World of the scenario.
+        folder: Folder that receives the session.
+        seed: Seed of the operator.
+        duration: Simulated time [s].
+        on_time: Callback for the simulated time so far [s].
 
     Raises:
         RemoSplatError: The session cannot be begun.
@@ -81,7 +81,7 @@ def operate(
 
 
 class _Operation:
-    """Application, operator, and the hand at the release button."""
+    """The application, its operator, and the hand at the release button."""
 
     def __init__(
         self,

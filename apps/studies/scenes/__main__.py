@@ -19,7 +19,7 @@ from remosplat_drake.robot.robot_model import load_robot
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command line."""
+    """Declares the study's flags."""
     parser.add_argument(
         "--suite",
         default="generated",
@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Draws the contact sheet."""
+    """Draws the contact sheet and writes it."""
     _check(arguments)
     console = Console(stderr=True)
     with console.status("choosing scenes"):
@@ -89,7 +89,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the study from its command line; see `study_main`."""
+    """Runs the study from its command line and returns its exit code."""
     return study_main("scenes", __doc__, add_arguments, run, argv)
 
 

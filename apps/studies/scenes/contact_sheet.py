@@ -11,7 +11,7 @@ LEGEND = (
 )
 
 _MARGIN, _GAP, _HEADING, _LABEL, _FOOTER = 32, 14, 56, 26, 40
-"""Lengths of the layout [pixels]."""
+"""Lengths of the sheet's layout [pixels]."""
 
 _PAGE, _INK, _FAINT = (255, 255, 255), (28, 32, 38), (110, 116, 124)
 _CORNER = 8
@@ -23,10 +23,10 @@ class Section:
     """Pictures that belong together.
 
     Attributes:
-        title: Above them.
-        note: Beside the title, fainter.
-        names: Below each picture.
-        pictures: All of one size.
+        title: Heading above the pictures.
+        note: Text beside the heading, in a fainter colour.
+        names: Captions, one below each picture.
+        pictures: Pictures, all of one size.
     """
 
     title: str
@@ -39,8 +39,9 @@ def contact_sheet(sections: Sequence[Section], columns: int) -> Image.Image:
     """Lays the pictures of all sections out on one page.
 
     Args:
-        sections: From top to bottom; at least one picture in all.
-        columns: How many pictures a row has.
+        sections: Sections from top to bottom, with at least one picture in
+            all.
+        columns: Number of pictures in a row.
     """
     width, height = sections[0].pictures[0].size
     rows = [-(-len(section.pictures) // columns) for section in sections]
@@ -94,7 +95,7 @@ def _write_heading(canvas: ImageDraw.ImageDraw, y: int, section: Section):
 
 
 def _rounded(size: tuple[int, int]) -> Image.Image:
-    """A mask that cuts off the corners smoothly."""
+    """Returns a mask that cuts off the corners smoothly."""
     large = Image.new("L", (4 * size[0], 4 * size[1]), 0)
     ImageDraw.Draw(large).rounded_rectangle(
         (0, 0, 4 * size[0] - 1, 4 * size[1] - 1), 4 * _CORNER, fill=255

@@ -27,10 +27,11 @@ from remosplat_drake.station.scene_geometry import (
 )
 
 CAMERA_W, FOCUS_W = np.array([-1.5, -2.7, 2.6]), np.array([0.7, -0.12, 0.43])
-"""Where every scene is looked at from: behind the robot's right [m]."""
+"""Position of the camera and of the point it looks at in W: from behind the
+robot's right [m]."""
 
 FIELD_OF_VIEW = 0.6
-"""Vertical [rad]."""
+"""Vertical field of view [rad]."""
 
 BACKGROUND = (247, 248, 250)
 _FLOOR_COLOUR = (0.93, 0.935, 0.945, 1.0)
@@ -39,18 +40,18 @@ _LIGHTS = (
     ([0.8, 0.5, -0.1], 1.1),
     ([0.3, -0.9, -0.3], 0.5),
 )
-"""Directions in which light falls in W, and its intensity."""
+"""Directions in W in which light falls, and its intensity."""
 
 _AXIS_COLOURS = ((222, 60, 52), (46, 160, 67), (40, 104, 220))
 _AXIS_LENGTH = 0.14
-"""Of the target's frame [m]."""
+"""Length of the axes of the target's frame [m]."""
 
 _FINER = 2
-"""Pictures are drawn this much larger, then smoothed."""
+"""Factor by which pictures are drawn larger before they are smoothed."""
 
 
 def daylight() -> RenderEngineVtkParams:
-    """Lights fixed in W; corners and what stands on something are darker."""
+    """Makes lights fixed in W, with darker corners and contacts."""
     return RenderEngineVtkParams(
         lights=[
             LightParameter(
@@ -66,7 +67,7 @@ def daylight() -> RenderEngineVtkParams:
 
 
 def robot_solids(robot: RobotModel) -> tuple[Solid, ...]:
-    """The robot in its home configuration, its base at the origin of W."""
+    """Returns the robot's solids in its home configuration, its base at W."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
     add_robot_model(robot.description, plant)
@@ -88,9 +89,9 @@ class SceneView:
     """Draws scenes from one viewpoint.
 
     Attributes:
-        robot: From `robot_solids`.
-        width: Of each picture [pixels].
-        height: Of each picture [pixels].
+        robot: Solids of the robot, from `robot_solids`.
+        width: Width of each picture [pixels].
+        height: Height of each picture [pixels].
     """
 
     robot: tuple[Solid, ...]
@@ -98,7 +99,7 @@ class SceneView:
     height: int = 360
 
     def draw(self, scene: PrimitiveScene) -> Image.Image:
-        """The scene with the robot at its start and the target's frame.
+        """Draws the scene with the robot at its start and the target's frame.
 
         The frame is drawn over everything: x red, y green, z blue.
         """
