@@ -11,6 +11,7 @@ from remosplat_drake.controller.guidance.map_transfer import (
     receive_map,
     send_map,
 )
+from remosplat_drake.controller.guidance.planner import SidePlanner
 from remosplat_drake.controller.guidance.rule_transfer import (
     pack_rule,
     unpack_rule,
@@ -74,7 +75,7 @@ def test_arrays_that_are_read_only_stay_so():
 
 def test_a_rule_arrives_as_it_was(toy):
     rule = toy.rule((toy.far, toy.near))
-    rule = dc.replace(rule, arrived=len)
+    rule = dc.replace(rule, arrived=len, planner=SidePlanner())
     received = unpack_rule(pack_rule(rule))
     before, after = (r.law.robot.arrays for r in (rule, received))
     for ours, theirs in zip(flat(before), flat(after), strict=True):
