@@ -16,8 +16,8 @@ from remosplat_drake.task.arrival import ArrivalConfig
 from remosplat_drake.task.target_sequence import TargetProgress
 
 PORTS = ("configuration",), ("target",)
-"""Its input and output ports: the measured q, shape (n_q,), and the target
-pose X_WT, a `RigidTransform`."""
+"""Names of the input and the output ports of targets: the measured q, shape
+(n_q,), and the target pose X_WT, a `RigidTransform`."""
 
 
 class Targets(Protocol):
@@ -29,31 +29,31 @@ class Targets(Protocol):
     """
 
     def progress(self, context: Context) -> TargetProgress:
-        """How far along it is; when it has finished, the run ends.
+        """Tells how far along the targets are; the run ends with the last one.
 
         Args:
-            context: The system's own.
+            context: The context of this system.
         """
         ...
 
     def error(self, context: Context) -> PoseError:
-        """From the end effector to the present target.
+        """Gives the pose error from the end effector to the present target.
 
         Args:
-            context: The system's own.
+            context: The context of this system.
         """
         ...
 
     def GetInputPort(self, port_name: str) -> InputPort:
-        """Drake's."""
+        """Finds an input port by its name, as every Drake system does."""
         ...
 
     def GetOutputPort(self, port_name: str) -> OutputPort:
-        """Drake's."""
+        """Finds an output port by its name, as every Drake system does."""
         ...
 
     def GetMyContextFromRoot(self, root_context: Context) -> Context:
-        """Drake's."""
+        """Finds the context of this system, as every Drake system does."""
         ...
 
 
