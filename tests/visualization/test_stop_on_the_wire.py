@@ -77,7 +77,7 @@ def test_a_click_stops_the_robot_and_only_a_click_releases_it(tmp_path):
         click_until(
             tab, ".remosplat-release", tap, lambda: log.latest("reason") == ""
         )
-        assert tap.wait(lambda: process.poll() is not None, REACH_LIMIT)
+        assert tap.wait(lambda: process.poll() is not None, 5 * REACH_LIMIT)
         end(stand_in)
     assert log.latest("outcome") == REACHED
     run = TrueRun.read(motion)
