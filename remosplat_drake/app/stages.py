@@ -178,11 +178,13 @@ def AddController(
         targets: The system that says where the end effector shall go.
         oracle: The system that measures distances to the map.
     """
-    controller = ReactiveController.AddToBuilder(
-        builder, law=law, oracle=oracle
+    return ReactiveController.AddToBuilder(
+        builder,
+        law=law,
+        oracle=oracle,
+        configuration=configuration,
+        target=targets.GetOutputPort("target"),
     )
-    _ConnectGoal(builder, configuration, targets, controller)
-    return controller
 
 
 def AddGuidance(
@@ -229,20 +231,10 @@ def AddGuidance(
         period=period,
         process=process,
     )
-    _ConnectGoal(builder, configuration, targets, selector)
-    return selector
-
-
-def _ConnectGoal(
-    builder: DiagramBuilder,
-    configuration: OutputPort,
-    targets: Targets,
-    system: LeafSystem,
-) -> None:
-    """Tells a system where the robot is and where it shall go."""
     target = targets.GetOutputPort("target")
-    builder.Connect(configuration, system.GetInputPort("configuration"))
-    builder.Connect(target, system.GetInputPort("target"))
+    builder.Connect(configuration, selector.GetInputPort("configuration"))
+    builder.Connect(target, selector.GetInputPort("target"))
+    return selector
 
 
 def AddSupervisor(

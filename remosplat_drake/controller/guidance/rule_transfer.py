@@ -2,7 +2,7 @@
 
 A rule holds what others have written: an ingredient that is a lambda cannot
 be sent, and the class of one that was typed into a notebook cannot be found
-again. So each part is tried by itself, and what fails is named.
+again. So each part is packed by itself, too, and what fails is named.
 """
 
 import dataclasses as dc
@@ -69,9 +69,12 @@ def unpack_rule(packed: PackedRule) -> SelectionRule:
     Raises:
         TransferError: A part, which the text names, cannot be loaded here.
     """
-    for name, part in packed.parts:
-        _attempt(name, "be imported there", pickle.loads, part)
-    return pickle.loads(packed.whole, buffers=packed.arrays)
+    try:
+        return pickle.loads(packed.whole, buffers=packed.arrays)
+    except Exception:
+        for name, part in packed.parts:
+            _attempt(name, "be imported there", pickle.loads, part)
+        raise
 
 
 def _attempt(name: str, done: str, step: Callable[..., T], part: object) -> T:
