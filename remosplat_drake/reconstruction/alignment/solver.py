@@ -1,0 +1,188 @@
+"""Joint Gauss-Newton refinement of poses, depth scale and offset."""
+
+import dataclasses as dc
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from remosplat_drake.reconstruction.alignment.odometry_prior import (
+    OdometryNoise,
+    estimate_noise,
+)
+from remosplat_drake.reconstruction.alignment.pair_kernel import (
+    UNKNOWNS,
+    pair_equations,
+    pair_residuals,
+)
+from remosplat_drake.reconstruction.alignment.perturbation import (
+    assemble,
+    difference,
+    pair_expansion,
+    perturbed,
+)
+from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
+
+
+_STRIDE = 7
+"""Every so many residuals tell how they spread."""
+
+
+@dc.dataclass(frozen=True)
+class Level:
+    """One stage from coarse to fine.
+
+    Attributes:
+        gate: Largest residual [m].
+        width: Least width of the robust weight [m].
+        least_cosine: Least cosine between the two surfaces' normals.
+        steps: Largest number of Gauss-Newton steps.
+    """
+
+    gate: float
+    width: float
+    least_cosine: float
+    steps: int
+
+
+@dc.dataclass(eq=False)
+class State:
+    """Where the refinement stands.
+
+    Attributes:
+        X_WC: Poses, shape (n, 4, 4).
+        scale: Factor of the measured depths.
+        offset: Offset that is added to them [m].
+    """
+
+    X_WC: np.ndarray
+    scale: float = 1.0
+    offset: float = 0.0
+
+    @property
+    def pose(self) -> np.ndarray:
+        """Poses as the kernels take them, (n, 3, 4)."""
+        return np.ascontiguousarray(self.X_WC[:, :3])
+
+    def unknowns(self, given: np.ndarray) -> np.ndarray:
+        """Returns the deviation from given poses, scale 1 and offset 0."""
+        error = difference(self.X_WC, given).ravel()
+        return np.append(error, [self.scale - 1, self.offset])
+
+    def moved(self, step: np.ndarray) -> "State":
+        """Returns the state after a step of all unknowns."""
+        return State(
+            perturbed(self.X_WC, step[:-2].reshape(-1, 6)),
+            self.scale + step[-2],
+            self.offset + step[-1],
+        )
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Equations:
+    """The data's normal equations at a state, and those of each pair.
+
+    Attributes:
+        H: Matrix of all unknowns, shape (6n + 2, 6n + 2).
+        g: Gradient, shape (6n + 2,).
+        pair_H: Matrices of the pairs, shape (m, 8, 8).
+        pair_g: Gradients of the pairs, shape (m, 8).
+        count: Numbers of residuals, shape (m,).
+    """
+
+    H: np.ndarray
+    g: np.ndarray
+    pair_H: np.ndarray
+    pair_g: np.ndarray
+    count: np.ndarray
+
+
+def residual_spread(
+    stack: ViewStack, state: State, pairs: np.ndarray, level: Level
+) -> float:
+    """Returns the robust ratio of residuals to their known deviations."""
+    kept = -(-stack.point.shape[1] // _STRIDE)
+    values = np.empty((len(pairs), 2, kept, 2))
+    pair_residuals(
+        stack, state.pose, state.scale, state.offset, pairs, level.gate,
+        level.least_cosine, _STRIDE, values,
+    )  # fmt: skip
+    ratio = np.abs(values[..., 0] / values[..., 1])
+    ratio = ratio[np.isfinite(ratio)]
+    return max(1.4826 * float(np.median(ratio)), 0.1) if len(ratio) else 1.0
+
+
+def equations(
+    stack: ViewStack,
+    state: State,
+    pairs: np.ndarray,
+    level: Level,
+    spread: float,
+) -> Equations:
+    """Sums the normal equations of all pairs at a state."""
+    m = len(pairs)
+    H, g = np.empty((m, UNKNOWNS, UNKNOWNS)), np.empty((m, UNKNOWNS))
+    noise, count = np.empty((m, 2)), np.empty(m)
+    pair_equations(
+        stack, state.pose, state.scale, state.offset, pairs, level.gate,
+        level.least_cosine, spread, level.width, 0, 1, H, g, noise, count,
+    )  # fmt: skip
+    return Equations(*assemble(H, g, state.X_WC, pairs), H, g, count)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Posterior:
+    """The unknowns given data and prior, to second order.
+
+    Attributes:
+        mean: Deviation from the given poses, scale 1, offset 0, (6n + 2,).
+        covariance: Its covariance, shape (6n + 2, 6n + 2).
+        redundancy: How many residuals say as much as one independent one.
+        noise: Noise of the given poses.
+    """
+
+    mean: np.ndarray
+    covariance: np.ndarray
+    redundancy: float
+    noise: OdometryNoise
+
+
+def posterior(
+    data: Equations,
+    x: np.ndarray,
+    noise: OdometryNoise,
+    camera_precision: np.ndarray,
+    redundancy: float,
+) -> Posterior:
+    """Solves the data's equations at x together with the prior's."""
+    H, h = data.H / redundancy, (data.H @ x - data.g) / redundancy
+    P = H.copy()
+    P[:-2, :-2] += noise.precision(len(x) // 6)
+    P[-2:, -2:] += camera_precision
+    factor = cho_factor(P)
+    covariance = cho_solve(factor, np.eye(len(P)))
+    return Posterior(cho_solve(factor, h), covariance, redundancy, noise)
+
+
+def estimate_redundancy(
+    data: Equations, result: Posterior, *, default: float, weight: float = 20
+) -> float:
+    """Tells how many residuals say as much as one independent one.
+
+    Neighbouring pixels err alike, and so do all residuals of a pair whose
+    images are bent. Were they independent, the pairs' own solutions would
+    miss the joint one by chi^2 = sum of g^T H^-1 g = 8 m less the number of
+    unknowns that the data determine.
+
+    Args:
+        data: Equations at the solution.
+        result: The solution.
+        default: What is expected of few pairs.
+        weight: How many degrees of freedom the default counts for.
+    """
+    values, vectors = np.linalg.eigh(data.pair_H)
+    along = np.einsum("mji,mj->mi", vectors, data.pair_g)
+    known = values > 1e-6 * np.maximum(values[:, -1:], 1e-12)
+    chi2 = np.where(known, along**2 / np.where(known, values, 1), 0).sum()
+    fitted = np.einsum("ij,ji->", result.covariance, data.H / result.redundancy)
+    freedom = max(known.sum() - fitted, 0.0)
+    return float((default * weight + chi2) / (weight + freedom))
