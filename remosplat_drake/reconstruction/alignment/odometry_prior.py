@@ -87,16 +87,14 @@ def _spread(turn: np.ndarray, shift: np.ndarray) -> np.ndarray:
 def estimate_noise(
     H: np.ndarray,
     h: np.ndarray,
-    camera_precision: np.ndarray,
     start: OdometryNoise,
     steps: int = 30,
 ) -> OdometryNoise:
     """Maximises the evidence over the deviations of given poses.
 
     Args:
-        H: The data's matrix, shape (6n + 2, 6n + 2).
-        h: The data's right side, shape (6n + 2,).
-        camera_precision: What else is known of scale and offset, (2, 2).
+        H: Matrix of data, scale and offset, shape (6n + 2, 6n + 2).
+        h: Their right side, shape (6n + 2,).
         start: Deviations to start from.
         steps: Largest number of steps.
     """
@@ -108,7 +106,6 @@ def estimate_noise(
         inverse = noise.precision(n)
         P = H.copy()
         P[:-2, :-2] += inverse
-        P[-2:, -2:] += camera_precision
         factor = cho_factor(P, lower=True, check_finite=False)
         x = cho_solve(factor, h)
         log_P = 2 * np.log(np.diag(factor[0])).sum()

@@ -47,6 +47,8 @@ class PlaneMap(NamedTuple):
             centres, as the image's noise has it [1/m].
         tilt: Standard deviation of the normals' direction, as the image's
             noise has it [rad].
+        independent: Number of windows that share no pixel: what the image
+            says is not said more often than that.
     """
 
     plane: np.ndarray
@@ -54,6 +56,7 @@ class PlaneMap(NamedTuple):
     step: int
     deviation: float
     tilt: float
+    independent: float
 
 
 def plane_map(
@@ -93,7 +96,9 @@ def plane_map(
         inverse_depth = facing / -plane[..., 3]
     limit = _BEND * noise + _ROUGHNESS * inverse_depth
     plane[~((cosine > _LEAST_COSINE) & (rms < limit))] = 0
-    return PlaneMap(plane, camera, step, noise / (2 * radius + 1), tilt)
+    width = 2 * radius + 1
+    independent = np.count_nonzero(plane[..., 3]) * (step / width) ** 2
+    return PlaneMap(plane, camera, step, noise / width, tilt, independent)
 
 
 @_kernel

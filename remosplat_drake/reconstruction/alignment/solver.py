@@ -87,6 +87,8 @@ class Equations:
         pair_H: Matrices of the pairs, shape (m, 8, 8).
         pair_g: Gradients of the pairs, shape (m, 8).
         count: Numbers of residuals, shape (m,).
+        shared: How many residuals of a pair say as much as an independent
+            one, shape (m,); H and g have been divided by it.
     """
 
     H: np.ndarray
@@ -94,12 +96,13 @@ class Equations:
     pair_H: np.ndarray
     pair_g: np.ndarray
     count: np.ndarray
+    shared: np.ndarray
 
 
 def residual_spread(
     stack: ViewStack, state: State, pairs: np.ndarray, level: Level
 ) -> float:
-    """Returns the robust ratio of residuals to their known deviations."""
+    """Returns the robust ratio of residuals to their known deviations, >= 1."""
     kept = -(-stack.point.shape[1] // _STRIDE)
     values = np.empty((len(pairs), 2, kept, 2))
     pair_residuals(
@@ -108,7 +111,7 @@ def residual_spread(
     )  # fmt: skip
     ratio = np.abs(values[..., 0] / values[..., 1])
     ratio = ratio[np.isfinite(ratio)]
-    return max(1.4826 * float(np.median(ratio)), 0.1) if len(ratio) else 1.0
+    return max(1.4826 * float(np.median(ratio)), 1.0) if len(ratio) else 1.0
 
 
 def equations(
@@ -117,8 +120,18 @@ def equations(
     pairs: np.ndarray,
     level: Level,
     spread: float,
+    correlation: float,
 ) -> Equations:
-    """Sums the normal equations of all pairs at a state."""
+    """Sums the normal equations of all pairs at a state.
+
+    Args:
+        stack: The views.
+        state: Their poses, scale and offset.
+        pairs: Indices of views (a, b), shape (m, 2).
+        level: What counts.
+        spread: What `residual_spread` says.
+        correlation: What `estimate_correlation` says.
+    """
     m = len(pairs)
     H, g = np.empty((m, UNKNOWNS, UNKNOWNS)), np.empty((m, UNKNOWNS))
     noise, count = np.empty((m, 2)), np.empty(m)
@@ -126,7 +139,25 @@ def equations(
         stack, state.pose, state.scale, state.offset, pairs, level.gate,
         level.least_cosine, spread, level.width, 0, 1, H, g, noise, count,
     )  # fmt: skip
-    return Equations(*assemble(H, g, state.X_WC, pairs), H, g, count)
+    shared = np.maximum(_reuse(stack, pairs, count), correlation)
+    matrix, gradient = assemble(
+        H / shared[:, None, None], g / shared[:, None], state.X_WC, pairs
+    )
+    return Equations(matrix, gradient, H, g, count, shared)
+
+
+def _reuse(
+    stack: ViewStack, pairs: np.ndarray, count: np.ndarray
+) -> np.ndarray:
+    """How often each pair's residuals say what others have said, (m,).
+
+    A view's noise is in all residuals that it takes part in, as one of two;
+    its pose is not known better than its own independent windows tell.
+    """
+    total = np.zeros(len(stack))
+    np.add.at(total, pairs.ravel(), np.repeat(count, 2))
+    often = 0.5 * total / np.maximum(stack.independent, 1)
+    return np.maximum(often[pairs].mean(axis=1), 1)
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -136,13 +167,11 @@ class Posterior:
     Attributes:
         mean: Deviation from the given poses, scale 1, offset 0, (6n + 2,).
         covariance: Its covariance, shape (6n + 2, 6n + 2).
-        redundancy: How many residuals say as much as one independent one.
         noise: Noise of the given poses.
     """
 
     mean: np.ndarray
     covariance: np.ndarray
-    redundancy: float
     noise: OdometryNoise
 
 
@@ -150,23 +179,28 @@ def posterior(
     data: Equations,
     x: np.ndarray,
     noise: OdometryNoise,
-    camera_precision: np.ndarray,
-    redundancy: float,
+    known: tuple[np.ndarray, np.ndarray],
 ) -> Posterior:
-    """Solves the data's equations at x together with the prior's."""
-    H, h = data.H / redundancy, (data.H @ x - data.g) / redundancy
-    P = H.copy()
-    P[:-2, :-2] += noise.precision(len(x) // 6)
-    P[-2:, -2:] += camera_precision
-    factor = cho_factor(P)
-    covariance = cho_solve(factor, np.eye(len(P)))
-    return Posterior(cho_solve(factor, h), covariance, redundancy, noise)
+    """Solves the data's equations at x together with the prior's.
+
+    Args:
+        data: The data's equations at x.
+        x: Deviation from the given poses, scale 1, offset 0, shape (6n + 2,).
+        noise: Noise of the given poses.
+        known: Matrix and gradient of what else is known, at x.
+    """
+    H = data.H + known[0]
+    h = H @ x - data.g - known[1]
+    H[:-2, :-2] += noise.precision(len(x) // 6)
+    factor = cho_factor(H, lower=True, check_finite=False)
+    covariance = cho_solve(factor, np.eye(len(H)), check_finite=False)
+    return Posterior(covariance @ h, covariance, noise)
 
 
-def estimate_redundancy(
+def estimate_correlation(
     data: Equations, result: Posterior, *, default: float, weight: float = 20
 ) -> float:
-    """Tells how many residuals say as much as one independent one.
+    """Tells how many residuals of a pair say as much as an independent one.
 
     Neighbouring pixels err alike, and so do all residuals of a pair whose
     images are bent. Were they independent, the pairs' own solutions would
@@ -183,6 +217,6 @@ def estimate_redundancy(
     along = np.einsum("mji,mj->mi", vectors, data.pair_g)
     known = values > 1e-6 * np.maximum(values[:, -1:], 1e-12)
     chi2 = np.where(known, along**2 / np.where(known, values, 1), 0).sum()
-    fitted = np.einsum("ij,ji->", result.covariance, data.H / result.redundancy)
+    fitted = (result.covariance * data.H).sum()
     freedom = max(known.sum() - fitted, 0.0)
     return float((default * weight + chi2) / (weight + freedom))

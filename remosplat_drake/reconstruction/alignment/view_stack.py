@@ -23,6 +23,7 @@ class ViewStack(NamedTuple):
         step: Distance of the lattice's points [pixels].
         deviation: `PlaneMap.deviation` of each view, (n,) [1/m].
         tilt: `PlaneMap.tilt` of each view, (n,) [rad].
+        independent: `PlaneMap.independent` of each view, (n,).
         point: Sampled points in C, (n, s, 3) [m].
         normal: Their normals in C, (n, s, 3).
         count: Number of each view's samples that are used, (n,).
@@ -33,6 +34,7 @@ class ViewStack(NamedTuple):
     step: int
     deviation: np.ndarray
     tilt: np.ndarray
+    independent: np.ndarray
     point: np.ndarray
     normal: np.ndarray
     count: np.ndarray
@@ -62,6 +64,7 @@ def empty_stack(n: int, size: tuple[int, int], samples: int) -> ViewStack:
         step=shape.step,
         deviation=np.zeros(n),
         tilt=np.zeros(n),
+        independent=np.zeros(n),
         point=np.zeros((n, samples, 3)),
         normal=np.zeros((n, samples, 3)),
         count=np.zeros(n, np.int64),
@@ -76,6 +79,7 @@ def put_view(
     stack.camera[view] = planes.camera
     stack.deviation[view] = planes.deviation
     stack.tilt[view] = planes.tilt
+    stack.independent[view] = planes.independent
     row, column = np.nonzero(planes.plane[..., 3])
     chosen = _spread(planes.plane[row, column, :3], stack.point.shape[1], rng)
     row, column = row[chosen], column[chosen]
