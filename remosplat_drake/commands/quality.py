@@ -19,6 +19,7 @@ from remosplat_drake.commands.flags import (
     check_positive,
     check_seed,
 )
+from remosplat_drake.reconstruction.alignment.cameras_file import with_cameras
 from remosplat_drake.reconstruction.report.assessment import assess
 from remosplat_drake.reconstruction.report.quality_report import (
     QualityReport,
@@ -125,8 +126,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _captured(arguments: argparse.Namespace, splat: Path) -> Capture:
-    """The capture, its cameras in the splat's frame."""
-    capture = captured(arguments)
+    """The capture, its cameras refined and in the splat's frame."""
+    capture = with_cameras(captured(arguments), splat)
     path = pose_path(splat)
     if arguments.capture_pose is not None:
         path = resolve(arguments.capture_pose)

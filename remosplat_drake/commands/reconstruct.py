@@ -11,6 +11,11 @@ from remosplat_drake.base.atomic_file import check_writable, write_atomically
 from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.capture.capture import Capture, check_reconstructible
+from remosplat_drake.commands.alignment import (
+    add_alignment_arguments,
+    aligned,
+    check_alignment,
+)
 from remosplat_drake.commands.flags import (
     TRUTH,
     add_capture_arguments,
@@ -24,6 +29,11 @@ from remosplat_drake.commands.suggested_scenario import (
     scenario_path,
     write_scenario,
 )
+from remosplat_drake.reconstruction.alignment.cameras_file import (
+    cameras_path,
+    write_cameras,
+)
+from remosplat_drake.reconstruction.alignment.summary import AlignmentSummary
 from remosplat_drake.reconstruction.devices import AUTO, DEVICES, choose_device
 from remosplat_drake.reconstruction.floor import Floor, find_floor
 from remosplat_drake.reconstruction.pipeline import Reconstruction, reconstruct
@@ -106,6 +116,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--steps", type=int, default=500, help="of training, at most (500)"
     )
     parser.add_argument("--seed", type=int, default=0)
+    add_alignment_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -116,6 +127,9 @@ def run(arguments: argparse.Namespace) -> int:
     with console.status("reading the capture"):
         capture = captured(arguments)
         check_reconstructible(capture)
+    alignment, summary = aligned(capture, arguments, console)
+    capture = capture if alignment is None else alignment.capture
+    with console.status("looking for the floor"):
         floor = find_floor(capture) if arguments.floor else None
         if floor is not None:
             capture = floor.aligned(capture)
@@ -133,7 +147,10 @@ def run(arguments: argparse.Namespace) -> int:
         f" {arguments.output}"
     )
     _write_pose(floor, arguments.output)
-    report = _report(result, capture, held_out, workspace, arguments, console)
+    write_cameras(arguments.output, alignment)
+    report = _report(
+        result, capture, held_out, workspace, summary, arguments, console
+    )
     try:
         text = write_scenario(
             arguments.output,
@@ -155,6 +172,7 @@ def _check(arguments: argparse.Namespace):
     check_positive("reconstruct", arguments, *numbers)
     check_finite("reconstruct", arguments, "focus")
     check_seed("reconstruct", arguments)
+    check_alignment(arguments)
     if arguments.count < _LEAST_COUNT:
         problem = f"must be at least {_LEAST_COUNT}"
         raise FieldError("reconstruct", "--count", problem)
@@ -173,6 +191,7 @@ def _check(arguments: argparse.Namespace):
         report_path(splat),
         page_path(splat),
         pose_path(splat),
+        cameras_path(splat),
         scenario_path(splat),
     ):
         check_writable(path)
@@ -259,6 +278,7 @@ def _report(
     capture: Capture,
     held_out: np.ndarray,
     workspace: Workspace,
+    alignment: AlignmentSummary | None,
     arguments: argparse.Namespace,
     console: Console,
 ) -> QualityReport:
@@ -273,6 +293,7 @@ def _report(
             seed=arguments.seed,
             progress=status.update,
         )
+    assessment.report.alignment = alignment
     page = write_assessment(arguments.output, assessment)
     print_report(console, assessment.report)
     console.print(f"pictures: {page}")

@@ -24,8 +24,6 @@ from remosplat_drake.reconstruction.alignment.odometry_prior import (
 )
 from remosplat_drake.reconstruction.alignment.pair_selection import choose_pairs
 from remosplat_drake.reconstruction.alignment.residual_table import (
-    GATE,
-    LEAST_COSINE,
     ResidualRow,
     distances_of_pairs,
     is_better,
@@ -142,9 +140,7 @@ class Alignment:
         """
         values, vectors = np.linalg.eigh(self.covariance)
         root = vectors * np.sqrt(np.maximum(values, 0))
-        normal = np.random.default_rng(seed).standard_normal(
-            (count, len(root))
-        )
+        normal = np.random.default_rng(seed).standard_normal((count, len(root)))
         return self.error + normal @ root.T
 
     def displacements(
@@ -203,7 +199,8 @@ def align(
     )
     rest = result.mean - state.unknowns(capture.X_WC)
     if accepted:
-        capture = _refined(capture, state)
+        moved = dc.replace(capture, X_WC=state.X_WC)
+        capture = moved.with_depth(state.scale, state.offset)
         error = rest
     else:
         error, after = result.mean, before
@@ -247,7 +244,9 @@ class _Refinement:
             used = self.pairs[~_held_out(state, self.pairs)]
             for iteration in range(level.steps):
                 data = self._data(state, used, level)
-                self.shared = float(np.median(data.shared)) if len(used) else 1.0
+                self.shared = (
+                    float(np.median(data.shared)) if len(used) else 1.0
+                )
                 x = state.unknowns(self.given)
                 if level in FINE and iteration > 0:
                     self._learn(data, x, state, iteration == 2)
@@ -310,7 +309,9 @@ def _held_out(state: State, pairs: np.ndarray) -> np.ndarray:
     if len(pairs) >= 3 * _HELD_OUT:
         p_WC = state.X_WC[:, :3, 3]
         apart = np.linalg.norm(p_WC[pairs[:, 0]] - p_WC[pairs[:, 1]], axis=1)
-        held_out[np.argsort(apart, kind="stable")[_HELD_OUT - 2 :: _HELD_OUT]] = True
+        held_out[
+            np.argsort(apart, kind="stable")[_HELD_OUT - 2 :: _HELD_OUT]
+        ] = True
     return held_out
 
 
@@ -319,13 +320,3 @@ def _groups(n: int, pairs: np.ndarray) -> int:
     ones = np.ones(len(pairs))
     graph = coo_array((ones, (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     return int(connected_components(graph, directed=False)[0])
-
-
-def _refined(capture: Capture, state: State) -> Capture:
-    z = capture.depth
-    depth = np.where(z > 0, state.scale * z + state.offset, 0)
-    return dc.replace(
-        capture,
-        X_WC=state.X_WC,
-        depth=np.maximum(depth, 0).astype(np.float32),
-    )

@@ -39,7 +39,9 @@ class Length:
                 problem = f"has no frame {view}; the last is {len(capture) - 1}"
                 raise FieldError("capture", "--length", problem)
             if not (0 <= column < width and 0 <= row < height):
-                problem = f"has no pixel {column} {row}, being {width} x {height}"
+                problem = (
+                    f"has no pixel {column} {row}, being {width} x {height}"
+                )
                 raise FieldError("capture", "--length", problem)
             window = capture.depth[view][
                 max(0, row - 1) : row + 2, max(0, column - 1) : column + 2

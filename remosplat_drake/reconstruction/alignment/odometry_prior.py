@@ -114,7 +114,10 @@ def estimate_noise(
         # A = (C + H^-1)^-1 = C^-1 - C^-1 P^-1 C^-1, and alpha = C^-1 x.
         # Lower triangle: P = L L^T.
         half = solve_triangular(
-            factor[0], inverse_rows(inverse, H), lower=True, check_finite=False
+            factor[0],
+            np.eye(len(H), len(inverse)) @ inverse,
+            lower=True,
+            check_finite=False,
         )
         A = inverse - half.T @ half
         alpha = inverse @ x[:-2]
@@ -138,8 +141,3 @@ def estimate_noise(
         options={"maxiter": steps},
     )
     return OdometryNoise(*np.exp(best.x).tolist())
-
-
-def inverse_rows(inverse: np.ndarray, H: np.ndarray) -> np.ndarray:
-    """Pads a matrix of the poses with rows of zeros for scale and offset."""
-    return np.concatenate([inverse, np.zeros((len(H) - len(inverse), len(inverse)))])

@@ -1,16 +1,19 @@
 r"""Point-to-plane residuals of pairs of views, and their normal equations.
 
 A sampled point p of view a lies on the plane n . q = d that view b has at the
-pixel where it sees p. With depths s z + o in place of the measured z,
+pixel where it sees p. With depths s z + o in place of the measured z, and rays
+r = (x, y, 1) of the two pixels,
 
-    s e = n_W . (p_W - p_WB) - (s d + o n . r),   p_W = p_WA + R_WA r_a (s z + o)
+    s e = n_W . (p_W - p_WB) - (s d + o n . r),
+    p_W = p_WA + R_WA r_A (s z + o).
 
-in units of the sensor: a smaller world has smaller residuals, and would fit
-better and better. Here r and r_a are the two pixels' rays (x, y, 1). Every view errs by a
-rotation vector theta_W about its own centre and a translation t_W of it, so
+Residuals are in units of the sensor: a smaller world has smaller ones, and
+would fit better and better. Every view errs by a rotation vector theta_W about
+its own centre and a translation t_W of it, so
 
     s de/dtheta_A = (p_W - p_WA) x n,   s de/dt_A = n = -s de/dt_B,
-    s de/dtheta_B = -(p_W - p_WB) x n = -de/dtheta_A + (p_WB - p_WA) x de/dt_A:
+    s de/dtheta_B = -(p_W - p_WB) x n,
+    de/dtheta_B = -de/dtheta_A + (p_WB - p_WA) x de/dt_A:
 
 a pair knows of its relative pose only. Eight numbers an equation will do: the
 derivatives by theta_A, t_A, s and o; `pair_expansion` has the others.
@@ -94,7 +97,11 @@ def associate(stack, pose, scale, offset, a, b, i, gate, least_cosine, out):
     nx = pose[b, 0, 0] * px + pose[b, 0, 1] * py + pose[b, 0, 2] * pn
     ny = pose[b, 1, 0] * px + pose[b, 1, 1] * py + pose[b, 1, 2] * pn
     nz = pose[b, 2, 0] * px + pose[b, 2, 1] * py + pose[b, 2, 2] * pn
-    mx, my, mz = stack.normal[a, i, 0], stack.normal[a, i, 1], stack.normal[a, i, 2]
+    mx, my, mz = (
+        stack.normal[a, i, 0],
+        stack.normal[a, i, 1],
+        stack.normal[a, i, 2],
+    )
     alike = (
         nx * (pose[a, 0, 0] * mx + pose[a, 0, 1] * my + pose[a, 0, 2] * mz)
         + ny * (pose[a, 1, 0] * mx + pose[a, 1, 1] * my + pose[a, 1, 2] * mz)
@@ -134,7 +141,8 @@ def pair_residuals(
         least_cosine: Least cosine between the two normals.
         stride: Every so many points are compared.
         out: Receives the residual and its standard deviation of every point
-            of a in b and of b in a, shape (m, 2, s / stride, 2) [m]; NaN without.
+            of a in b and of b in a, shape (m, 2, s / stride, 2) [m]; NaN where
+            there is none.
     """
     values = np.empty(10)
     for k in range(len(pairs)):
@@ -153,7 +161,7 @@ def pair_residuals(
 @_kernel
 def pair_equations(
     stack, pose, scale, offset, pairs, gate, least_cosine, spread, width,
-    first, stride, H, g, noise, count,
+    H, g, count,
 ):  # fmt: skip
     """Sums normal equations H x = -g of each pair over both directions.
 
@@ -171,29 +179,23 @@ def pair_equations(
         least_cosine: Least cosine between the two normals.
         spread: Factor of the residuals' deviations.
         width: Least width of the robust weight [m].
-        first: Index of the first point that is used.
-        stride: Every so many points are used.
         H: Receives the matrices, shape (m, 8, 8); see `UNKNOWNS`.
         g: Receives the gradients, shape (m, 8).
-        noise: Receives what the noise of the normals adds to the trace of H,
-            for rotation and translation, shape (m, 2).
         count: Receives numbers of residuals, shape (m,).
     """
     value = np.empty(10)
     for k in range(len(pairs)):
         H[k] = 0
         g[k] = 0
-        noise[k] = 0
         count[k] = 0
         ex = pose[pairs[k, 1], 0, 3] - pose[pairs[k, 0], 0, 3]
         ey = pose[pairs[k, 1], 1, 3] - pose[pairs[k, 0], 1, 3]
         ez = pose[pairs[k, 1], 2, 3] - pose[pairs[k, 0], 2, 3]
         for side in range(2):
             a, b = pairs[k, side], pairs[k, 1 - side]
-            tilt = stack.tilt[b] ** 2
-            for i in range(first, stack.count[a], stride):
+            for point in range(stack.count[a]):
                 if not associate(
-                    stack, pose, scale, offset, a, b, i, gate, least_cosine,
+                    stack, pose, scale, offset, a, b, point, gate, least_cosine,
                     value,
                 ):  # fmt: skip
                     continue
@@ -211,14 +213,9 @@ def pair_equations(
                 for j in range(8):
                     v = w * value[2 + j]
                     g[k, j] += v * value[0]
-                    for l in range(j, 8):
-                        H[k, j, l] += v * value[2 + l]
-                reach = 0.0
-                for j in range(3):
-                    reach += stack.point[a, i, j] ** 2
-                noise[k, 0] += w * tilt * reach
-                noise[k, 1] += w * tilt
+                    for i in range(j, 8):
+                        H[k, j, i] += v * value[2 + i]
                 count[k] += 1
         for j in range(8):
-            for l in range(j):
-                H[k, j, l] = H[k, l, j]
+            for i in range(j):
+                H[k, j, i] = H[k, i, j]

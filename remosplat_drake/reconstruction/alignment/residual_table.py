@@ -1,6 +1,7 @@
 """How far the surfaces of views are apart, by the distance of the views."""
 
 import dataclasses as dc
+import itertools
 from typing import Annotated
 
 import numpy as np
@@ -81,7 +82,7 @@ def residual_rows(
         X_WC[pairs[:, 0], :3, 3] - X_WC[pairs[:, 1], :3, 3], axis=1
     )
     rows = []
-    for low, high in zip(DISTANCES[:-1], DISTANCES[1:], strict=True):
+    for low, high in itertools.pairwise(DISTANCES):
         here = (apart >= low) & (apart < high)
         both = np.isfinite(before[here]) & np.isfinite(after[here])
         if not both.any():
