@@ -21,6 +21,7 @@ from remosplat_drake.reconstruction.alignment.odometry_prior import (
     OdometryNoise,
     estimate_noise,
 )
+from remosplat_drake.reconstruction.alignment.one_view import align_view
 from remosplat_drake.reconstruction.alignment.perturbation import (
     difference,
     perturbed,
@@ -28,6 +29,7 @@ from remosplat_drake.reconstruction.alignment.perturbation import (
 from remosplat_drake.reconstruction.alignment.summary import (
     summarize_alignment,
 )
+from remosplat_drake.reconstruction.alignment.view_stack import stack_views
 from remosplat_drake.scene.rmmi import read_scene
 
 FEW = AlignmentConfig(samples=250)
@@ -227,6 +229,23 @@ def test_the_evidence_tells_white_noise_from_drift(truth):
     assert getattr(found, largest) == pytest.approx(expected, rel=0.3)
     other = "walk" if largest == "white" else "white"
     assert getattr(found, other) < 0.3 * expected
+
+
+def test_one_view_finds_its_place_among_others(orbit):
+    stack = stack_views(orbit, samples=300)
+    error = np.zeros((len(orbit), 6))
+    error[5] = [0.01, -0.01, 0.01, 0.02, -0.02, 0.01]
+    covariance = np.diag([2e-2] * 3 + [3e-2] * 3) ** 2
+    others = np.array([2, 3, 4, 6, 7, 8])
+    expected = perturbed(orbit.X_WC, error)
+    found = align_view(stack, expected, 5, others, covariance)
+    poses = expected.copy()
+    poses[5] = found.X_WC
+    left = difference(poses, orbit.X_WC)[5]
+    assert np.abs(left[3:]).max() < 0.003
+    assert np.abs(left[:3]).max() < 0.002
+    assert (np.abs(left) < 5 * np.sqrt(np.diag(found.covariance))).all()
+    assert found.count > 300
 
 
 def test_refined_cameras_are_kept_beside_the_splat(orbit, tmp_path):
