@@ -32,8 +32,10 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 SIGNIFICANCE = 3.5
 """z: how many standard deviations the bound is away."""
 
-PITCH = 0.75
-"""c: which part of the distance between two pixels an edge may be off."""
+PITCH, LARGEST_PITCH = 0.5, 0.0025
+"""c: which part of the distance between two pixels an edge may be off; and up
+to which distance that grows, for many views see an edge with different pixels
+[m]."""
 
 LARGEST_SIGMA = 0.005
 """What is known worse than this makes no disc, and counts as not seen [m]."""
@@ -66,19 +68,27 @@ class Bounds:
         return self.splat_W.with_uncertainty(self.uncertainty())
 
     def uncertainty(
-        self, significance: float = SIGNIFICANCE, pitch: float = PITCH
+        self,
+        significance: float = SIGNIFICANCE,
+        pitch: float = PITCH,
+        largest: float = LARGEST_PITCH,
     ) -> np.ndarray:
         """Computes the bound u of each disc.
 
         Args:
             significance: The factor z.
             pitch: The factor c.
+            largest: Limit of the pitch a [m].
 
         Returns:
             Shape (n,) [m].
         """
         sigma = np.hypot(self.noise_sigma, self.pose_sigma)
-        return self.gap + significance * sigma + pitch * self.pitch
+        return (
+            self.gap
+            + significance * sigma
+            + pitch * np.minimum(self.pitch, largest)
+        )
 
 
 def bound_splat(
