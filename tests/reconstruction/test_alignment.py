@@ -19,7 +19,9 @@ from remosplat_drake.reconstruction.alignment.cameras_file import (
 from remosplat_drake.reconstruction.alignment.measured_length import Length
 from remosplat_drake.reconstruction.alignment.odometry_prior import (
     OdometryNoise,
+    _cost,
     estimate_noise,
+    plausible_noise,
 )
 from remosplat_drake.reconstruction.alignment.one_view import align_view
 from remosplat_drake.reconstruction.alignment.perturbation import (
@@ -229,6 +231,29 @@ def test_the_evidence_tells_white_noise_from_drift(truth):
     assert getattr(found, largest) == pytest.approx(expected, rel=0.3)
     other = "walk" if largest == "white" else "white"
     assert getattr(found, other) < 0.3 * expected
+
+
+def test_little_evidence_of_noise_is_no_evidence_of_none():
+    """Ten poses, known to 5 mm by the data, that happen to be exact."""
+    H = np.diag([*np.full(60, 0.005**-2), 1.0, 1.0])
+    found = estimate_noise(H, np.zeros(62), OdometryNoise())
+    assert found.white < 1e-4
+    assert 0.0005 < plausible_noise(H, np.zeros(62), found).white < 0.005
+
+
+def test_the_gradient_of_the_evidence_equals_differences():
+    rng = np.random.default_rng(0)
+    root = rng.standard_normal((20, 20))
+    H, h = 100 * root @ root.T, 10 * rng.standard_normal(20)
+    deviations = np.array([0.3, 0.2, 0.1, 0.2, 0.4, 0.3])
+    _, gradient = _cost(H, h, deviations)
+    for kind in range(6):
+        ends = [
+            _cost(H, h, deviations * np.exp(sign * np.eye(6)[kind]))[0]
+            for sign in (1e-5, -1e-5)
+        ]
+        numeric = (ends[0] - ends[1]) / 2e-5
+        assert gradient[kind] == pytest.approx(numeric, rel=1e-5, abs=1e-7)
 
 
 def test_one_view_finds_its_place_among_others(orbit):

@@ -21,6 +21,7 @@ from remosplat_drake.reconstruction.alignment.measured_length import (
 from remosplat_drake.reconstruction.alignment.odometry_prior import (
     OdometryNoise,
     estimate_noise,
+    plausible_noise,
 )
 from remosplat_drake.reconstruction.alignment.pair_selection import choose_pairs
 from remosplat_drake.reconstruction.alignment.residual_table import (
@@ -255,9 +256,22 @@ class _Refinement:
                 state = state.moved(step)
                 if np.abs(step[:-2]).max(initial=0.0) < _CONVERGED:
                     break
-        report(len(levels), len(levels))
         assert result is not None
-        return result, state
+        return self._doubted(result, state, levels[-1]), state
+
+    def _doubted(
+        self, result: Posterior, state: State, level: Level
+    ) -> Posterior:
+        """The solution, with the covariance of the largest likely noise."""
+        if self.config.odometry is not None:
+            return result
+        used = self.pairs[~_held_out(state, self.pairs)]
+        data, x = self._data(state, used, level), state.unknowns(self.given)
+        known = self._known(x, state)
+        H, g = data.H + known[0], data.g + known[1]
+        noise = plausible_noise(H, H @ x - g, result.noise)
+        doubt = posterior(data, x, noise, known).covariance
+        return dc.replace(result, covariance=doubt)
 
     def _choose(self, state: State, level: Level):
         self.pairs = choose_pairs(

@@ -27,6 +27,10 @@ MOST = np.array([0.5, 0.5, 0.5, 1.0, 1.0, 1.0])
 """Range of the six deviations [rad, m]."""
 
 
+_REFUTED = 2.0
+"""What makes the data e^2 times less likely is refuted."""
+
+
 @dc.dataclass(frozen=True)
 class OdometryNoise:
     """Standard deviations of given poses' errors, over a whole capture.
@@ -85,10 +89,7 @@ def _spread(turn: np.ndarray, shift: np.ndarray) -> np.ndarray:
 
 
 def estimate_noise(
-    H: np.ndarray,
-    h: np.ndarray,
-    start: OdometryNoise,
-    steps: int = 30,
+    H: np.ndarray, h: np.ndarray, start: OdometryNoise, steps: int = 30
 ) -> OdometryNoise:
     """Maximises the evidence over the deviations of given poses.
 
@@ -98,42 +99,8 @@ def estimate_noise(
         start: Deviations to start from.
         steps: Largest number of steps.
     """
-    n = len(H) // 6
-    kernels = _kernels(n)
-
-    def cost(log: np.ndarray) -> tuple[float, np.ndarray]:
-        noise = OdometryNoise(*np.exp(log))
-        inverse = noise.precision(n)
-        P = H.copy()
-        P[:-2, :-2] += inverse
-        factor = cho_factor(P, lower=True, check_finite=False)
-        x = cho_solve(factor, h)
-        log_P = 2 * np.log(np.diag(factor[0])).sum()
-        log_C = -np.linalg.slogdet(inverse)[1]
-        value = 0.5 * (log_P + log_C - h @ x)
-        # A = (C + H^-1)^-1 = C^-1 - C^-1 P^-1 C^-1, and alpha = C^-1 x.
-        # Lower triangle: P = L L^T.
-        half = solve_triangular(
-            factor[0],
-            np.eye(len(H), len(inverse)) @ inverse,
-            lower=True,
-            check_finite=False,
-        )
-        A = inverse - half.T @ half
-        alpha = inverse @ x[:-2]
-        inner = (A - np.outer(alpha, alpha)).reshape(n, 6, n, 6)
-        gradient = np.empty(6)
-        for group in range(2):
-            sums = np.zeros((n, n))
-            for axis in range(3):
-                sums += inner[:, 3 * group + axis, :, 3 * group + axis]
-            gradient[3 * group : 3 * group + 3] = (kernels * sums).sum(
-                axis=(1, 2)
-            )
-        return value, gradient * np.exp(2 * log)
-
     best = minimize(
-        cost,
+        lambda log: _cost(H, h, np.exp(log)),
         np.log(np.clip(_values(start), 3 * LEAST, 0.5 * MOST)),
         jac=True,
         method="L-BFGS-B",
@@ -141,3 +108,62 @@ def estimate_noise(
         options={"maxiter": steps},
     )
     return OdometryNoise(*np.exp(best.x).tolist())
+
+
+def plausible_noise(
+    H: np.ndarray, h: np.ndarray, found: OdometryNoise
+) -> OdometryNoise:
+    """Returns the largest deviations that the evidence does not refute.
+
+    The likeliest noise of few or weakly seen poses is often none at all, and
+    doubt that rests on it is too small. White noise and random walk are each
+    doubled for as long as the evidence stays within `_REFUTED`.
+
+    Args:
+        H: Matrix of data, scale and offset, shape (6n + 2, 6n + 2).
+        h: Their right side, shape (6n + 2,).
+        found: The likeliest deviations.
+    """
+    likeliest = _values(found)
+    limit = _cost(H, h, likeliest, value_only=True)[0] + _REFUTED
+    result = likeliest.copy()
+    for kind in (0, 1, 3, 4):
+        trial = likeliest.copy()
+        trial[kind] = max(trial[kind], 10 * LEAST[kind])
+        while trial[kind] < MOST[kind]:
+            if _cost(H, h, trial, value_only=True)[0] > limit:
+                break
+            result[kind] = trial[kind]
+            trial[kind] *= 2
+    return OdometryNoise(*result.tolist())
+
+
+def _cost(
+    H: np.ndarray, h: np.ndarray, deviations: np.ndarray, value_only=False
+) -> tuple[float, np.ndarray]:
+    """Minus ln p, and its derivatives by the deviations' logarithms."""
+    n = len(H) // 6
+    inverse = OdometryNoise(*deviations).precision(n)
+    P = H.copy()
+    P[:-2, :-2] += inverse
+    factor = cho_factor(P, lower=True, check_finite=False)
+    x = cho_solve(factor, h)
+    log_P = 2 * np.log(np.diag(factor[0])).sum()
+    log_C = -np.linalg.slogdet(inverse)[1]
+    value = 0.5 * (log_P + log_C - h @ x)
+    gradient = np.zeros(6)
+    if value_only:
+        return value, gradient
+    # A = (C + H^-1)^-1 = C^-1 - C^-1 P^-1 C^-1 and alpha = C^-1 x, P = L L^T.
+    padded = np.eye(len(H), len(inverse)) @ inverse
+    half = solve_triangular(factor[0], padded, lower=True, check_finite=False)
+    alpha = inverse @ x[:-2]
+    inner = inverse - half.T @ half - np.outer(alpha, alpha)
+    inner = inner.reshape(n, 6, n, 6)
+    kernels = _kernels(n)
+    for group in range(2):
+        sums = np.zeros((n, n))
+        for axis in range(3 * group, 3 * group + 3):
+            sums += inner[:, axis, :, axis]
+        gradient[3 * group : 3 * group + 3] = (kernels * sums).sum(axis=(1, 2))
+    return value, gradient * np.square(deviations)
