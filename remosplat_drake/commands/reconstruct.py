@@ -11,6 +11,11 @@ from remosplat_drake.base.atomic_file import check_writable, write_atomically
 from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.capture.capture import Capture, check_reconstructible
+from remosplat_drake.commands.capture_admission import (
+    add_inspection_arguments,
+    admitted,
+    check_inspection_arguments,
+)
 from remosplat_drake.commands.flags import (
     TRUTH,
     add_capture_arguments,
@@ -106,6 +111,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--steps", type=int, default=500, help="of training, at most (500)"
     )
     parser.add_argument("--seed", type=int, default=0)
+    add_inspection_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -116,6 +122,7 @@ def run(arguments: argparse.Namespace) -> int:
     with console.status("reading the capture"):
         capture = captured(arguments)
         check_reconstructible(capture)
+        capture, warnings = admitted(capture, arguments, console)
         floor = find_floor(capture) if arguments.floor else None
         if floor is not None:
             capture = floor.aligned(capture)
@@ -133,7 +140,9 @@ def run(arguments: argparse.Namespace) -> int:
         f" {arguments.output}"
     )
     _write_pose(floor, arguments.output)
-    report = _report(result, capture, held_out, workspace, arguments, console)
+    report = _report(
+        result, capture, held_out, workspace, warnings, arguments, console
+    )
     try:
         text = write_scenario(
             arguments.output,
@@ -141,6 +150,7 @@ def run(arguments: argparse.Namespace) -> int:
             capture,
             workspace,
             report.map_error,
+            report.warnings,
         )
     except RemoSplatError as error:
         console.print(f"no scenario: {error}")
@@ -155,6 +165,7 @@ def _check(arguments: argparse.Namespace):
     check_positive("reconstruct", arguments, *numbers)
     check_finite("reconstruct", arguments, "focus")
     check_seed("reconstruct", arguments)
+    check_inspection_arguments(arguments)
     if arguments.count < _LEAST_COUNT:
         problem = f"must be at least {_LEAST_COUNT}"
         raise FieldError("reconstruct", "--count", problem)
@@ -259,6 +270,7 @@ def _report(
     capture: Capture,
     held_out: np.ndarray,
     workspace: Workspace,
+    warnings: list[str],
     arguments: argparse.Namespace,
     console: Console,
 ) -> QualityReport:
@@ -271,6 +283,7 @@ def _report(
             workspace=workspace,
             method=result.method,
             seed=arguments.seed,
+            warnings=warnings,
             progress=status.update,
         )
     page = write_assessment(arguments.output, assessment)

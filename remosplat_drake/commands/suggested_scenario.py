@@ -1,6 +1,8 @@
 """The scenario that `remosplat reconstruct` writes beside a splat."""
 
 import math
+import textwrap
+from collections.abc import Sequence
 from pathlib import Path
 
 import yaml
@@ -34,6 +36,7 @@ def write_scenario(
     capture: Capture,
     workspace: Workspace,
     map_error: float,
+    warnings: Sequence[str] = (),
 ) -> str:
     """Writes a scenario with a free start and a target, and returns its text.
 
@@ -46,6 +49,7 @@ def write_scenario(
         capture: The capture that the splat was made of, in the same frame.
         workspace: Space in which the target is sought.
         map_error: Largest over-estimate of a distance by the splat [m].
+        warnings: What is wrong with the capture, in words.
 
     Raises:
         RemoSplatError: There is no free space, or the file cannot be written.
@@ -77,7 +81,7 @@ def write_scenario(
     text = yaml.safe_dump(
         {name: entry}, sort_keys=False, default_flow_style=None
     )
-    text = _verdict(error, safe) + text
+    text = _verdict(error, safe) + _doubts(warnings) + text
     write_atomically(scenario_path(splat), text)
     return text
 
@@ -94,3 +98,18 @@ def _verdict(error: float, safe: float) -> str:
             " refuses it.\n"
         )
     return text
+
+
+def _doubts(warnings: Sequence[str]) -> str:
+    """Writes what is wrong with the capture as comments in YAML."""
+    return "".join(
+        textwrap.fill(
+            f"The capture: {warning}",
+            80,
+            initial_indent="# ",
+            subsequent_indent="#   ",
+            break_long_words=False,
+        )
+        + "\n"
+        for warning in warnings
+    )

@@ -85,12 +85,16 @@ class Overlap:
         return float((self.differences < distance).mean())
 
 
-def measure_overlap(capture: Capture, seed: int = 0) -> Overlap:
+def measure_overlap(
+    capture: Capture, seed: int = 0, slack: float = 0.0
+) -> Overlap:
     """Compares each view's depth with that of its neighbours.
 
     Args:
         capture: Posed RGB-D images, in any order.
         seed: Seed of the random choice of points.
+        slack: Difference of depths that never counts as a contradiction,
+            however small the depth is [m].
     """
     p_C = sample_points(capture, _SAMPLES, np.random.default_rng(seed))
     pairs = neighbours(capture, p_C[:, :_COARSE])
@@ -101,7 +105,7 @@ def measure_overlap(capture: Capture, seed: int = 0) -> Overlap:
     for i, pair in enumerate(pairs):
         for a, b in (pair, pair[::-1]):
             z, measured = compare(capture, p_C[a], a, b)
-            tolerance = TOLERANCE * measured
+            tolerance = np.maximum(TOLERANCE * measured, slack)
             agrees = np.abs(z - measured) < tolerance
             contradicts = z <= measured - tolerance
             agreeing[i] += agrees.sum()
