@@ -20,6 +20,12 @@ POSES = "poses"
 WRONG_FRAMES = "wrong-frames"
 NO_OVERLAP = "no-overlap"
 CONTRADICTION = "contradiction"
+INEXACT = "inexact"
+MOVING = "moving"
+SEPARATE = "separate-groups"
+ONE_JOINT = "one-joint"
+ONE_PLANE = "one-plane"
+READING = "reading"
 
 DEFECTS = {
     INTRINSICS: "the intrinsics are those of other images",

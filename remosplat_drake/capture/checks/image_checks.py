@@ -12,11 +12,17 @@ from remosplat_drake.capture.checks.findings import (
     EMPTY_DEPTH,
     INTRINSICS,
     NO_DEPTH,
+    ONE_PLANE,
     WARNING,
     Finding,
     list_frames,
 )
-from remosplat_drake.capture.checks.registration import Registration
+from remosplat_drake.capture.checks.frame_shifts import SHIFTS
+from remosplat_drake.capture.checks.overlap import sample_points, to_world
+from remosplat_drake.capture.checks.registration import (
+    Registration,
+    edge_correlation,
+)
 
 _FOV_RANGE = (20.0, 130.0)
 """Fields of view of RGB-D cameras and phones, with some room [deg]."""
@@ -27,6 +33,21 @@ fraction of the image's size."""
 
 _DEPTH_RANGE = (0.1, 10.0)
 """Median depths of what a robot works in [m]."""
+
+_GOOD_CORRELATION = 0.3
+"""Edges that match better are those of the same frame."""
+
+_MUCH_BETTER, _MIN_GAIN = 1.5, 0.05
+"""With colours of another frame, edges match better by this factor and by
+this."""
+
+_PLANE, _ON_PLANE = 0.02, 0.95
+"""What lies so near to one plane [m], and the fraction of all points that does
+where a capture shows nothing else."""
+
+_MAX_EMPTY = 0.2
+"""Fraction of the depth images that may be empty: a camera may have been too
+near to all it saw."""
 
 _UNITS = (
     (1e3, "millimetres read as metres"),
@@ -81,7 +102,7 @@ def judge_depth(capture: Capture, median: float) -> list[Finding]:
 
 def _judge_empty(capture: Capture, known: np.ndarray) -> list[Finding]:
     empty = np.flatnonzero(known < MIN_DEPTH_FRACTION)
-    if not len(empty):
+    if len(empty) <= _MAX_EMPTY * len(known):
         return []
     problem = (
         f"{len(empty)} of {len(known)} depth images are empty:"
@@ -126,8 +147,27 @@ def _judge_unit(median: float) -> list[Finding]:
     ]
 
 
-def judge_registration(registration: Registration | None) -> list[Finding]:
-    """Judges whether the edges of colour and depth lie on each other."""
+def judge_registration(
+    capture: Capture, registration: Registration | None
+) -> list[Finding]:
+    """Judges whether the edges of colour and depth lie on each other.
+
+    Args:
+        capture: The capture.
+        registration: Its registration; None if there is too little to tell.
+    """
+    shifts = [s for s in SHIFTS if s.moves_colour and len(capture) > 2]
+    as_is = edge_correlation(capture) if shifts else 1.0
+    for shift in shifts if as_is < _GOOD_CORRELATION else ():
+        undone = edge_correlation(shift.undo(capture))
+        if undone > _MUCH_BETTER * as_is + _MIN_GAIN:
+            problem = (
+                f"{shift.words}: edges correlate by {as_is:.2f}, but by"
+                f" {undone:.2f} with that undone"
+            )
+            return [
+                Finding(COLOURS, problem, remedy=shift.remedy, mend=shift.undo)
+            ]
     if registration is None or not registration.is_off:
         return []
     right, down = registration.shift
@@ -138,6 +178,31 @@ def judge_registration(registration: Registration | None) -> list[Finding]:
         f" {registration.unshifted:.2f})"
     )
     return [Finding(COLOURS, problem)]
+
+
+def judge_shape(capture: Capture) -> list[Finding]:
+    """Judges whether a capture shows more than one plane."""
+    p_C = sample_points(capture, 100, np.random.default_rng(0))
+    p_W = np.concatenate(
+        [to_world(capture, p, view) for view, p in enumerate(p_C)]
+    )
+    p_W = p_W[np.isfinite(p_W[:, 0])]
+    if len(p_W) < 3:
+        return []
+    height = np.zeros(len(p_W))
+    for _ in range(3):
+        near = p_W[np.abs(height) <= np.percentile(np.abs(height), 95)]
+        middle = near.mean(axis=0)
+        normal = np.linalg.svd(near - middle, full_matrices=False)[2][2]
+        height = (p_W - middle) @ normal
+    on_plane = float((np.abs(height) < _PLANE).mean())
+    if on_plane < _ON_PLANE:
+        return []
+    problem = (
+        f"{100 * on_plane:.0f} % of all that was seen lies on one plane, along"
+        " which nothing can check the poses"
+    )
+    return [Finding(ONE_PLANE, problem, WARNING)]
 
 
 def without(capture: Capture, frames: np.ndarray) -> Capture:

@@ -5,16 +5,27 @@ import dataclasses as dc
 import numpy as np
 
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.checks.findings import DEFECT, Finding
+from remosplat_drake.capture.checks.contradictions import (
+    contradicting_frames,
+    judge_motion,
+)
+from remosplat_drake.capture.checks.exactness import judge_exactness
+from remosplat_drake.capture.checks.findings import (
+    DEFECT,
+    READING,
+    WARNING,
+    Finding,
+)
 from remosplat_drake.capture.checks.image_checks import (
     judge_camera,
     judge_depth,
     judge_registration,
+    judge_shape,
 )
 from remosplat_drake.capture.checks.overlap import (
+    MIN_AGREEMENT,
     Overlap,
     measure_overlap,
-    wrong_frames,
 )
 from remosplat_drake.capture.checks.pose_checks import (
     judge_overlap,
@@ -24,10 +35,11 @@ from remosplat_drake.capture.checks.registration import (
     Registration,
     measure_registration,
 )
-
-_ALIGNABLE = 0.05
-"""Frames that contradict all others by less may come right when poses are
-refined [m]."""
+from remosplat_drake.capture.checks.view_graph import judge_groups
+from remosplat_drake.capture.checks.wide_baselines import (
+    WideBaselines,
+    measure_wide_baselines,
+)
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -48,6 +60,7 @@ class CaptureInspection:
         registration: Registration of colour and depth; None if there is too
             little to tell.
         overlap: Agreement of neighbouring frames about depth.
+        wide: Agreement of frames near and far, in millimetres.
         wrong_frames: Indices of the frames that disagree with all of their
             neighbours.
         findings: All that is wrong, defects first.
@@ -64,6 +77,7 @@ class CaptureInspection:
     extent: np.ndarray
     registration: Registration | None
     overlap: Overlap
+    wide: WideBaselines
     wrong_frames: np.ndarray
     findings: tuple[Finding, ...]
 
@@ -86,18 +100,26 @@ def inspect_capture(capture: Capture) -> CaptureInspection:
     p_WC = capture.X_WC[:, :3, 3]
     path_length = np.linalg.norm(np.diff(p_WC, axis=0), axis=1).sum()
     overlap = measure_overlap(capture)
-    wrong = wrong_frames(measure_overlap(capture, slack=_ALIGNABLE))
+    wide = measure_wide_baselines(capture)
+    wrong = contradicting_frames(wide)
     registration = measure_registration(capture)
     known = float((capture.depth > 0).mean())
     percentiles = (
         np.percentile(depths, (1, 50, 99)) if len(depths) else [np.nan] * 3
     )
+    pose_findings = judge_overlap(capture, overlap, wrong)
+    if not pose_findings:
+        # What follows would say the same about wrong poses in other words.
+        pose_findings = _judge_shared_surfaces(capture, overlap, wide)
+    mended = any(finding.mend for finding in pose_findings)
     findings = (
+        *(Finding(READING, note, WARNING) for note in capture.notes),
         *judge_camera(capture, fov),
         *judge_depth(capture, float(percentiles[1])),
         *judge_path(float(np.ptp(p_WC, axis=0).max())),
-        *judge_registration(registration),
-        *judge_overlap(capture, overlap, wrong),
+        *pose_findings,
+        # Another frame's depth lies under no colours either.
+        *(() if mended else judge_registration(capture, registration)),
     )
     return CaptureInspection(
         frames=len(capture),
@@ -111,6 +133,21 @@ def inspect_capture(capture: Capture) -> CaptureInspection:
         extent=np.ptp(p_WC, axis=0),
         registration=registration,
         overlap=overlap,
+        wide=wide,
         wrong_frames=wrong,
         findings=tuple(sorted(findings, key=lambda f: f.severity != DEFECT)),
     )
+
+
+def _judge_shared_surfaces(
+    capture: Capture, overlap: Overlap, wide: WideBaselines
+) -> list[Finding]:
+    """Judges what views say about each other where their poses seem right."""
+    agreeing = overlap.pairs[overlap.agreements >= MIN_AGREEMENT]
+    pairs = np.concatenate([agreeing, wide.pairs[wide.compared]])
+    return [
+        *judge_exactness(capture, wide),
+        *judge_motion(capture, wide),
+        *judge_groups(capture, pairs),
+        *judge_shape(capture),
+    ]

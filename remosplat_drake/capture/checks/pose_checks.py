@@ -2,23 +2,40 @@
 
 import numpy as np
 
-from remosplat_drake.capture.capture import MIN_DEPTH_FRACTION, Capture
+from remosplat_drake.capture.capture import (
+    MIN_DEPTH_FRACTION,
+    MIN_VIEWS,
+    Capture,
+)
 from remosplat_drake.capture.checks.findings import (
     CONTRADICTION,
     NO_OVERLAP,
     ONE_SIDE,
     POSES,
-    WARNING,
     WRONG_FRAMES,
     Finding,
     list_frames,
 )
+from remosplat_drake.capture.checks.frame_shifts import (
+    SHIFTS,
+    FrameShift,
+    as_colours_tell,
+)
 from remosplat_drake.capture.checks.image_checks import without
-from remosplat_drake.capture.checks.overlap import MIN_AGREEMENT, Overlap
+from remosplat_drake.capture.checks.overlap import (
+    MIN_AGREEMENT,
+    Overlap,
+    measure_overlap,
+)
 from remosplat_drake.capture.checks.pose_conventions import (
     GOOD_AGREEMENT,
+    Mistake,
     find_mistake,
 )
+
+_ROUGHLY = 0.08
+"""Fraction of a depth to which views agree whose poses, once refined, may come
+right."""
 
 _MIN_SUPPORTED = 0.05
 """Views that support fewer of each other's points show different places."""
@@ -53,6 +70,7 @@ def judge_overlap(
         wrong: Indices of the frames that disagree with all their neighbours.
     """
     agreement = overlap.agreement
+    roughly = measure_overlap(capture, tolerance=_ROUGHLY).agreement
     supported = overlap.supported >= _MIN_SUPPORTED
     is_good = agreement >= GOOD_AGREEMENT and supported
     if (capture.depth > 0).mean() < MIN_DEPTH_FRACTION or len(capture) < 2:
@@ -63,7 +81,7 @@ def judge_overlap(
         if np.isfinite(agreement)
         else "no two frames show the same surface"
     )
-    found = None if is_good else find_mistake(capture, overlap)
+    found = None if is_good else _find_mistake(capture, overlap)
     if found is not None:
         mistake, mended = found
         problem = (
@@ -73,15 +91,25 @@ def judge_overlap(
         return [
             Finding(POSES, problem, remedy=mistake.remedy, mend=mistake.undo)
         ]
-    if agreement >= MIN_AGREEMENT and supported and len(wrong):
+    if roughly >= MIN_AGREEMENT and supported and len(wrong):
         return [_wrong_frames(capture, wrong)]
-    if is_good:
+    if supported and roughly >= GOOD_AGREEMENT:
         return []
     problem = f"{facts}, and no usual mistake about poses explains it"
-    if not supported:
-        return [Finding(NO_OVERLAP, problem)]
-    severity = {"severity": WARNING} if agreement >= MIN_AGREEMENT else {}
-    return [Finding(CONTRADICTION, problem, **severity)]
+    return [Finding(CONTRADICTION if supported else NO_OVERLAP, problem)]
+
+
+def _find_mistake(
+    capture: Capture, overlap: Overlap
+) -> tuple[Mistake | FrameShift, Overlap] | None:
+    """What explains why views disagree, and their overlap without it."""
+    found = find_mistake(capture, overlap)
+    for shift in SHIFTS if found is None else ():
+        if shift.moves_depth and len(capture) > MIN_VIEWS:
+            undone = measure_overlap(shift.undo(capture))
+            if undone.agreement >= GOOD_AGREEMENT:
+                return as_colours_tell(shift, capture), undone
+    return found
 
 
 def _wrong_frames(capture: Capture, wrong: np.ndarray) -> Finding:

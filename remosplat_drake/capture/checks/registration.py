@@ -72,22 +72,10 @@ def measure_registration(capture: Capture) -> Registration | None:
     """
     width = capture.size[1]
     reach = max(2, round(_MAX_SHIFT * width))
-    views = np.unique(
-        np.linspace(0, len(capture) - 1, _MAX_FRAMES).round().astype(int)
-    )
-    total, frames = np.zeros((2 * reach + 1, 2 * reach + 1)), 0
-    for view in views:
-        jumps = depth_edges(capture.depth[view])
-        if jumps.mean() < _MIN_EDGES:
-            continue
-        edges = color_edges(capture.rgb[view])
-        if capture.hidden is not None:
-            edges[capture.hidden[view]] = 0
-        total += _correlations(edges, jumps, reach)
-        frames += 1
-    if frames < _MIN_FRAMES:
+    found = _edge_correlations(capture, reach)
+    if len(found) < _MIN_FRAMES:
         return None
-    total /= frames
+    total = np.mean(found, axis=0)
     if total.max() < _MIN_CORRELATION:
         return None
     row, column = np.unravel_index(total.argmax(), total.shape)
@@ -97,6 +85,33 @@ def measure_registration(capture: Capture) -> Registration | None:
         unshifted=float(total[reach, reach]),
         tolerance=max(_MIN_TOLERANCE, _TOLERANCE * width),
     )
+
+
+def edge_correlation(capture: Capture) -> float:
+    """Computes how well edges match as they are; 0 if they cannot tell.
+
+    Args:
+        capture: Views, of which up to two dozen are used.
+    """
+    found = _edge_correlations(capture, 0)
+    return float(np.mean(found)) if len(found) >= _MIN_FRAMES else 0.0
+
+
+def _edge_correlations(capture: Capture, reach: int) -> list[np.ndarray]:
+    """Correlations of some views' edges at all shifts up to `reach`."""
+    views = np.unique(
+        np.linspace(0, len(capture) - 1, _MAX_FRAMES).round().astype(int)
+    )
+    found = []
+    for view in views:
+        jumps = depth_edges(capture.depth[view])
+        if jumps.mean() < _MIN_EDGES:
+            continue
+        edges = color_edges(capture.rgb[view])
+        if capture.hidden is not None:
+            edges[capture.hidden[view]] = 0
+        found.append(_correlations(edges, jumps, reach))
+    return found
 
 
 def color_edges(rgb: np.ndarray) -> np.ndarray:
