@@ -25,6 +25,9 @@ from remosplat_drake.capture.checks.wide_baselines import (
 _MIN_PAIRS = 3
 """Fewer pairs of views say nothing about a capture."""
 
+_SHIFTED_PAIRS = 60
+"""Greatest number of pairs that tell whether a shift explains it."""
+
 _LEAST_OFFSET = 5e-4
 """Views that disagree by less are as exact as depth files, in whole
 millimetres, can make them [m]."""
@@ -164,7 +167,9 @@ def _find_shift(capture: Capture, wide: WideBaselines) -> Finding | None:
     for shift in SHIFTS:
         if not shift.moves_depth or len(capture) < _MIN_PAIRS:
             continue
-        offset = measure_wide_baselines(shift.undo(capture)).offset
+        offset = measure_wide_baselines(
+            shift.undo(capture), most=_SHIFTED_PAIRS
+        ).offset
         if np.isfinite(offset).sum() < _MIN_PAIRS:
             continue
         if np.nanmedian(offset) < least:

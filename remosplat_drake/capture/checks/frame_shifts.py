@@ -81,8 +81,7 @@ def as_colours_tell(shift: FrameShift, capture: Capture) -> FrameShift:
         shift: A shift of depths against poses.
         capture: The capture that has it.
     """
-    twin = dc.replace(shift, moves_colour=True)
-    alone, both = (
-        edge_correlation(choice.undo(capture)) for choice in (shift, twin)
-    )
-    return twin if both > alone else shift
+    alone = edge_correlation(capture, -shift.step)
+    if edge_correlation(capture) <= alone:
+        return shift
+    return dc.replace(shift, moves_colour=True)

@@ -157,9 +157,9 @@ def judge_registration(
         registration: Its registration; None if there is too little to tell.
     """
     shifts = [s for s in SHIFTS if s.moves_colour and len(capture) > 2]
-    as_is = edge_correlation(capture) if shifts else 1.0
+    as_is = 0.0 if registration is None else registration.unshifted
     for shift in shifts if as_is < _GOOD_CORRELATION else ():
-        undone = edge_correlation(shift.undo(capture))
+        undone = edge_correlation(capture, shift.step)
         if undone > _MUCH_BETTER * as_is + _MIN_GAIN:
             problem = (
                 f"{shift.words}: edges correlate by {as_is:.2f}, but by"

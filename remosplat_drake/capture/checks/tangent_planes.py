@@ -11,8 +11,9 @@ import numpy as np
 
 from remosplat_drake.capture.capture import Capture
 
-_WINDOW = 0.012
-"""Half the side of a window, as a fraction of the image's width."""
+_WINDOW, _HALF_SIDE = 0.012, 3
+"""Half the side of a window, as a fraction of the image's width, and the
+number of pixels along it that are looked at."""
 
 _MIN_COSINE = 0.35
 """Surfaces that a view sees more slantingly are left out."""
@@ -105,8 +106,9 @@ def fit_planes(
         leaves, as a fraction of the depth, shape (n,).
     """
     height, width = depth.shape
-    reach = max(2, round(_WINDOW * width))
-    step = np.arange(-reach, reach + 1)
+    stride = max(1, round(_WINDOW * width / _HALF_SIDE))
+    step = stride * np.arange(-_HALF_SIDE, _HALF_SIDE + 1)
+    reach = int(step[-1])
     inside = (np.minimum(row, column) >= reach) & (row < height - reach)
     inside &= column < width - reach
     if not inside.any():

@@ -28,7 +28,7 @@ _SAMPLES, _COARSE = 300, 40
 """Points of a view that are compared, and that look for other views."""
 
 _PAIRS = 300
-"""Greatest number of pairs of views that are compared."""
+"""Usual greatest number of pairs of views that are compared."""
 
 _MIN_SHARED = 0.15
 """Pairs share at least this fraction of their points."""
@@ -121,15 +121,18 @@ class _Matches:
         return [a + b for a, b in zip(self.found, through, strict=True)]
 
 
-def measure_wide_baselines(capture: Capture, seed: int = 0) -> WideBaselines:
+def measure_wide_baselines(
+    capture: Capture, seed: int = 0, most: int = _PAIRS
+) -> WideBaselines:
     """Compares views with others near and far that share surfaces with them.
 
     Args:
         capture: Posed RGB-D images, in any order.
         seed: Seed of the random choice of points.
+        most: Greatest number of pairs of views that are compared.
     """
     p_C = sample_points(capture, _SAMPLES, np.random.default_rng(seed))
-    pairs, baseline = _choose_pairs(capture, p_C[:, :_COARSE])
+    pairs, baseline = _choose_pairs(capture, p_C[:, :_COARSE], most)
     planes = {
         view: planes_under(capture, view, p_C[view])
         for view in np.unique(pairs).tolist()
@@ -182,15 +185,15 @@ def share_surfaces(capture: Capture, a: int, b: int, seed: int = 0) -> bool:
 
 
 def _choose_pairs(
-    capture: Capture, p_C: np.ndarray
+    capture: Capture, p_C: np.ndarray, most: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of all baselines (m, 2), and these (m,) [m], ascending."""
     a, b = np.nonzero(np.triu(shared_fractions(capture, p_C) >= _MIN_SHARED))
     p_WC = capture.X_WC[:, :3, 3]
     baseline = np.linalg.norm(p_WC[b] - p_WC[a], axis=1)
     order = np.argsort(baseline, kind="stable")
-    if len(order) > _PAIRS:
-        order = order[np.linspace(0, len(order) - 1, _PAIRS).astype(int)]
+    if len(order) > most:
+        order = order[np.linspace(0, len(order) - 1, most).astype(int)]
     return np.stack([a, b], axis=1)[order], baseline[order]
 
 
