@@ -35,6 +35,7 @@ class Capture:
             scene.
         names: Names of the n views, as their files have them; empty: unknown.
         notes: What the reader doubts or has left out, one sentence each.
+        up_W: Unit vector against gravity, if the file says so; None: unknown.
 
     Raises:
         RemoSplatError: The arrays do not fit each other, or a view's pose is no
@@ -48,6 +49,7 @@ class Capture:
     hidden: np.ndarray | None = None
     names: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    up_W: tuple[float, ...] | None = None
 
     def __post_init__(self):
         n, height, width = self.depth.shape

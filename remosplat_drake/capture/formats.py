@@ -33,17 +33,24 @@ class Format:
             what it holds.
         read_frames: Function that iterates over every n-th frame of a path.
         notes: Function that tells what the frames of a path leave out.
+        up_W: Unit vector against gravity in the world of all captures of this
+            format; None where it documents none.
     """
 
     looks_for: str
     recognises: Callable[[Path], bool]
     read_frames: Callable[[Path, int], Iterator[Frame]]
     notes: Callable[[Path], list[str]]
+    up_W: tuple[float, ...] | None = None
 
 
 FORMATS = {
     name: Format(
-        module.LOOKS_FOR, module.recognises, module.read_frames, module.notes
+        module.LOOKS_FOR,
+        module.recognises,
+        module.read_frames,
+        module.notes,
+        getattr(module, "UP_W", None),
     )
     for name, module in {
         "nerfstudio": nerfstudio,
@@ -107,7 +114,11 @@ def read_capture(
         raise FileError(path, "no such file or folder")
     frames = FORMATS[name].read_frames(path, stride)
     capture = assemble(path, frames, max_depth=max_depth, max_size=max_size)
-    return dc.replace(capture, notes=tuple(FORMATS[name].notes(path)))
+    return dc.replace(
+        capture,
+        notes=tuple(FORMATS[name].notes(path)),
+        up_W=FORMATS[name].up_W,
+    )
 
 
 def detect_format(path: Path) -> str:

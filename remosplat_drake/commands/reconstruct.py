@@ -7,9 +7,8 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from remosplat_drake.base.atomic_file import check_writable, write_atomically
+from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.errors import FieldError, RemoSplatError
-from remosplat_drake.base.resources import resolve
 from remosplat_drake.capture.capture import Capture, check_reconstructible
 from remosplat_drake.commands.capture_admission import (
     add_inspection_arguments,
@@ -24,14 +23,21 @@ from remosplat_drake.commands.flags import (
     check_positive,
     check_seed,
 )
+from remosplat_drake.commands.map_placement import (
+    add_placement_arguments,
+    find_placement,
+    true_scene,
+    write_pose,
+)
 from remosplat_drake.commands.quality import print_report
 from remosplat_drake.commands.suggested_scenario import (
+    FRANKIE,
     scenario_path,
     write_scenario,
 )
 from remosplat_drake.reconstruction.devices import AUTO, DEVICES, choose_device
-from remosplat_drake.reconstruction.floor import Floor, find_floor
 from remosplat_drake.reconstruction.pipeline import Reconstruction, reconstruct
+from remosplat_drake.reconstruction.placement import FLOOR
 from remosplat_drake.reconstruction.report.assessment import assess
 from remosplat_drake.reconstruction.report.quality_report import (
     QualityReport,
@@ -44,8 +50,7 @@ from remosplat_drake.reconstruction.surfels.point_cloud import (
     InitialisationConfig,
 )
 from remosplat_drake.reconstruction.workspace import Workspace
-from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.scene.rmmi import read_scene
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.splat.formats import format_of_name, write_splat
 
 _LEAST_COUNT = 100
@@ -69,10 +74,13 @@ def add_arguments(parser: argparse.ArgumentParser):
         default=AUTO,
         help="cuda trains, cpu refines, none lays discs and stops (auto)",
     )
+    add_placement_arguments(parser)
     parser.add_argument(
-        "--floor",
-        action="store_true",
-        help="find the floor and put it at z = 0, z up",
+        "--robot",
+        default=FRANKIE,
+        metavar="MODEL",
+        help="the robot that the scenario's target is for, a name or a file"
+        f" ({FRANKIE})",
     )
     parser.add_argument(
         "--held-out",
@@ -123,15 +131,10 @@ def run(arguments: argparse.Namespace) -> int:
         capture = captured(arguments)
         check_reconstructible(capture)
         capture, warnings = admitted(capture, arguments, console)
-        floor = find_floor(capture) if arguments.floor else None
-        if floor is not None:
-            capture = floor.aligned(capture)
+        placement = find_placement(capture, arguments)
+        capture = placement.placed(capture)
     workspace = _workspace(capture, arguments)
-    if floor is not None:
-        console.print(
-            f"floor: {floor.area:.1f} m², flat to {1e3 * floor.rms:.1f} mm,"
-            f" cameras {floor.camera_height:.2f} m above"
-        )
+    console.print(placement.words, soft_wrap=True, highlight=False)
     held_out = np.arange(len(capture)) % arguments.held_out == 0
     result = _reconstruct(capture, device, held_out, arguments, console)
     write_splat(arguments.output, result.splat)
@@ -139,10 +142,25 @@ def run(arguments: argparse.Namespace) -> int:
         f"{len(result.splat)} splats in {result.seconds:.0f} s:"
         f" {arguments.output}"
     )
-    _write_pose(floor, arguments.output)
+    write_pose(placement, arguments.output)
     report = _report(
-        result, capture, held_out, workspace, warnings, arguments, console
+        result,
+        capture,
+        held_out,
+        workspace,
+        warnings,
+        placement.moves,
+        arguments,
+        console,
     )
+    if not placement.has_floor:
+        scenario_path(arguments.output).unlink(missing_ok=True)
+        console.print(
+            f"no scenario: {placement.words} (--up capture: z is up and z = 0"
+            " the floor)",
+            soft_wrap=True,
+        )
+        return 0
     try:
         text = write_scenario(
             arguments.output,
@@ -151,6 +169,7 @@ def run(arguments: argparse.Namespace) -> int:
             workspace,
             report.map_error,
             report.warnings,
+            arguments.robot,
         )
     except RemoSplatError as error:
         console.print(f"no scenario: {error}")
@@ -171,12 +190,13 @@ def _check(arguments: argparse.Namespace):
         raise FieldError("reconstruct", "--count", problem)
     if arguments.held_out == 1:
         raise FieldError("reconstruct", "--held-out", "leaves no view to use")
-    if arguments.floor and arguments.truth:
+    if arguments.up == FLOOR and arguments.truth:
         raise FieldError(
             "reconstruct",
             "--truth",
             "is in the capture's frame, which --floor changes; use one of them",
         )
+    load_robot(arguments.robot)
     splat: Path = arguments.output
     format_of_name(splat)
     for path in (
@@ -235,13 +255,6 @@ def _reconstruct(
         )
 
 
-def _truth(arguments: argparse.Namespace) -> PrimitiveScene | None:
-    if arguments.truth:
-        return read_scene(resolve(arguments.truth))
-    path = resolve(arguments.capture) / TRUTH
-    return None if arguments.floor or not path.is_file() else read_scene(path)
-
-
 def _workspace(capture: Capture, arguments: argparse.Namespace) -> Workspace:
     if arguments.focus is None:
         return Workspace.of_capture(capture)
@@ -253,24 +266,13 @@ def _workspace(capture: Capture, arguments: argparse.Namespace) -> Workspace:
     return workspace
 
 
-def _write_pose(floor: Floor | None, splat: Path):
-    """Keeps the pose of the capture's world where `quality` looks for it."""
-    if floor is None:
-        pose_path(splat).unlink(missing_ok=True)
-        return
-    rows = floor.X_FW.GetAsMatrix4().tolist()
-    text = "\n".join(
-        " ".join(f"{round(x, 12):.12g}" for x in row) for row in rows
-    )
-    write_atomically(pose_path(splat), text + "\n")
-
-
 def _report(
     result: Reconstruction,
     capture: Capture,
     held_out: np.ndarray,
     workspace: Workspace,
     warnings: list[str],
+    moved: bool,
     arguments: argparse.Namespace,
     console: Console,
 ) -> QualityReport:
@@ -279,7 +281,7 @@ def _report(
             result.splat,
             capture,
             np.flatnonzero(held_out).tolist(),
-            truth=_truth(arguments),
+            truth=None if moved else true_scene(arguments),
             workspace=workspace,
             method=result.method,
             seed=arguments.seed,

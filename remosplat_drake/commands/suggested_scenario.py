@@ -21,6 +21,9 @@ from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.suggestion import NEAR, suggest_task
 
+FRANKIE = "frankie"
+"""The robot that tasks are suggested for unless told otherwise."""
+
 _FREE_MARGIN = 0.05
 """Depth beyond a point to which views must have seen for it to be free [m]."""
 
@@ -37,6 +40,7 @@ def write_scenario(
     workspace: Workspace,
     map_error: float,
     warnings: Sequence[str] = (),
+    robot: str = FRANKIE,
 ) -> str:
     """Writes a scenario with a free start and a target, and returns its text.
 
@@ -50,12 +54,13 @@ def write_scenario(
         workspace: Space in which the target is sought.
         map_error: Largest over-estimate of a distance by the splat [m].
         warnings: What is wrong with the capture, in words.
+        robot: Name of the robot, or a file that describes one.
 
     Raises:
         RemoSplatError: There is no free space, or the file cannot be written.
     """
     task = suggest_task(
-        load_robot("frankie", floor_height=0.03),
+        load_robot(robot, floor_height=0.03),
         SphereToEllipsoidField(splat_W),
         workspace.lower,
         workspace.upper,
@@ -66,10 +71,13 @@ def write_scenario(
     safe = math.ceil(round(1e6 * (error + MAP_ERROR_MARGIN)) / 1000) / 1e3
     usual = CollisionDamperConfig().stopping
     controller = {"collision": {"stopping": safe}}
+    entry_of_robot = {} if robot == FRANKIE else {"model": robot}
+    if task.base_pose is not None:
+        entry_of_robot["base_pose"] = task.base_pose.round(3).tolist()
     entry = {
         "scene": {"splat": splat.name, "map_error": error},
         **({"controller": controller} if usual < safe < NEAR else {}),
-        "robot": {"base_pose": task.base_pose.round(3).tolist()},
+        **({"robot": entry_of_robot} if entry_of_robot else {}),
         "targets": [
             {
                 "translation": task.X_WT.translation().round(3).tolist(),

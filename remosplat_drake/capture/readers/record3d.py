@@ -9,6 +9,9 @@ and never unpacked to disk; an unpacked one is read alike.
 
 The app's "EXR + JPG" export is a folder with the same metadata in
 `metadata.json`, images `rgb/N.jpg` and metres in `depth/N.exr`.
+
+The world is that of the first camera, however it was held, as the app's author
+says: unlike ARKit's own, it does not know gravity.
 """
 
 import dataclasses as dc

@@ -35,6 +35,9 @@ VIDEO = "rgb.mp4"
 """Name of the colour video."""
 ODOMETRY = "odometry.csv"
 """Name of the table of camera poses."""
+UP_W = (0.0, 1.0, 0.0)
+"""ARKit's world has its y axis against gravity."""
+
 LOOKS_FOR = f"a folder with {VIDEO} and {ODOMETRY}"
 """What `recognises` looks for, in words."""
 
