@@ -84,7 +84,7 @@ def test_an_error_of_the_scale_is_told_from_one_of_the_poses(
 
 def test_a_smooth_drift_is_told(capture):
     X_WC = capture.X_WC.copy()
-    X_WC[:, 0, 3] += np.linspace(0, 0.05, len(X_WC))
+    X_WC[:, 2, 3] += np.linspace(0, 0.05, len(X_WC))
     bad = dc.replace(capture, X_WC=X_WC)
     (finding,) = judge_exactness(bad, measure_wide_baselines(bad))
     assert "too long" not in finding.problem
