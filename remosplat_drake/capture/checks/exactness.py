@@ -57,7 +57,8 @@ class Disagreement:
         near_offset: Median offset of the nearer half [m].
         far_offset: Median offset of the farther half [m].
         worst: Largest offset of a pair [m].
-        noise: Median of what noise explains [m].
+        near_noise: Median of what noise explains of the nearer half [m].
+        far_noise: Median of what noise explains of the farther half [m].
         pairs: Number of pairs.
     """
 
@@ -66,14 +67,20 @@ class Disagreement:
     near_offset: float
     far_offset: float
     worst: float
-    noise: float
+    near_noise: float
+    far_noise: float
     pairs: int
 
     @property
     def is_excessive(self) -> bool:
         """Whether views disagree by more than noise explains."""
-        limit = max(_LEAST_OFFSET, _TIMES_NOISE * self.noise)
-        return max(self.near_offset, self.far_offset) > limit
+        return any(
+            offset > max(_LEAST_OFFSET, _TIMES_NOISE * noise)
+            for offset, noise in (
+                (self.near_offset, self.near_noise),
+                (self.far_offset, self.far_noise),
+            )
+        )
 
     def __str__(self) -> str:
         return (
@@ -81,7 +88,7 @@ class Disagreement:
             f" {1e3 * self.near_offset:.1f} mm, views {self.far:.1f} m apart by"
             f" {1e3 * self.far_offset:.1f} mm (medians of {self.pairs} pairs;"
             f" at worst {1e3 * self.worst:.0f} mm), where noise explains"
-            f" {max(1e3 * self.noise, 0.1):.1f} mm"
+            f" {max(1e3 * self.far_noise, 0.1):.1f} mm"
         )
 
 
@@ -97,7 +104,8 @@ def disagreement(wide: WideBaselines) -> Disagreement | None:
         near_offset=float(np.median(wide.offset[near])),
         far_offset=float(np.median(wide.offset[far])),
         worst=float(wide.offset[compared].max()),
-        noise=float(np.median(wide.noise[compared])),
+        near_noise=float(np.median(wide.noise[near])),
+        far_noise=float(np.median(wide.noise[far])),
         pairs=len(compared),
     )
 

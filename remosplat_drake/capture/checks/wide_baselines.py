@@ -24,14 +24,8 @@ from remosplat_drake.capture.checks.tangent_planes import (
     planes_under,
 )
 
-_DRAWN, _SAMPLES, _COARSE = 1200, 300, 40
-"""Points of a view that are drawn, that are compared, and that look for other
-views."""
-
-_FACING = (
-    np.array([d for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)], float) - 1
-)
-"""Directions into which normals are sorted."""
+_SAMPLES, _COARSE = 300, 40
+"""Points of a view that are compared, and that look for other views."""
 
 _PAIRS = 300
 """Usual greatest number of pairs of views that are compared."""
@@ -137,13 +131,10 @@ def measure_wide_baselines(
         seed: Seed of the random choice of points.
         most: Greatest number of pairs of views that are compared.
     """
-    rng = np.random.default_rng(seed)
-    p_C = sample_points(capture, _DRAWN, rng)
+    p_C = sample_points(capture, _SAMPLES, np.random.default_rng(seed))
     pairs, baseline = _choose_pairs(capture, p_C[:, :_COARSE], most)
     planes = {
-        view: _facing_all_ways(
-            planes_under(capture, view, p_C[view]), capture.X_WC[view], rng
-        )
+        view: planes_under(capture, view, p_C[view])
         for view in np.unique(pairs).tolist()
     }
     matches = [_match(capture, planes, *pair) for pair in pairs.tolist()]
@@ -188,14 +179,8 @@ def share_surfaces(capture: Capture, a: int, b: int, seed: int = 0) -> bool:
         seed: Seed of the random choice of points.
     """
     two = capture.select(np.array([a, b]))
-    rng = np.random.default_rng(seed)
-    p_C = sample_points(two, _SAMPLES, rng)
-    planes = {
-        view: _facing_all_ways(
-            planes_under(two, view, p_C[view]), two.X_WC[view], rng
-        )
-        for view in (0, 1)
-    }
+    p_C = sample_points(two, _SAMPLES, np.random.default_rng(seed))
+    planes = {view: planes_under(two, view, p_C[view]) for view in (0, 1)}
     return len(_match(two, planes, 0, 1).gap) >= _MIN_POINTS
 
 
@@ -212,35 +197,13 @@ def _choose_pairs(
     return np.stack([a, b], axis=1)[order], baseline[order]
 
 
-def _facing_all_ways(
-    planes: TangentPlanes, X_WC: np.ndarray, rng: np.random.Generator
-) -> TangentPlanes:
-    """A choice of planes that face all directions as equally as there are.
-
-    Where nearly all is floor, the few points beside it hold a view in place
-    (normal-space sampling: Rusinkiewicz and Levoy, "Efficient variants of the
-    ICP algorithm", 3DIM 2001).
-    """
-    planes = planes.select(np.isfinite(planes.p_C[:, 0]))
-    if len(planes.p_C) <= _SAMPLES:
-        return planes
-    normal_W = planes.normal_C @ X_WC[:3, :3].T
-    facing = _FACING / np.linalg.norm(_FACING, axis=1, keepdims=True)
-    kind = (normal_W @ facing.T).argmax(axis=1)
-    weight = 1 / np.bincount(kind)[kind]
-    weight /= weight.sum()
-    return planes.select(
-        rng.choice(len(kind), _SAMPLES, replace=False, p=weight)
-    )
-
-
 def _match(
     capture: Capture, planes: dict[int, TangentPlanes], a: int, b: int
 ) -> _Matches:
     """Points of either view that lie on the other's surfaces as well."""
     parts, found, beyond = [], [], []
     for this, other, sign in ((a, b, 1.0), (b, a, -1.0)):
-        own = planes[this]
+        own = planes[this].select(np.isfinite(planes[this].p_C[:, 0]))
         p_W = to_world(capture, own.p_C, this)
         p_D = to_camera(capture, p_W, other)
         seen = planes_under(capture, other, p_D)
