@@ -14,9 +14,10 @@ from remosplat_drake.oracle.map_summary import (
     summarize_solids,
     summarize_splat,
 )
-from remosplat_drake.oracle.oracle_config import GroundTruth
+from remosplat_drake.oracle.oracle_config import GroundTruth, OracleMaker
 from remosplat_drake.reconstruction.report.quality_report import (
     MAP_ERROR_MARGIN,
+    QualityReport,
     read_report,
     report_path,
 )
@@ -226,6 +227,22 @@ def map_error_gates(scenario: Scenario, error: MapError) -> list[Gate]:
     return gates
 
 
+def remaining_error(report: QualityReport, oracle: OracleMaker) -> float:
+    """Returns the error of a map that no distance of an oracle allows for [m].
+
+    It is the one place that decides which of a report's numbers a stopping
+    distance must exceed. An oracle that subtracts the splats' own uncertainty
+    leaves less of it than one that ignores them; no report says yet how much
+    less.
+
+    Args:
+        report: What was measured of the map.
+        oracle: The oracle that looks at it.
+    """
+    del oracle  # Unused.
+    return report.map_error
+
+
 def find_map_error(scenario: Scenario) -> MapError:
     """Finds how wrong a scenario's map is.
 
@@ -247,10 +264,11 @@ def find_map_error(scenario: Scenario) -> MapError:
         return MapError(scene.map_error)
     try:
         report = read_report(splat)
+        measured = remaining_error(report, scenario.oracle)
     except RemoSplatError as error:
         # What the scenario says may be of the splat that was there before.
         return MapError(scene.map_error, str(error))
     return MapError(
-        max(report.map_error, scene.map_error or 0.0),
+        max(measured, scene.map_error or 0.0),
         warnings=tuple(report.warnings),
     )

@@ -113,6 +113,12 @@ class Capture:
             names=tuple(names),
         )
 
+    def with_depth(self, scale: float, offset: float) -> "Capture":
+        """Returns the capture with depths scale * z + offset [m]."""
+        z = self.depth
+        depth = np.where(z > 0, np.maximum(scale * z + offset, 0), 0)
+        return dc.replace(self, depth=depth.astype(np.float32))
+
 
 def back_project(
     K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray

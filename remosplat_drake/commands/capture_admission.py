@@ -7,9 +7,18 @@ from rich.console import Console
 
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.checks.findings import DEFECT, DEFECTS, Finding
+from remosplat_drake.capture.checks.exactness import judge_exactness
+from remosplat_drake.capture.checks.findings import (
+    DEFECT,
+    DEFECTS,
+    INEXACT,
+    Finding,
+)
 from remosplat_drake.capture.checks.inspection import inspect_capture
 from remosplat_drake.capture.checks.repair import Repair, repair
+from remosplat_drake.capture.checks.wide_baselines import (
+    measure_wide_baselines,
+)
 from remosplat_drake.safety.gates import (
     REFUSAL,
     WARNING,
@@ -82,6 +91,20 @@ def admitted(
         *(f"accepted although {gate}" for gate in passage.accepted),
         *(str(gate) for gate in passage.warnings),
     ]
+
+
+def after_alignment(warnings: list[str], capture: Capture) -> list[str]:
+    """Returns what remains to be said after poses have been refined.
+
+    Args:
+        warnings: What was to be said before.
+        capture: The capture with refined poses and depths.
+    """
+    rest = [warning for warning in warnings if not warning.startswith(INEXACT)]
+    if len(rest) == len(warnings):
+        return rest
+    wide = measure_wide_baselines(capture)
+    return rest + [str(finding) for finding in judge_exactness(capture, wide)]
 
 
 def tell_findings(console: Console, findings: Iterable[Finding]):

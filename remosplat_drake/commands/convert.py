@@ -71,6 +71,13 @@ def run(arguments: argparse.Namespace) -> int:
             f"It holds the discs as ellipsoids {1e6 * THICKNESS:.0f} um thick;"
             " read here, they are discs again."
         )
+    if splat.uncertainty is not None and not target.keeps_uncertainty:
+        largest = f"{1e3 * splat.uncertainty.max():.1f} mm"
+        console.print(
+            f"The splats' uncertainty, up to {largest}, is lost:"
+            f" {target.title} has no place for it, and oracles will subtract"
+            " none."
+        )
     if target.loss:
         again = read_splat(arguments.output)
         console.print(f"Lossy. {target.loss}")
@@ -89,7 +96,10 @@ def _cropped(splat: GaussianSplat, corners: list[float]) -> GaussianSplat:
 def _description(splat: GaussianSplat) -> str:
     model = "2DGS discs" if splat.is_surfel else "3DGS ellipsoids"
     bands = round(np.sqrt(splat.sh_rest.shape[1] + 1)) - 1
-    return f"{len(splat)} {model}, colours of degree {bands}"
+    text = f"{len(splat)} {model}, colours of degree {bands}"
+    if splat.uncertainty is not None:
+        text += f", uncertain by up to {1e3 * splat.uncertainty.max():.1f} mm"
+    return text
 
 
 def _measured_loss(before: GaussianSplat, after: GaussianSplat) -> str:

@@ -15,6 +15,7 @@ from remosplat_drake.capture.readers.text_files import read_matrix
 from remosplat_drake.commands.capture_admission import (
     add_inspection_arguments,
     admitted,
+    after_alignment,
     check_inspection_arguments,
 )
 from remosplat_drake.commands.flags import (
@@ -24,6 +25,7 @@ from remosplat_drake.commands.flags import (
     check_positive,
     check_seed,
 )
+from remosplat_drake.reconstruction.alignment.cameras_file import with_cameras
 from remosplat_drake.reconstruction.report.assessment import assess
 from remosplat_drake.reconstruction.report.quality_report import (
     QualityReport,
@@ -113,7 +115,10 @@ def run(arguments: argparse.Namespace) -> int:
         workspace = Workspace.around(np.array(arguments.focus), arguments.reach)
     with console.status("reading the capture") as status:
         capture, warnings = admitted(captured(arguments), arguments, console)
-        capture = _placed(capture, arguments, splat_path)
+        refined = with_cameras(capture, splat_path)
+        if refined is not capture:
+            warnings = after_alignment(warnings, refined)
+        capture = _placed(refined, arguments, splat_path)
         assessment = assess(
             splat,
             capture,
@@ -136,7 +141,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _placed(
     capture: Capture, arguments: argparse.Namespace, splat: Path
 ) -> Capture:
-    """The capture, its cameras in the splat's frame."""
+    """The capture, its cameras refined and in the splat's frame."""
     path = pose_path(splat)
     if arguments.capture_pose is not None:
         path = resolve(arguments.capture_pose)

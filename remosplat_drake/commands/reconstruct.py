@@ -10,9 +10,15 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.capture.capture import Capture, check_reconstructible
+from remosplat_drake.commands.alignment import (
+    add_alignment_arguments,
+    aligned,
+    check_alignment,
+)
 from remosplat_drake.commands.capture_admission import (
     add_inspection_arguments,
     admitted,
+    after_alignment,
     check_inspection_arguments,
 )
 from remosplat_drake.commands.flags import (
@@ -35,6 +41,11 @@ from remosplat_drake.commands.suggested_scenario import (
     scenario_path,
     write_scenario,
 )
+from remosplat_drake.reconstruction.alignment.cameras_file import (
+    cameras_path,
+    write_cameras,
+)
+from remosplat_drake.reconstruction.alignment.summary import AlignmentSummary
 from remosplat_drake.reconstruction.devices import AUTO, DEVICES, choose_device
 from remosplat_drake.reconstruction.pipeline import Reconstruction, reconstruct
 from remosplat_drake.reconstruction.placement import FLOOR
@@ -119,6 +130,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--steps", type=int, default=500, help="of training, at most (500)"
     )
     parser.add_argument("--seed", type=int, default=0)
+    add_alignment_arguments(parser)
     add_inspection_arguments(parser)
 
 
@@ -131,6 +143,11 @@ def run(arguments: argparse.Namespace) -> int:
         capture = captured(arguments)
         check_reconstructible(capture)
         capture, warnings = admitted(capture, arguments, console)
+    alignment, summary = aligned(capture, arguments, console)
+    if alignment is not None:
+        capture = alignment.capture
+        warnings = after_alignment(warnings, capture)
+    with console.status("looking for the floor"):
         placement = find_placement(capture, arguments)
         capture = placement.placed(capture)
     workspace = _workspace(capture, arguments)
@@ -143,12 +160,14 @@ def run(arguments: argparse.Namespace) -> int:
         f" {arguments.output}"
     )
     write_pose(placement, arguments.output)
+    write_cameras(arguments.output, alignment)
     report = _report(
         result,
         capture,
         held_out,
         workspace,
         warnings,
+        summary,
         placement.moves,
         arguments,
         console,
@@ -184,6 +203,7 @@ def _check(arguments: argparse.Namespace):
     check_positive("reconstruct", arguments, *numbers)
     check_finite("reconstruct", arguments, "focus")
     check_seed("reconstruct", arguments)
+    check_alignment(arguments)
     check_inspection_arguments(arguments)
     if arguments.count < _LEAST_COUNT:
         problem = f"must be at least {_LEAST_COUNT}"
@@ -204,6 +224,7 @@ def _check(arguments: argparse.Namespace):
         report_path(splat),
         page_path(splat),
         pose_path(splat),
+        cameras_path(splat),
         scenario_path(splat),
     ):
         check_writable(path)
@@ -272,6 +293,7 @@ def _report(
     held_out: np.ndarray,
     workspace: Workspace,
     warnings: list[str],
+    alignment: AlignmentSummary | None,
     moved: bool,
     arguments: argparse.Namespace,
     console: Console,
@@ -288,6 +310,7 @@ def _report(
             warnings=warnings,
             progress=status.update,
         )
+    assessment.report.alignment = alignment
     page = write_assessment(arguments.output, assessment)
     print_report(console, assessment.report)
     console.print(f"pictures: {page}")

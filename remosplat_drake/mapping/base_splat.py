@@ -30,7 +30,12 @@ def updated(
     added = seen.select(~find_covered(kept, seen))
     if not kept.is_surfel:
         added = with_thickness(added)
-    return kept.joined_with(added)
+    # Nobody has measured how wrong a live disc is; no better than the worst
+    # of the base, say.
+    worst = None
+    if base.uncertainty is not None:
+        worst = float(base.uncertainty.max(initial=0.0))
+    return kept.joined_with(added, worst)
 
 
 def find_covered(base: GaussianSplat, seen: GaussianSplat) -> np.ndarray:
@@ -45,7 +50,8 @@ def find_covered(base: GaussianSplat, seen: GaussianSplat) -> np.ndarray:
     """
     covered = np.zeros(len(seen), bool)
     # Two standard deviations reach over the gaps between discs.
-    field = SphereToEllipsoidField(base, n_sigma=2.0)
+    surfaces = base.with_uncertainty(None)
+    field = SphereToEllipsoidField(surfaces, n_sigma=2.0)
     near = field.clearances(Spheres.at(seen.p_GK.reshape(-1, 3)), _COVERED)
     covered[near.sphere] = True
     return covered

@@ -46,6 +46,7 @@ class DepthRasterizationField(DistanceField):
         nearest_only: Answer only the nearest view of each sphere (cheaper).
         num_threads: Number of threads that share the spheres of a query; the
             answer does not depend on it.
+        subtract_uncertainty: Whether the splats' uncertainty counts.
         prepared: The `prepared` of an equal field, to save building the
             hierarchy again. Kernels trust its indices unchecked.
 
@@ -62,6 +63,7 @@ class DepthRasterizationField(DistanceField):
         *,
         nearest_only: bool = False,
         num_threads: int = 1,
+        subtract_uncertainty: bool = True,
         prepared: Mapping[str, np.ndarray] | None = None,
     ):
         if num_threads < 1:
@@ -73,17 +75,27 @@ class DepthRasterizationField(DistanceField):
         self.sensor = sensor or DepthSensor()
         self.nearest_only = nearest_only
         self.num_threads = num_threads
+        self.subtract_uncertainty = subtract_uncertainty
         self.revision = (
             f"depth-rasterization-{splat_W.content_hash}-{self.sensor}"
-            f"-{nearest_only}"
+            f"-{nearest_only}-{subtract_uncertainty}"
         )
         if prepared is None:
-            self._footprints = make_footprints(splat_W, self.sensor)
+            self._footprints = make_footprints(
+                splat_W
+                if subtract_uncertainty
+                else splat_W.with_uncertainty(None),
+                self.sensor,
+            )
         else:
             nodes = prepared["nodes"]
             nodes.flags.writeable = False
             self._footprints = Footprints(
-                nodes, nodes.view(np.int32), prepared["records"]
+                nodes,
+                nodes.view(np.int32),
+                prepared["records"],
+                prepared["uncertainty"],
+                prepared["largest"],
             )
         self._rules = make_rules(self.sensor, splat_W.is_surfel)
         self._is_surfel = splat_W.is_surfel
@@ -95,13 +107,14 @@ class DepthRasterizationField(DistanceField):
             "sensor": dc.asdict(self.sensor),
             "nearest_only": self.nearest_only,
             "num_threads": self.num_threads,
+            "subtract_uncertainty": self.subtract_uncertainty,
         }
 
     @property
     def prepared(self) -> dict[str, np.ndarray]:
         """The arrays that took time to compute, for the constructor."""
-        nodes, records = self._footprints.nodes, self._footprints.records
-        return {"nodes": nodes, "records": records}
+        names = ("nodes", "records", "uncertainty", "largest")
+        return {name: getattr(self._footprints, name) for name in names}
 
     @cached_property
     def for_look_ahead(self) -> "DepthRasterizationField":

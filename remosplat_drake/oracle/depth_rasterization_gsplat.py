@@ -72,6 +72,7 @@ class GsplatDepthField(DistanceField):
         splat_W: The scene, expressed in W; 2DGS discs.
         sensor: The views and what counts as a surface.
         nearest_only: Answer only the nearest view of each sphere.
+        subtract_uncertainty: Whether the splats' uncertainty counts.
 
     Raises:
         FieldError: The splat has ellipsoids, or the sensor asks for another
@@ -87,15 +88,18 @@ class GsplatDepthField(DistanceField):
         sensor: DepthSensor | None = None,
         *,
         nearest_only: bool = False,
+        subtract_uncertainty: bool = True,
     ):
         self.sensor = sensor or DepthSensor()
         self.nearest_only = nearest_only
         self.revision = (
             f"depth-rasterization-gsplat-{splat_W.content_hash}-{self.sensor}"
-            f"-{nearest_only}"
+            f"-{nearest_only}-{subtract_uncertainty}"
         )
         _check(splat_W, self.sensor)
         self._device = _device()
+        if not subtract_uncertainty:
+            splat_W = splat_W.with_uncertainty(None)
         self._discs = make_discs(splat_W, MIN_ALPHA, self._device)
         self._rays = views.make_rays(self.sensor, self._device)
 

@@ -127,7 +127,10 @@ def _fragments(
     rays_V: np.ndarray,
     sensor: DepthSensor,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Depth and alpha of splat k along each ray; alpha 0 where unseen."""
+    """Depth and alpha of splat k along each ray; alpha 0 where unseen.
+
+    The depth is that of the point which uncertainty moves to the camera.
+    """
     p_SK_V = R_WV.T @ (splat.p_GK[k].astype(float) - p_WS)
     R_VK = R_WV.T @ splat.R_GK[k]
     scales = splat.scales[k].astype(float)
@@ -145,7 +148,10 @@ def _fragments(
             weight = np.where(wins, filtered, weight)
         alpha = float(splat.opacities[k]) * np.exp(-0.5 * weight)
         seen = (weight <= sensor.n_sigma**2) & (alpha >= sensor.min_alpha)
-        seen &= (z >= sensor.near) & (z <= sensor.far)
+        seen &= z >= sensor.near
+        if splat.uncertainty is not None:
+            z = z - float(splat.uncertainty[k]) / np.linalg.norm(rays_V, axis=1)
+        seen &= z <= sensor.far
     return z, np.where(seen, alpha, 0.0)
 
 

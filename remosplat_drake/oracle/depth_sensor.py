@@ -51,6 +51,11 @@ class DepthSensor:
     preceding transmittance exceeds `transmittance`; the pixel counts only
     when all its fragments together reach `alpha_cutoff`.
 
+    A splat that knows its own uncertainty u is seen as if it stood u nearer
+    along the ray: composited there, and seen up to there from `far`. However
+    the true surfaces lie, each at most its u before its splat, no median is
+    nearer than this one.
+
     The order is that along the ray, not that of the splats' centres as in
     gsplat: a disc whose centre lies behind or beside the camera has no
     meaningful centre depth there, and a centre order lets a slanted far disc

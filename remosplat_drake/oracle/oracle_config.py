@@ -46,6 +46,9 @@ class SphereToEllipsoid(Config):
     bisection_steps: Annotated[int, Interval(ge=0, le=100)] = 0
     # Number of threads of a query; 1 is the steadiest.
     threads: Annotated[int, Interval(ge=1, le=256)] = 1
+    # What the splats' own uncertainty does, where they know it: `subtract`
+    # takes it from every distance, `ignore` leaves them as they are.
+    uncertainty: Annotated[str, OneOf(("subtract", "ignore"))] = "subtract"
 
     def make(
         self,
@@ -70,6 +73,7 @@ class SphereToEllipsoid(Config):
             min_opacity=self.min_opacity,
             bisection_steps=self.bisection_steps or None,
             num_threads=_threads(self),
+            subtract_uncertainty=self.uncertainty == "subtract",
         )
 
 
@@ -100,6 +104,9 @@ class DepthRasterization(Config):
     backend: Annotated[str, OneOf(BACKENDS, "backend")] = "cpu"
     # Number of threads of a query on the CPU.
     threads: Annotated[int, Interval(ge=1, le=256)] = 1
+    # What the splats' own uncertainty does, where they know it: `subtract`
+    # takes it from every distance, `ignore` leaves them as they are.
+    uncertainty: Annotated[str, OneOf(("subtract", "ignore"))] = "subtract"
 
     def check(self) -> Iterator[tuple[str, str]]:
         """Checks that the near plane is nearer than the far plane."""
@@ -143,7 +150,10 @@ class DepthRasterization(Config):
             )
 
             return GsplatDepthField(
-                splat_W, sensor, nearest_only=self.nearest_only
+                splat_W,
+                sensor,
+                nearest_only=self.nearest_only,
+                subtract_uncertainty=self.uncertainty == "subtract",
             )
         from remosplat_drake.oracle.depth_rasterization import (
             DepthRasterizationField,
@@ -154,6 +164,7 @@ class DepthRasterization(Config):
             sensor,
             nearest_only=self.nearest_only,
             num_threads=_threads(self),
+            subtract_uncertainty=self.uncertainty == "subtract",
         )
 
 

@@ -28,6 +28,11 @@ class SphereToEllipsoidField(DistanceField):
     it is the disc's normal R_WK[:, 2]. A sphere that reaches through either has
     a negative clearance.
 
+    Where splats know their own uncertainty, the true surface may stand that
+    much in front of them. A sphere's clearance is then the least over all
+    splats of distance minus uncertainty; closest point and direction are those
+    of that splat's n-sigma shape.
+
     The answer is exact: it equals trying every splat, ties going to the
     lowest index, with any number of threads.
     """
@@ -40,6 +45,7 @@ class SphereToEllipsoidField(DistanceField):
         min_opacity: float = 0.1,
         bisection_steps: int | None = None,
         num_threads: int = 1,
+        subtract_uncertainty: bool = True,
         prepared: Mapping[str, np.ndarray] | None = None,
     ):
         """Builds the hierarchy, which takes too long for a control tick.
@@ -57,6 +63,7 @@ class SphereToEllipsoidField(DistanceField):
             num_threads: Number of threads of a query, at most the number of
                 cores. One is steady; two are a little faster in the median and
                 far slower when the cores are busy.
+            subtract_uncertainty: Whether the splats' uncertainty counts.
             prepared: The `prepared` of an equal field, to save building the
                 hierarchy again. Kernels trust its indices unchecked.
 
@@ -74,16 +81,25 @@ class SphereToEllipsoidField(DistanceField):
             "min_opacity": min_opacity,
             "bisection_steps": bisection_steps,
             "num_threads": num_threads,
+            "subtract_uncertainty": subtract_uncertainty,
         }
         if prepared is None:
-            prepared = _prepare(splat_W, n_sigma, min_opacity, bisection_steps)
+            prepared = _prepare(
+                splat_W
+                if subtract_uncertainty
+                else splat_W.with_uncertainty(None),
+                n_sigma,
+                min_opacity,
+                bisection_steps,
+            )
         nodes, records = prepared["nodes"], prepared["records"]
-        for array in (nodes, records):
+        for array in prepared.values():
             array.flags.writeable = False
         self._tree = SplatTree(
             nodes,
             nodes.view(np.int32),
             records,
+            prepared["order"],
             splat_W.is_surfel,
             CONVERGE if bisection_steps is None else bisection_steps,
         )
@@ -92,12 +108,14 @@ class SphereToEllipsoidField(DistanceField):
         self.revision = (
             f"sphere_to_ellipsoid:{splat_W.content_hash}:n_sigma={n_sigma}"
             f":min_opacity={min_opacity}:bisection_steps={bisection_steps}"
+            f":subtract_uncertainty={subtract_uncertainty}"
         )
 
     @property
     def prepared(self) -> dict[str, np.ndarray]:
         """The arrays that took time to compute, for the constructor."""
-        return {"nodes": self._tree.nodes, "records": self._tree.records}
+        names = ("nodes", "records", "order")
+        return {name: getattr(self._tree, name) for name in names}
 
     @property
     def num_splats(self) -> int:
@@ -142,7 +160,10 @@ class SphereToEllipsoidField(DistanceField):
         Returns:
             Shape (n,), int64; -1 where no splat is nearer than `max_distance`.
         """
-        return self._answer(spheres, max_distance)[:, 0].astype(np.int64)
+        place = self._answer(spheres, max_distance)[:, 0].astype(np.int64)
+        found = place >= 0
+        place[found] = self._tree.order[place[found]]
+        return place
 
     def _answer(self, spheres: Spheres, max_distance: float) -> np.ndarray:
         question = np.empty((len(spheres), 5))
@@ -175,23 +196,27 @@ def _prepare(
     bisection_steps: int | None,
 ) -> dict[str, np.ndarray]:
     """The hierarchy's nodes, and the splats' records in its leaf order."""
-    records = splat_records(splat_W, min_opacity, n_sigma)
+    records, index = splat_records(splat_W, min_opacity, n_sigma)
     p_WK = records[:, :3]
     half = _half_extents(records, solved=bisection_steps is None)
     hierarchy = build_hierarchy(p_WK - half, p_WK + half, p_WK[:, 2])
-    return {"nodes": hierarchy.nodes, "records": records[hierarchy.order]}
+    return {
+        "nodes": hierarchy.nodes,
+        "records": records[hierarchy.order],
+        "order": index[hierarchy.order],
+    }
 
 
 def splat_records(
     splat_W: GaussianSplat, min_opacity: float, n_sigma: float
-) -> np.ndarray:
+) -> tuple[np.ndarray, np.ndarray]:
     """Packs splats into rows of 16 numbers, described in `nearest_splat`.
 
     The axes of a splat come in the order of falling semi-axes; a disc's
     normal stays last.
 
     Returns:
-        Shape (N, 16), by splat index.
+        The rows, shape (N, 16), and the splats' rising indices, shape (N,).
     """
     index = np.flatnonzero(splat_W.opacities >= min_opacity)
     scales = splat_W.scales[index]
@@ -206,18 +231,22 @@ def splat_records(
         axes, order[:, :, None], axis=1
     ).reshape(-1, 9)
     records[:, 12:15] = np.take_along_axis(semi_axes, order, axis=1)
-    records[:, 15] = index
-    return records
+    records[:, 15] = 0.0
+    if splat_W.uncertainty is not None:
+        records[:, 15] = splat_W.uncertainty[index]
+    return records, index
 
 
 def _half_extents(records: np.ndarray, solved: bool) -> np.ndarray:
     """Half edges (N, 3) of the boxes that hold every possible answer [m].
 
     A converged closest point is on the splat; one from a truncated bisection
-    is somewhere in the box around it that is aligned to its axes.
+    is somewhere in the box around it that is aligned to its axes. Uncertainty
+    reaches beyond it to all sides.
     """
     axes = records[:, 3:12].reshape(-1, 3, 3)
     extent = np.abs(axes * records[:, 12:15, None])
     half = np.sqrt(np.sum(extent**2, axis=1)) if solved else extent.sum(axis=1)
+    half += records[:, 15:]
     # Rounding: a splat's box may be too large, never too small.
     return half + 1e-12 * (half + np.abs(records[:, :3]))

@@ -17,6 +17,8 @@ def nearest_splats(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Finds the nearest splat of each query point by trying them all.
 
+    A splat is nearer than its shape by its own uncertainty, if it knows one.
+
     Args:
         splat_W: Discs or ellipsoids in W.
         p_WQ: Query points, shape (n, 3) [m].
@@ -25,8 +27,8 @@ def nearest_splats(
             else.
 
     Returns:
-        Signed distance (n,) [m], closest point p_WC (n, 3) [m] and the index
-        of the nearest splat (n,), the lowest one on a tie.
+        Signed distance less uncertainty (n,) [m], closest point p_WC (n, 3)
+        [m] and the index of the nearest splat (n,), the lowest one on a tie.
     """
     distance = np.empty(len(p_WQ))
     p_WC = np.empty((len(p_WQ), 3))
@@ -44,6 +46,8 @@ def nearest_splats(
         if not splat_W.is_surfel:
             inside = np.sum((p_KQ / semi_axes) ** 2, axis=2) < 1
             d = np.where(inside, -d, d)
+        if splat_W.uncertainty is not None:
+            d = d - splat_W.uncertainty
         k = d.argmin(axis=1)
         n = np.arange(len(k))
         nearest[rows] = k

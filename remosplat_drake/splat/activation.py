@@ -37,6 +37,7 @@ def checked_splat(
     opacities: np.ndarray,
     colors: np.ndarray,
     sh_rest: np.ndarray,
+    uncertainty: np.ndarray | None = None,
 ) -> GaussianSplat:
     """Makes a `GaussianSplat` of the activated values that a file holds.
 
@@ -63,6 +64,7 @@ def checked_splat(
                 opacities=_raised(opacities),
                 colors=colors,
                 sh_rest=sh_rest,
+                uncertainty=uncertainty,
             )
     except RemoSplatError as error:
         raise FileError(path, str(error)) from error

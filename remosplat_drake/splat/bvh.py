@@ -81,6 +81,43 @@ def leaf_range(link: int) -> tuple[int, int]:
     return first, first + code % _LEAF_STRIDE
 
 
+def leaf_margins(
+    hierarchy: BoundingVolumeHierarchy, values: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sorts the boxes' values into leaf order and finds the largest below.
+
+    Args:
+        hierarchy: The hierarchy.
+        values: A value of each box, not negative, shape (n,), or None.
+
+    Returns:
+        The values in leaf order, shape (n,), and the largest below the left
+        and the right child of each node, shape (m, 2); both are empty for None.
+    """
+    if values is None:
+        return np.zeros(0), np.zeros((0, 2))
+    values = values[hierarchy.order].astype(np.float64)
+    return values, _largest_below(hierarchy.links, values)
+
+
+@njit(cache=True)
+def _largest_below(links, values):
+    """The largest value below both children of each node, 0 without any."""
+    largest = np.zeros((len(links), 2))
+    # A child is numbered after its parent.
+    for node in range(len(links) - 1, -1, -1):
+        for side in range(2):
+            link = links[node, 14 + side]
+            if link >= 0:
+                largest[node, side] = largest[link].max()
+                continue
+            first, end = leaf_range(link)
+            for place in range(first, end):
+                value = max(largest[node, side], values[place])
+                largest[node, side] = value
+    return largest
+
+
 @njit(cache=True)
 def _build(table):
     """Sorts the boxes into leaf order in place and returns the nodes.

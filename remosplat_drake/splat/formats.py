@@ -47,6 +47,8 @@ class SplatFormat:
             to single precision.
         keeps_surfels: Whether the format has 2DGS discs of two scales. If not,
             they are written as thin ellipsoids and recognised by that.
+        keeps_uncertainty: Whether the format has a place for the splats' own
+            uncertainty; if not, it is lost.
         reorders: Whether splats are written in `morton_order`.
     """
 
@@ -56,6 +58,7 @@ class SplatFormat:
     write: Callable[[Path, GaussianSplat], None]
     loss: str = ""
     keeps_surfels: bool = False
+    keeps_uncertainty: bool = False
     reorders: bool = False
 
     def as_written(self, splat: GaussianSplat) -> GaussianSplat:
@@ -65,7 +68,14 @@ class SplatFormat:
         return splat.select(morton_order(splat.p_GK))
 
 
-PLY = SplatFormat("PLY", ".ply", read_ply, write_ply, keeps_surfels=True)
+PLY = SplatFormat(
+    "PLY",
+    ".ply",
+    read_ply,
+    write_ply,
+    keeps_surfels=True,
+    keeps_uncertainty=True,
+)
 """PLY as INRIA's 3DGS and 2DGS write it."""
 CHECKPOINT = SplatFormat(
     "gsplat checkpoint", ".pt", read_checkpoint, write_checkpoint

@@ -33,6 +33,9 @@ class GaussianSplat:
         sh_rest: Coefficients of the higher spherical harmonics,
             coefficient-major, shape (N, K, 3) with K = (degree + 1)^2 - 1; K =
             0 where a file has none.
+        uncertainty: Bounds on how far the true surface may lie in front of each
+            splat, towards whoever measures, shape (N,), not negative [m]; None
+            if they are not known.
 
     Raises:
         RemoSplatError: The arrays do not fit each other, or a value is one that
@@ -54,16 +57,22 @@ class GaussianSplat:
     sh_rest: np.ndarray = dc.field(
         default_factory=lambda: np.zeros((0, 0, 3), np.float32)
     )
+    uncertainty: np.ndarray | None = None
 
     def __post_init__(self):
         n = len(self.p_GK)
         if self.sh_rest.shape[:2] == (0, 0) and n > 0:
             object.__setattr__(self, "sh_rest", np.zeros((n, 0, 3), np.float32))
-        for field in dc.fields(self):
-            array = np.array(getattr(self, field.name), np.float32, order="C")
+        for name, values in self.arrays().items():
+            array = np.array(values, np.float32, order="C")
             array.flags.writeable = False
-            object.__setattr__(self, field.name, array)
+            object.__setattr__(self, name, array)
         self._check()
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Returns the arrays by attribute name, without what is not known."""
+        arrays = {f.name: getattr(self, f.name) for f in dc.fields(self)}
+        return {k: array for k, array in arrays.items() if array is not None}
 
     def _check(self):
         n = len(self.p_GK)
@@ -74,15 +83,15 @@ class GaussianSplat:
             "opacities": [(n,)],
             "colors": [(n, 3)],
             "sh_rest": [(n, *self.sh_rest.shape[1:2], 3)],
+            "uncertainty": [(n,)],
         }
-        for name, shapes in expected.items():
-            shape = getattr(self, name).shape
-            if shape not in shapes:
+        for name, values in self.arrays().items():
+            if values.shape not in expected[name]:
                 raise RemoSplatError(
-                    f"{name} has shape {shape}; expected {shapes}"
+                    f"{name} has shape {values.shape}; expected"
+                    f" {expected[name]}"
                 )
-        for name in expected:
-            values = getattr(self, name)
+        for name, values in self.arrays().items():
             bad = ~np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
             if bad.any():
                 raise RemoSplatError(
@@ -97,6 +106,8 @@ class GaussianSplat:
             "opacity",
             "outside (0, 1]",
         )
+        if self.uncertainty is not None:
+            self._reject(self.uncertainty < 0, "uncertainty", "negative")
         unit = (self.quaternions / np.maximum(norms, 1e-8)[:, None]).astype(
             np.float32
         )
@@ -164,26 +175,56 @@ class GaussianSplat:
     def content_hash(self) -> str:
         """A SHA-256 digest of all arrays, in hex."""
         digest = hashlib.sha256()
-        for field in dc.fields(self):
-            digest.update(getattr(self, field.name).tobytes())
+        for array in self.arrays().values():
+            digest.update(array.tobytes())
         return digest.hexdigest()[:16]
 
     def select(self, keep: np.ndarray) -> "GaussianSplat":
         """Returns the splats that a boolean mask or index array selects."""
+        chosen = {name: array[keep] for name, array in self.arrays().items()}
+        return GaussianSplat(**chosen)
+
+    def joined_with(
+        self, other: "GaussianSplat", missing_uncertainty: float | None = None
+    ) -> "GaussianSplat":
+        """Returns these splats, then another's of the same kind and degree.
+
+        Args:
+            other: The splats that follow.
+            missing_uncertainty: Uncertainty of the splats of the one that
+                knows none, where the other does [m].
+
+        Raises:
+            RemoSplatError: One knows its uncertainty, the other does not, and
+                no value stands in for it: a zero would be a claim.
+        """
+        pair = [self, other]
+        known = [splat.uncertainty is not None for splat in pair]
+        if any(known) and not all(known):
+            if missing_uncertainty is None:
+                raise RemoSplatError(
+                    "splats of known and of unknown uncertainty cannot be"
+                    " joined without a value for the unknown one"
+                )
+            pair[known.index(False)] = pair[
+                known.index(False)
+            ].with_uncertainty(missing_uncertainty)
+        first, second = (splat.arrays() for splat in pair)
         return GaussianSplat(
-            **{f.name: getattr(self, f.name)[keep] for f in dc.fields(self)}
+            **{k: np.concatenate([first[k], second[k]]) for k in first}
         )
 
-    def joined_with(self, other: "GaussianSplat") -> "GaussianSplat":
-        """Returns these splats, then another's of the same kind and degree."""
-        return GaussianSplat(
-            **{
-                f.name: np.concatenate(
-                    [getattr(self, f.name), getattr(other, f.name)]
-                )
-                for f in dc.fields(self)
-            }
-        )
+    def with_uncertainty(
+        self, uncertainty: np.ndarray | float | None
+    ) -> "GaussianSplat":
+        """Returns these splats with other bounds, see `uncertainty`.
+
+        Args:
+            uncertainty: Shape (N,), or one number for all [m]; None forgets it.
+        """
+        if uncertainty is not None:
+            uncertainty = np.broadcast_to(uncertainty, len(self))
+        return dc.replace(self, uncertainty=uncertainty)
 
     def inside(self, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
         """Returns which splats have their centres in a box of G.
@@ -221,6 +262,7 @@ class GaussianSplat:
             scales=self.scales,
             opacities=self.opacities,
             colors=self.colors,
+            uncertainty=self.uncertainty,
         )
 
 

@@ -59,7 +59,7 @@ def try_every_splat(splat: GaussianSplat, spheres: Spheres) -> np.ndarray:
         [spheres.p_WS, spheres.radius + MAX_DISTANCE, spheres.ignore_below]
     )
     answer = np.empty((len(spheres), 8))
-    records = splat_records(splat, min_opacity=0.1, n_sigma=1.0)
+    records, _ = splat_records(splat, min_opacity=0.1, n_sigma=1.0)
     query_every_splat(records, splat.is_surfel, CONVERGE, question, answer)
     return answer
 

@@ -54,6 +54,18 @@ def test_an_exact_format_has_nothing_to_say(discs, capfd):
     np.testing.assert_allclose(again.scales, toy(2).scales, rtol=1e-6)
 
 
+def test_says_where_uncertainty_is_lost(discs, capfd):
+    write_splat(discs, toy(2).with_uncertainty([0.0, 0.01, 0.02, 0.0, 0.0]))
+    assert convert(discs, discs.parent / "again.ply") == 0
+    said = capfd.readouterr().out
+    assert said.count("uncertain by up to 20.0 mm") == 2
+    assert "lost" not in said
+    assert convert(discs, discs.parent / "discs.splat") == 0
+    said = capfd.readouterr().out
+    assert "uncertainty, up to 20.0 mm, is lost: .splat has no place" in said
+    assert read_splat(discs.parent / "discs.splat").uncertainty is None
+
+
 def test_flattens_and_crops(tmp_path):
     write_splat(tmp_path / "a.ply", toy(3))
     crop = ["--crop", "0.5", "-1", "-1", "3", "1", "1"]

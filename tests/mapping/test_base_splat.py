@@ -57,3 +57,24 @@ def test_a_thing_that_comes_is_added_one_that_goes_taken_away(
 def test_discs_join_a_base_of_ellipsoids(bare_discs, laden_discs, laden):
     base = with_thickness(bare_discs)
     assert not updated(base, laden_discs, laden).is_surfel
+
+
+def test_live_discs_are_as_uncertain_as_the_worst_of_the_base(
+    bare_discs, laden_discs, laden
+):
+    bounds = np.linspace(0.001, 0.02, len(bare_discs))
+    with_thing = updated(
+        bare_discs.with_uncertainty(bounds), laden_discs, laden
+    )
+    on_it = above(with_thing, 0.02)
+    assert on_it.any()
+    np.testing.assert_allclose(with_thing.uncertainty[on_it], 0.02)
+    assert with_thing.uncertainty.min() < 0.002
+    assert updated(bare_discs, laden_discs, laden).uncertainty is None
+
+
+def test_an_uncertain_disc_covers_no_more_than_a_certain_one(
+    bare_discs, laden_discs
+):
+    vague = find_covered(bare_discs.with_uncertainty(0.5), laden_discs)
+    np.testing.assert_array_equal(vague, find_covered(bare_discs, laden_discs))

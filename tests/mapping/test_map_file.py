@@ -107,6 +107,19 @@ def test_a_map_comes_back_as_it_was(path, make_field, is_sealed):
 
 
 @pytest.mark.parametrize("is_sealed", [True, False])
+def test_uncertainty_comes_back(path, is_sealed):
+    splat = floor().with_uncertainty(np.linspace(0, 0.1, 500))
+    before = a_map(all_of, splat)
+    seal = write_map(path, before)
+    after = open_map(path, seal if is_sealed else None)
+    np.testing.assert_array_equal(after.splat_W.uncertainty, splat.uncertainty)
+    expected = before.field.clearances(SPHERES, 0.5)
+    answer = after.field.clearances(SPHERES, 0.5)
+    np.testing.assert_array_equal(answer.distance, expected.distance)
+    assert after.field.revision == before.field.revision
+
+
+@pytest.mark.parametrize("is_sealed", [True, False])
 def test_a_map_without_anything_comes_back(path, is_sealed):
     splat = GaussianSplat.empty()
     before = SceneMap(
@@ -210,7 +223,10 @@ def test_a_file_of_another_format_is_refused(path):
     data = bytearray(path.read_bytes())
     data[len(KIND.magic)] = 9
     path.write_bytes(data)
-    assert "is a map of format 9; this program reads 2" in refusal(path)
+    assert (
+        f"is a map of format 9; this program reads {KIND.version}"
+        in refusal(path)
+    )
 
 
 def test_a_truncated_file_is_refused(path):
@@ -300,7 +316,10 @@ def test_no_pickle_is_read(path):
         [sys.executable, "-c", code, path], capture_output=True, text=True
     )
     assert child.returncode == 1, child.returncode  # Not -SIGSEGV.
-    assert "is a map of format 1; this program reads 2" in child.stderr
+    assert (
+        f"is a map of format 1; this program reads {KIND.version}"
+        in child.stderr
+    )
 
 
 def test_no_file_ends_the_program(path):

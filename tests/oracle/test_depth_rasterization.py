@@ -171,6 +171,35 @@ def test_a_pixel_is_completed_by_what_lies_far_behind():
     assert len(_distances(_discs([near]))) == 0
 
 
+def test_an_uncertain_disc_is_seen_nearer_by_its_uncertainty():
+    # The one behind may be the one in front: it is opaque enough alone.
+    splat = _discs([(0.5, 0, 0, 0.1, 0.95), (0.7, 0, 0, 0.1, 0.95)])
+    uncertain = splat.with_uncertainty(np.array([0.1, 0.4]))
+    np.testing.assert_allclose(_distances(uncertain), [0.3], atol=1e-7)
+    # So may one that is drawn beyond the far plane, or around the sensor.
+    far_off = splat.select(np.array([1])).with_uncertainty(0.25)
+    np.testing.assert_allclose(_distances(far_off, far=0.5), [0.45], atol=1e-7)
+    around = splat.select(np.array([0])).with_uncertainty(0.6)
+    np.testing.assert_allclose(_distances(around), [-0.1], atol=1e-7)
+    # A floater does not become a surface by being uncertain.
+    faint = _discs([(0.3, 0, 0, 0.1, 0.3), (0.5, 0, 0, 0.1, 0.95)])
+    faint = faint.with_uncertainty(np.array([0.2, 0.0]))
+    np.testing.assert_allclose(_distances(faint), [0.5], atol=1e-7)
+
+
+def test_uncertainty_may_be_ignored():
+    splat = _discs([(0.5, 0, 0, 0.1, 0.95)]).with_uncertainty(0.1)
+    field, ignoring = (
+        DepthRasterizationField(splat, subtract_uncertainty=subtract)
+        for subtract in (True, False)
+    )
+    sphere = Spheres.at(np.zeros(3))
+    near = field.clearances(sphere).distance.min()
+    far = ignoring.clearances(sphere).distance.min()
+    assert far - near == pytest.approx(0.1)
+    assert field.revision != ignoring.revision
+
+
 def test_a_far_slanted_disc_does_not_hide_a_near_one():
     # Its centre (depth 0.1) is nearer than the small disc's (0.3), but the
     # axis meets it at depth 0.5.
@@ -271,10 +300,15 @@ def test_an_ellipsoid_is_seen_where_it_is_densest_along_the_ray():
     st.sampled_from([2, 3]),
     st.booleans(),
     st.sampled_from([4, 9, 16]),
+    st.sampled_from([None, 0.0, 0.05, 0.5]),
 )
-def test_equals_the_reference(seed, n, n_scales, low_pass_filter, resolution):
+def test_equals_the_reference(
+    seed, n, n_scales, low_pass_filter, resolution, most_uncertain
+):
     rng = np.random.default_rng(seed)
     splat = _random_splat(rng, n, n_scales)
+    if most_uncertain is not None:
+        splat = splat.with_uncertainty(rng.uniform(0, most_uncertain, n))
     spheres = _random_spheres(rng, 2, rng.choice([-np.inf, -0.1]))
     sensor = DepthSensor(
         resolution=resolution,

@@ -110,6 +110,29 @@ def test_the_nearest_view_only_and_what_lies_below():
     assert len(GsplatDepthField(floor).clearances(blind)) == 0
 
 
+def test_uncertain_discs_are_seen_as_on_the_cpu():
+    # The one behind may be the one in front, beyond the queried distance and
+    # the far plane too.
+    near, wall = _wall(0.5, 0.95), _wall(0.95, 0.95)
+    both = near.with_uncertainty(0.1).joined_with(wall.with_uncertainty(0.7))
+    sphere = Spheres.at(np.zeros(3))
+    sensor = DepthSensor(resolution=41, n_sigma=GSPLAT_OUTLINE, far=0.9)
+    answer = GsplatDepthField(both, sensor).clearances(sphere, 0.3)
+    np.testing.assert_allclose(answer.distance, [0.25], atol=1e-5)
+    ignoring = GsplatDepthField(both, sensor, subtract_uncertainty=False)
+    answer = ignoring.clearances(sphere)
+    np.testing.assert_allclose(answer.distance, [0.5], atol=1e-5)
+    rng = np.random.default_rng(1)
+    splat, spheres = _splat(rng, 400, 0.02), _spheres(rng, 20)
+    splat = splat.with_uncertainty(rng.uniform(0, 0.05, 400))
+    sensor = DepthSensor(n_sigma=GSPLAT_OUTLINE)
+    expected = DepthRasterizationField(splat, sensor).clearances(spheres, 0.4)
+    answer = GsplatDepthField(splat, sensor).clearances(spheres, 0.4)
+    np.testing.assert_array_equal(answer.sphere, expected.sphere)
+    difference = np.abs(answer.distance - expected.distance)
+    assert np.mean(difference > 1e-5) < 0.1
+
+
 def test_no_spheres_and_no_discs():
     field = GsplatDepthField(_wall(0.2, 0.95))
     assert len(field.clearances(Spheres.at(np.zeros((0, 3))))) == 0

@@ -35,7 +35,11 @@ FACING_X = [0.5, 0.5, 0.5, 0.5]
 
 
 def make_splat(
-    p_GK, scales, quaternions=None, opacities: list | float = 0.9
+    p_GK,
+    scales,
+    quaternions=None,
+    opacities: list | float = 0.9,
+    uncertainty=None,
 ) -> GaussianSplat:
     p_GK = np.atleast_2d(np.asarray(p_GK, float))
     n = len(p_GK)
@@ -47,6 +51,7 @@ def make_splat(
         scales=np.broadcast_to(scales, (n, np.shape(scales)[-1])),
         opacities=np.broadcast_to(opacities, (n,)),
         colors=np.full((n, 3), 0.5),
+        uncertainty=uncertainty,
     )
 
 
@@ -178,7 +183,7 @@ def test_ties_go_to_the_lowest_index():
 
 
 def every_splat(splat, spheres, max_distance, steps=CONVERGE):
-    records = splat_records(splat, 0.1, 1.0)
+    records, index = splat_records(splat, 0.1, 1.0)
     question = np.column_stack(
         [
             spheres.p_WS,
@@ -188,6 +193,8 @@ def every_splat(splat, spheres, max_distance, steps=CONVERGE):
     )
     answer = np.full((len(spheres), 8), -1.0)
     query_every_splat(records, splat.is_surfel, steps, question, answer)
+    found = answer[:, 0] >= 0
+    answer[found, 0] = index[answer[found, 0].astype(int)]
     return answer
 
 
@@ -222,9 +229,18 @@ def assert_equal_to_every_splat(splat, spheres, max_distance, steps=None):
     spread=st.sampled_from([0.0, 0.1, 10.0]),
     max_distance=st.sampled_from([0.0, 0.5, np.inf]),
     steps=st.sampled_from([None, None, 0, 3]),
+    most_uncertain=st.sampled_from([None, 0.0, 0.01, 3.0]),
 )
 def test_equals_trying_every_splat(
-    seed, n, scales, smallest, largest, spread, max_distance, steps
+    seed,
+    n,
+    scales,
+    smallest,
+    largest,
+    spread,
+    max_distance,
+    steps,
+    most_uncertain,
 ):
     rng = np.random.default_rng(seed)
     splat = make_splat(
@@ -232,6 +248,9 @@ def test_equals_trying_every_splat(
         rng.choice([smallest, 0.01, largest], (n, scales)),
         rng.choice([-1.0, 0.0, 0.3, 1.0], (n, 4)) + np.array([2, 0, 0, 0]),
         rng.choice([0.01, 0.5], n),
+        most_uncertain
+        if most_uncertain is None
+        else most_uncertain * rng.choice([0.0, 0.5, 1.0], n),
     )
     p_WS = np.round(rng.normal(size=(12, 3)), 1)
     p_WS[:3] = splat.p_GK[rng.integers(0, n, 3)]
@@ -240,17 +259,23 @@ def test_equals_trying_every_splat(
     assert_equal_to_every_splat(splat, spheres, max_distance, steps)
 
 
+@pytest.mark.parametrize("is_certain", [True, False])
 @pytest.mark.parametrize("scales", [2, 3])
-def test_equals_trying_every_splat_in_a_large_scene(scales):
+def test_equals_trying_every_splat_in_a_large_scene(scales, is_certain):
     rng = np.random.default_rng(1)
     splat = random_splat(rng, 5000, scales, spread=2.0)
+    if not is_certain:
+        splat = splat.with_uncertainty(rng.exponential(0.02, 5000))
     spheres = Spheres.at(rng.normal(size=(100, 3)) * 3, 0.1, ignore_below=-1.0)
     assert_equal_to_every_splat(splat, spheres, 0.5)
 
 
-def test_far_splats_are_never_looked_at():
+@pytest.mark.parametrize("is_certain", [True, False])
+def test_far_splats_are_never_looked_at(is_certain):
     rng = np.random.default_rng(9)
     splat = random_splat(rng, 5000, 2, spread=3.0)
+    if not is_certain:
+        splat = splat.with_uncertainty(rng.uniform(0, 0.1, 5000))
     field = SphereToEllipsoidField(splat)
     tree = field._tree
     question = np.array([[0, 0, 0, 0.5, -np.inf]])
@@ -263,14 +288,17 @@ def test_far_splats_are_never_looked_at():
     moved[far, :3] = 0
     again = np.empty((1, 8))
     query(tree._replace(records=moved), question, again)
-    assert 0 < answer[0, 1] < 0.5
+    assert -0.1 < answer[0, 1] < 0.5
     np.testing.assert_array_equal(again, answer)
 
 
+@pytest.mark.parametrize("most_uncertain", [None, 0.0, 0.3])
 @pytest.mark.parametrize("scales", [2, 3])
-def test_equals_the_reference(scales):
+def test_equals_the_reference(scales, most_uncertain):
     rng = np.random.default_rng(2)
     splat = random_splat(rng, 300, scales)
+    if most_uncertain is not None:
+        splat = splat.with_uncertainty(rng.uniform(0, most_uncertain, 300))
     p_WS = rng.normal(size=(60, 3))
     field = SphereToEllipsoidField(splat, min_opacity=0.0)
     clearances = field.clearances(Spheres.at(p_WS))
@@ -280,6 +308,50 @@ def test_equals_the_reference(scales):
     np.testing.assert_array_equal(
         field.nearest_splats(Spheres.at(p_WS)), nearest
     )
+
+
+def test_an_uncertain_splat_is_nearer_by_its_uncertainty():
+    # The far disc may be anywhere up to 1.5 m before where it is drawn.
+    p_GK = [[0, 0, 1], [0, 0, 2]]
+    splat = make_splat(p_GK, [0.5, 0.5], uncertainty=[0.25, 1.5])
+    field = SphereToEllipsoidField(splat)
+    answer = field.clearances(Spheres.at(np.zeros(3), 0.1))
+    np.testing.assert_allclose(answer.distance, [0.4])
+    np.testing.assert_array_equal(answer.p_WC, [[0, 0, 2]])
+    np.testing.assert_array_equal(answer.direction_W, [[0, 0, 1]])
+    ignoring = SphereToEllipsoidField(splat, subtract_uncertainty=False)
+    answer = ignoring.clearances(Spheres.at(np.zeros(3), 0.1))
+    np.testing.assert_allclose(answer.distance, [0.9])
+    assert ignoring.revision != field.revision
+
+
+def test_uncertain_splats_within_a_distance_are_all_found():
+    # Their shapes are beyond it, their uncertainty is not.
+    splat = make_splat([0, 0, 1], [0.1, 0.1], uncertainty=[0.8])
+    field = SphereToEllipsoidField(splat)
+    assert len(field.clearances(Spheres.at(np.zeros(3)), 0.25)) == 1
+    assert len(field.clearances(Spheres.at(np.zeros(3)), 0.15)) == 0
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    scales=st.sampled_from([2, 3]),
+    step=st.sampled_from([1e-3, 0.1, 1.0]),
+)
+def test_no_distance_changes_faster_than_the_sphere_moves(seed, scales, step):
+    rng = np.random.default_rng(seed)
+    splat = random_splat(rng, 40, scales)
+    splat = splat.with_uncertainty(rng.exponential(0.1, 40))
+    field = SphereToEllipsoidField(splat, min_opacity=0.0)
+    p_WS = rng.normal(size=(20, 3))
+    moved = p_WS + step * rng.normal(size=(20, 3))
+    change = (
+        field.clearances(Spheres.at(moved)).distance
+        - field.clearances(Spheres.at(p_WS)).distance
+    )
+    way = np.linalg.norm(moved - p_WS, axis=1)
+    assert (np.abs(change) <= way + 1e-12).all()
 
 
 @pytest.mark.parametrize("kernel", [closest_on_disc, closest_on_ellipsoid])

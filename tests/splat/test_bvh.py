@@ -12,6 +12,7 @@ from remosplat_drake.splat.bvh import (
     MAX_DEPTH,
     BoundingVolumeHierarchy,
     build_hierarchy,
+    leaf_margins,
     leaf_range,
 )
 
@@ -71,6 +72,26 @@ def test_is_shallow_even_when_space_shrinks_geometrically():
     # Each cut in space would peel off a few points only.
     center = np.repeat(0.5 ** np.arange(900.0)[:, None], 3, axis=1)
     check(center, center)
+
+
+@pytest.mark.parametrize("n", [0, 1, 4, 5, 300])
+def test_knows_the_largest_value_below_every_child(n):
+    rng = np.random.default_rng(n)
+    center, values = rng.normal(size=(n, 3)), rng.exponential(size=n)
+    tree = build_hierarchy(center, center, center[:, 2])
+    sorted_values, largest = leaf_margins(tree, values)
+    np.testing.assert_array_equal(sorted_values, values[tree.order])
+
+    def below(link: int) -> float:
+        if link < 0:
+            first, end = leaf_range(link)
+            return sorted_values[first:end].max(initial=0.0)
+        children = [below(child) for child in tree.links[link, 14:]]
+        np.testing.assert_array_equal(largest[link], children)
+        return max(children)
+
+    assert below(0) == values.max(initial=0.0)
+    assert [len(array) for array in leaf_margins(tree, None)] == [0, 0]
 
 
 def test_is_shared_and_read_only():

@@ -47,13 +47,16 @@ def test_copies_are_shared():
         ("scales", np.inf, "scales of splat 2 is not finite"),
         ("opacities", 0.0, "opacity of splat 2 is outside"),
         ("opacities", 1.5, "opacity of splat 2 is outside"),
+        ("uncertainty", -1e-3, "uncertainty of splat 2 is negative"),
+        ("uncertainty", np.nan, "uncertainty of splat 2 is not finite"),
     ],
 )
 def test_rejects_bad_values(name: str, value, problem):
-    array = np.array(getattr(make_splat(), name))
+    splat = make_splat(uncertainty=np.zeros(4))
+    array = np.array(getattr(splat, name))
     array[2] = value
     with pytest.raises(RemoSplatError, match=problem):
-        dc.replace(make_splat(), **{name: array})
+        dc.replace(splat, **{name: array})
 
 
 def test_rejects_wrong_shapes():
@@ -99,3 +102,37 @@ def test_crop_and_hash():
     np.testing.assert_array_equal(inner.p_GK, splat.p_GK[1:3])
     assert inner.content_hash == splat.select(np.array([1, 2])).content_hash
     assert inner.content_hash != splat.content_hash
+
+
+def test_uncertainty_stays_with_its_splat():
+    splat = make_splat(uncertainty=[0.0, 0.1, 0.2, 0.3])
+    np.testing.assert_allclose(
+        splat.select(np.array([2, 0])).uncertainty, [0.2, 0.0]
+    )
+    moved = splat.transformed(RigidTransform([1.0, 2.0, 3.0]))
+    np.testing.assert_array_equal(moved.uncertainty, splat.uncertainty)
+    both = splat.joined_with(splat.with_uncertainty(0.5))
+    np.testing.assert_allclose(both.uncertainty, [0, 0.1, 0.2, 0.3, *[0.5] * 4])
+    restored = GaussianSplat.restored(dict(splat.arrays()))
+    assert restored.content_hash == splat.content_hash
+    assert not restored.uncertainty.flags.writeable
+
+
+def test_uncertainty_counts_in_the_hash():
+    splat = make_splat()
+    hashes = {
+        splat.content_hash,
+        splat.with_uncertainty(0.0).content_hash,
+        splat.with_uncertainty(0.1).content_hash,
+    }
+    assert len(hashes) == 3
+
+
+def test_an_unknown_uncertainty_is_never_taken_for_zero():
+    known, unknown = make_splat(uncertainty=np.full(4, 0.1)), make_splat()
+    assert unknown.joined_with(unknown).uncertainty is None
+    for pair in ((known, unknown), (unknown, known)):
+        with pytest.raises(RemoSplatError, match="unknown uncertainty"):
+            pair[0].joined_with(pair[1])
+    joined = unknown.joined_with(known, 0.25)
+    np.testing.assert_allclose(joined.uncertainty, [*[0.25] * 4, *[0.1] * 4])

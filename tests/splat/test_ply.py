@@ -103,6 +103,36 @@ def test_round_trip(tmp_path, scales, harmonics, with_normals):
     assert os.listdir(tmp_path) == ["s.ply"]
 
 
+def test_uncertainty_is_one_more_property_that_others_pass_over(tmp_path):
+    splat = random_splat(2, 0)
+    path = tmp_path / "s.ply"
+    write_ply(path, splat)
+    assert read_ply(path).uncertainty is None
+    names = PlyData.read(str(path))["vertex"].data.dtype.names
+    uncertain = splat.with_uncertainty(np.linspace(0, 0.05, 20))
+    write_ply(path, uncertain)
+    np.testing.assert_array_equal(
+        read_ply(path).uncertainty, uncertain.uncertainty
+    )
+    rows = PlyData.read(str(path))["vertex"].data
+    assert rows.dtype.names == (*names, "uncertainty")
+
+
+@pytest.mark.parametrize(
+    ("value", "problem"),
+    [
+        (-0.001, "uncertainty of splat 1 is negative"),
+        (np.nan, "row 1: uncertainty is not finite"),
+        (np.inf, "row 1: uncertainty is not finite"),
+    ],
+)
+def test_rejects_bad_uncertainty(tmp_path, value, problem):
+    rows = raw_rows([*SURFEL, "uncertainty"])
+    rows["uncertainty"][1] = value
+    with pytest.raises(FileError, match=problem):
+        read_ply(save(tmp_path / "s.ply", rows))
+
+
 def test_writes_inria_order(tmp_path):
     write_ply(tmp_path / "s.ply", random_splat(3, 15))
     element = PlyData.read(str(tmp_path / "s.ply"))["vertex"]

@@ -212,6 +212,7 @@ class Differences:
         bounds = footprint(
             torch.from_numpy(frames_V),
             torch.from_numpy(self._cut[k]),
+            torch.zeros(len(k)),
             self._sensor,
         )
         center, half = bounds.center.numpy(), bounds.half.numpy()

@@ -36,6 +36,7 @@ from remosplat_drake.splat.surfel_tiles import (
 Arrays = dict[str, np.ndarray]
 
 _SPLAT = tuple(field.name for field in dc.fields(GaussianSplat))
+_OPTIONAL = "uncertainty"
 _COMPOSITE, _UNKNOWN = "composite", "unknown_space"
 
 _MOST_PARTS = 8
@@ -63,7 +64,7 @@ def take_apart(scene_map: SceneMap) -> tuple[dict, Arrays]:
     splat_W, coverage = scene_map.splat_W, scene_map.coverage
     if splat_W is not None:
         document["splat"] = {"content_hash": splat_W.content_hash}
-        arrays |= {f"splat.{name}": getattr(splat_W, name) for name in _SPLAT}
+        arrays |= {f"splat.{k}": array for k, array in splat_W.arrays().items()}
     if coverage is not None:
         lower = np.asarray(coverage.lower, float).tolist()
         document["coverage"] = {"lower": lower, "voxel": float(coverage.voxel)}
@@ -193,6 +194,7 @@ def _solids(
         min_opacity=settings.number("min_opacity", 0, 1),
         bisection_steps=steps,
         num_threads=settings.whole("num_threads", 1, 1024),
+        subtract_uncertainty=settings.flag("subtract_uncertainty"),
         prepared=prepared,
     )
 
@@ -216,6 +218,7 @@ def _views(
         ),
         nearest_only=settings.flag("nearest_only"),
         num_threads=settings.whole("num_threads", 1, 1024),
+        subtract_uncertainty=settings.flag("subtract_uncertainty"),
         prepared=prepared,
     )
 
@@ -231,7 +234,12 @@ _KINDS = {
 
 
 def _splat(file: ArrayFile) -> GaussianSplat:
-    arrays = {name: file.array(f"splat.{name}") for name in _SPLAT}
+    has = set(file.names())
+    arrays = {
+        name: file.array(f"splat.{name}")
+        for name in _SPLAT
+        if name != _OPTIONAL or f"splat.{name}" in has
+    }
     if file.is_sealed:
         head = file.document.inner("splat")
         return GaussianSplat.restored(arrays, head.text("content_hash"))

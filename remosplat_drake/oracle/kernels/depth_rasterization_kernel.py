@@ -34,6 +34,7 @@ from remosplat_drake.oracle.kernels.footprints import (
     lean,
     nearest_range,
     project,
+    splat_margin,
 )
 from remosplat_drake.oracle.kernels.node_queue import pop, push
 from remosplat_drake.oracle.kernels.pixel_lists import (
@@ -96,7 +97,7 @@ def _gather(splats, rules, views, canvas, stamp, nearest_only):
     canvas.count[:] = 0
     pixels = len(canvas.length)
     keys, waiting = canvas.keys, canvas.waiting
-    size = push(keys, waiting, 0, 0.0, ALL_VIEWS)
+    size = push(keys, waiting, 0, -np.inf, ALL_VIEWS)
     while size > 0:
         near, item, size = pop(keys, waiting, size)
         if views_beyond(canvas.best, near, ALL_VIEWS) == 0:
@@ -142,6 +143,7 @@ def _views_of_splat(splats, k, rules, views, seen, best):
     y = splats.records[k, 1] - views.p_WS[1]
     z = splats.records[k, 2] - views.p_WS[2]
     start = nearest_range(splats.records, k, rules, x, y, z)
+    start -= splat_margin(splats, k)
     seen = views_beyond(best, start, seen)
     if seen == 0:
         return 0
@@ -181,6 +183,7 @@ def _is_opaque(splats, rules, views, canvas, pixel):
     view, pixel = divmod(pixel, len(canvas.length))
     x = (pixel % rules.resolution + 0.5) * 2 / rules.resolution - 1
     y = (pixel // rules.resolution + 0.5) * 2 / rules.resolution - 1
+    length = np.sqrt(x * x + y * y + 1)
     R_WV = views.R_WV[view]
     ray_W = (
         R_WV[0, 0] * x + R_WV[0, 1] * y + R_WV[0, 2],
@@ -206,7 +209,9 @@ def _is_opaque(splats, rules, views, canvas, pixel):
                 continue
             project(splats.records, k, rules, views.p_WS, R_WV, s)
             z, weight = fragment(s, rules, x, y)
-            clear *= 1 - fragment_alpha(z, weight, splats.records[k, 12], rules)
+            shift = splat_margin(splats, k) / length
+            opacity = splats.records[k, 12]
+            clear *= 1 - fragment_alpha(z, weight, opacity, rules, shift)
         if 1 - clear >= rules.alpha_cutoff:
             return True
     return False

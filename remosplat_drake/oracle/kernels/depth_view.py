@@ -8,7 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV
-from remosplat_drake.oracle.kernels.footprints import inlined, kernel, lean
+from remosplat_drake.oracle.kernels.footprints import (
+    child_margin,
+    inlined,
+    kernel,
+    lean,
+)
 
 ALL_VIEWS = 2**N_VIEWS - 1
 """The set of all views."""
@@ -109,6 +114,7 @@ def views_of_box(splats, link, side, views, seen, best, spread):
     dy = max(abs(y) - hy, 0.0)
     dz = max(abs(z) - hz, 0.0)
     nearest = np.sqrt(dx * dx + dy * dy + dz * dz) * max(1 - spread, 0.0)
+    nearest -= child_margin(splats, link, side)
     seen = views_beyond(best, nearest, seen)
     if seen == 0:
         return nearest, seen
@@ -141,7 +147,8 @@ def _middle(low, high):
 def ray_meets_box(splats, link, side, views, ray_W, rules):
     """Returns whether a ray meets a child's box between `near` and `far`.
 
-    The box is enlarged by the spread of the low-pass filter.
+    The box is enlarged by the spread of the low-pass filter, and may lie as
+    far behind `far` as its splats are uncertain.
     """
     if splats.nodes[link, 12 + side] < views.ignore_below:
         return False
@@ -154,7 +161,8 @@ def ray_meets_box(splats, link, side, views, ray_W, rules):
             high = splats.nodes[link, column + 3 + i] - views.p_WS[i]
             square += max(-low, high) ** 2
         slack = rules.spread * np.sqrt(square)
-    enter, leave = rules.near, rules.far
+    enter = rules.near
+    leave = rules.far + child_margin(splats, link, side)
     for i in range(3):
         low = splats.nodes[link, column + i] - views.p_WS[i] - slack
         high = splats.nodes[link, column + 3 + i] - views.p_WS[i] + slack

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from remosplat_drake.oracle.depth_sensor import FILTER_SCALE, DepthSensor
-from remosplat_drake.splat.bvh import build_hierarchy
+from remosplat_drake.splat.bvh import build_hierarchy, leaf_margins
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 kernel = njit(cache=True, nogil=True, error_model="numpy")
@@ -48,11 +48,17 @@ class Footprints(NamedTuple):
             third row is its unit normal); 12 the opacity, 13 the largest
             squared Mahalanobis distance that is seen, 14 the radius of the
             ball around everything that is seen [m], 15 the splat's index.
+        uncertainty: Uncertainty of each splat in leaf order, shape (m,) [m];
+            empty where none is subtracted.
+        largest: Largest uncertainty below each node's children, shape (k, 2)
+            [m]; empty where none is subtracted.
     """
 
     nodes: np.ndarray
     links: np.ndarray
     records: np.ndarray
+    uncertainty: np.ndarray
+    largest: np.ndarray
 
 
 class Rules(NamedTuple):
@@ -127,9 +133,25 @@ def make_footprints(splat_W: GaussianSplat, sensor: DepthSensor) -> Footprints:
     records[:, 13] = weight_cut[seen]
     records[:, 14] = reach * scales.max(axis=1, initial=0.0)
     records[:, 15] = seen
+    values = splat_W.uncertainty
     return Footprints(
-        hierarchy.nodes, hierarchy.links, records[hierarchy.order]
+        hierarchy.nodes,
+        hierarchy.links,
+        records[hierarchy.order],
+        *leaf_margins(hierarchy, None if values is None else values[seen]),
     )
+
+
+@inlined
+def splat_margin(splats, k):
+    """Returns a splat's uncertainty, 0 where none is subtracted [m]."""
+    return splats.uncertainty[k] if len(splats.uncertainty) else 0.0
+
+
+@inlined
+def child_margin(splats, link, side):
+    """Returns the largest uncertainty below a node's child [m]."""
+    return splats.largest[link, side] if len(splats.largest) else 0.0
 
 
 @inlined
@@ -206,11 +228,14 @@ def fragment(s, rules, x, y):
 
 
 @lean
-def fragment_alpha(z, weight, opacity, rules):
-    """Returns the alpha of a fragment, 0 where it is not seen."""
+def fragment_alpha(z, weight, opacity, rules, shift=0.0):
+    """Returns the alpha of a fragment, 0 where it is not seen.
+
+    `shift` is how much nearer than z uncertainty puts it [m].
+    """
     if not (weight <= rules.n_sigma_squared):
         return 0.0
-    if not (rules.near <= z <= rules.far):
+    if not (rules.near <= z and z - shift <= rules.far):
         return 0.0
     alpha = opacity * np.exp(-0.5 * weight)
     return alpha if alpha >= rules.min_alpha else 0.0

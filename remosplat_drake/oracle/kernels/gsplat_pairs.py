@@ -39,6 +39,7 @@ class DiscTensors(NamedTuple):
         opacity: Peak opacities, shape (N,).
         cut: Largest squared Mahalanobis distance that is seen, (N,).
         radius: Radius of the ball around what is seen of each disc, (N,) [m].
+        uncertainty: How much nearer each disc is seen, shape (N,) [m].
         axes: Axis of D that each axis of a view is parallel to, (6, 3).
         signs: Whether it points along (1) or against that axis (-1), (6, 3).
     """
@@ -47,6 +48,7 @@ class DiscTensors(NamedTuple):
     opacity: "Tensor"
     cut: "Tensor"
     radius: "Tensor"
+    uncertainty: "Tensor"
     axes: "Tensor"
     signs: "Tensor"
 
@@ -97,7 +99,10 @@ def make_discs(
     frames_W[:, :, 2] = splat_W.p_GK[seen]
     cut = 2 * np.log(opacity / min_alpha)
     radius = np.sqrt(cut) * scales.max(axis=1, initial=0.0)
-    arrays = (frames_W, opacity, cut, radius)
+    uncertainty = np.zeros(len(seen))
+    if splat_W.uncertainty is not None:
+        uncertainty += splat_W.uncertainty[seen]
+    arrays = (frames_W, opacity, cut, radius, uncertainty)
     return DiscTensors(
         *(torch.tensor(x, dtype=torch.float32, device=device) for x in arrays),
         axes=torch.tensor(_AXES, device=device),
@@ -113,7 +118,7 @@ def visible_pairs(
 
     p_WK = discs.frames_W[:, :, 2]
     seen = torch.cdist(sensors.p_WS, p_WK) <= (
-        sensors.reach[:, None] + (discs.radius + _SLACK)
+        sensors.reach[:, None] + (discs.radius + discs.uncertainty + _SLACK)
     )
     seen &= p_WK[:, 2] >= sensors.ignore_below[:, None]
     sphere, disc = seen.nonzero().unbind(1)
@@ -127,7 +132,7 @@ def visible_pairs(
     aside = size.roll(1, 1).maximum(size.roll(2, 1)) - math.sqrt(2) * radius
     along = torch.cat([p_D, -p_D], dim=1)
     seen = along >= aside.maximum(sensor.near - radius).repeat(1, 2)
-    seen &= along <= sensor.far + radius
+    seen &= along <= sensor.far + radius + discs.uncertainty[disc, None]
     seen &= sensors.views[sphere]
     pair, slot = seen.nonzero().unbind(1)
     row = 3 * pair[:, None] + discs.axes[slot]

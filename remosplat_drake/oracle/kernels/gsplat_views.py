@@ -57,16 +57,21 @@ class Footprint(NamedTuple):
         depth: Sorts the discs of an image, shape (P,) [m].
         plane: The disc's plane (n, n . p), shape (4, P): a ray meets it at
             the depth n . p / (n . ray).
+        uncertainty: How much nearer the disc is seen, shape (P,) [m].
     """
 
     center: "Tensor"
     half: "Tensor"
     depth: "Tensor"
     plane: "Tensor"
+    uncertainty: "Tensor"
 
 
 def footprint(
-    frames_V: "Tensor", cut: "Tensor", sensor: DepthSensor
+    frames_V: "Tensor",
+    cut: "Tensor",
+    uncertainty: "Tensor",
+    sensor: DepthSensor,
 ) -> Footprint:
     """Computes the bounding boxes of discs in their images.
 
@@ -77,6 +82,7 @@ def footprint(
         frames_V: Columns (a, b, p) of each disc in V, shape (P, 3, 3).
         cut: Largest squared Mahalanobis distance of each disc that is seen,
             shape (P,).
+        uncertainty: How much nearer each disc is seen, shape (P,) [m].
         sensor: The views.
     """
     rows = frames_V.flatten(1).T.contiguous().view(3, 3, -1)
@@ -85,7 +91,7 @@ def footprint(
     middle = (low + high) / 2
     pixels = sensor.resolution / 2
     half = ((high - low) / 2 * pixels).ceil()
-    half *= (far_end >= sensor.near) & (near_end <= sensor.far)
+    half *= (far_end >= sensor.near) & (near_end <= sensor.far + uncertainty)
     plane = _plane(axes, p)
     # The depth of the centre, unless that lies outside of the image.
     depth = plane[3] / (plane[0] * middle[0] + plane[1] * middle[1] + plane[2])
@@ -93,8 +99,9 @@ def footprint(
     return Footprint(
         ((middle + 1) * pixels).T.contiguous(),
         half.int().T.contiguous(),
-        depth,
+        depth - uncertainty,
         plane,
+        uncertainty,
     )
 
 
@@ -151,7 +158,12 @@ def render(
     used = pairs.camera.new_zeros(n_cameras)
     used[pairs.camera] = 1
     cameras = used.nonzero()[:, 0]
-    bounds = footprint(pairs.frames_V, discs.cut[pairs.disc], sensor)
+    bounds = footprint(
+        pairs.frames_V,
+        discs.cut[pairs.disc],
+        discs.uncertainty[pairs.disc],
+        sensor,
+    )
     median, alpha = _composite(
         pairs.frames_V,
         discs.opacity[pairs.disc],
@@ -161,7 +173,7 @@ def render(
         sensor,
     )
     return cameras, nearest_pixels(
-        pairs.frames_V, bounds.plane, median, alpha, rays, sensor
+        pairs.frames_V, bounds, median, alpha, rays, sensor
     )
 
 
@@ -248,7 +260,7 @@ class NearestPixels(NamedTuple):
 
 def nearest_pixels(
     frames_V: "Tensor",
-    plane: "Tensor",
+    bounds: Footprint,
     median: "Tensor",
     alpha: "Tensor",
     rays: Rays,
@@ -258,19 +270,21 @@ def nearest_pixels(
 
     Args:
         frames_V: Columns (a, b, p) of the pairs' discs, shape (P, 3, 3).
-        plane: Planes of the pairs' discs, see `Footprint`, shape (4, P).
+        bounds: Planes and uncertainties of the pairs' discs.
         median: Pair that holds the median of each pixel, shape (C,
             resolution^2).
         alpha: Accumulated alpha, of the same shape.
         rays: Rays of the pixels.
         sensor: The views.
     """
-    n_x, n_y, n_z, height = plane[:, median]
+    n_x, n_y, n_z, height = bounds.plane[:, median]
     z = height / (n_x * rays.x + n_y * rays.y + n_z)
     if sensor.low_pass_filter:
         z = _filtered_depth(frames_V[median], rays, z, sensor)
     # A median farther or nearer than these was no fragment to begin with.
-    seen = (z >= sensor.near) & (z <= sensor.far)
+    seen = z >= sensor.near
+    z = z - bounds.uncertainty[median] / rays.length
+    seen &= z <= sensor.far
     seen &= alpha >= 1 - sensor.transmittance
     ranges = (z * rays.length).masked_fill(~seen, math.inf)
     counted = ranges.masked_fill(alpha < sensor.alpha_cutoff, math.inf)

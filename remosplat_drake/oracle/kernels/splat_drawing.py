@@ -10,6 +10,7 @@ from remosplat_drake.oracle.kernels.footprints import (
     lean,
     pixel_span,
     project,
+    splat_margin,
 )
 from remosplat_drake.oracle.kernels.outlines import (
     NEAR,
@@ -34,11 +35,12 @@ def draw(splats, k, rules, views, view, canvas, stamp, nearest_only):
     resolution = rules.resolution
     best = canvas.best[view]
     cut, opacity = splats.records[k, 13], splats.records[k, 12]
+    margin = splat_margin(splats, k)
     project(splats.records, k, rules, views.p_WS, views.R_WV[view], s)
     outline(s, rules, cut)
     y_low, y_high = row_span(s, rules, OUTLINE)
     if rules.is_surfel:
-        near_outline(s, best)
+        near_outline(s, best + margin)
         y_near, y_far = row_span(s, rules, NEAR)
         y_low, y_high = max(y_low, y_near), min(y_high, y_far)
     # The dot that the low-pass filter puts on the splat's centre.
@@ -63,10 +65,11 @@ def draw(splats, k, rules, views, view, canvas, stamp, nearest_only):
             x = (column + 0.5) * 2 / resolution - 1
             pixel = row * resolution + column
             z, weight = fragment(s, rules, x, y)
-            reach = z * canvas.length[pixel]
+            length = canvas.length[pixel]
+            reach = z * length - margin
             if not reach < best:
                 continue
-            alpha = fragment_alpha(z, weight, opacity, rules)
+            alpha = fragment_alpha(z, weight, opacity, rules, margin / length)
             if alpha == 0:
                 continue
             pixel += view * len(canvas.length)

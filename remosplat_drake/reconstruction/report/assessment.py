@@ -192,10 +192,12 @@ def _compare_distances(
     if not near.any():
         raise RemoSplatError("the capture shows no free space near a surface")
     spheres = Spheres.at(p_W[near])
+    # How wrong the surfaces are, whatever they say of themselves.
+    surfaces_W = splat_W.with_uncertainty(None)
     oracles = {
-        "sphere-to-ellipsoid": SphereToEllipsoidField(splat_W),
+        "sphere-to-ellipsoid": SphereToEllipsoidField(surfaces_W),
         "depth rasterisation": DepthRasterizationField(
-            splat_W, nearest_only=True
+            surfaces_W, nearest_only=True
         ),
     }
     errors: dict[str, dict[str, np.ndarray]] = {r: {} for r in references}

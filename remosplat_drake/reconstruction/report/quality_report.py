@@ -14,6 +14,7 @@ from remosplat_drake.base.ranges import Config, Coordinate, Position
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.base.strict_json import read_json_object
 from remosplat_drake.base.strict_yaml import load_strict
+from remosplat_drake.reconstruction.alignment.summary import AlignmentSummary
 
 MAP_ERROR_MARGIN = 0.002
 """Least length by which a stopping distance must exceed the map's error [m]."""
@@ -122,6 +123,8 @@ class QualityReport(Config):
     floaters: FloaterSummary = dc.field(default_factory=FloaterSummary)
     # Coverage of the workspace.
     coverage: CoverageSummary = dc.field(default_factory=CoverageSummary)
+    # How the cameras were refined; None: they were not.
+    alignment: AlignmentSummary | None = None
     # Largest over-estimate of a distance by any oracle, by the best reference
     # there is [m].
     map_error: Annotated[float, Interval(ge=0, le=1e4)] = 0.0

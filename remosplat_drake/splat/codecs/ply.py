@@ -33,6 +33,7 @@ _NORMAL = ("nx", "ny", "nz")
 _COLOR = ("f_dc_0", "f_dc_1", "f_dc_2")
 _OPACITY = ("opacity",)
 _ROTATION = ("rot_0", "rot_1", "rot_2", "rot_3")
+_UNCERTAINTY = ("uncertainty",)
 
 
 def read_ply(path: str | Path) -> GaussianSplat:
@@ -40,7 +41,8 @@ def read_ply(path: str | Path) -> GaussianSplat:
 
     The properties may come in any order, with or without normals and higher
     harmonics, in binary of either byte order or in ASCII (slow). Scales and
-    opacities that underflow are raised to the smallest normal float.
+    opacities that underflow are raised to the smallest normal float. Our own
+    property `uncertainty` [m] is optional.
 
     Raises:
         FileError: The file is missing, truncated, no PLY, no splat, empty, or
@@ -70,6 +72,9 @@ def read_ply(path: str | Path) -> GaussianSplat:
     harmonics = _columns(path, vertices, rest).reshape(
         len(vertices), 3, len(rest) // 3
     )
+    uncertainty = None
+    if _UNCERTAINTY[0] in names:
+        uncertainty = _columns(path, vertices, _UNCERTAINTY)[:, 0]
     return checked_splat(
         path,
         p_GK=_columns(path, vertices, _POSITION),
@@ -78,6 +83,7 @@ def read_ply(path: str | Path) -> GaussianSplat:
         opacities=sigmoid(_columns(path, vertices, _OPACITY)[:, 0]),
         colors=0.5 + SH_C0 * _columns(path, vertices, _COLOR),
         sh_rest=harmonics.transpose(0, 2, 1),
+        uncertainty=uncertainty,
     )
 
 
@@ -87,7 +93,8 @@ def write_ply(
     """Writes a splat in INRIA's property order, binary little-endian.
 
     The file appears whole or not at all. A surfel splat keeps its two scales,
-    as the 2DGS reference code writes it.
+    as the 2DGS reference code writes it. A known uncertainty follows as a last
+    property, which other programs pass over.
 
     Args:
         path: The file to write or replace.
@@ -112,6 +119,8 @@ def write_ply(
         ),
         _ROTATION: splat.quaternions,
     }
+    if splat.uncertainty is not None:
+        blocks[_UNCERTAINTY] = splat.uncertainty[:, None]
     if not with_normals:
         del blocks[_NORMAL]
     table = np.concatenate(list(blocks.values()), axis=1).astype("<f4")

@@ -1,0 +1,117 @@
+"""Flags, progress and table of the cameras' refinement in `reconstruct`."""
+
+import argparse
+
+from rich.console import Console
+from rich.table import Table
+
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.commands.flags import check_positive
+from remosplat_drake.reconstruction.alignment.alignment import (
+    Alignment,
+    AlignmentConfig,
+    align,
+)
+from remosplat_drake.reconstruction.alignment.measured_length import Length
+from remosplat_drake.reconstruction.alignment.summary import (
+    AlignmentSummary,
+    summarize_alignment,
+)
+
+_LENGTH = ("FRAME", "U", "V", "FRAME", "U", "V", "METRES")
+
+
+def add_alignment_arguments(parser: argparse.ArgumentParser):
+    """Declares the flags of the refinement."""
+    group = parser.add_argument_group("cameras")
+    group.add_argument(
+        "--align",
+        choices=("auto", "off"),
+        default="auto",
+        help="refine poses and the depths' scale where that makes views agree"
+        " better (auto)",
+    )
+    group.add_argument(
+        "--depth-scale-std",
+        type=float,
+        default=AlignmentConfig.depth_scale_std,
+        metavar="S",
+        help="standard deviation of the sensor's scale, by its specification"
+        f" ({AlignmentConfig.depth_scale_std:g})",
+    )
+    group.add_argument(
+        "--length",
+        type=float,
+        nargs=7,
+        action="append",
+        default=[],
+        metavar=_LENGTH,
+        help="a measured distance of two points, each a pixel (column U, row"
+        " V) of a frame; tells the scale; may be repeated",
+    )
+
+
+def check_alignment(arguments: argparse.Namespace):
+    """Checks the flags of the refinement.
+
+    Raises:
+        FieldError: One is not positive, or a length names no pixels.
+    """
+    check_positive("reconstruct", arguments, "depth_scale_std")
+    for values in arguments.length:
+        if any(value != int(value) or value < 0 for value in values[:6]):
+            problem = "names frames and pixels by whole numbers from 0"
+            raise FieldError("reconstruct", "--length", problem)
+        if not 0 < values[6] < 1e4:
+            problem = "must end in a length > 0 [m]"
+            raise FieldError("reconstruct", "--length", problem)
+
+
+def aligned(
+    capture: Capture, arguments: argparse.Namespace, console: Console
+) -> tuple[Alignment | None, AlignmentSummary | None]:
+    """Refines a capture as the flags say, and prints what that did."""
+    if arguments.align == "off":
+        return None, None
+    config = AlignmentConfig(
+        depth_scale_std=arguments.depth_scale_std,
+        lengths=tuple(_length(values) for values in arguments.length),
+        seed=arguments.seed,
+    )
+    with console.status("aligning the views") as status:
+        alignment = align(
+            capture,
+            config,
+            lambda done, total: status.update(
+                f"aligning the views: step {done} of {total}"
+            ),
+        )
+    summary = summarize_alignment(alignment, capture.X_WC)
+    print_alignment(console, summary)
+    return alignment, summary
+
+
+def _length(values: list[float]) -> Length:
+    a, ua, va, b, ub, vb = (int(value) for value in values[:6])
+    return Length((a, b), ((ua, va), (ub, vb)), values[6])
+
+
+def print_alignment(console: Console, summary: AlignmentSummary):
+    """Prints residuals by the distance of views, and what was done."""
+    table = Table(title="points of views off others' surfaces [mm]")
+    for heading in ("views apart [m]", "pairs", "median", "95 %"):
+        table.add_column(heading, justify="right")
+    for row in summary.rows:
+        before = row.median_before, row.high_before
+        after = row.median_after, row.high_after
+        table.add_row(
+            f"{row.nearest:.2f} to {row.farthest:.2f}",
+            str(row.pairs),
+            *(
+                f"{1e3 * old:.1f} → {1e3 * new:.1f}"
+                for old, new in zip(before, after, strict=True)
+            ),
+        )
+    console.print(table)
+    console.print(summary.words, soft_wrap=True)

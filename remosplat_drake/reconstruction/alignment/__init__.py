@@ -1,0 +1,1 @@
+"""Camera poses, depth scale and offset, refined from what the sensor gave."""

@@ -1,0 +1,143 @@
+r"""What is known of given poses: an odometry with noise and drift.
+
+The error of the pose at time tau, from 0 at the capture's first view to 1 at
+its last one, is white noise, a random walk and a steady drift. Its covariance
+between views i and j is, for each coordinate,
+
+    sigma_white^2 [i = j] + sigma_walk^2 min(tau_i, tau_j)
+        + sigma_steady^2 tau_i tau_j.
+
+So white noise ties W to the mean of all cameras, and drift to the first ones.
+How large they are is told by the data: the data's equations H x = h and the
+covariance C give the evidence (MacKay, "Bayesian interpolation", 1992)
+
+    2 ln p = -ln |I + C H| + h^T (H + C^-1)^-1 h,
+
+which is maximised over the six deviations.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.optimize import minimize
+
+LEAST = np.array([1e-6, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5])
+MOST = np.array([0.5, 0.5, 0.5, 1.0, 1.0, 1.0])
+"""Range of the six deviations [rad, m]."""
+
+
+@dc.dataclass(frozen=True)
+class OdometryNoise:
+    """Standard deviations of given poses' errors, over a whole capture.
+
+    Attributes:
+        turn_white: White noise of each rotation [rad].
+        turn_walk: Random walk of the rotation, at the end [rad].
+        turn_steady: Steady drift of the rotation, at the end [rad].
+        white: White noise of each position [m].
+        walk: Random walk of the position, at the end [m].
+        steady: Steady drift of the position, at the end [m].
+    """
+
+    turn_white: float = 0.01
+    turn_walk: float = 0.02
+    turn_steady: float = 0.0
+    white: float = 0.02
+    walk: float = 0.05
+    steady: float = 0.05
+
+    def covariance(self, n: int) -> np.ndarray:
+        """Returns the covariance of n views' errors, (6n, 6n)."""
+        turn = _kernels(n) * np.square(_values(self)[:3])[:, None, None]
+        shift = _kernels(n) * np.square(_values(self)[3:])[:, None, None]
+        return _spread(turn.sum(axis=0), shift.sum(axis=0))
+
+    def precision(self, n: int) -> np.ndarray:
+        """Returns the inverse of `covariance`."""
+        turn = _kernels(n) * np.square(_values(self)[:3])[:, None, None]
+        shift = _kernels(n) * np.square(_values(self)[3:])[:, None, None]
+        return _spread(
+            np.linalg.inv(turn.sum(axis=0)), np.linalg.inv(shift.sum(axis=0))
+        )
+
+
+def _values(noise: OdometryNoise) -> np.ndarray:
+    return np.maximum(dc.astuple(noise), LEAST)
+
+
+def _kernels(n: int) -> np.ndarray:
+    """The three covariances of unit deviation, shape (3, n, n)."""
+    tau = np.linspace(0, 1, n) if n > 1 else np.zeros(1)
+    return np.stack(
+        [np.eye(n), np.minimum(tau, tau[:, None]), tau * tau[:, None]]
+    )
+
+
+def _spread(turn: np.ndarray, shift: np.ndarray) -> np.ndarray:
+    """Matrices of each coordinate alike, as those of all unknowns."""
+    n = len(turn)
+    result = np.zeros((n, 6, n, 6))
+    for axis in range(3):
+        result[:, axis, :, axis] = turn
+        result[:, 3 + axis, :, 3 + axis] = shift
+    return result.reshape(6 * n, 6 * n)
+
+
+def estimate_noise(
+    H: np.ndarray,
+    h: np.ndarray,
+    start: OdometryNoise,
+    steps: int = 30,
+) -> OdometryNoise:
+    """Maximises the evidence over the deviations of given poses.
+
+    Args:
+        H: Matrix of data, scale and offset, shape (6n + 2, 6n + 2).
+        h: Their right side, shape (6n + 2,).
+        start: Deviations to start from.
+        steps: Largest number of steps.
+    """
+    n = len(H) // 6
+    kernels = _kernels(n)
+
+    def cost(log: np.ndarray) -> tuple[float, np.ndarray]:
+        noise = OdometryNoise(*np.exp(log))
+        inverse = noise.precision(n)
+        P = H.copy()
+        P[:-2, :-2] += inverse
+        factor = cho_factor(P, lower=True, check_finite=False)
+        x = cho_solve(factor, h)
+        log_P = 2 * np.log(np.diag(factor[0])).sum()
+        log_C = -np.linalg.slogdet(inverse)[1]
+        value = 0.5 * (log_P + log_C - h @ x)
+        # A = (C + H^-1)^-1 = C^-1 - C^-1 P^-1 C^-1, and alpha = C^-1 x.
+        # Lower triangle: P = L L^T.
+        half = solve_triangular(
+            factor[0],
+            np.eye(len(H), len(inverse)) @ inverse,
+            lower=True,
+            check_finite=False,
+        )
+        A = inverse - half.T @ half
+        alpha = inverse @ x[:-2]
+        inner = (A - np.outer(alpha, alpha)).reshape(n, 6, n, 6)
+        gradient = np.empty(6)
+        for group in range(2):
+            sums = np.zeros((n, n))
+            for axis in range(3):
+                sums += inner[:, 3 * group + axis, :, 3 * group + axis]
+            gradient[3 * group : 3 * group + 3] = (kernels * sums).sum(
+                axis=(1, 2)
+            )
+        return value, gradient * np.exp(2 * log)
+
+    best = minimize(
+        cost,
+        np.log(np.clip(_values(start), 3 * LEAST, 0.5 * MOST)),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=list(zip(np.log(LEAST), np.log(MOST), strict=True)),
+        options={"maxiter": steps},
+    )
+    return OdometryNoise(*np.exp(best.x).tolist())

@@ -1,0 +1,221 @@
+r"""Point-to-plane residuals of pairs of views, and their normal equations.
+
+A sampled point p of view a lies on the plane n . q = d that view b has at the
+pixel where it sees p. With depths s z + o in place of the measured z, and rays
+r = (x, y, 1) of the two pixels,
+
+    s e = n_W . (p_W - p_WB) - (s d + o n . r),
+    p_W = p_WA + R_WA r_A (s z + o).
+
+Residuals are in units of the sensor: a smaller world has smaller ones, and
+would fit better and better. Every view errs by a rotation vector theta_W about
+its own centre and a translation t_W of it, so
+
+    s de/dtheta_A = (p_W - p_WA) x n,   s de/dt_A = n = -s de/dt_B,
+    s de/dtheta_B = -(p_W - p_WB) x n,
+    de/dtheta_B = -de/dtheta_A + (p_WB - p_WA) x de/dt_A:
+
+a pair knows of its relative pose only. Eight numbers an equation will do: the
+derivatives by theta_A, t_A, s and o; `pair_expansion` has the others.
+
+`pair_reference` computes the same slowly and readably.
+"""
+
+import numba
+import numpy as np
+
+UNKNOWNS = 8
+"""theta_A, t_A, s, o."""
+
+NEAR = 0.02
+"""Least depth at which a view sees a point [m]."""
+
+FLOOR = 1e-4
+"""Least standard deviation of a residual: what no model of noise has [m]."""
+
+_kernel = numba.njit(cache=True, nogil=True, error_model="numpy")
+
+
+@_kernel
+def associate(stack, pose, scale, offset, a, b, i, gate, least_cosine, out):
+    """Compares point i of view a with view b.
+
+    Args:
+        stack: The `ViewStack`.
+        pose: Poses X_WC, shape (n, 3, 4).
+        scale: Factor s of measured depths.
+        offset: Offset o that is added to them [m].
+        a: Index of the point's view.
+        b: Index of the view that it is compared with.
+        i: Index of the point.
+        gate: Largest residual [m].
+        least_cosine: Least cosine between the two normals.
+        out: Receives the residual [m], its standard deviation as far as known
+            [m], the derivatives by theta_A, t_A, s, o, (10,).
+
+    Returns:
+        Whether view b has a like surface there.
+    """
+    pz = stack.point[a, i, 2]
+    stretch = scale + offset / pz
+    sx = stack.point[a, i, 0] * stretch
+    sy = stack.point[a, i, 1] * stretch
+    sz = pz * stretch
+    # Arms from the camera centres to the point, in W.
+    ax = pose[a, 0, 0] * sx + pose[a, 0, 1] * sy + pose[a, 0, 2] * sz
+    ay = pose[a, 1, 0] * sx + pose[a, 1, 1] * sy + pose[a, 1, 2] * sz
+    az = pose[a, 2, 0] * sx + pose[a, 2, 1] * sy + pose[a, 2, 2] * sz
+    bx = ax + pose[a, 0, 3] - pose[b, 0, 3]
+    by = ay + pose[a, 1, 3] - pose[b, 1, 3]
+    bz = az + pose[a, 2, 3] - pose[b, 2, 3]
+    z = pose[b, 0, 2] * bx + pose[b, 1, 2] * by + pose[b, 2, 2] * bz
+    if z <= NEAR:
+        return False
+    x = (pose[b, 0, 0] * bx + pose[b, 1, 0] * by + pose[b, 2, 0] * bz) / z
+    y = (pose[b, 0, 1] * bx + pose[b, 1, 1] * by + pose[b, 2, 1] * bz) / z
+    column = (stack.camera[b, 0] * x + stack.camera[b, 2] - 0.5) / stack.step
+    row = (stack.camera[b, 1] * y + stack.camera[b, 3] - 0.5) / stack.step
+    if not (
+        -0.5 < column < stack.plane.shape[2] - 0.5
+        and -0.5 < row < stack.plane.shape[1] - 0.5
+    ):
+        return False
+    r, c = int(row + 0.5), int(column + 0.5)
+    d = float(stack.plane[b, r, c, 3])
+    if d == 0:
+        return False
+    px = float(stack.plane[b, r, c, 0])
+    py = float(stack.plane[b, r, c, 1])
+    pn = float(stack.plane[b, r, c, 2])
+    slope = px * x + py * y + pn  # n . r
+    if slope > -1e-2:
+        return False
+    e = z * slope - (scale * d + offset * slope)
+    measured = d / slope
+    if abs(e) > gate or abs(z - measured) > 3 * gate + 0.02:
+        return False
+    nx = pose[b, 0, 0] * px + pose[b, 0, 1] * py + pose[b, 0, 2] * pn
+    ny = pose[b, 1, 0] * px + pose[b, 1, 1] * py + pose[b, 1, 2] * pn
+    nz = pose[b, 2, 0] * px + pose[b, 2, 1] * py + pose[b, 2, 2] * pn
+    mx, my, mz = (
+        stack.normal[a, i, 0],
+        stack.normal[a, i, 1],
+        stack.normal[a, i, 2],
+    )
+    alike = (
+        nx * (pose[a, 0, 0] * mx + pose[a, 0, 1] * my + pose[a, 0, 2] * mz)
+        + ny * (pose[a, 1, 0] * mx + pose[a, 1, 1] * my + pose[a, 1, 2] * mz)
+        + nz * (pose[a, 2, 0] * mx + pose[a, 2, 1] * my + pose[a, 2, 2] * mz)
+    )
+    if alike < least_cosine:
+        return False
+    arm = nx * ax + ny * ay + nz * az
+    own = arm / stretch * pz * stack.deviation[a]
+    other = d * measured * stack.deviation[b]
+    out[0] = e / scale
+    out[1] = np.sqrt(own * own + other * other + FLOOR * FLOOR)
+    out[2] = (ay * nz - az * ny) / scale
+    out[3] = (az * nx - ax * nz) / scale
+    out[4] = (ax * ny - ay * nx) / scale
+    out[5] = nx / scale
+    out[6] = ny / scale
+    out[7] = nz / scale
+    out[8] = (arm / stretch - d - e / scale) / scale
+    out[9] = (arm / (stretch * pz) - slope) / scale
+    return True
+
+
+@_kernel
+def pair_residuals(
+    stack, pose, scale, offset, pairs, gate, least_cosine, stride, out
+):
+    """Writes the residuals of pairs and their deviations.
+
+    Args:
+        stack: The `ViewStack`.
+        pose: Poses X_WC, shape (n, 3, 4).
+        scale: Factor of measured depths.
+        offset: Offset that is added to them [m].
+        pairs: Indices of views (a, b), shape (m, 2).
+        gate: Largest residual [m].
+        least_cosine: Least cosine between the two normals.
+        stride: Every so many points are compared.
+        out: Receives the residual and its standard deviation of every point
+            of a in b and of b in a, shape (m, 2, s / stride, 2) [m]; NaN where
+            there is none.
+    """
+    values = np.empty(10)
+    for k in range(len(pairs)):
+        out[k] = np.nan
+        for side in range(2):
+            a, b = pairs[k, side], pairs[k, 1 - side]
+            for i in range(0, stack.count[a], stride):
+                if associate(
+                    stack, pose, scale, offset, a, b, i, gate, least_cosine,
+                    values,
+                ):  # fmt: skip
+                    out[k, side, i // stride, 0] = values[0]
+                    out[k, side, i // stride, 1] = values[1]
+
+
+@_kernel
+def pair_equations(
+    stack, pose, scale, offset, pairs, gate, least_cosine, spread, width,
+    H, g, count,
+):  # fmt: skip
+    """Sums normal equations H x = -g of each pair over both directions.
+
+    A residual e of deviation sigma has the weight of Geman and McClure (1985),
+    1 / ((1 + (e / c)^2)^2 sigma^2) with c = 3 sigma, and sigma scaled by
+    `spread` but at least a third of `width`.
+
+    Args:
+        stack: The `ViewStack`.
+        pose: Poses X_WC, shape (n, 3, 4).
+        scale: Factor of measured depths.
+        offset: Offset that is added to them [m].
+        pairs: Indices of views (a, b), shape (m, 2).
+        gate: Largest residual [m].
+        least_cosine: Least cosine between the two normals.
+        spread: Factor of the residuals' deviations.
+        width: Least width of the robust weight [m].
+        H: Receives the matrices, shape (m, 8, 8); see `UNKNOWNS`.
+        g: Receives the gradients, shape (m, 8).
+        count: Receives numbers of residuals, shape (m,).
+    """
+    value = np.empty(10)
+    for k in range(len(pairs)):
+        H[k] = 0
+        g[k] = 0
+        count[k] = 0
+        ex = pose[pairs[k, 1], 0, 3] - pose[pairs[k, 0], 0, 3]
+        ey = pose[pairs[k, 1], 1, 3] - pose[pairs[k, 0], 1, 3]
+        ez = pose[pairs[k, 1], 2, 3] - pose[pairs[k, 0], 2, 3]
+        for side in range(2):
+            a, b = pairs[k, side], pairs[k, 1 - side]
+            for point in range(stack.count[a]):
+                if not associate(
+                    stack, pose, scale, offset, a, b, point, gate, least_cosine,
+                    value,
+                ):  # fmt: skip
+                    continue
+                if side == 1:
+                    # Derivatives by the first view's pose, not by this one's.
+                    value[2] += ey * value[7] - ez * value[6]
+                    value[3] += ez * value[5] - ex * value[7]
+                    value[4] += ex * value[6] - ey * value[5]
+                    for j in range(2, 8):
+                        value[j] = -value[j]
+                sigma = max(spread * value[1], width / 3)
+                c = 3 * sigma
+                q = 1 + (value[0] / c) ** 2
+                w = 1 / (q * q * sigma * sigma)
+                for j in range(8):
+                    v = w * value[2 + j]
+                    g[k, j] += v * value[0]
+                    for i in range(j, 8):
+                        H[k, j, i] += v * value[2 + i]
+                count[k] += 1
+        for j in range(8):
+            for i in range(j):
+                H[k, j, i] = H[k, i, j]

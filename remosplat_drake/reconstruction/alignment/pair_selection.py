@@ -1,0 +1,92 @@
+"""Which pairs of views are compared: those that share surfaces.
+
+Neighbours alone let drift grow unseen. So each view is paired with those that
+share most of what it sees in each of several bins of distance, near to far;
+loop closures are among them.
+"""
+
+import numba
+import numpy as np
+
+from remosplat_drake.reconstruction.alignment.pair_kernel import associate
+from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
+
+_POINTS = 60
+"""Points of a view that look for partners."""
+
+_LEAST_SHARED = 0.08
+"""Partners have at least this fraction of each other's points."""
+
+_BINS = 4
+"""Bins of distance that partners are chosen from alike."""
+
+_kernel = numba.njit(cache=True, nogil=True, error_model="numpy")
+
+
+@_kernel
+def shared_fractions(stack, pose, scale, offset, gate, least_cosine, out):
+    """Writes which part of the points of view a view b has, out[a, b].
+
+    See `associate` for the arguments.
+    """
+    values = np.empty(10)
+    for a in range(len(stack.count)):
+        stride = max(1, stack.count[a] // _POINTS)
+        for b in range(len(stack.count)):
+            hits, tried = 0, 0
+            for i in range(0, stack.count[a], stride):
+                tried += 1
+                if a != b and associate(
+                    stack, pose, scale, offset, a, b, i, gate, least_cosine,
+                    values,
+                ):  # fmt: skip
+                    hits += 1
+            out[a, b] = hits / max(tried, 1)
+
+
+def choose_pairs(
+    stack: ViewStack,
+    X_WC: np.ndarray,
+    scale: float,
+    offset: float,
+    gate: float,
+    least_cosine: float,
+    partners: int,
+) -> np.ndarray:
+    """Chooses pairs of views that share surfaces.
+
+    Args:
+        stack: The n views.
+        X_WC: Their poses, shape (n, 4, 4).
+        scale: Factor of the measured depths.
+        offset: Offset that is added to them [m].
+        gate: Largest residual of a shared point [m].
+        least_cosine: Least cosine between the normals of a shared point.
+        partners: Number of partners that every view chooses, at most.
+
+    Returns:
+        Indices of views (a, b) with a < b, shape (m, 2), sorted.
+    """
+    n = len(stack)
+    shared = np.zeros((n, n))
+    shared_fractions(
+        stack,
+        np.ascontiguousarray(X_WC[:, :3]),
+        scale,
+        offset,
+        gate,
+        least_cosine,
+        shared,
+    )
+    shared = np.minimum(shared, shared.T)
+    p_WC = X_WC[:, :3, 3]
+    chosen = set()
+    for a in range(n):
+        others = np.flatnonzero(shared[a] >= _LEAST_SHARED)
+        distance = np.linalg.norm(p_WC[others] - p_WC[a], axis=1)
+        by_distance = others[np.argsort(distance, kind="stable")]
+        for bin in np.array_split(by_distance, _BINS):
+            best = bin[np.argsort(-shared[a, bin], kind="stable")]
+            for b in best[: partners // _BINS].tolist():
+                chosen.add((min(a, b), max(a, b)))
+    return np.array(sorted(chosen), np.int64).reshape(-1, 2)

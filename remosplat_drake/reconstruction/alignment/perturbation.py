@@ -1,0 +1,89 @@
+"""Small errors of cameras: how they act, and what equations they enter.
+
+The unknowns of n views are theta_W and t_W of each view, one after the other,
+then the depths' scale s and offset o: 6 n + 2 numbers. A view's true pose is
+
+    R_WC = exp(theta_W) R_given,   p_WC = p_given + t_W.
+"""
+
+import numba
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+_kernel = numba.njit(cache=True, nogil=True, error_model="numpy")
+
+
+def perturbed(X_WC: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Returns poses (n, 4, 4) after small motions (n, 6) of the cameras."""
+    result = X_WC.copy()
+    turn = Rotation.from_rotvec(error[:, :3]).as_matrix()
+    result[:, :3, :3] = turn @ X_WC[:, :3, :3]
+    result[:, :3, 3] += error[:, 3:]
+    return result
+
+
+def difference(X_WC: np.ndarray, given: np.ndarray) -> np.ndarray:
+    """Returns the motions (n, 6) that lead from given poses to others."""
+    turn = X_WC[:, :3, :3] @ given[:, :3, :3].transpose(0, 2, 1)
+    theta = Rotation.from_matrix(turn).as_rotvec()
+    return np.concatenate([theta, X_WC[:, :3, 3] - given[:, :3, 3]], axis=1)
+
+
+def pair_expansion(X_WC: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Returns the matrices T of dx_A, dx_B, s, o from a pair's derivatives.
+
+    Args:
+        X_WC: Poses, shape (n, 4, 4).
+        pairs: Indices of views (a, b), shape (m, 2).
+
+    Returns:
+        Shape (m, 14, 8): J_14 = T J_8 for a residual's derivatives J_8 by
+        theta_A, t_A, s, o.
+    """
+    p_AB_W = X_WC[pairs[:, 1], :3, 3] - X_WC[pairs[:, 0], :3, 3]
+    T = np.zeros((len(pairs), 14, 8))
+    x, y, z = p_AB_W.T
+    for i in range(3):
+        T[:, i, i] = T[:, 3 + i, 3 + i] = 1
+        T[:, 6 + i, i] = T[:, 9 + i, 3 + i] = -1
+    T[:, 6, 4], T[:, 6, 5] = -z, y
+    T[:, 7, 3], T[:, 7, 5] = z, -x
+    T[:, 8, 3], T[:, 8, 4] = -y, x
+    T[:, 12, 6] = T[:, 13, 7] = 1
+    return T
+
+
+def assemble(
+    H: np.ndarray, g: np.ndarray, X_WC: np.ndarray, pairs: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sums the pairs' equations to those of all unknowns.
+
+    Args:
+        H: Matrices of the pairs, shape (m, 8, 8).
+        g: Gradients of the pairs, shape (m, 8).
+        X_WC: Poses, shape (n, 4, 4).
+        pairs: Indices of views (a, b), shape (m, 2).
+
+    Returns:
+        Matrix (6n + 2, 6n + 2) and gradient (6n + 2,).
+    """
+    T = pair_expansion(X_WC, pairs)
+    size = 6 * len(X_WC) + 2
+    matrix, gradient = np.zeros((size, size)), np.zeros(size)
+    large = T @ H @ T.transpose(0, 2, 1)
+    _add(large, (T @ g[:, :, None])[:, :, 0], pairs, matrix, gradient)
+    return matrix, gradient
+
+
+@_kernel
+def _add(H, g, pairs, matrix, gradient):
+    index = np.empty(14, np.int64)
+    for k in range(len(pairs)):
+        for i in range(6):
+            index[i] = 6 * pairs[k, 0] + i
+            index[6 + i] = 6 * pairs[k, 1] + i
+        index[12], index[13] = len(gradient) - 2, len(gradient) - 1
+        for i in range(14):
+            gradient[index[i]] += g[k, i]
+            for j in range(14):
+                matrix[index[i], index[j]] += H[k, i, j]

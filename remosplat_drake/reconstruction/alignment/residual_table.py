@@ -1,0 +1,129 @@
+"""How far the surfaces of views are apart, by the distance of the views."""
+
+import dataclasses as dc
+import itertools
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval
+
+from remosplat_drake.base.ranges import Config
+from remosplat_drake.reconstruction.alignment.pair_kernel import pair_residuals
+from remosplat_drake.reconstruction.alignment.solver import State
+from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
+
+DISTANCES = (0.0, 0.25, 0.5, 1.0, 2.0, np.inf)
+"""Limits between the rows of a table [m]."""
+
+GATE, LEAST_COSINE = 0.15, 0.7
+"""Surfaces farther apart or turned more are not the same [m]."""
+
+_SIZE = Annotated[float, Interval(ge=0, le=1e4)]
+_COUNT = Annotated[int, Interval(ge=0, le=10**12)]
+
+
+@dc.dataclass
+class ResidualRow(Config):
+    """Residuals of the pairs of views that are about so far apart."""
+
+    # Distance of the views, from [m].
+    nearest: _SIZE = 0.0
+    # Distance of the views, to [m].
+    farthest: _SIZE = 0.0
+    # Number of pairs of views.
+    pairs: _COUNT = 0
+    # Number of points.
+    points: _COUNT = 0
+    # Median distance of a point from the other view's surface, as captured [m].
+    median_before: _SIZE = 0.0
+    # Its 95th percentile [m].
+    high_before: _SIZE = 0.0
+    # Median distance after the refinement [m].
+    median_after: _SIZE = 0.0
+    # Its 95th percentile [m].
+    high_after: _SIZE = 0.0
+
+
+def distances_of_pairs(
+    stack: ViewStack, state: State, pairs: np.ndarray, stride: int = 2
+) -> np.ndarray:
+    """Returns distances of points of pairs from the other views' surfaces.
+
+    Args:
+        stack: The views.
+        state: Their poses, scale and offset.
+        pairs: Indices of views (a, b), shape (m, 2).
+        stride: Every so many points are compared.
+
+    Returns:
+        Shape (m, k) [m]; NaN where the other view has no such surface.
+    """
+    kept = -(-stack.point.shape[1] // stride)
+    values = np.empty((len(pairs), 2, kept, 2))
+    pair_residuals(
+        stack, state.pose, state.scale, state.offset, pairs, GATE,
+        LEAST_COSINE, stride, values,
+    )  # fmt: skip
+    return np.abs(values[..., 0]).reshape(len(pairs), 2 * kept)
+
+
+def residual_rows(
+    X_WC: np.ndarray, pairs: np.ndarray, before: np.ndarray, after: np.ndarray
+) -> list[ResidualRow]:
+    """Tabulates distances of points by the distance of their views.
+
+    Args:
+        X_WC: Poses, shape (n, 4, 4).
+        pairs: Indices of views (a, b), shape (m, 2).
+        before: What `distances_of_pairs` said at first, shape (m, k) [m].
+        after: What it says now; only points with both are counted.
+    """
+    apart = np.linalg.norm(
+        X_WC[pairs[:, 0], :3, 3] - X_WC[pairs[:, 1], :3, 3], axis=1
+    )
+    rows = []
+    for low, high in itertools.pairwise(DISTANCES):
+        here = (apart >= low) & (apart < high)
+        both = np.isfinite(before[here]) & np.isfinite(after[here])
+        if not both.any():
+            continue
+        old, new = before[here][both], after[here][both]
+        rows.append(
+            ResidualRow(
+                nearest=low,
+                farthest=min(high, float(apart[here].max())),
+                pairs=int(here.sum()),
+                points=int(both.sum()),
+                median_before=float(np.median(old)),
+                high_before=float(np.percentile(old, 95)),
+                median_after=float(np.median(new)),
+                high_after=float(np.percentile(new, 95)),
+            )
+        )
+    return rows
+
+
+def is_better(before: np.ndarray, after: np.ndarray) -> bool:
+    """Whether pairs of views that the solution did not use agree better.
+
+    A distance counts up to a third of the gate, and a surface that was lost
+    counts as much. The mean over each pair must fall, over the pairs, by more
+    than twice its standard error and by a hundredth.
+
+    Args:
+        before: Distances of points of m held-out pairs, shape (m, k) [m].
+        after: The same after the refinement.
+    """
+    most = GATE / 3
+    either = np.isfinite(before) | np.isfinite(after)
+    used = either.sum(axis=1) >= 20
+    if not used.any():
+        return False
+    means = []
+    for values in (before, after):
+        limited = np.minimum(np.where(np.isfinite(values), values, most), most)
+        total = np.where(either, limited, 0).sum(axis=1)[used]
+        means.append(total / either.sum(axis=1)[used])
+    gain = means[0] - means[1]
+    error = gain.std() / np.sqrt(len(gain))
+    return bool(gain.mean() > max(2 * error, 0.01 * means[0].mean()))

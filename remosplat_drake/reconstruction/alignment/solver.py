@@ -1,0 +1,224 @@
+"""Joint Gauss-Newton refinement of poses, depth scale and offset."""
+
+import dataclasses as dc
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from remosplat_drake.reconstruction.alignment.odometry_prior import (
+    OdometryNoise,
+)
+from remosplat_drake.reconstruction.alignment.pair_kernel import (
+    UNKNOWNS,
+    pair_equations,
+    pair_residuals,
+)
+from remosplat_drake.reconstruction.alignment.perturbation import (
+    assemble,
+    difference,
+    perturbed,
+)
+from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
+
+_STRIDE = 7
+"""Every so many residuals tell how they spread."""
+
+
+_SYSTEMATIC = 3.0
+"""Factor of variances for what pairs of views err by alike, such as creases
+that noise has hidden; rendered captures with known truth ask for it."""
+
+
+@dc.dataclass(frozen=True)
+class Level:
+    """One stage from coarse to fine.
+
+    Attributes:
+        gate: Largest residual [m].
+        width: Least width of the robust weight [m].
+        least_cosine: Least cosine between the two surfaces' normals.
+        steps: Largest number of Gauss-Newton steps.
+    """
+
+    gate: float
+    width: float
+    least_cosine: float
+    steps: int
+
+
+@dc.dataclass(eq=False)
+class State:
+    """Where the refinement stands.
+
+    Attributes:
+        X_WC: Poses, shape (n, 4, 4).
+        scale: Factor of the measured depths.
+        offset: Offset that is added to them [m].
+    """
+
+    X_WC: np.ndarray
+    scale: float = 1.0
+    offset: float = 0.0
+
+    @property
+    def pose(self) -> np.ndarray:
+        """Poses as the kernels take them, (n, 3, 4)."""
+        return np.ascontiguousarray(self.X_WC[:, :3])
+
+    def unknowns(self, given: np.ndarray) -> np.ndarray:
+        """Returns the deviation from given poses, scale 1 and offset 0."""
+        error = difference(self.X_WC, given).ravel()
+        return np.append(error, [self.scale - 1, self.offset])
+
+    def moved(self, step: np.ndarray) -> "State":
+        """Returns the state after a step of all unknowns."""
+        return State(
+            perturbed(self.X_WC, step[:-2].reshape(-1, 6)),
+            self.scale + step[-2],
+            self.offset + step[-1],
+        )
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Equations:
+    """The data's normal equations at a state, and those of each pair.
+
+    Attributes:
+        H: Matrix of all unknowns, shape (6n + 2, 6n + 2).
+        g: Gradient, shape (6n + 2,).
+        pair_H: Matrices of the pairs, shape (m, 8, 8).
+        pair_g: Gradients of the pairs, shape (m, 8).
+        count: Numbers of residuals, shape (m,).
+        shared: How many residuals of a pair say as much as an independent
+            one, shape (m,); H and g have been divided by it.
+    """
+
+    H: np.ndarray
+    g: np.ndarray
+    pair_H: np.ndarray
+    pair_g: np.ndarray
+    count: np.ndarray
+    shared: np.ndarray
+
+
+def residual_spread(
+    stack: ViewStack, state: State, pairs: np.ndarray, level: Level
+) -> float:
+    """Returns the robust ratio of residuals to their known deviations, >= 1."""
+    kept = -(-stack.point.shape[1] // _STRIDE)
+    values = np.empty((len(pairs), 2, kept, 2))
+    pair_residuals(
+        stack, state.pose, state.scale, state.offset, pairs, level.gate,
+        level.least_cosine, _STRIDE, values,
+    )  # fmt: skip
+    ratio = np.abs(values[..., 0] / values[..., 1])
+    ratio = ratio[np.isfinite(ratio)]
+    return max(1.4826 * float(np.median(ratio)), 1.0) if len(ratio) else 1.0
+
+
+def equations(
+    stack: ViewStack,
+    state: State,
+    pairs: np.ndarray,
+    level: Level,
+    spread: float,
+    correlation: float,
+) -> Equations:
+    """Sums the normal equations of all pairs at a state.
+
+    Args:
+        stack: The views.
+        state: Their poses, scale and offset.
+        pairs: Indices of views (a, b), shape (m, 2).
+        level: What counts.
+        spread: What `residual_spread` says.
+        correlation: What `estimate_correlation` says.
+    """
+    m = len(pairs)
+    H, g = np.empty((m, UNKNOWNS, UNKNOWNS)), np.empty((m, UNKNOWNS))
+    count = np.empty(m)
+    pair_equations(
+        stack, state.pose, state.scale, state.offset, pairs, level.gate,
+        level.least_cosine, spread, level.width, H, g, count,
+    )  # fmt: skip
+    shared = _SYSTEMATIC * np.maximum(_reuse(stack, pairs, count), correlation)
+    matrix, gradient = assemble(
+        H / shared[:, None, None], g / shared[:, None], state.X_WC, pairs
+    )
+    return Equations(matrix, gradient, H, g, count, shared)
+
+
+def _reuse(
+    stack: ViewStack, pairs: np.ndarray, count: np.ndarray
+) -> np.ndarray:
+    """How often each pair's residuals say what others have said, (m,).
+
+    A view's noise is in all residuals that it takes part in, as one of two;
+    its pose is not known better than its own independent windows tell.
+    """
+    total = np.zeros(len(stack))
+    np.add.at(total, pairs.ravel(), np.repeat(count, 2))
+    often = 0.5 * total / np.maximum(stack.independent, 1)
+    return np.maximum(often[pairs].mean(axis=1), 1)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Posterior:
+    """The unknowns given data and prior, to second order.
+
+    Attributes:
+        mean: Deviation from the given poses, scale 1, offset 0, (6n + 2,).
+        covariance: Its covariance, shape (6n + 2, 6n + 2).
+        noise: Noise of the given poses.
+    """
+
+    mean: np.ndarray
+    covariance: np.ndarray
+    noise: OdometryNoise
+
+
+def posterior(
+    data: Equations,
+    x: np.ndarray,
+    noise: OdometryNoise,
+    known: tuple[np.ndarray, np.ndarray],
+) -> Posterior:
+    """Solves the data's equations at x together with the prior's.
+
+    Args:
+        data: The data's equations at x.
+        x: Deviation from the given poses, scale 1, offset 0, shape (6n + 2,).
+        noise: Noise of the given poses.
+        known: Matrix and gradient of what else is known, at x.
+    """
+    H = data.H + known[0]
+    h = H @ x - data.g - known[1]
+    H[:-2, :-2] += noise.precision(len(x) // 6)
+    factor = cho_factor(H, lower=True, check_finite=False)
+    covariance = cho_solve(factor, np.eye(len(H)), check_finite=False)
+    return Posterior(covariance @ h, covariance, noise)
+
+
+def estimate_correlation(
+    data: Equations, result: Posterior, *, default: float, weight: float = 20
+) -> float:
+    """Tells how many residuals of a pair say as much as an independent one.
+
+    Neighbouring pixels err alike, and so do all residuals of a pair whose
+    images are bent. Were they independent, the pairs' own solutions would
+    miss the joint one by chi^2 = sum of g^T H^-1 g = 8 m less the number of
+    unknowns that the data determine.
+
+    Args:
+        data: Equations at the solution.
+        result: The solution.
+        default: What is expected of few pairs.
+        weight: How many degrees of freedom the default counts for.
+    """
+    values, vectors = np.linalg.eigh(data.pair_H)
+    along = np.einsum("mji,mj->mi", vectors, data.pair_g)
+    known = values > 1e-6 * np.maximum(values[:, -1:], 1e-12)
+    chi2 = np.where(known, along**2 / np.where(known, values, 1), 0).sum()
+    fitted = (result.covariance * data.H).sum()
+    freedom = max(known.sum() - fitted, 0.0)
+    return float((default * weight + chi2) / (weight + freedom))

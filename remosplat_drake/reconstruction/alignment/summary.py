@@ -1,0 +1,84 @@
+"""`AlignmentSummary`: what a quality report says of the cameras."""
+
+import dataclasses as dc
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval
+
+from remosplat_drake.base.ranges import Config
+from remosplat_drake.reconstruction.alignment.alignment import Alignment
+from remosplat_drake.reconstruction.alignment.perturbation import difference
+from remosplat_drake.reconstruction.alignment.residual_table import ResidualRow
+
+_SIZE = Annotated[float, Interval(ge=0, le=1e4)]
+
+
+@dc.dataclass
+class AlignmentSummary(Config):
+    """How poses, depth scale and offset were refined."""
+
+    # Whether the refinement was kept: only if other views agree better.
+    accepted: bool = False
+    # Factor by which measured depths were multiplied.
+    scale: Annotated[float, Interval(ge=0, le=1e4)] = 1.0
+    # Its standard deviation.
+    scale_std: _SIZE = 0.0
+    # What was added to the depths [m].
+    offset: Annotated[float, Interval(ge=-1e4, le=1e4)] = 0.0
+    # Its standard deviation [m].
+    offset_std: _SIZE = 0.0
+    # Median motion of the cameras [m].
+    moved: _SIZE = 0.0
+    # Median rotation of the cameras [rad].
+    turned: _SIZE = 0.0
+    # Median standard deviation of a camera's position [m].
+    position_std: _SIZE = 0.0
+    # Number of groups of views that share no surface.
+    groups: Annotated[int, Interval(ge=0, le=10**9)] = 1
+    # Residuals before and after, by the distance of the views.
+    rows: list[ResidualRow] = dc.field(default_factory=list)
+    # What was done and what is not known, in words.
+    words: str = ""
+
+
+def summarize_alignment(
+    alignment: Alignment, given: np.ndarray
+) -> AlignmentSummary:
+    """Summarises an alignment of a capture with given poses (n, 4, 4)."""
+    motion = difference(alignment.capture.X_WC, given)
+    sizes = np.linalg.norm(motion.reshape(-1, 2, 3), axis=2)
+    turned, moved = np.median(sizes, axis=0).tolist()
+    variances = np.diag(alignment.covariance)[:-2].reshape(-1, 6)
+    position_std = np.sqrt(variances[:, 3:].sum(axis=1))
+    return AlignmentSummary(
+        accepted=alignment.accepted,
+        scale=alignment.scale,
+        scale_std=alignment.scale_std,
+        offset=alignment.offset,
+        offset_std=alignment.offset_std,
+        moved=moved,
+        turned=turned,
+        position_std=float(np.median(position_std)),
+        groups=alignment.groups,
+        rows=alignment.rows,
+        words=_words(alignment, moved, turned),
+    )
+
+
+def _words(alignment: Alignment, moved: float, turned: float) -> str:
+    if alignment.accepted:
+        words = (
+            f"Cameras were moved by {1e3 * moved:.1f} mm and"
+            f" {np.rad2deg(turned):.2f} degrees (median); depth was multiplied"
+            f" by {alignment.scale:.4f} ± {alignment.scale_std:.4f}"
+            f" and {1e3 * alignment.offset:+.1f} mm added."
+        )
+    else:
+        words = (
+            "The given poses are kept: pairs of views that the refinement did"
+            " not use agree no better with it."
+        )
+    if alignment.groups > 1:
+        words += f" {alignment.groups} groups of views share no surface."
+    return words
