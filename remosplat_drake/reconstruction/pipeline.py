@@ -1,7 +1,8 @@
-"""`reconstruct`: from a capture to a splat, by surfels, refinement, training.
+"""`reconstruct`: from a capture to a splat that knows how wrong it may be.
 
 Surfels are laid on the measured surfaces, refined against all depth images on
-the CPU, and, where there is a CUDA device, trained on colours and depth.
+the CPU, and, where there is a CUDA device, trained on colours and depth. Then
+discs are laid on what is left bare, and each gets a bound on its error.
 """
 
 import dataclasses as dc
@@ -34,6 +35,8 @@ from remosplat_drake.reconstruction.surfels.surfels import (
     Surfels,
     splat_of_surfels,
 )
+from remosplat_drake.reconstruction.uncertainty.bound import bound_splat
+from remosplat_drake.reconstruction.uncertainty.pose_errors import PoseErrors
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _MARGIN_PER_SCATTER = 4.0
@@ -48,7 +51,8 @@ class Reconstruction:
     """A reconstructed splat and how it was made.
 
     Attributes:
-        splat: The splat in the capture's world frame.
+        splat: The splat in the capture's world frame, with the uncertainty of
+            its discs if that was asked for.
         method: How the splat was made, in words.
         seconds: Wall-clock time that it took [s].
     """
@@ -65,6 +69,8 @@ def reconstruct(
     initialisation: InitialisationConfig | None = None,
     surfels: Surfels | None = None,
     refinement: RefinementConfig | None = None,
+    bounded: bool = False,
+    errors: PoseErrors | None = None,
     steps: int = 500,
     seed: int = 0,
     held_out: np.ndarray | None = None,
@@ -80,6 +86,9 @@ def reconstruct(
             takes the defaults.
         surfels: Surfels to start from, in place of an initialisation.
         refinement: Settings of the refinement; None takes the defaults.
+        bounded: Whether gaps are closed and discs get an uncertainty.
+        errors: Draws of the errors of the cameras, which count in that; None
+            takes poses and depths as exact.
         steps: Largest number of training steps.
         seed: Seed of the order of the images in training.
         held_out: Which views are not trained on but decide when training stops,
@@ -116,6 +125,11 @@ def reconstruct(
             capture, splat, steps, seed, held_out, checkpoint, report
         )
         method += f", trained by gsplat 2DGS on CUDA for {trained} steps"
+    if bounded:
+        report("bounding", 0, 1)
+        errors = None if errors is None else errors.of_views(~held_out)
+        splat = bound_splat(seen, splat, errors).bounded_W
+        report("bounding", 1, 1)
     return Reconstruction(splat, method, time.perf_counter() - start)
 
 

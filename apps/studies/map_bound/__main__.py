@@ -1,0 +1,138 @@
+"""Does the bound on a map's error hold, where captures are not exact?
+
+Scenes are rendered, their captures disturbed (poses, drift, scale, sensor),
+reconstructed without the truth, and judged by it. The constants of
+`reconstruction/uncertainty/bound.py` were chosen on the families and seeds of
+`--split calibration`, and are reported on those of `--split evaluation`.
+"""
+
+import argparse
+import dataclasses as dc
+import json
+import sys
+from collections.abc import Sequence
+from contextlib import closing
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+
+from apps.studies.command_line import study_main
+from apps.studies.map_bound.case import Case, draw_case
+from apps.studies.map_bound.disturbance import NAMED
+from apps.studies.map_bound.report import summary, table
+from apps.studies.map_bound.trial import Errors, Result, failed, run_trial
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.benchmark.line_file import LineFile
+from remosplat_drake.benchmark.pool import Job, run_jobs
+
+SPLITS = {
+    "calibration": (("table", "bookshelf2"), 1000),
+    "evaluation": (("bookshelf", "table2", "posts"), 5000),
+}
+"""Families of scenes, and the first seed, by the name of the split."""
+
+VIEWS = 40
+"""Number of views of the named disturbances."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the study's flags."""
+    parser.add_argument(
+        "--split",
+        choices=[*SPLITS, "named"],
+        default="named",
+        help="which cases: those that constants are chosen on, those that are"
+        " reported, or the four of the table in docs/results/maps.md (named)",
+    )
+    parser.add_argument(
+        "--count", type=int, default=8, help="how many cases (8)"
+    )
+    parser.add_argument(
+        "--first", type=int, default=0, help="number of the first case (0)"
+    )
+    parser.add_argument(
+        "--jobs", type=int, default=2, metavar="N", help="at a time (2)"
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("results/map_bound"),
+        metavar="DIR",
+        help="where results go; what is there is not done again",
+    )
+
+
+def cases(split: str, first: int, count: int) -> list[Case]:
+    """Returns cases of a split, in order.
+
+    Args:
+        split: Name of the split, or `named`.
+        first: Number of the first case.
+        count: How many.
+    """
+    if split == "named":
+        drawn = [
+            Case(family, 1, VIEWS, what)
+            for what in NAMED.values()
+            for family in ("table", "bookshelf")
+        ]
+        return drawn[first : first + count]
+    families, start = SPLITS[split]
+    numbers = range(first, first + count)
+    return [draw_case(families[i % len(families)], start + i) for i in numbers]
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Runs missing trials and prints what they show."""
+    for name, least in (("count", 1), ("first", 0), ("jobs", 0)):
+        if getattr(arguments, name) < least:
+            raise FieldError(
+                "map_bound", f"--{name}", f"must be at least {least}"
+            )
+    wanted = cases(arguments.split, arguments.first, arguments.count)
+    path = arguments.output / f"{arguments.split}.jsonl"
+    known = read_results(path)
+    missing = [case for case in wanted if case.key not in known]
+    running = run_jobs(
+        (Job(case, run_trial, failed) for case in missing), arguments.jobs
+    )
+    progress = Progress(console=Console(stderr=True), transient=True)
+    with LineFile(path) as file, closing(running), progress:
+        task = progress.add_task("reconstructing", total=len(missing))
+        for result in running:
+            file.append(json.dumps(dc.asdict(result)))
+            known[result.key] = result
+            progress.advance(task)
+    results = [known[case.key] for case in wanted]
+    console = Console()
+    console.print(table(results))
+    for line in summary(results):
+        console.print(line, highlight=False, soft_wrap=True)
+    return 0
+
+
+def read_results(path: Path) -> dict[str, Result]:
+    """Reads the results of earlier runs, by key; errors are tried again.
+
+    Args:
+        path: A file of results, one a line; it need not exist.
+    """
+    results = {}
+    for line in path.read_text().splitlines() if path.is_file() else ():
+        fields = json.loads(line)
+        if fields["error"]:
+            continue
+        for name in ("before", "after"):
+            fields[name] = Errors(**fields[name])
+        results[fields["key"]] = Result(**fields)
+    return results
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the study from its command line and returns its exit code."""
+    return study_main("map_bound", __doc__, add_arguments, run, argv)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

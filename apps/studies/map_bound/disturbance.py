@@ -1,0 +1,100 @@
+"""Disturbances of a perfect capture, as real cameras and trackers make them."""
+
+import dataclasses as dc
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.rendering.sensor_noise import (
+    sensor_noise,
+    with_noise,
+)
+
+
+@dc.dataclass(frozen=True)
+class Disturbance:
+    """What is wrong with a capture.
+
+    Attributes:
+        sensor: Name of a preset of `sensor_noise`.
+        position: Standard deviation of each camera's position along each axis
+            [m].
+        rotation: Standard deviation of each camera's rotation about each axis
+            [rad].
+        drift: Length by which the positions have drifted at the last view [m].
+        scale: How many times too large the depths are.
+    """
+
+    sensor: str = "none"
+    position: float = 0.0
+    rotation: float = 0.0
+    drift: float = 0.0
+    scale: float = 1.0
+
+
+EXACT = Disturbance()
+
+NAMED = {
+    "exact": EXACT,
+    "depth +2 %": Disturbance(scale=1.02),
+    "poses 5 mm, 0.15 deg": Disturbance(
+        position=0.005, rotation=np.deg2rad(0.15)
+    ),
+    "drift 50 mm": Disturbance(drift=0.05),
+}
+"""The disturbances of the review's table."""
+
+
+def draw_disturbance(rng: np.random.Generator) -> Disturbance:
+    """Draws a disturbance: each kind is absent in a part of all cases.
+
+    Pose noise is uniform up to 20 mm, with 0.03 degrees a millimetre; drift
+    up to 100 mm; the scale is off by up to 3 % either way.
+    """
+    position = rng.choice([0.0, 0.02 * rng.random()])
+    return Disturbance(
+        sensor=str(rng.choice(["none", "kinect", "realsense_d435"])),
+        position=position,
+        rotation=np.deg2rad(30 * position),
+        drift=rng.choice([0.0, 0.1 * rng.random()]),
+        scale=rng.choice([1.0, 1 + 0.03 * rng.uniform(-1, 1)]),
+    )
+
+
+def disturbed(capture: Capture, what: Disturbance, seed: int) -> Capture:
+    """Returns a capture as it would have come from a real camera.
+
+    The drift goes along a smooth random curve that begins at the first view,
+    and turns the cameras a little as well.
+
+    Args:
+        capture: A perfect capture, its views in the order of time.
+        what: What is wrong with it.
+        seed: Seed of all that is random.
+    """
+    rng = np.random.default_rng([seed, 1])
+    capture = with_noise(capture, sensor_noise(what.sensor), seed)
+    count = len(capture)
+    turn = what.rotation * rng.standard_normal((count, 3))
+    shift = what.position * rng.standard_normal((count, 3))
+    walk = _smooth_curve(count, rng)
+    shift = shift + what.drift * walk
+    # Ten degrees a metre, as visual odometry does about as badly.
+    turn = turn + np.deg2rad(10) * what.drift * _smooth_curve(count, rng)
+    X_WC = capture.X_WC.copy()
+    R = Rotation.from_rotvec(turn).as_matrix()
+    X_WC[:, :3, :3] = R @ X_WC[:, :3, :3]
+    X_WC[:, :3, 3] += shift
+    depth = (what.scale * capture.depth).astype(np.float32)
+    return dc.replace(capture, X_WC=X_WC, depth=depth)
+
+
+def _smooth_curve(count: int, rng: np.random.Generator) -> np.ndarray:
+    """A curve from the origin to a random unit vector, (count, 3)."""
+    time = np.linspace(0, 1, count)[:, None]
+    end = rng.standard_normal(3)
+    end /= np.linalg.norm(end)
+    bend = 0.3 * rng.standard_normal((2, 3))
+    waves = np.sin(np.pi * time * [1, 2])
+    return time * end + waves @ bend

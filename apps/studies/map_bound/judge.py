@@ -1,0 +1,185 @@
+"""Judges a map by the truth: how far distances are too large, and where."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.rendering.sensor_noise import SensorNoise
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.signals.distance_field import DistanceField
+
+NEAREST, FARTHEST = 0.03, 0.5
+"""Range of the true distances that are judged [m]: no robot sphere has its
+centre nearer to a surface, and the controller looks no farther."""
+
+SEEN_BY = 2
+"""A surface has been seen if so many views saw it well."""
+
+_STEEPEST = 0.2
+"""Cosine of the angle of incidence at which a view sees a surface well."""
+
+_NOISIEST = 0.01
+"""Standard deviation of a depth that is measured well [m]."""
+
+_WORST = 300
+"""Surface points around which most is missing, and that are looked at again."""
+
+_OWN = 0.005
+"""Depth by which a view may miss a surface point that it sees [m]."""
+
+_NOTHING = 1.0  # A field that has nothing near has measured this [m].
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Sight:
+    """What the cameras really saw, for judging only.
+
+    Attributes:
+        scene: The truth.
+        perfect: The capture with its true poses and exact depths.
+        depth: The depths that the sensor delivered, shape (n, h, w) [m]: a
+            surface whose pixels have no depth was not seen.
+        sensor: The noise of the sensor.
+    """
+
+    scene: PrimitiveScene
+    perfect: Capture
+    depth: np.ndarray
+    sensor: SensorNoise
+
+    @property
+    def focus_W(self) -> np.ndarray:
+        """Where the robot works: the scene's target, shape (3,) [m]."""
+        assert self.scene.X_WE_target is not None
+        return self.scene.X_WE_target.translation()
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Queries:
+    """Points of free space near surfaces.
+
+    Attributes:
+        p_W: The points, shape (n, 3) [m].
+        distance: Their true distances, shape (n,) [m].
+        seen: Whether the nearest surface was seen well, shape (n,).
+    """
+
+    p_W: np.ndarray
+    distance: np.ndarray
+    seen: np.ndarray
+
+    def over_estimates(self, field: DistanceField) -> np.ndarray:
+        """Returns measured minus true distances, shape (n,) [m]."""
+        count = len(self.p_W)
+        measured = field.clearances(Spheres.at(self.p_W)).per_sphere(count)
+        return np.minimum(measured, _NOTHING) - self.distance
+
+    def well_seen(self) -> "Queries":
+        """Returns the points whose nearest surface was seen well."""
+        keep = self.seen
+        return Queries(self.p_W[keep], self.distance[keep], keep[keep])
+
+    def joined(self, other: "Queries") -> "Queries":
+        """Returns these points, then another's."""
+        return Queries(
+            *(
+                np.concatenate([getattr(self, f.name), getattr(other, f.name)])
+                for f in dc.fields(self)
+            )
+        )
+
+
+def random_queries(
+    sight: Sight, count: int, rng: np.random.Generator
+) -> Queries:
+    """Draws points of the robot's workspace.
+
+    Args:
+        sight: What the cameras saw.
+        count: Number of points that are drawn; fewer are of use.
+        rng: Source of randomness.
+    """
+    focus_W = sight.focus_W
+    return _near_surfaces(
+        rng.uniform(focus_W - 1, focus_W + 1, (count, 3)), sight
+    )
+
+
+def worst_queries(
+    field: DistanceField, sight: Sight, rng: np.random.Generator
+) -> Queries:
+    """Looks for the places where a map is worst.
+
+    Of a 1-Lipschitz map, no distance is too large by more than what it says at
+    the surface point that is nearest in truth. So measured pixels with the
+    largest distances are the places, and robots are put before them.
+
+    Args:
+        field: The map.
+        sight: What the cameras saw.
+        rng: Source of randomness.
+    """
+    perfect = sight.perfect
+    points = [
+        perfect.points_W(i)[sight.depth[i] > 0][::7]
+        for i in range(len(perfect))
+    ]
+    p_W = np.concatenate(points)
+    p_W = p_W[np.abs(p_W - sight.focus_W).max(axis=1) < 1]
+    measured = field.clearances(Spheres.at(p_W)).per_sphere(len(p_W))
+    worst = p_W[np.argsort(-measured)[:_WORST]]
+    away = rng.standard_normal((40, *worst.shape))
+    away /= np.linalg.norm(away, axis=-1, keepdims=True)
+    reach = NEAREST * rng.uniform(1, 2, (*away.shape[:2], 1))
+    return _near_surfaces((worst + away * reach).reshape(-1, 3), sight)
+
+
+def _near_surfaces(p_W: np.ndarray, sight: Sight) -> Queries:
+    """The points whose true distance is of interest."""
+    truth = SignedDistanceField(sight.scene).clearances(Spheres.at(p_W))
+    near = (truth.distance > NEAREST) & (truth.distance < FARTHEST)
+    views = times_seen(truth.p_WC[near], truth.direction_W[near], sight)
+    return Queries(
+        p_W[truth.sphere[near]], truth.distance[near], views >= SEEN_BY
+    )
+
+
+def times_seen(
+    p_W: np.ndarray, inward_W: np.ndarray, sight: Sight
+) -> np.ndarray:
+    """Counts the views that saw points of surfaces well.
+
+    Args:
+        p_W: The points, shape (n, 3) [m].
+        inward_W: Unit normals into the solid, shape (n, 3).
+        sight: What the cameras saw.
+
+    Returns:
+        Shape (n,).
+    """
+    perfect, count = sight.perfect, np.zeros(len(p_W), int)
+    height, width = perfect.size
+    for view in range(len(perfect)):
+        X_WC, K = perfect.X_WC[view], perfect.K[view]
+        p_C = (p_W - X_WC[:3, 3]) @ X_WC[:3, :3]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u, v = (p_C @ K.T)[:, :2].T / p_C[:, 2]
+        inside = (p_C[:, 2] > 0) & (u >= 0) & (u < width)
+        rows = np.flatnonzero(inside & (v >= 0) & (v < height))
+        pixel = v[rows].astype(int), u[rows].astype(int)
+        exact, z = perfect.depth[view][pixel], p_C[rows, 2]
+        ray_W = p_W[rows] - X_WC[:3, 3]
+        ray_W /= np.linalg.norm(ray_W, axis=1, keepdims=True)
+        cosine = (ray_W * inward_W[rows]).sum(axis=1)
+        incidence = np.arccos(np.clip(cosine, -1, 1))
+        count[rows] += (
+            (exact > 0)
+            & (sight.depth[view][pixel] > 0)
+            & (np.abs(exact - z) < _OWN)
+            & (cosine > _STEEPEST)
+            & (sight.sensor.axial(z, incidence) < _NOISIEST)
+        )
+    return count

@@ -1,0 +1,140 @@
+"""One trial of the study: reconstruct a disturbed capture, judge the map."""
+
+import dataclasses as dc
+from time import perf_counter
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from apps.studies.map_bound.case import Case
+from apps.studies.map_bound.judge import (
+    Sight,
+    random_queries,
+    worst_queries,
+)
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.rendering.sensor_noise import sensor_noise
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.reconstruction.alignment.alignment import align
+from remosplat_drake.reconstruction.pipeline import reconstruct
+from remosplat_drake.reconstruction.uncertainty.pose_errors import PoseErrors
+
+QUERIES = 20_000
+"""Number of random points at which a map is judged; fewer are of use."""
+
+
+@dc.dataclass(frozen=True)
+class Errors:
+    """How far poses and scale are from the truth.
+
+    Attributes:
+        position: Largest error of a camera's position in W [m].
+        shape: The same after the rigid motion that fits best: what no other
+            choice of W explains [m].
+        rotation: Largest error of a camera's rotation in W [rad].
+        scale: Error of the depth's scale.
+    """
+
+    position: float
+    shape: float
+    rotation: float
+    scale: float
+
+
+@dc.dataclass(frozen=True)
+class Result:
+    """What came out of a trial; all lengths in metres.
+
+    Attributes:
+        key: Name of the case.
+        before: Errors of the disturbed capture.
+        after: Errors of the refined one.
+        queries: Number of points whose nearest surface was seen well.
+        exceeded: Number of these at which the distance less the discs' own
+            uncertainty exceeds the true one.
+        worst: Largest excess of such a distance over the true one.
+        over: Largest over-estimate at these points, nothing subtracted.
+        bound: Largest uncertainty of a disc in the workspace.
+        looseness: Median, and percentile 90, of the true distance less the
+            one that the robot works with.
+        medium: Median uncertainty of the discs.
+        seconds: Time of the reconstruction, and how much of it was alignment
+            [s].
+        error: What went wrong; empty for nothing.
+    """
+
+    key: str
+    before: Errors | None = None
+    after: Errors | None = None
+    queries: int = 0
+    exceeded: int = 0
+    worst: float = np.nan
+    over: float = np.nan
+    bound: float = np.nan
+    looseness: tuple[float, float] = (np.nan, np.nan)
+    medium: float = np.nan
+    seconds: tuple[float, float] = (np.nan, np.nan)
+    error: str = ""
+
+
+def failed(case: Case, error: str) -> Result:
+    """Returns the result of a trial that failed."""
+    return Result(case.key, error=error)
+
+
+def run_trial(case: Case) -> Result:
+    """Reconstructs the capture of a case and judges the splat by the truth.
+
+    Raises:
+        Exception: Any error of the reconstruction.
+    """
+    scene, perfect, capture = case.captures()
+    sensor = sensor_noise(case.disturbance.sensor)
+    sight = Sight(scene, perfect, capture.depth, sensor)
+    start = perf_counter()
+    alignment = align(capture)
+    aligned = perf_counter() - start
+    errors = PoseErrors.of_draws(alignment.draws())
+    made = reconstruct(alignment.capture, "cpu", bounded=True, errors=errors)
+    seconds = perf_counter() - start
+    rng = np.random.default_rng([case.seed, 2])
+    raw = SphereToEllipsoidField(made.splat.with_uncertainty(None))
+    careful = SphereToEllipsoidField(made.splat)
+    queries = random_queries(sight, QUERIES, rng)
+    queries = queries.joined(worst_queries(raw, sight, rng)).well_seen()
+    over, excess = queries.over_estimates(raw), queries.over_estimates(careful)
+    near = np.abs(made.splat.p_GK - sight.focus_W).max(axis=1) < 1
+    assert made.splat.uncertainty is not None
+    own = made.splat.uncertainty[near]
+    return Result(
+        key=case.key,
+        before=_errors(capture, perfect, case.disturbance.scale),
+        after=_errors(
+            alignment.capture,
+            perfect,
+            case.disturbance.scale * alignment.scale,
+        ),
+        queries=len(over),
+        exceeded=int((excess > 0).sum()),
+        worst=float(excess.max(initial=-np.inf)),
+        over=float(over.max(initial=0.0)),
+        bound=float(own.max(initial=0.0)),
+        looseness=tuple(np.percentile(-excess, [50, 90]).tolist()),
+        medium=float(np.median(own)),
+        seconds=(seconds, aligned),
+    )
+
+
+def _errors(capture: Capture, perfect: Capture, scale: float) -> Errors:
+    p_W, true_W = capture.X_WC[:, :3, 3], perfect.X_WC[:, :3, 3]
+    turned = Rotation.align_vectors(
+        true_W - true_W.mean(axis=0), p_W - p_W.mean(axis=0)
+    )[0]
+    fitted = turned.apply(p_W - p_W.mean(axis=0)) + true_W.mean(axis=0)
+    R = capture.X_WC[:, :3, :3] @ perfect.X_WC[:, :3, :3].transpose(0, 2, 1)
+    return Errors(
+        position=float(np.linalg.norm(p_W - true_W, axis=1).max()),
+        shape=float(np.linalg.norm(fitted - true_W, axis=1).max()),
+        rotation=float(Rotation.from_matrix(R).magnitude().max()),
+        scale=scale - 1,
+    )

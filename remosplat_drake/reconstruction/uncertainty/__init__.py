@@ -1,0 +1,1 @@
+"""How wrong the discs of a splat may be, and where no disc is."""

@@ -1,0 +1,131 @@
+"""A bound on how far the truth may lie in front of each disc of a splat.
+
+u = g + z s + c a, with s and a up to a limit: g is the largest gap between the disc and what was measured
+of its surface; s is the standard deviation of the disc's own place, by the
+noise of the depth and by the errors of the poses and of the depth's scale; a
+is the distance between the pixels that saw it, between which an edge may lie.
+z and c were chosen on rendered scenes with known truth and then frozen; see
+the study `map_bound` and docs/theory/uncertainty.md.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
+from remosplat_drake.reconstruction.uncertainty.depth_noise import (
+    estimate_noise,
+)
+from remosplat_drake.reconstruction.uncertainty.evidence import find_evidence
+from remosplat_drake.reconstruction.uncertainty.gaps import close_gaps, gaps
+from remosplat_drake.reconstruction.uncertainty.measured_voxels import (
+    MeasuredVoxels,
+    measured_voxels,
+)
+from remosplat_drake.reconstruction.uncertainty.pose_errors import (
+    PoseErrors,
+    disc_errors,
+)
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+SIGNIFICANCE = 3.5
+"""z: how many standard deviations the bound is away."""
+
+PITCH = 0.75
+"""c: which part of the distance between two pixels an edge may be off."""
+
+LARGEST_SIGMA = 0.005
+"""What is known worse than this makes no disc, and counts as not seen [m]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Bounds:
+    """What the bounds of a splat's n discs are made of.
+
+    Attributes:
+        splat_W: The splat with discs on all gaps.
+        noise: Noise of the capture's depth.
+        gap: Largest gaps g, shape (n,) [m].
+        noise_sigma: Standard deviations by the depth's noise, shape (n,) [m].
+        pose_sigma: Standard deviations by errors of poses and scale, shape
+            (n,) [m].
+        pitch: Distances a between pixels, shape (n,) [m].
+    """
+
+    splat_W: GaussianSplat
+    noise: DepthNoise
+    gap: np.ndarray
+    noise_sigma: np.ndarray
+    pose_sigma: np.ndarray
+    pitch: np.ndarray
+
+    @property
+    def bounded_W(self) -> GaussianSplat:
+        """The splat with these bounds as its uncertainty."""
+        return self.splat_W.with_uncertainty(self.uncertainty())
+
+    def uncertainty(
+        self, significance: float = SIGNIFICANCE, pitch: float = PITCH
+    ) -> np.ndarray:
+        """Computes the bound u of each disc.
+
+        Args:
+            significance: The factor z.
+            pitch: The factor c.
+
+        Returns:
+            Shape (n,) [m].
+        """
+        sigma = np.hypot(self.noise_sigma, self.pose_sigma)
+        return self.gap + significance * sigma + pitch * self.pitch
+
+
+def bound_splat(
+    capture: Capture,
+    splat_W: GaussianSplat,
+    errors: PoseErrors | None = None,
+) -> Bounds:
+    """Closes the gaps of a splat and bounds the error of each disc.
+
+    Args:
+        capture: The posed RGB-D images that the splat was made of.
+        splat_W: Discs, in W.
+        errors: Draws of the errors of poses and of the depth's scale; None
+            takes them as exact.
+    """
+    noise = estimate_noise(capture, splat_W)
+    measured = measured_voxels(capture, noise)
+    measured = measured.select(measured.is_confirmed(LARGEST_SIGMA))
+    splat_W = close_gaps(splat_W, measured)
+    errors = PoseErrors.none(len(capture)) if errors is None else errors
+    moved, pitch = disc_errors(capture, splat_W, noise, errors)
+    gap, sigma = _at_discs(splat_W, measured)
+    seen = find_evidence(capture, splat_W, noise)
+    known = np.isfinite(pitch)
+    farthest = float(pitch[known].max(initial=0.0))
+    pitch = np.where(known, pitch, farthest)
+    # Where nothing was averaged, one pixel's noise counts.
+    z = pitch * float(capture.K[:, 0, 0].mean())
+    single = noise.floor + noise.growth * z**2
+    sigma = np.minimum(np.minimum(sigma, seen.sigma), single)
+    sigma = np.minimum(sigma, LARGEST_SIGMA)
+    return Bounds(
+        splat_W=splat_W,
+        noise=noise,
+        gap=gap,
+        noise_sigma=sigma,
+        pose_sigma=np.sqrt((moved**2).mean(axis=1)),
+        pitch=pitch,
+    )
+
+
+def _at_discs(
+    splat_W: GaussianSplat, measured: MeasuredVoxels
+) -> tuple[np.ndarray, np.ndarray]:
+    """The largest gap and the least noise of the voxels nearest to each."""
+    distance, nearest = gaps(splat_W, measured)
+    gap, sigma = np.zeros(len(splat_W)), np.full(len(splat_W), np.inf)
+    np.maximum.at(gap, nearest, distance)
+    np.minimum.at(sigma, nearest, measured.sigma)
+    return gap, sigma

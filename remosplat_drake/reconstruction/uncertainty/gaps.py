@@ -1,0 +1,113 @@
+"""Gaps: measured surfaces that no disc of a splat covers.
+
+A distance field that is 1-Lipschitz and says g at a point of a surface is
+nowhere too large by more than g because of that point. So what it says at the
+measured points bounds what it hides, whatever made the discs; and where that
+is too much, more discs help.
+"""
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.reconstruction.measured_space import voxel_means
+from remosplat_drake.reconstruction.surfels.surfels import (
+    Surfels,
+    splat_of_surfels,
+)
+from remosplat_drake.reconstruction.uncertainty.measured_voxels import (
+    MeasuredVoxels,
+)
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+LARGEST_GAP = 0.002
+"""Gap that is left as it is [m]."""
+
+_TINY = 0.0005
+"""Distances up to this are none [m]."""
+
+_SIGNIFICANT, _STEPS = 4.0, 13
+"""Noise is believed to move points by up to so many standard deviations; in
+how many steps that is tried."""
+
+_VOXEL = 0.008
+"""Points nearer to each other than about this share a disc [m]."""
+
+_REACH = 0.03
+"""Points up to so far apart belong to one surface [m]."""
+
+_NEIGHBORS = 12
+
+
+def gaps(
+    splat_W: GaussianSplat, measured: MeasuredVoxels
+) -> tuple[np.ndarray, np.ndarray]:
+    """Measures how far measured points are from a splat, noise apart.
+
+    Noise moves a point along its ray. So the least distance counts that any
+    point of the ray has within `_SIGNIFICANT` standard deviations.
+
+    Args:
+        splat_W: Discs, in W.
+        measured: What was measured.
+
+    Returns:
+        Distances, shape (n,) [m], and the indices of the nearest discs, (n,).
+    """
+    field = SphereToEllipsoidField(splat_W, min_opacity=0.0)
+    points = Spheres.at(measured.p_W)
+    distance = field.clearances(points).per_sphere(len(points))
+    open_ = np.flatnonzero(distance > _TINY)
+    for step in np.linspace(-_SIGNIFICANT, _SIGNIFICANT, _STEPS):
+        offset = step * measured.sigma[open_, None] * measured.ray_W[open_]
+        points = Spheres.at(measured.p_W[open_] + offset)
+        moved = field.clearances(points).per_sphere(len(points))
+        distance[open_] = np.minimum(distance[open_], moved)
+    return distance, field.nearest_splats(Spheres.at(measured.p_W))
+
+
+def close_gaps(
+    splat_W: GaussianSplat,
+    measured: MeasuredVoxels,
+    largest: float = LARGEST_GAP,
+) -> GaussianSplat:
+    """Lays discs on measured points that are farther away from all others.
+
+    Thin things, edges, and what was seen at a grazing angle may have lost
+    theirs, or never had one.
+
+    Args:
+        splat_W: Discs, in W.
+        measured: What was measured.
+        largest: Gap that is left as it is [m].
+
+    Returns:
+        The splat, with more discs at its end.
+    """
+    distance, nearest = gaps(splat_W, measured)
+    bare = distance > largest
+    if not bare.any():
+        return splat_W
+    p_WK = voxel_means(measured.p_W[bare], _VOXEL)
+    colors = splat_W.colors[nearest[KDTree(measured.p_W).query(p_WK)[1]]]
+    patches = Surfels(
+        p_WK,
+        _normals(p_WK, measured.p_W),
+        colors.astype(float),
+        np.full(len(p_WK), _VOXEL),
+    )
+    return splat_W.joined_with(splat_of_surfels(patches, scale=0.75))
+
+
+def _normals(p_W: np.ndarray, surface_W: np.ndarray) -> np.ndarray:
+    """Unit normals of the planes through the points around each, (n, 3)."""
+    tree = KDTree(surface_W)
+    apart, near = tree.query(p_W, _NEIGHBORS, distance_upper_bound=_REACH)
+    weight = np.isfinite(apart)[..., None]
+    around = surface_W[np.minimum(near, tree.n - 1)]
+    total = np.maximum(weight.sum(axis=1, keepdims=True), 1)
+    mean = (weight * around).sum(axis=1, keepdims=True) / total
+    offset = (around - mean) * weight
+    covariance = np.einsum("nki,nkj->nij", offset, offset)
+    return np.linalg.eigh(covariance)[1][:, :, 0]

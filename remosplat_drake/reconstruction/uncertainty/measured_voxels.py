@@ -1,0 +1,129 @@
+"""`MeasuredVoxels`: what all depth images together measured, voxel by voxel."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.measured_space import times_looked_through
+from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
+
+_VOXEL = (0.005, 0.015)
+"""Least and greatest edge length of the voxels [m]."""
+
+_NOISE_PER_VOXEL = 6.0
+"""Voxels are so many times as large as the noise at a depth of 1 m, so that
+means are means of something."""
+
+_PAST = 0.012
+"""How far behind a point a view must see to have looked through it [m]."""
+
+_NEARLY_EXACT = 5e-4
+"""What is known as well as this needs no other view [m]."""
+
+_MAX_SAMPLES = 6_000_000
+"""More pixels than this are thinned out evenly, for the sake of memory."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class MeasuredVoxels:
+    """n voxels in which depth images have measured a surface.
+
+    Attributes:
+        p_W: Means of the pixels' points in each voxel, shape (n, 3) [m].
+        ray_W: Mean unit direction from the cameras, shape (n, 3); shorter than
+            1 where these looked from different sides.
+        sigma: Standard deviation of these means by the depth's noise, shape
+            (n,) [m].
+        views: Number of views that contributed to each, shape (n,).
+    """
+
+    p_W: np.ndarray
+    ray_W: np.ndarray
+    sigma: np.ndarray
+    views: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.p_W)
+
+    def is_confirmed(self, largest_sigma: float) -> np.ndarray:
+        """Returns which voxels tell of a surface, shape (n,), bool.
+
+        Noise and silhouettes make single pixels that no other view has: of
+        noisy depth, two views must agree.
+
+        Args:
+            largest_sigma: What is known worse than this tells nothing [m].
+        """
+        agreed = (self.views > 1) | (self.sigma < _NEARLY_EXACT)
+        return agreed & (self.sigma < largest_sigma)
+
+    def select(self, keep: np.ndarray) -> "MeasuredVoxels":
+        """Returns the voxels that a mask or an index array selects."""
+        return MeasuredVoxels(
+            self.p_W[keep],
+            self.ray_W[keep],
+            self.sigma[keep],
+            self.views[keep],
+        )
+
+
+def measured_voxels(capture: Capture, noise: DepthNoise) -> MeasuredVoxels:
+    """Pools the measured points of all views in voxels.
+
+    Points that as many views looked through as measured them are left out:
+    depth cameras invent such points at silhouettes.
+
+    Args:
+        capture: Posed RGB-D images.
+        noise: Noise of their depth.
+    """
+    stride = max(1, int(np.ceil(np.sqrt(capture.depth.size / _MAX_SAMPLES))))
+    voxel = _NOISE_PER_VOXEL * (noise.floor + noise.growth)
+    voxel = float(np.clip(voxel, *_VOXEL))
+    rows = [np.zeros((0, 8))]
+    for view in range(len(capture)):
+        rows.append(_rows(capture, view, stride, noise))
+    pooled = _pooled(np.concatenate(rows), voxel)
+    through = times_looked_through(capture, pooled.p_W, _PAST)
+    return pooled.select(through < pooled.views)
+
+
+def _rows(
+    capture: Capture, view: int, stride: int, noise: DepthNoise
+) -> np.ndarray:
+    """Rows [point, ray, 1 / sigma^2, view] of a view's pixels with depth."""
+    z = capture.depth[view, ::stride, ::stride].reshape(-1).astype(float)
+    known = z > 0
+    p_W = capture.points_W(view)[::stride, ::stride].reshape(-1, 3)[known]
+    weight = (noise.floor + noise.growth * z[known] ** 2) ** -2
+    ray_W = p_W - capture.X_WC[view, :3, 3]
+    ray_W /= np.linalg.norm(ray_W, axis=1, keepdims=True)
+    number = np.full(len(p_W), view)
+    return np.column_stack([p_W, ray_W, weight, number])
+
+
+def _pooled(rows: np.ndarray, voxel: float) -> MeasuredVoxels:
+    """The means of the rows that share a voxel."""
+    cell = np.floor(rows[:, :3] / voxel).astype(np.int64)
+    cell -= cell.min(axis=0, initial=0)
+    shape = cell.max(axis=0, initial=0) + 1
+    key = (cell[:, 0] * shape[1] + cell[:, 1]) * shape[2] + cell[:, 2]
+    order = np.lexsort((rows[:, 7], key))
+    rows, key = rows[order], key[order]
+    fresh = np.diff(key, prepend=-1) != 0
+    fresh_view = fresh | (np.diff(rows[:, 7], prepend=-1) != 0)
+    group = np.cumsum(fresh) - 1
+    count = int(fresh.sum())
+
+    def total(values: np.ndarray | None, of: np.ndarray = group) -> np.ndarray:
+        return np.bincount(of, weights=values, minlength=count)
+
+    weight = total(rows[:, 6])
+    means = [total(rows[:, 6] * rows[:, k]) / weight for k in range(6)]
+    return MeasuredVoxels(
+        p_W=np.stack(means[:3], axis=1),
+        ray_W=np.stack(means[3:], axis=1),
+        sigma=1 / np.sqrt(weight),
+        views=total(None, group[fresh_view]),
+    )

@@ -1,0 +1,162 @@
+"""How errors of poses, depth scale and offset move the discs of a splat.
+
+A disc lies at the weighted mean of what its views measured. So it moves by the
+weighted mean of how these move, each as its camera's error has it. Errors are
+given as draws of a joint distribution: those of views whose poses hang
+together do not average out.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+from numba import njit
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+_AGREE = 0.01
+"""Difference of depths up to which a view sees a disc, whatever the noise
+[m]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class PoseErrors:
+    """k draws of the errors of n cameras' poses and of the depth.
+
+    The true place of what camera v measured at p_W is p_W + theta x (p_W -
+    p_WC) + t + scale (p_W - p_WC) + offset r, where r = (p_W - p_WC) / z is
+    the pixel's ray of unit depth.
+
+    Attributes:
+        theta_W: Rotation vectors, shape (k, n, 3) [rad].
+        t_W: Translations, shape (k, n, 3) [m].
+        scale: Errors of the depth's scale, shape (k,).
+        offset: Errors of the depth's offset, shape (k,) [m].
+    """
+
+    theta_W: np.ndarray
+    t_W: np.ndarray
+    scale: np.ndarray
+    offset: np.ndarray
+
+    @staticmethod
+    def of_draws(draws: np.ndarray) -> "PoseErrors":
+        """Sorts draws of `Alignment.draws`, shape (k, 6n + 2)."""
+        motion = draws[:, :-2].reshape(len(draws), -1, 2, 3)
+        return PoseErrors(
+            motion[:, :, 0], motion[:, :, 1], draws[:, -2], draws[:, -1]
+        )
+
+    def of_views(self, keep: np.ndarray) -> "PoseErrors":
+        """Returns the errors of the cameras that a mask selects."""
+        return dc.replace(
+            self, theta_W=self.theta_W[:, keep], t_W=self.t_W[:, keep]
+        )
+
+    def rotated(self, R_FW: np.ndarray) -> "PoseErrors":
+        """Returns the errors expressed in another frame F, by R_FW (3, 3)."""
+        return dc.replace(
+            self, theta_W=self.theta_W @ R_FW.T, t_W=self.t_W @ R_FW.T
+        )
+
+    @staticmethod
+    def none(views: int) -> "PoseErrors":
+        """Makes one draw of no error, for poses that are taken as exact."""
+        nothing = np.zeros((1, views, 3))
+        return PoseErrors(nothing, nothing, np.zeros(1), np.zeros(1))
+
+
+def disc_errors(
+    capture: Capture,
+    splat_W: GaussianSplat,
+    noise: DepthNoise,
+    errors: PoseErrors,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Computes by how much draws of pose errors move discs off their planes.
+
+    Args:
+        capture: Posed RGB-D images.
+        splat_W: The n discs, in W.
+        noise: Noise of the depth, which weighs the views.
+        errors: The k draws.
+
+    Returns:
+        Displacements along the discs' normals, shape (n, k) [m], 0 for a disc
+        that no view sees; and the distance of the nearest view's pixels on
+        each, across its line of sight, shape (n,) [m], inf for such a disc.
+    """
+    p_WK = np.array(splat_W.p_GK, float, order="C")
+    normal_W = np.ascontiguousarray(splat_W.R_GK[:, :, 2])
+    count = len(errors.scale)
+    moved = np.zeros((len(splat_W), count))
+    weight = np.zeros(len(splat_W))
+    pitch = np.full(len(splat_W), np.inf)
+    for view in range(len(capture)):
+        _add_view(
+            p_WK,
+            normal_W,
+            capture.depth[view],
+            capture.K[view].astype(float),
+            capture.X_WC[view].astype(float),
+            noise,
+            np.ascontiguousarray(errors.theta_W[:, view]),
+            np.ascontiguousarray(errors.t_W[:, view]),
+            errors.scale,
+            errors.offset,
+            moved,
+            weight,
+            pitch,
+        )
+    return moved / np.maximum(weight, 1e-300)[:, None], pitch
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add_view(
+    p_WK,
+    normal_W,
+    depth,
+    K,
+    X_WC,
+    noise,
+    theta,
+    t,
+    scale,
+    offset,
+    moved,
+    total,
+    pitch,
+):
+    """Adds a view's weighted displacements of each disc that it sees."""
+    height, width = depth.shape
+    arm, ray = np.zeros(3), np.zeros(3)
+    for i in range(len(p_WK)):
+        for k in range(3):
+            arm[k] = p_WK[i, k] - X_WC[k, 3]
+        z = X_WC[0, 2] * arm[0] + X_WC[1, 2] * arm[1] + X_WC[2, 2] * arm[2]
+        if z <= 0:
+            continue
+        x = X_WC[0, 0] * arm[0] + X_WC[1, 0] * arm[1] + X_WC[2, 0] * arm[2]
+        y = X_WC[0, 1] * arm[0] + X_WC[1, 1] * arm[1] + X_WC[2, 1] * arm[2]
+        column = int(np.floor(K[0, 0] * x / z + K[0, 2]))
+        row = int(np.floor(K[1, 1] * y / z + K[1, 2]))
+        if not (0 <= column < width and 0 <= row < height):
+            continue
+        sigma = noise.floor + noise.growth * z * z
+        if abs(depth[row, column] - z) > max(_AGREE, 4 * sigma):
+            continue
+        n = normal_W[i]
+        along = n[0] * arm[0] + n[1] * arm[1] + n[2] * arm[2]
+        squared = arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2
+        weight = along * along / (squared * sigma * sigma)
+        # n . (theta x arm) = theta . (arm x n)
+        ray[0] = arm[1] * n[2] - arm[2] * n[1]
+        ray[1] = arm[2] * n[0] - arm[0] * n[2]
+        ray[2] = arm[0] * n[1] - arm[1] * n[0]
+        for s in range(len(scale)):
+            shift = scale[s] * along + offset[s] * along / z
+            for k in range(3):
+                shift += theta[s, k] * ray[k] + t[s, k] * n[k]
+            moved[i, s] += weight * shift
+        total[i] += weight
+        pitch[i] = min(pitch[i], z / K[0, 0])

@@ -1,0 +1,74 @@
+"""What all depth images measured, pooled; and how noisy they are."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.reconstruction.surfels.refinement import refine
+from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
+from remosplat_drake.reconstruction.surfels.surfels import surfels_from_capture
+from remosplat_drake.reconstruction.uncertainty.depth_noise import (
+    estimate_noise,
+)
+from remosplat_drake.reconstruction.uncertainty.measured_voxels import (
+    measured_voxels,
+)
+
+NOISE = DepthNoise(0.001, 0.002, 0.1, 0.1)
+
+
+def test_pixels_of_a_voxel_are_averaged_by_their_noise(scene_capture):
+    pair = scene_capture.select(np.array([0, 0]))
+    once = measured_voxels(pair.select(np.array([0])), NOISE)
+    twice = measured_voxels(pair, NOISE)
+    np.testing.assert_allclose(twice.p_W, once.p_W, atol=1e-12)
+    np.testing.assert_allclose(twice.sigma, once.sigma / np.sqrt(2))
+    assert (once.views == 1).all() and (twice.views == 2).all()
+    length = np.linalg.norm(once.ray_W, axis=1)
+    assert length.max() <= 1 + 1e-12 and np.median(length) > 0.999
+
+
+def test_what_as_many_views_looked_through_is_left_out(scene_capture):
+    """A speck in mid-air before one camera, which others look past."""
+    whole = measured_voxels(scene_capture, NOISE)
+    depth = scene_capture.depth.copy()
+    row, column = np.unravel_index(depth[0].argmax(), depth[0].shape)
+    depth[0, row, column] *= 0.5
+    specked = dc.replace(scene_capture, depth=depth)
+    speck_W = specked.points_W(0)[row, column]
+    after = measured_voxels(specked, NOISE)
+    apart = np.linalg.norm(after.p_W - speck_W, axis=1).min()
+    own = np.linalg.norm(whole.p_W - speck_W, axis=1).min()
+    assert own > 0.05 and apart > 0.02
+
+
+def test_single_noisy_looks_are_not_confirmed(scene_capture):
+    measured = measured_voxels(scene_capture, NOISE)
+    confirmed = measured.is_confirmed(0.005)
+    assert confirmed.any() and not confirmed.all()
+    kept = measured.select(confirmed)
+    assert ((kept.views > 1) | (kept.sigma < 5e-4)).all()
+    exact = measured_voxels(scene_capture, DepthNoise(1e-4, 0.0, 0.1, 0.1))
+    assert exact.is_confirmed(0.005).all()
+
+
+def test_the_noise_of_the_depth_is_found_again(scene_capture):
+    z = scene_capture.depth
+    for floor, growth in ((0.0, 0.004), (0.003, 0.0), (0.001, 0.002)):
+        sigma = floor + growth * z**2
+        noise = np.random.default_rng(0).normal(size=z.shape) * sigma
+        noisy = dc.replace(
+            scene_capture, depth=np.where(z > 0, z + noise, 0).astype("f4")
+        )
+        splat = refine(noisy, surfels_from_capture(noisy, 4000, stride=1))
+        found = estimate_noise(noisy, splat)
+        for depth in (0.8, 1.5, 2.2):
+            expected = floor + growth * depth**2
+            ratio = (found.floor + found.growth * depth**2) / expected
+            assert 0.7 < ratio < 1.4, (floor, growth, depth, ratio)
+
+
+def test_exact_depth_has_hardly_any_noise(scene_capture):
+    surfels = surfels_from_capture(scene_capture, 4000, stride=1)
+    noise = estimate_noise(scene_capture, refine(scene_capture, surfels))
+    assert noise.floor + noise.growth < 5e-4

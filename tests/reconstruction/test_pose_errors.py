@@ -1,0 +1,121 @@
+"""How errors of cameras move discs, by hand and by finite differences."""
+
+import dataclasses as dc
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from remosplat_drake.capture.capture import Capture, back_project
+from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
+from remosplat_drake.reconstruction.uncertainty.pose_errors import (
+    PoseErrors,
+    disc_errors,
+)
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+EXACT = DepthNoise(1e-4, 0.0, 0.1, 0.1)
+FOCAL, SIZE = 100.0, 80
+
+
+def looking_down(p_WC: np.ndarray) -> Capture:
+    """Views from points p_WC (n, 3) straight down onto the plane z = 0."""
+    count = len(p_WC)
+    X_WC = np.tile(np.diag([1.0, -1.0, -1.0, 1.0]), (count, 1, 1))
+    X_WC[:, :3, 3] = p_WC
+    K = np.array([[FOCAL, 0, SIZE / 2], [0, FOCAL, SIZE / 2], [0, 0, 1]])
+    depth = np.ones((count, SIZE, SIZE), np.float32)
+    depth *= p_WC[:, 2, None, None].astype(np.float32)
+    return Capture(
+        np.tile(K, (count, 1, 1)),
+        X_WC,
+        np.zeros((count, SIZE, SIZE, 3), np.uint8),
+        depth,
+    )
+
+
+def disc_at(p_WK) -> GaussianSplat:
+    return GaussianSplat(
+        p_GK=np.array([p_WK], float),
+        quaternions=np.array([[1.0, 0, 0, 0]]),
+        scales=np.full((1, 2), 0.01),
+        opacities=np.ones(1),
+        colors=np.full((1, 3), 0.5),
+    )
+
+
+def errors(theta_W, t_W, scale=0.0, offset=0.0) -> PoseErrors:
+    """One draw: rows of `theta_W` and `t_W` are the cameras'."""
+    return PoseErrors(
+        np.array([theta_W], float),
+        np.array([t_W], float),
+        np.array([scale]),
+        np.array([offset]),
+    )
+
+
+def test_each_error_of_one_camera_by_hand():
+    capture = looking_down(np.array([[0.0, 0.0, 2.0]]))
+    splat = disc_at([0.3, 0.0, 0.0])
+    none = np.zeros((1, 3))
+    for draw, expected in (
+        (errors(none, [[0, 0, 0.01]]), 0.01),
+        (errors(none, [[0.01, 0, 0]]), 0.0),
+        # Turned about y, what is at x = 0.3 moves by -0.3 theta in z.
+        (errors([[0, 0.01, 0]], none), -0.003),
+        # Twice as deep is two metres below.
+        (errors(none, none, scale=0.01), -0.02),
+        (errors(none, none, offset=0.01), -0.01),
+    ):
+        moved, pitch = disc_errors(capture, splat, EXACT, draw)
+        np.testing.assert_allclose(moved, [[expected]], atol=1e-9)
+        np.testing.assert_allclose(pitch, [2.0 / FOCAL])
+
+
+def test_views_are_averaged_by_their_weights_and_pitch_is_the_finest():
+    capture = looking_down(np.array([[0, 0, 1.0], [0, 0, 2.0]]))
+    noise = DepthNoise(0.0, 1e-3, 0.1, 0.1)
+    draw = errors(np.zeros((2, 3)), [[0, 0, 0.017], [0, 0, 0.0]])
+    moved, pitch = disc_errors(capture, disc_at([0.0, 0, 0]), noise, draw)
+    # Noise of z^2: the nearer view counts sixteen times as much.
+    np.testing.assert_allclose(moved, [[0.016]], rtol=1e-6)
+    np.testing.assert_allclose(pitch, [1.0 / FOCAL])
+
+
+def test_what_no_view_sees_does_not_move():
+    capture = looking_down(np.array([[0.0, 0.0, 2.0]]))
+    draw = errors(np.zeros((1, 3)), [[0, 0, 0.01]])
+    moved, pitch = disc_errors(capture, disc_at([0, 0, 0.5]), EXACT, draw)
+    assert moved[0, 0] == 0 and np.isinf(pitch[0])
+
+
+def test_small_errors_move_measured_points_as_promised():
+    """Finite differences: the pixel's point under the altered camera."""
+    capture = looking_down(np.array([[0.1, -0.2, 1.5]]))
+    row, column = 30, 55
+    p_W = capture.points_W(0)[row, column]
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        theta, t = 1e-5 * rng.standard_normal((2, 1, 3))
+        scale, offset = 1e-5 * rng.standard_normal(2)
+        X_WC = capture.X_WC[0].copy()
+        R = Rotation.from_rotvec(theta[0]).as_matrix()
+        X_WC[:3, :3] = R @ X_WC[:3, :3]
+        X_WC[:3, 3] += t[0]
+        depth = (1 + scale) * capture.depth[0].astype(float) + offset
+        altered = back_project(capture.K[0], depth, X_WC)[row, column]
+        draw = errors(theta, t, scale, offset)
+        moved, _ = disc_errors(capture, disc_at(p_W), EXACT, draw)
+        np.testing.assert_allclose(moved[0, 0], altered[2] - p_W[2], atol=1e-8)
+
+
+def test_draws_are_independent_columns():
+    capture = looking_down(np.array([[0.0, 0.0, 2.0]]))
+    two = PoseErrors(
+        np.zeros((2, 1, 3)),
+        np.array([[[0, 0, 0.01]], [[0, 0, -0.02]]]),
+        np.zeros(2),
+        np.zeros(2),
+    )
+    moved, _ = disc_errors(capture, disc_at([0.0, 0, 0]), EXACT, two)
+    np.testing.assert_allclose(moved, [[0.01, -0.02]], atol=1e-9)
+    assert dc.fields(two)[0].name == "theta_W"
