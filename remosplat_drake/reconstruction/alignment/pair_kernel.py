@@ -51,7 +51,8 @@ def associate(stack, pose, scale, offset, a, b, i, gate, least_cosine, out):
         gate: Largest residual [m].
         least_cosine: Least cosine between the two normals.
         out: Receives the residual [m], its standard deviation as far as known
-            [m], the derivatives by theta_A, t_A, s, o, (10,).
+            [m], the derivatives by theta_A, t_A, s, o, and the point from A's
+            centre in W [m], (13,).
 
     Returns:
         Whether view b has a like surface there.
@@ -122,6 +123,9 @@ def associate(stack, pose, scale, offset, a, b, i, gate, least_cosine, out):
     out[7] = nz / scale
     out[8] = (arm / stretch - d - e / scale) / scale
     out[9] = (arm / (stretch * pz) - slope) / scale
+    out[10] = ax
+    out[11] = ay
+    out[12] = az
     return True
 
 
@@ -144,7 +148,7 @@ def pair_residuals(
             of a in b and of b in a, shape (m, 2, s / stride, 2) [m]; NaN where
             there is none.
     """
-    values = np.empty(10)
+    values = np.empty(13)
     for k in range(len(pairs)):
         out[k] = np.nan
         for side in range(2):
@@ -161,7 +165,7 @@ def pair_residuals(
 @_kernel
 def pair_equations(
     stack, pose, scale, offset, pairs, gate, least_cosine, spread, width,
-    H, g, count,
+    H, g, tilts, count,
 ):  # fmt: skip
     """Sums normal equations H x = -g of each pair over both directions.
 
@@ -181,18 +185,22 @@ def pair_equations(
         width: Least width of the robust weight [m].
         H: Receives the matrices, shape (m, 8, 8); see `UNKNOWNS`.
         g: Receives the gradients, shape (m, 8).
+        tilts: Receives what the noise of the normals' direction adds to the
+            matrices, shape (m, 8, 8).
         count: Receives numbers of residuals, shape (m,).
     """
-    value = np.empty(10)
+    value = np.empty(13)
     for k in range(len(pairs)):
         H[k] = 0
         g[k] = 0
+        tilts[k] = 0
         count[k] = 0
         ex = pose[pairs[k, 1], 0, 3] - pose[pairs[k, 0], 0, 3]
         ey = pose[pairs[k, 1], 1, 3] - pose[pairs[k, 0], 1, 3]
         ez = pose[pairs[k, 1], 2, 3] - pose[pairs[k, 0], 2, 3]
         for side in range(2):
             a, b = pairs[k, side], pairs[k, 1 - side]
+            variance = stack.tilt[b] ** 2
             for point in range(stack.count[a]):
                 if not associate(
                     stack, pose, scale, offset, a, b, point, gate, least_cosine,
@@ -206,6 +214,9 @@ def pair_equations(
                     value[4] += ex * value[6] - ey * value[5]
                     for j in range(2, 8):
                         value[j] = -value[j]
+                    value[10] += ex
+                    value[11] += ey
+                    value[12] += ez
                 sigma = max(spread * value[1], width / 3)
                 c = 3 * sigma
                 q = 1 + (value[0] / c) ** 2
@@ -215,7 +226,32 @@ def pair_equations(
                     g[k, j] += v * value[0]
                     for i in range(j, 8):
                         H[k, j, i] += v * value[2 + i]
+                _add_tilt(w * variance, value, tilts[k])
                 count[k] += 1
         for j in range(8):
             for i in range(j):
                 H[k, j, i] = H[k, i, j]
+                tilts[k, j, i] = tilts[k, i, j]
+
+
+@_kernel
+def _add_tilt(w, value, tilts):
+    """Adds w (G G^T - J J^T), the upper half, with J = G n, G = ([p] x, 1)."""
+    x, y, z = value[10], value[11], value[12]
+    tilts[0, 0] += w * (y * y + z * z)
+    tilts[1, 1] += w * (x * x + z * z)
+    tilts[2, 2] += w * (x * x + y * y)
+    tilts[0, 1] -= w * x * y
+    tilts[0, 2] -= w * x * z
+    tilts[1, 2] -= w * y * z
+    tilts[0, 4] -= w * z
+    tilts[0, 5] += w * y
+    tilts[1, 3] += w * z
+    tilts[1, 5] -= w * x
+    tilts[2, 3] -= w * y
+    tilts[2, 4] += w * x
+    for j in range(6):
+        if j >= 3:
+            tilts[j, j] += w
+        for i in range(j, 6):
+            tilts[j, i] -= w * value[2 + j] * value[2 + i]

@@ -29,7 +29,7 @@ def shared_fractions(stack, pose, scale, offset, gate, least_cosine, out):
 
     See `associate` for the arguments.
     """
-    values = np.empty(10)
+    values = np.empty(13)
     for a in range(len(stack.count)):
         stride = max(1, stack.count[a] // _POINTS)
         for b in range(len(stack.count)):
@@ -67,7 +67,7 @@ def choose_pairs(
     Returns:
         Indices of views (a, b) with a < b, shape (m, 2), sorted.
     """
-    n = len(stack)
+    n = len(stack.count)
     shared = np.zeros((n, n))
     shared_fractions(
         stack,

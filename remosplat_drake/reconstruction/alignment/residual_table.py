@@ -18,6 +18,15 @@ DISTANCES = (0.0, 0.25, 0.5, 1.0, 2.0, np.inf)
 GATE, LEAST_COSINE = 0.15, 0.7
 """Surfaces farther apart or turned more are not the same [m]."""
 
+_MOST = 0.02
+"""Most that one distance counts when two solutions are compared [m]."""
+
+_LEAST_POINTS = 20
+"""Pairs with fewer points do not judge."""
+
+_KEPT = 0.9
+"""Fewer points with a surface than this part are a loss, however near."""
+
 _SIZE = Annotated[float, Interval(ge=0, le=1e4)]
 _COUNT = Annotated[int, Interval(ge=0, le=10**12)]
 
@@ -106,24 +115,24 @@ def residual_rows(
 def is_better(before: np.ndarray, after: np.ndarray) -> bool:
     """Whether pairs of views that the solution did not use agree better.
 
-    A distance counts up to a third of the gate, and a surface that was lost
-    counts as much. The mean over each pair must fall, over the pairs, by more
-    than twice its standard error and by a hundredth.
+    Points are compared that have a surface both times, and nearly as many must
+    have one as did; a distance counts up to 2 cm. Few pairs see what
+    contradicts a drift along a table, so there is no test of the mean: what
+    pairs gain must be a hundredth of their distances, and three times what
+    others lose.
 
     Args:
         before: Distances of points of m held-out pairs, shape (m, k) [m].
         after: The same after the refinement.
     """
-    most = GATE / 3
-    either = np.isfinite(before) | np.isfinite(after)
-    used = either.sum(axis=1) >= 20
-    if not used.any():
-        return False
-    means = []
-    for values in (before, after):
-        limited = np.minimum(np.where(np.isfinite(values), values, most), most)
-        total = np.where(either, limited, 0).sum(axis=1)[used]
-        means.append(total / either.sum(axis=1)[used])
+    both = np.isfinite(before) & np.isfinite(after)
+    used = both.sum(axis=1) >= _LEAST_POINTS
+    points = both.sum(axis=1)[used]
+    means = [
+        np.where(both, np.fmin(values, _MOST), 0).sum(axis=1)[used] / points
+        for values in (before, after)
+    ]
     gain = means[0] - means[1]
-    error = gain.std() / np.sqrt(len(gain))
-    return bool(gain.mean() > max(2 * error, 0.01 * means[0].mean()))
+    lost = np.maximum(-gain, 0).sum()
+    kept = np.isfinite(after).sum() > _KEPT * np.isfinite(before).sum()
+    return bool(kept and gain.sum() > max(2 * lost, 0.01 * means[0].sum()))

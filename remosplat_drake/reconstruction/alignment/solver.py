@@ -24,9 +24,13 @@ _STRIDE = 7
 """Every so many residuals tell how they spread."""
 
 
-_SYSTEMATIC = 3.0
+_SYSTEMATIC = 10.0
 """Factor of variances for what pairs of views err by alike, such as creases
 that noise has hidden; rendered captures with known truth ask for it."""
+
+
+_KNOWN = 2.0
+"""A direction is known if its information is twice what noise pretends."""
 
 
 @dc.dataclass(frozen=True)
@@ -136,16 +140,48 @@ def equations(
     """
     m = len(pairs)
     H, g = np.empty((m, UNKNOWNS, UNKNOWNS)), np.empty((m, UNKNOWNS))
-    count = np.empty(m)
+    tilts, count = np.empty_like(H), np.empty(m)
     pair_equations(
-        stack, state.pose, state.scale, state.offset, pairs, level.gate,
-        level.least_cosine, spread, level.width, H, g, count,
-    )  # fmt: skip
+        stack,
+        state.pose,
+        state.scale,
+        state.offset,
+        pairs,
+        level.gate,
+        level.least_cosine,
+        spread,
+        level.width,
+        H,
+        g,
+        tilts,
+        count,
+    )
+    H, g = _without_tilts(H, g, tilts)
     shared = _SYSTEMATIC * np.maximum(_reuse(stack, pairs, count), correlation)
     matrix, gradient = assemble(
         H / shared[:, None, None], g / shared[:, None], state.X_WC, pairs
     )
     return Equations(matrix, gradient, H, g, count, shared)
+
+
+def _without_tilts(
+    H: np.ndarray, g: np.ndarray, tilts: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Equations (m, 8, 8), (m, 8) less what noise of normals pretends to know.
+
+    On a wall, normals that tremble seem to hold a view that slides: noise in
+    J adds its variance to H = sum of J J^T. Directions of which most is that
+    are left out.
+    """
+    values, vectors = np.linalg.eigh(H)
+    pretended = np.einsum("mia,mij,mja->ma", vectors, tilts, vectors)
+    known = values > _KNOWN * np.maximum(pretended, 0)
+    values = np.where(known, values - pretended, 0)
+    along = np.where(known, np.einsum("mia,mi->ma", vectors, g), 0)
+    return (
+        np.einsum("mia,ma,mja->mij", vectors, values, vectors),
+        np.einsum("mia,ma->mi", vectors, along),
+    )
 
 
 def _reuse(
@@ -156,7 +192,7 @@ def _reuse(
     A view's noise is in all residuals that it takes part in, as one of two;
     its pose is not known better than its own independent windows tell.
     """
-    total = np.zeros(len(stack))
+    total = np.zeros(len(stack.count))
     np.add.at(total, pairs.ravel(), np.repeat(count, 2))
     often = 0.5 * total / np.maximum(stack.independent, 1)
     return np.maximum(often[pairs].mean(axis=1), 1)

@@ -39,9 +39,6 @@ class ViewStack(NamedTuple):
     normal: np.ndarray
     count: np.ndarray
 
-    def __len__(self) -> int:
-        return len(self.count)
-
 
 def stack_views(
     capture: Capture, samples: int = SAMPLES, seed: int = 0

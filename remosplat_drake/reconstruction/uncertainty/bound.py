@@ -1,11 +1,11 @@
 """A bound on how far the truth may lie in front of each disc of a splat.
 
-u = g + z s + c a, with s and a up to a limit: g is the largest gap between the disc and what was measured
-of its surface; s is the standard deviation of the disc's own place, by the
-noise of the depth and by the errors of the poses and of the depth's scale; a
-is the distance between the pixels that saw it, between which an edge may lie.
-z and c were chosen on rendered scenes with known truth and then frozen; see
-the study `map_bound` and docs/theory/uncertainty.md.
+u = g + z s + a: g is the largest gap between the disc and what was measured of
+its surface; s is the standard deviation of the disc's own place, by the noise
+of the depth and by the errors of the poses and of the depth's scale; a is the
+distance between the pixels that saw it, between which an edge may lie. z and
+the limit of a were chosen on rendered scenes with known truth and then frozen;
+see the study `map_bound` and docs/theory/uncertainty.md.
 """
 
 import dataclasses as dc
@@ -29,11 +29,11 @@ from remosplat_drake.reconstruction.uncertainty.pose_errors import (
 )
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
-SIGNIFICANCE = 3.5
+SIGNIFICANCE = 4.0
 """z: how many standard deviations the bound is away."""
 
-PITCH = 0.75
-"""c: which part of the distance between two pixels an edge may be off."""
+LARGEST_PITCH = 0.002
+"""Limit of a: many views see an edge with different pixels [m]."""
 
 LARGEST_SIGMA = 0.005
 """What is known worse than this makes no disc, and counts as not seen [m]."""
@@ -66,19 +66,25 @@ class Bounds:
         return self.splat_W.with_uncertainty(self.uncertainty())
 
     def uncertainty(
-        self, significance: float = SIGNIFICANCE, pitch: float = PITCH
+        self,
+        significance: float = SIGNIFICANCE,
+        largest_pitch: float = LARGEST_PITCH,
     ) -> np.ndarray:
         """Computes the bound u of each disc.
 
         Args:
             significance: The factor z.
-            pitch: The factor c.
+            largest_pitch: Limit of the pitch a [m].
 
         Returns:
             Shape (n,) [m].
         """
         sigma = np.hypot(self.noise_sigma, self.pose_sigma)
-        return self.gap + significance * sigma + pitch * self.pitch
+        return (
+            self.gap
+            + significance * sigma
+            + np.minimum(self.pitch, largest_pitch)
+        )
 
 
 def bound_splat(

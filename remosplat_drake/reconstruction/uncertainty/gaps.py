@@ -21,7 +21,7 @@ from remosplat_drake.reconstruction.uncertainty.measured_voxels import (
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
-LARGEST_GAP = 0.002
+LARGEST_GAP = 0.0015
 """Gap that is left as it is [m]."""
 
 _TINY = 0.0005

@@ -1,0 +1,80 @@
+"""One new view, aligned to others whose poses are held."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from remosplat_drake.reconstruction.alignment.perturbation import (
+    difference,
+    perturbed,
+)
+from remosplat_drake.reconstruction.alignment.solver import (
+    Level,
+    State,
+    equations,
+    residual_spread,
+)
+from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
+
+LEVELS = (
+    Level(0.10, 0.02, 0.75, 3),
+    Level(0.04, 0.005, 0.8, 3),
+    Level(0.03, 0.0, 0.85, 3),
+)
+"""From coarse to fine."""
+
+_CORRELATION = 10.0
+"""Residuals of a pair that say as much as an independent one."""
+
+
+class AlignedView(NamedTuple):
+    """A view's pose from others' surfaces and what was known before.
+
+    Attributes:
+        X_WC: The pose, shape (4, 4).
+        covariance: Covariance of its theta_W and t_W, shape (6, 6).
+        residual: Residuals over what noise explains, as `residual_spread`.
+        count: Number of points that others have, too.
+    """
+
+    X_WC: np.ndarray
+    covariance: np.ndarray
+    residual: float
+    count: int
+
+
+def align_view(
+    stack: ViewStack,
+    X_WC: np.ndarray,
+    view: int,
+    others: np.ndarray,
+    covariance: np.ndarray,
+) -> AlignedView:
+    """Aligns one view to others, whose poses stay as they are.
+
+    Args:
+        stack: All views.
+        X_WC: Their poses, shape (n, 4, 4); the view's is the expected one.
+        view: Index of the view.
+        others: Indices of the views that it is compared with, shape (m,).
+        covariance: Covariance of the expected pose, of the odometry since the
+            last view, say, shape (6, 6).
+    """
+    given, state = X_WC, State(X_WC)
+    pairs = np.stack([np.full(len(others), view), others], axis=1)
+    rows = slice(6 * view, 6 * view + 6)
+    precision = np.linalg.inv(covariance)
+    spread, count = 1.0, 0
+    for level in LEVELS:
+        for _ in range(level.steps):
+            spread = residual_spread(stack, state, pairs, level)
+            data = equations(stack, state, pairs, level, spread, _CORRELATION)
+            count = int(data.count.sum())
+            x = difference(state.X_WC, given)[view]
+            covariance = np.linalg.inv(data.H[rows, rows] + precision)
+            step = np.zeros((len(X_WC), 6))
+            step[view] = -covariance @ (data.g[rows] + precision @ x)
+            state = State(perturbed(state.X_WC, step))
+            if np.abs(step).max() < 1e-5:
+                break
+    return AlignedView(state.X_WC[view], covariance, spread, count)
