@@ -23,6 +23,7 @@ from remosplat_drake.reconstruction.report.quality_report import (
 )
 from remosplat_drake.robot.reach import arm_reach, shoulder
 from remosplat_drake.safety.gates import (
+    CAPTURE_WARNINGS,
     EMPTY_MAP,
     IGNORED_SPLATS,
     MAP_ERROR,
@@ -54,10 +55,12 @@ class MapError:
         largest: Largest over-estimate of a distance [m]; None if it is not
             known, or the map is the true geometry.
         trouble: Why `largest` cannot be relied on; empty if it can.
+        warnings: What was wrong with the capture of the map.
     """
 
     largest: float | None = None
     trouble: str = ""
+    warnings: tuple[str, ...] = ()
 
 
 @dc.dataclass(frozen=True)
@@ -209,6 +212,8 @@ def map_error_gates(scenario: Scenario, error: MapError) -> list[Gate]:
         gates.append(
             Gate(UNKNOWN_MAP_ERROR, error.trouble, in_simulation=level)
         )
+    if error.warnings:
+        gates.append(Gate(CAPTURE_WARNINGS, "; ".join(error.warnings)))
     if error.largest is None:
         return gates
     least = error.largest + MAP_ERROR_MARGIN
@@ -258,8 +263,12 @@ def find_map_error(scenario: Scenario) -> MapError:
             return MapError(trouble=_UNKNOWN)
         return MapError(scene.map_error)
     try:
-        measured = remaining_error(read_report(splat), scenario.oracle)
+        report = read_report(splat)
+        measured = remaining_error(report, scenario.oracle)
     except RemoSplatError as error:
         # What the scenario says may be of the splat that was there before.
         return MapError(scene.map_error, str(error))
-    return MapError(max(measured, scene.map_error or 0.0))
+    return MapError(
+        max(measured, scene.map_error or 0.0),
+        warnings=tuple(report.warnings),
+    )

@@ -33,6 +33,9 @@ class Capture:
         hidden: Pixels that do not show the scene (but the robot, say), shape
             (n, h, w), bool; their depth is 0. None: every pixel shows the
             scene.
+        names: Names of the n views, as their files have them; empty: unknown.
+        notes: What the reader doubts or has left out, one sentence each.
+        up_W: Unit vector against gravity, if the file says so; None: unknown.
 
     Raises:
         RemoSplatError: The arrays do not fit each other, or a view's pose is no
@@ -44,6 +47,9 @@ class Capture:
     rgb: np.ndarray
     depth: np.ndarray
     hidden: np.ndarray | None = None
+    names: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    up_W: tuple[float, ...] | None = None
 
     def __post_init__(self):
         n, height, width = self.depth.shape
@@ -63,6 +69,8 @@ class Capture:
                     f"{name} has shape {getattr(self, name).shape};"
                     f" expected {shape}"
                 )
+        if self.names and len(self.names) != n:
+            raise RemoSplatError(f"{len(self.names)} names for {n} views")
         for view in range(n):
             check_camera(f"view {view}", self.K[view], self.X_WC[view])
         wrong = ~(np.isfinite(self.depth) & (self.depth >= 0))
@@ -94,12 +102,15 @@ class Capture:
     def select(self, views: np.ndarray) -> "Capture":
         """Returns the views that a boolean mask or index array selects."""
         hidden = None if self.hidden is None else self.hidden[views]
-        return Capture(
-            self.K[views],
-            self.X_WC[views],
-            self.rgb[views],
-            self.depth[views],
-            hidden,
+        names = np.array(self.names, object)[views] if self.names else ()
+        return dc.replace(
+            self,
+            K=self.K[views],
+            X_WC=self.X_WC[views],
+            rgb=self.rgb[views],
+            depth=self.depth[views],
+            hidden=hidden,
+            names=tuple(names),
         )
 
     def with_depth(self, scale: float, offset: float) -> "Capture":

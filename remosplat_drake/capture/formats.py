@@ -1,7 +1,8 @@
 """`read_capture`: posed RGB-D images from any file or folder we know.
 
-A format is three things: what it looks for, whether it recognises a path,
-and an iterator over its frames. Adding one is a module and a line here.
+A format is what it looks for, whether it recognises a path, an iterator over
+its frames, and notes about what those leave out. Adding one is a module and a
+line here.
 """
 
 import dataclasses as dc
@@ -31,15 +32,26 @@ class Format:
         recognises: Function that returns whether a path is of this format, by
             what it holds.
         read_frames: Function that iterates over every n-th frame of a path.
+        notes: Function that tells what the frames of a path leave out.
+        up_W: Unit vector against gravity in the world of all captures of this
+            format; None where it documents none.
     """
 
     looks_for: str
     recognises: Callable[[Path], bool]
     read_frames: Callable[[Path, int], Iterator[Frame]]
+    notes: Callable[[Path], list[str]]
+    up_W: tuple[float, ...] | None = None
 
 
 FORMATS = {
-    name: Format(module.LOOKS_FOR, module.recognises, module.read_frames)
+    name: Format(
+        module.LOOKS_FOR,
+        module.recognises,
+        module.read_frames,
+        module.notes,
+        getattr(module, "UP_W", None),
+    )
     for name, module in {
         "nerfstudio": nerfstudio,
         "record3d": record3d,
@@ -101,7 +113,12 @@ def read_capture(
     if not path.exists():
         raise FileError(path, "no such file or folder")
     frames = FORMATS[name].read_frames(path, stride)
-    return assemble(path, frames, max_depth=max_depth, max_size=max_size)
+    capture = assemble(path, frames, max_depth=max_depth, max_size=max_size)
+    return dc.replace(
+        capture,
+        notes=tuple(FORMATS[name].notes(path)),
+        up_W=FORMATS[name].up_W,
+    )
 
 
 def detect_format(path: Path) -> str:

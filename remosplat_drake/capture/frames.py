@@ -124,6 +124,7 @@ def assemble(
         rgb=np.array([frame.rgb for frame in fitted]),
         depth=np.array([frame.depth for frame in fitted]),
         hidden=hidden,
+        names=tuple(frame.name for frame in fitted),
     )
 
 

@@ -9,13 +9,14 @@ from rich.table import Table
 
 from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.resources import resolve
+from remosplat_drake.capture.checks.findings import list_frames
 from remosplat_drake.capture.checks.inspection import (
     CaptureInspection,
     inspect_capture,
-    list_frames,
 )
 from remosplat_drake.capture.checks.overlap import TOLERANCE
 from remosplat_drake.capture.formats import detect_format
+from remosplat_drake.commands.capture_admission import tell_findings
 from remosplat_drake.commands.flags import (
     add_capture_arguments,
     captured,
@@ -23,7 +24,7 @@ from remosplat_drake.commands.flags import (
 )
 
 WRONG = 1
-"""Exit code for a capture with a defect."""
+"""Exit code for a capture with which something is wrong."""
 
 
 def add_arguments(parser: argparse.ArgumentParser):
@@ -49,9 +50,8 @@ def run(arguments: argparse.Namespace) -> int:
     capture = captured(arguments)
     inspection = inspect_capture(capture)
     console.print(_table(f"{path} ({arguments.format})", inspection))
-    for warning in inspection.warnings:
-        console.print(f"[bold red]wrong:[/bold red] {warning}", highlight=False)
-    if not inspection.warnings:
+    tell_findings(console, inspection.findings)
+    if not inspection.findings:
         console.print("[green]nothing seems wrong[/green]")
     if arguments.picture:
         from remosplat_drake.capture.picture import draw_capture
@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.picture,
         )
         console.print(f"picture in {arguments.picture}")
-    return WRONG if inspection.warnings else 0
+    return WRONG if inspection.findings else 0
 
 
 def _table(title: str, inspection: CaptureInspection) -> Table:

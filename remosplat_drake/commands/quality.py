@@ -12,6 +12,12 @@ from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.readers.text_files import read_matrix
+from remosplat_drake.commands.capture_admission import (
+    add_inspection_arguments,
+    admitted,
+    after_alignment,
+    check_inspection_arguments,
+)
 from remosplat_drake.commands.flags import (
     add_capture_arguments,
     captured,
@@ -87,6 +93,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         help="folder of the report (default: the splat's)",
     )
     parser.add_argument("--seed", type=int, default=0)
+    add_inspection_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -95,6 +102,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_positive("quality", arguments, *numbers)
     check_finite("quality", arguments, "focus")
     check_seed("quality", arguments)
+    check_inspection_arguments(arguments)
     console = Console()
     splat_path = resolve(arguments.splat)
     folder = arguments.output or splat_path.parent
@@ -106,7 +114,11 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.focus is not None:
         workspace = Workspace.around(np.array(arguments.focus), arguments.reach)
     with console.status("reading the capture") as status:
-        capture = _captured(arguments, splat_path)
+        capture, warnings = admitted(captured(arguments), arguments, console)
+        refined = with_cameras(capture, splat_path)
+        if refined is not capture:
+            warnings = after_alignment(warnings, refined)
+        capture = _placed(refined, arguments, splat_path)
         assessment = assess(
             splat,
             capture,
@@ -117,6 +129,7 @@ def run(arguments: argparse.Namespace) -> int:
             held_out=arguments.held_out is not None,
             count=arguments.points,
             seed=arguments.seed,
+            warnings=warnings,
             progress=status.update,
         )
     page = write_assessment(splat_path, assessment, folder)
@@ -125,9 +138,10 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _captured(arguments: argparse.Namespace, splat: Path) -> Capture:
+def _placed(
+    capture: Capture, arguments: argparse.Namespace, splat: Path
+) -> Capture:
     """The capture, its cameras refined and in the splat's frame."""
-    capture = with_cameras(captured(arguments), splat)
     path = pose_path(splat)
     if arguments.capture_pose is not None:
         path = resolve(arguments.capture_pose)

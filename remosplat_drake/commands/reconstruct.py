@@ -7,14 +7,19 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from remosplat_drake.base.atomic_file import check_writable, write_atomically
+from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.errors import FieldError, RemoSplatError
-from remosplat_drake.base.resources import resolve
 from remosplat_drake.capture.capture import Capture, check_reconstructible
 from remosplat_drake.commands.alignment import (
     add_alignment_arguments,
     aligned,
     check_alignment,
+)
+from remosplat_drake.commands.capture_admission import (
+    add_inspection_arguments,
+    admitted,
+    after_alignment,
+    check_inspection_arguments,
 )
 from remosplat_drake.commands.flags import (
     TRUTH,
@@ -24,8 +29,15 @@ from remosplat_drake.commands.flags import (
     check_positive,
     check_seed,
 )
+from remosplat_drake.commands.map_placement import (
+    add_placement_arguments,
+    find_placement,
+    true_scene,
+    write_pose,
+)
 from remosplat_drake.commands.quality import print_report
 from remosplat_drake.commands.suggested_scenario import (
+    FRANKIE,
     scenario_path,
     write_scenario,
 )
@@ -35,8 +47,8 @@ from remosplat_drake.reconstruction.alignment.cameras_file import (
 )
 from remosplat_drake.reconstruction.alignment.summary import AlignmentSummary
 from remosplat_drake.reconstruction.devices import AUTO, DEVICES, choose_device
-from remosplat_drake.reconstruction.floor import Floor, find_floor
 from remosplat_drake.reconstruction.pipeline import Reconstruction, reconstruct
+from remosplat_drake.reconstruction.placement import FLOOR
 from remosplat_drake.reconstruction.report.assessment import assess
 from remosplat_drake.reconstruction.report.quality_report import (
     QualityReport,
@@ -49,8 +61,7 @@ from remosplat_drake.reconstruction.surfels.point_cloud import (
     InitialisationConfig,
 )
 from remosplat_drake.reconstruction.workspace import Workspace
-from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.scene.rmmi import read_scene
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.splat.formats import format_of_name, write_splat
 
 _LEAST_COUNT = 100
@@ -74,10 +85,13 @@ def add_arguments(parser: argparse.ArgumentParser):
         default=AUTO,
         help="cuda trains, cpu refines, none lays discs and stops (auto)",
     )
+    add_placement_arguments(parser)
     parser.add_argument(
-        "--floor",
-        action="store_true",
-        help="find the floor and put it at z = 0, z up",
+        "--robot",
+        default=FRANKIE,
+        metavar="MODEL",
+        help="the robot that the scenario's target is for, a name or a file"
+        f" ({FRANKIE})",
     )
     parser.add_argument(
         "--held-out",
@@ -117,6 +131,7 @@ def add_arguments(parser: argparse.ArgumentParser):
     )
     parser.add_argument("--seed", type=int, default=0)
     add_alignment_arguments(parser)
+    add_inspection_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -127,18 +142,16 @@ def run(arguments: argparse.Namespace) -> int:
     with console.status("reading the capture"):
         capture = captured(arguments)
         check_reconstructible(capture)
+        capture, warnings = admitted(capture, arguments, console)
     alignment, summary = aligned(capture, arguments, console)
-    capture = capture if alignment is None else alignment.capture
+    if alignment is not None:
+        capture = alignment.capture
+        warnings = after_alignment(warnings, capture)
     with console.status("looking for the floor"):
-        floor = find_floor(capture) if arguments.floor else None
-        if floor is not None:
-            capture = floor.aligned(capture)
+        placement = find_placement(capture, arguments)
+        capture = placement.placed(capture)
     workspace = _workspace(capture, arguments)
-    if floor is not None:
-        console.print(
-            f"floor: {floor.area:.1f} m², flat to {1e3 * floor.rms:.1f} mm,"
-            f" cameras {floor.camera_height:.2f} m above"
-        )
+    console.print(placement.words, soft_wrap=True, highlight=False)
     held_out = np.arange(len(capture)) % arguments.held_out == 0
     result = _reconstruct(capture, device, held_out, arguments, console)
     write_splat(arguments.output, result.splat)
@@ -146,11 +159,27 @@ def run(arguments: argparse.Namespace) -> int:
         f"{len(result.splat)} splats in {result.seconds:.0f} s:"
         f" {arguments.output}"
     )
-    _write_pose(floor, arguments.output)
+    write_pose(placement, arguments.output)
     write_cameras(arguments.output, alignment)
     report = _report(
-        result, capture, held_out, workspace, summary, arguments, console
+        result,
+        capture,
+        held_out,
+        workspace,
+        warnings,
+        summary,
+        placement.moves,
+        arguments,
+        console,
     )
+    if not placement.has_floor:
+        scenario_path(arguments.output).unlink(missing_ok=True)
+        console.print(
+            f"no scenario: {placement.words} (--up capture: z is up and z = 0"
+            " the floor)",
+            soft_wrap=True,
+        )
+        return 0
     try:
         text = write_scenario(
             arguments.output,
@@ -158,6 +187,8 @@ def run(arguments: argparse.Namespace) -> int:
             capture,
             workspace,
             report.map_error,
+            report.warnings,
+            arguments.robot,
         )
     except RemoSplatError as error:
         console.print(f"no scenario: {error}")
@@ -173,17 +204,19 @@ def _check(arguments: argparse.Namespace):
     check_finite("reconstruct", arguments, "focus")
     check_seed("reconstruct", arguments)
     check_alignment(arguments)
+    check_inspection_arguments(arguments)
     if arguments.count < _LEAST_COUNT:
         problem = f"must be at least {_LEAST_COUNT}"
         raise FieldError("reconstruct", "--count", problem)
     if arguments.held_out == 1:
         raise FieldError("reconstruct", "--held-out", "leaves no view to use")
-    if arguments.floor and arguments.truth:
+    if arguments.up == FLOOR and arguments.truth:
         raise FieldError(
             "reconstruct",
             "--truth",
             "is in the capture's frame, which --floor changes; use one of them",
         )
+    load_robot(arguments.robot)
     splat: Path = arguments.output
     format_of_name(splat)
     for path in (
@@ -243,13 +276,6 @@ def _reconstruct(
         )
 
 
-def _truth(arguments: argparse.Namespace) -> PrimitiveScene | None:
-    if arguments.truth:
-        return read_scene(resolve(arguments.truth))
-    path = resolve(arguments.capture) / TRUTH
-    return None if arguments.floor or not path.is_file() else read_scene(path)
-
-
 def _workspace(capture: Capture, arguments: argparse.Namespace) -> Workspace:
     if arguments.focus is None:
         return Workspace.of_capture(capture)
@@ -261,24 +287,14 @@ def _workspace(capture: Capture, arguments: argparse.Namespace) -> Workspace:
     return workspace
 
 
-def _write_pose(floor: Floor | None, splat: Path):
-    """Keeps the pose of the capture's world where `quality` looks for it."""
-    if floor is None:
-        pose_path(splat).unlink(missing_ok=True)
-        return
-    rows = floor.X_FW.GetAsMatrix4().tolist()
-    text = "\n".join(
-        " ".join(f"{round(x, 12):.12g}" for x in row) for row in rows
-    )
-    write_atomically(pose_path(splat), text + "\n")
-
-
 def _report(
     result: Reconstruction,
     capture: Capture,
     held_out: np.ndarray,
     workspace: Workspace,
+    warnings: list[str],
     alignment: AlignmentSummary | None,
+    moved: bool,
     arguments: argparse.Namespace,
     console: Console,
 ) -> QualityReport:
@@ -287,10 +303,11 @@ def _report(
             result.splat,
             capture,
             np.flatnonzero(held_out).tolist(),
-            truth=_truth(arguments),
+            truth=None if moved else true_scene(arguments),
             workspace=workspace,
             method=result.method,
             seed=arguments.seed,
+            warnings=warnings,
             progress=status.update,
         )
     assessment.report.alignment = alignment

@@ -1,6 +1,8 @@
 """The scenario that `remosplat reconstruct` writes beside a splat."""
 
 import math
+import textwrap
+from collections.abc import Sequence
 from pathlib import Path
 
 import yaml
@@ -19,6 +21,9 @@ from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.suggestion import NEAR, suggest_task
 
+FRANKIE = "frankie"
+"""The robot that tasks are suggested for unless told otherwise."""
+
 _FREE_MARGIN = 0.05
 """Depth beyond a point to which views must have seen for it to be free [m]."""
 
@@ -34,6 +39,8 @@ def write_scenario(
     capture: Capture,
     workspace: Workspace,
     map_error: float,
+    warnings: Sequence[str] = (),
+    robot: str = FRANKIE,
 ) -> str:
     """Writes a scenario with a free start and a target, and returns its text.
 
@@ -46,12 +53,14 @@ def write_scenario(
         capture: The capture that the splat was made of, in the same frame.
         workspace: Space in which the target is sought.
         map_error: Largest over-estimate of a distance by the splat [m].
+        warnings: What is wrong with the capture, in words.
+        robot: Name of the robot, or a file that describes one.
 
     Raises:
         RemoSplatError: There is no free space, or the file cannot be written.
     """
     task = suggest_task(
-        load_robot("frankie", floor_height=0.03),
+        load_robot(robot, floor_height=0.03),
         SphereToEllipsoidField(splat_W),
         workspace.lower,
         workspace.upper,
@@ -62,10 +71,13 @@ def write_scenario(
     safe = math.ceil(round(1e6 * (error + MAP_ERROR_MARGIN)) / 1000) / 1e3
     usual = CollisionDamperConfig().stopping
     controller = {"collision": {"stopping": safe}}
+    entry_of_robot = {} if robot == FRANKIE else {"model": robot}
+    if task.base_pose is not None:
+        entry_of_robot["base_pose"] = task.base_pose.round(3).tolist()
     entry = {
         "scene": {"splat": splat.name, "map_error": error},
         **({"controller": controller} if usual < safe < NEAR else {}),
-        "robot": {"base_pose": task.base_pose.round(3).tolist()},
+        **({"robot": entry_of_robot} if entry_of_robot else {}),
         "targets": [
             {
                 "translation": task.X_WT.translation().round(3).tolist(),
@@ -77,7 +89,7 @@ def write_scenario(
     text = yaml.safe_dump(
         {name: entry}, sort_keys=False, default_flow_style=None
     )
-    text = _verdict(error, safe) + text
+    text = _verdict(error, safe) + _doubts(warnings) + text
     write_atomically(scenario_path(splat), text)
     return text
 
@@ -94,3 +106,18 @@ def _verdict(error: float, safe: float) -> str:
             " refuses it.\n"
         )
     return text
+
+
+def _doubts(warnings: Sequence[str]) -> str:
+    """Writes what is wrong with the capture as comments in YAML."""
+    return "".join(
+        textwrap.fill(
+            f"The capture: {warning}",
+            80,
+            initial_indent="# ",
+            subsequent_indent="#   ",
+            break_long_words=False,
+        )
+        + "\n"
+        for warning in warnings
+    )

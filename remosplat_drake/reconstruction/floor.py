@@ -30,8 +30,8 @@ _TABLE = 0.2
 class FloorConfig:
     """Thresholds by which a plane counts as the floor."""
 
-    # Largest angle between the plane's normal and the mean upright of the
-    # cameras [rad].
+    # Largest angle between the plane's normal and up: the capture's own, or
+    # the mean upright of the cameras [rad].
     max_tilt: float = 0.9
     # Largest distance of a surfel that belongs to the plane from it [m].
     thickness: float = 0.02
@@ -121,7 +121,9 @@ def find_floor(capture: Capture, config: FloorConfig | None = None) -> Floor:
 
 
 def _mean_upright(capture: Capture) -> np.ndarray:
-    """Mean direction of the images' upper edges, in W."""
+    """Up as the file has it, or the images' mean upper edges, in W."""
+    if capture.up_W is not None:
+        return np.array(capture.up_W)
     up_W = -capture.X_WC[:, :3, 1].mean(axis=0)
     length = np.linalg.norm(up_W)
     if length < 0.1:

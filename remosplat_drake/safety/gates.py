@@ -7,16 +7,18 @@ robot everything is refused that has not been accepted.
 """
 
 import dataclasses as dc
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
 
+CAPTURE_WARNINGS = "capture-warnings"
 EMPTY_MAP = "empty-map"
 IGNORED_SPLATS = "ignored-splats"
 MAP_ERROR = "map-error"
 UNKNOWN_MAP_ERROR = "unknown-map-error"
 
 GATES = {
+    CAPTURE_WARNINGS: "the capture that the map was made of is doubtful",
     EMPTY_MAP: "the map holds nothing where the robot starts or goes",
     IGNORED_SPLATS: "most of the splat there is too faint or cropped away",
     MAP_ERROR: "the robot may come nearer than the map is accurate",
@@ -67,16 +69,22 @@ class Passage:
     accepted: tuple[Gate, ...] = ()
 
 
-def check_names(names: Collection[str]) -> None:
-    """Checks the names of gates that somebody accepts.
+def check_names(
+    names: Collection[str], valid: Mapping[str, str] = GATES
+) -> None:
+    """Checks the names that somebody accepts.
+
+    Args:
+        names: The accepted names.
+        valid: All names there are, and what they stand for.
 
     Raises:
         RemoSplatError: A name is unknown; the text lists the valid ones.
     """
     for name in names:
-        if name not in GATES:
+        if name not in valid:
             raise RemoSplatError(
-                f"--accept: {unknown_name('gate', name, GATES)}"
+                f"--accept: {unknown_name('gate', name, valid)}"
             )
 
 
@@ -86,6 +94,7 @@ def open_gates(
     *,
     hardware: bool,
     where: str,
+    otherwise: str = "to run anyway",
 ) -> Passage:
     """Lets a run pass, or refuses it.
 
@@ -95,6 +104,7 @@ def open_gates(
             that are not shut do not matter.
         hardware: Whether a real robot moves.
         where: The scenario that a refusal blames.
+        otherwise: What accepting is for, in words.
 
     Returns:
         The warnings, and the gates that were accepted.
@@ -109,6 +119,6 @@ def open_gates(
         problems = "; ".join(gate.problem for gate in refusals)
         names = dict.fromkeys(gate.name for gate in refusals)
         flags = " ".join(f"--accept {name}" for name in names)
-        raise RemoSplatError(f"{where}: {problems} (to run anyway: {flags})")
+        raise RemoSplatError(f"{where}: {problems} ({otherwise}: {flags})")
     taken = tuple(gate for gate in gates if gate.name in accepted)
     return Passage(warnings=tuple(rest), accepted=taken)

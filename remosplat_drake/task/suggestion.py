@@ -7,6 +7,7 @@ import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.robot.reach import arm_reach, shoulder
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import DistanceField
@@ -22,6 +23,10 @@ _DISTANCES = (0.9, 1.1, 1.3, 1.5, 1.8, 2.2)
 
 _DIRECTIONS = 24
 """Number of directions from which a base may face a target."""
+
+_STRETCHED = 0.7
+"""Fraction of the arm's reach up to which targets are suggested: a hand that
+points down cannot be stretched out."""
 
 _ROOM = 0.15
 """Least clearance of the whole robot at the start [m]."""
@@ -43,11 +48,12 @@ class Suggestion:
     """Where a robot may start, and what it may reach for.
 
     Attributes:
-        base_pose: x, y and yaw of the base in W, shape (3,) [m, m, rad].
+        base_pose: x, y and yaw of the base in W, shape (3,) [m, m, rad]; None
+            of a robot without a mobile base.
         X_WT: Target pose of the end effector, with the gripper down.
     """
 
-    base_pose: np.ndarray
+    base_pose: np.ndarray | None
     X_WT: RigidTransform
 
 
@@ -66,7 +72,7 @@ def suggest_task(
     best known to be free: behind a wall nothing is.
 
     Args:
-        robot: A robot with a mobile base.
+        robot: The robot; without a mobile base, it stands at the origin.
         field: Distance field of the scene, with the floor at z = 0.
         lower: Lower corner of the space that was seen, in W, shape (3,) [m].
         upper: Upper corner of that space, shape (3,) [m].
@@ -81,13 +87,39 @@ def suggest_task(
     targets = targets[is_free(targets)]
     if not len(targets):
         raise RemoSplatError("found no place for the hand close to the scene")
+    if not robot.n_base:
+        return _from_the_origin(robot, field, targets)
     for distance in _DISTANCES:
         found = _best_start(robot, field, targets, distance, is_free)
         if found is not None:
             start, p_WT = found
-            R_WT = RollPitchYaw(np.pi, 0, 0)
-            return Suggestion(start, RigidTransform(R_WT, p_WT.tolist()))
+            return Suggestion(start, _pointing_down(p_WT))
     raise RemoSplatError("found no free place for the robot near the scene")
+
+
+def _from_the_origin(
+    robot: RobotModel, field: DistanceField, targets: np.ndarray
+) -> Suggestion:
+    """A target that an arm on a fixed base can reach, if any."""
+    start = robot.spheres_at(robot.home)
+    if field.clearances(start, _ROOM).minimum() < 0:
+        raise RemoSplatError(
+            f"{robot.description.name} would stand inside the scene at the"
+            " origin; scene.X_WG moves the map"
+        )
+    away = np.linalg.norm(targets - shoulder(robot, robot.home), axis=1)
+    near = targets[away < _STRETCHED * arm_reach(robot)]
+    if not len(near):
+        raise RemoSplatError(
+            f"{robot.description.name} reaches nothing from the origin;"
+            " scene.X_WG moves the map"
+        )
+    return Suggestion(None, _pointing_down(near[0]))
+
+
+def _pointing_down(p_WT: np.ndarray) -> RigidTransform:
+    """A target's pose with the gripper down."""
+    return RigidTransform(RollPitchYaw(np.pi, 0, 0), p_WT.tolist())
 
 
 def _best_start(
@@ -130,6 +162,8 @@ def _targets(
     """Free places for the hand near a surface, central ones first, (k, 3)."""
     axes = [np.arange(lower[i], upper[i], 0.1) for i in (0, 1)]
     heights = _HEIGHTS[(lower[2] < _HEIGHTS) & (upper[2] > _HEIGHTS)]
+    p_WA = shoulder(robot, robot.q_home)
+    heights = heights[np.abs(heights - p_WA[2]) < _STRETCHED * arm_reach(robot)]
     points = np.stack(np.meshgrid(*axes, heights), axis=-1).reshape(-1, 3)
     hand = _hand_pointing_down(robot)
     n = len(hand)
@@ -148,7 +182,7 @@ def _targets(
 
 def _hand_pointing_down(robot: RobotModel) -> Spheres:
     """The leading spheres with the end effector at the origin."""
-    q = np.concatenate([np.zeros(robot.n_base and 3), robot.home])
+    q = robot.q_home
     spheres = robot.spheres_at(q).select(robot.leading_spheres)
     X_WE = robot.end_effector_pose(q)
     R = RollPitchYaw(np.pi, 0, 0).ToRotationMatrix().matrix() @ X_WE[:3, :3].T

@@ -29,6 +29,7 @@ from remosplat_drake.reconstruction.report.quality_report import (
     write_report,
 )
 from remosplat_drake.safety.gates import (
+    CAPTURE_WARNINGS,
     EMPTY_MAP,
     IGNORED_SPLATS,
     MAP_ERROR,
@@ -106,6 +107,13 @@ def test_true_geometry_needs_no_report(splat):
     asked = scenario(splat, "{oracle: !GroundTruth {}}")
     report_path(splat).unlink()
     assert map_error_gates(asked, find_map_error(asked)) == []
+
+
+def test_what_is_wrong_with_the_capture_is_told(splat):
+    write_report(splat, QualityReport(warnings=["poses: inverted"]))
+    (gate,) = error_gates(splat)
+    assert (gate.name, gate.problem) == (CAPTURE_WARNINGS, "poses: inverted")
+    assert (gate.in_simulation, gate.on_hardware) == (WARNING, REFUSAL)
 
 
 # One rule for every stopping distance

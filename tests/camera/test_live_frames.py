@@ -71,7 +71,7 @@ def test_all_points_lie_on_the_scene(scene, capture):
 
 def test_the_capture_passes_its_inspection(capture):
     inspection = inspect_capture(capture)
-    assert inspection.warnings == ()
+    assert inspection.findings == ()
     assert inspection.hidden > 0
     assert inspection.overlap.agreement > 0.99
 

@@ -5,20 +5,19 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
-from remosplat_drake.capture.checks.inspection import (
-    inspect_capture,
-    list_frames,
-)
+from remosplat_drake.capture.checks.findings import list_frames
+from remosplat_drake.capture.checks.inspection import inspect_capture
 from remosplat_drake.capture.formats import read_capture
 
 
 def warnings_of(capture, **changes) -> str:
-    return " | ".join(inspect_capture(dc.replace(capture, **changes)).warnings)
+    findings = inspect_capture(dc.replace(capture, **changes)).findings
+    return " | ".join(finding.problem for finding in findings)
 
 
 def test_a_good_capture(scene_capture):
     inspection = inspect_capture(scene_capture)
-    assert inspection.warnings == ()
+    assert inspection.findings == ()
     assert inspection.frames == 12
     assert inspection.size == (90, 120)
     # Rendered with a vertical field of view of 1 rad.
@@ -74,13 +73,13 @@ def test_shifted_colours_are_told(scene_capture):
 
 def test_one_frame_has_one_side(scene_capture):
     inspection = inspect_capture(scene_capture.select(np.arange(1)))
-    assert len(inspection.warnings) == 1
-    assert "everything from one side" in inspection.warnings[0]
+    assert len(inspection.findings) == 1
+    assert "everything from one side" in inspection.findings[0].problem
 
 
 def test_many_frames_are_abbreviated():
     assert list_frames(np.arange(3)) == "0, 1, 2"
-    assert list_frames(np.arange(12)).endswith("9 and more")
+    assert list_frames(np.arange(12)).endswith("9 and 2 more")
 
 
 def test_a_real_capture_passes(shared_data):
@@ -88,7 +87,7 @@ def test_a_real_capture_passes(shared_data):
     pytest.importorskip("PIL")
     capture = read_capture(shared_data / "redkitchen" / "capture", stride=2)
     inspection = inspect_capture(capture)
-    assert inspection.warnings == ()
+    assert inspection.findings == ()
     assert inspection.overlap.agreement > 0.9
     assert inspection.overlap.median < 0.015
     inverse = np.linalg.inv(capture.X_WC)

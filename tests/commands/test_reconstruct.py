@@ -1,24 +1,32 @@
 """From a scene's file to a splat, on the command line."""
 
+import dataclasses as dc
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from remosplat_drake.app.map_knowledge import find_map_error, map_error_gates
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.resources import models_dir
 from remosplat_drake.capture.formats import read_capture
+from remosplat_drake.capture.readers.nerfstudio import write_capture
 from remosplat_drake.commands.main import main
 from remosplat_drake.commands.suggested_scenario import write_scenario
-from remosplat_drake.reconstruction.report.quality_report import read_report
+from remosplat_drake.reconstruction.report.quality_report import (
+    pose_path,
+    read_report,
+)
 from remosplat_drake.reconstruction.workspace import Workspace
 from remosplat_drake.safety.gates import MAP_ERROR
 from remosplat_drake.splat.formats import read_splat
 
 pytest.importorskip("PIL")
 
+THREE_LINK = str(Path(__file__).parents[1] / "data" / "three_link.yaml")
 SCENE = str(models_dir() / "scenes" / "table" / "scene.json")
 
 
@@ -86,9 +94,11 @@ def written(folder, made, tmp_path_factory):
     splat = tmp_path_factory.mktemp("written") / "a_splat.ply"
     shutil.copy(made, splat)
 
-    def _written(map_error: float) -> Path:
+    def _written(map_error: float, **options) -> Path:
         workspace = Workspace.of_capture(capture)
-        write_scenario(splat, read_splat(made), capture, workspace, map_error)
+        write_scenario(
+            splat, read_splat(made), capture, workspace, map_error, **options
+        )
         return splat.with_suffix(".yaml")
 
     return _written
@@ -201,3 +211,38 @@ def test_training_on_cuda(folder, tmp_path):
     flags = ["--count", "3000", "--steps", "50", "--held-out", "4"]
     assert reconstruct(folder, output, "--device", "cuda", *flags) == 0
     assert "trained by gsplat" in read_report(output).method
+
+
+def test_where_up_is_unknown_there_is_no_scenario(folder, tmp_path, capsys):
+    """The robot would stand on its side in the first camera's frame."""
+    output = tmp_path / "a.ply"
+    flags = ["--device", "none", "--count", "500"]
+    assert reconstruct(folder, output, *flags, "--up", "capture") == 0
+    assert output.with_suffix(".yaml").exists()
+    assert reconstruct(folder, output, *flags, "--up", "none") == 0
+    assert "no scenario: in the capture's frame" in capsys.readouterr().out
+    assert not output.with_suffix(".yaml").exists()
+
+
+def test_a_handheld_capture_comes_out_upright(scene_capture, tmp_path, capsys):
+    X_CW = np.linalg.inv(scene_capture.X_WC[0])
+    handheld = dc.replace(scene_capture, X_WC=X_CW @ scene_capture.X_WC)
+    write_capture(tmp_path / "capture", handheld)
+    output = tmp_path / "a.ply"
+    flags = ["--device", "none", "--count", "500"]
+    assert reconstruct(tmp_path / "capture", output, *flags) == 0
+    X_FW = np.loadtxt(pose_path(output))
+    assert (X_FW @ X_CW)[2, 2] > np.cos(1e-3)
+    assert (X_FW @ X_CW)[2, 3] == pytest.approx(0, abs=1e-3)
+
+
+def test_the_task_is_for_the_robot_that_is_named(written):
+    """An arm on a fixed base cannot drive up to the table."""
+    with pytest.raises(RemoSplatError, match="three_link reaches nothing"):
+        written(0.004, robot=THREE_LINK)
+
+
+def test_an_unknown_robot_is_told_first(tmp_path, capsys):
+    flags = ["--robot", "fankie"]
+    assert reconstruct("nowhere", tmp_path / "a.ply", *flags) == 2
+    assert "did you mean 'frankie'" in capsys.readouterr().err

@@ -6,6 +6,7 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.reach import arm_reach, shoulder
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.task.suggestion import suggest_task
 
@@ -72,3 +73,17 @@ def test_it_says_what_is_missing(frankie, field):
         suggest_task(
             frankie, SignedDistanceField(low), LOWER, UPPER, everywhere
         )
+
+
+def test_an_arm_on_a_fixed_base_reaches_from_where_it_stands(three_link):
+    p_WA, reach = shoulder(three_link, three_link.home), arm_reach(three_link)
+    board = Box(
+        RigidTransform([0.3 * reach, 0, p_WA[2] - 0.5 * reach]),
+        np.array([2 * reach, 2 * reach, 0.01]),
+    )
+    field = SignedDistanceField(PrimitiveScene(boxes=(board,)))
+    lower, upper = np.array([[-2.0, -2, 0], [2, 2, 2]])
+    task = suggest_task(three_link, field, lower, upper, everywhere)
+    assert task.base_pose is None
+    p_WT = task.X_WT.translation()
+    assert np.linalg.norm(p_WT - p_WA) < 0.7 * reach

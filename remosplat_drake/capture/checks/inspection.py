@@ -4,41 +4,42 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.capture.capture import MIN_DEPTH_FRACTION, Capture
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.checks.contradictions import (
+    contradicting_frames,
+    judge_motion,
+)
+from remosplat_drake.capture.checks.exactness import judge_exactness
+from remosplat_drake.capture.checks.findings import (
+    DEFECT,
+    READING,
+    WARNING,
+    Finding,
+)
+from remosplat_drake.capture.checks.image_checks import (
+    judge_camera,
+    judge_depth,
+    judge_registration,
+    judge_shape,
+)
 from remosplat_drake.capture.checks.overlap import (
     MIN_AGREEMENT,
     Overlap,
     measure_overlap,
-    wrong_frames,
 )
-from remosplat_drake.capture.checks.pose_conventions import (
-    GOOD_AGREEMENT,
-    find_mistake,
+from remosplat_drake.capture.checks.pose_checks import (
+    judge_overlap,
+    judge_path,
 )
 from remosplat_drake.capture.checks.registration import (
     Registration,
     measure_registration,
 )
-
-_FOV_RANGE = (20.0, 130.0)
-"""Fields of view of RGB-D cameras and phones, with some room [deg]."""
-
-_DEPTH_RANGE = (0.1, 10.0)
-"""Median depths of what a robot works in [m]."""
-
-_MIN_SUPPORTED = 0.05
-"""Views that support fewer of each other's points show different places."""
-
-_MIN_PATH = 0.05
-"""A camera that moved less has seen everything from one side [m]."""
-
-_UNITS = (
-    (1e3, "millimetres read as metres"),
-    (1e-3, "metres read as millimetres"),
-    (5.0, "1 / 5000 m read as millimetres"),
-    (0.2, "millimetres read as 1 / 5000 m"),
+from remosplat_drake.capture.checks.view_graph import judge_groups
+from remosplat_drake.capture.checks.wide_baselines import (
+    WideBaselines,
+    measure_wide_baselines,
 )
-"""How many times too large depths are, and the mistake that does it."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -59,9 +60,10 @@ class CaptureInspection:
         registration: Registration of colour and depth; None if there is too
             little to tell.
         overlap: Agreement of neighbouring frames about depth.
+        wide: Agreement of frames near and far, in millimetres.
         wrong_frames: Indices of the frames that disagree with all of their
             neighbours.
-        warnings: One sentence with numbers for each thing that is wrong.
+        findings: All that is wrong, defects first.
     """
 
     frames: int
@@ -75,8 +77,14 @@ class CaptureInspection:
     extent: np.ndarray
     registration: Registration | None
     overlap: Overlap
+    wide: WideBaselines
     wrong_frames: np.ndarray
-    warnings: tuple[str, ...]
+    findings: tuple[Finding, ...]
+
+    @property
+    def defects(self) -> tuple[Finding, ...]:
+        """What would make a wrong map."""
+        return tuple(f for f in self.findings if f.severity == DEFECT)
 
 
 def inspect_capture(capture: Capture) -> CaptureInspection:
@@ -92,18 +100,26 @@ def inspect_capture(capture: Capture) -> CaptureInspection:
     p_WC = capture.X_WC[:, :3, 3]
     path_length = np.linalg.norm(np.diff(p_WC, axis=0), axis=1).sum()
     overlap = measure_overlap(capture)
-    wrong = wrong_frames(overlap)
+    wide = measure_wide_baselines(capture)
+    wrong = contradicting_frames(wide)
     registration = measure_registration(capture)
     known = float((capture.depth > 0).mean())
     percentiles = (
         np.percentile(depths, (1, 50, 99)) if len(depths) else [np.nan] * 3
     )
-    warnings = (
-        *_judge_camera(capture, fov),
-        *_judge_depth(known, float(percentiles[1])),
-        *_judge_path(float(np.ptp(p_WC, axis=0).max())),
-        *_judge_registration(registration),
-        *_judge_overlap(capture, overlap, wrong),
+    pose_findings = judge_overlap(capture, overlap, wrong)
+    if not pose_findings:
+        # What follows would say the same about wrong poses in other words.
+        pose_findings = _judge_shared_surfaces(capture, overlap, wide)
+    mended = any(finding.mend for finding in pose_findings)
+    findings = (
+        *(Finding(READING, note, WARNING) for note in capture.notes),
+        *judge_camera(capture, fov),
+        *judge_depth(capture, float(percentiles[1])),
+        *judge_path(float(np.ptp(p_WC, axis=0).max())),
+        *pose_findings,
+        # Another frame's depth lies under no colours either.
+        *(() if mended else judge_registration(capture, registration)),
     )
     return CaptureInspection(
         frames=len(capture),
@@ -117,103 +133,21 @@ def inspect_capture(capture: Capture) -> CaptureInspection:
         extent=np.ptp(p_WC, axis=0),
         registration=registration,
         overlap=overlap,
+        wide=wide,
         wrong_frames=wrong,
-        warnings=warnings,
+        findings=tuple(sorted(findings, key=lambda f: f.severity != DEFECT)),
     )
 
 
-def _judge_camera(capture: Capture, fov_deg: np.ndarray) -> list[str]:
-    warnings = []
-    low, high = _FOV_RANGE
-    if not (low < fov_deg.min() and fov_deg.max() < high):
-        warnings.append(
-            f"fields of view of {fov_deg[0]:.0f} x {fov_deg[1]:.0f} degrees"
-            f" are implausible ({low:.0f} to {high:.0f} are usual): are the"
-            " intrinsics those of images of another size?"
-        )
-    height, width = capture.size
-    off = np.median(capture.K[:, :2, 2], axis=0) / (width, height) - 0.5
-    if np.abs(off).max() > 0.15:
-        warnings.append(
-            f"the principal point lies {100 * np.abs(off).max():.0f} % of the"
-            " image's size off its centre: are the intrinsics those of images"
-            " of another size?"
-        )
-    return warnings
-
-
-def _judge_depth(known: float, median: float) -> list[str]:
-    if known < MIN_DEPTH_FRACTION:
-        return [f"only {100 * known:.1f} % of the pixels have a depth"]
-    low, high = _DEPTH_RANGE
-    if low <= median <= high:
-        return []
-    guesses = [w for factor, w in _UNITS if low <= median / factor <= high]
-    guess = f": looks like {guesses[0]}" if guesses else ""
+def _judge_shared_surfaces(
+    capture: Capture, overlap: Overlap, wide: WideBaselines
+) -> list[Finding]:
+    """Judges what views say about each other where their poses seem right."""
+    agreeing = overlap.pairs[overlap.agreements >= MIN_AGREEMENT]
+    pairs = np.concatenate([agreeing, wide.pairs[wide.compared]])
     return [
-        f"a median depth of {median:.4g} m is implausible ({low} to {high:.0f}"
-        f" m are usual){guess}"
+        *judge_exactness(capture, wide),
+        *judge_motion(capture, wide),
+        *judge_groups(capture, pairs),
+        *judge_shape(capture),
     ]
-
-
-def _judge_path(extent: float) -> list[str]:
-    if extent >= _MIN_PATH:
-        return []
-    return [
-        f"the camera moved only {1e3 * extent:.0f} mm: it has seen"
-        " everything from one side"
-    ]
-
-
-def _judge_registration(registration: Registration | None) -> list[str]:
-    if registration is None or not registration.is_off:
-        return []
-    right, down = registration.shift
-    return [
-        "colour and depth are not registered: their edges match best with"
-        f" the colours moved {right:+d} columns and {down:+d} rows"
-        f" (correlation {registration.correlation:.2f}; as they are"
-        f" {registration.unshifted:.2f})"
-    ]
-
-
-def _judge_overlap(
-    capture: Capture, overlap: Overlap, wrong: np.ndarray
-) -> list[str]:
-    agreement = overlap.agreement
-    supported = overlap.supported >= _MIN_SUPPORTED
-    is_good = agreement >= GOOD_AGREEMENT and supported
-    if (capture.depth > 0).mean() < MIN_DEPTH_FRACTION or len(capture) < 2:
-        return []
-    facts = (
-        f"neighbouring frames agree about {100 * agreement:.0f} % of what they"
-        " share"
-        if np.isfinite(agreement)
-        else "no two frames show the same surface"
-    )
-    found = None if is_good else find_mistake(capture, overlap)
-    if found is not None:
-        mistake, mended = found
-        return [
-            f"{mistake.words}: {facts}, but {100 * mended.agreement:.0f} %"
-            " with that undone"
-        ]
-    if agreement >= MIN_AGREEMENT and supported and len(wrong):
-        return [
-            f"the poses of {len(wrong)} of {len(capture)} frames disagree with"
-            f" all of their neighbours': {list_frames(wrong)}"
-        ]
-    if is_good:
-        return []
-    return [f"{facts}, and no usual mistake about poses explains it"]
-
-
-def list_frames(frames: np.ndarray, most: int = 10) -> str:
-    """Words a list of frame indices, such as "3, 7, 9 and more".
-
-    Args:
-        frames: Indices of the frames.
-        most: Largest number of indices that are listed.
-    """
-    names = ", ".join(str(i) for i in frames[:most])
-    return names if len(frames) <= most else f"{names} and more"

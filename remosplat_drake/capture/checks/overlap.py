@@ -40,7 +40,7 @@ class Overlap:
     Attributes:
         pairs: Indices of the views (a, b) with a < b, shape (m, 2).
         agreeing: Number of points of either view that the other one has where
-            they are, to within `TOLERANCE`, shape (m,).
+            they are, to within the tolerance, shape (m,).
         contradicting: Number of points through which the other one looks, shape
             (m,).
         differences: Absolute differences between these points' depths and the
@@ -85,12 +85,15 @@ class Overlap:
         return float((self.differences < distance).mean())
 
 
-def measure_overlap(capture: Capture, seed: int = 0) -> Overlap:
+def measure_overlap(
+    capture: Capture, seed: int = 0, tolerance: float = TOLERANCE
+) -> Overlap:
     """Compares each view's depth with that of its neighbours.
 
     Args:
         capture: Posed RGB-D images, in any order.
         seed: Seed of the random choice of points.
+        tolerance: Fraction of a depth by which agreeing depths may differ.
     """
     p_C = sample_points(capture, _SAMPLES, np.random.default_rng(seed))
     pairs = neighbours(capture, p_C[:, :_COARSE])
@@ -101,9 +104,9 @@ def measure_overlap(capture: Capture, seed: int = 0) -> Overlap:
     for i, pair in enumerate(pairs):
         for a, b in (pair, pair[::-1]):
             z, measured = compare(capture, p_C[a], a, b)
-            tolerance = TOLERANCE * measured
-            agrees = np.abs(z - measured) < tolerance
-            contradicts = z <= measured - tolerance
+            margin = tolerance * measured
+            agrees = np.abs(z - measured) < margin
+            contradicts = z <= measured - margin
             agreeing[i] += agrees.sum()
             contradicting[i] += contradicts.sum()
             supported[a] |= agrees
@@ -141,17 +144,34 @@ def neighbours(capture: Capture, p_C: np.ndarray) -> np.ndarray:
     Returns:
         Indices of the views, shape (m, 2).
     """
+    n, shared = len(capture), shared_fractions(capture, p_C)
+    best = np.argsort(-shared, axis=1, kind="stable")[:, :_NEIGHBOURS]
+    a = np.repeat(np.arange(n), best.shape[1])
+    b = best.ravel()
+    pairs = np.sort(np.stack([a, b], axis=1), axis=1)
+    return np.unique(pairs[shared[a, b] >= _MIN_OVERLAP], axis=0)
+
+
+def shared_fractions(capture: Capture, p_C: np.ndarray) -> np.ndarray:
+    """Computes which part of their points two views have in both images.
+
+    What hides them does not count.
+
+    Args:
+        capture: The n views.
+        p_C: Some points of each view in its camera, (n, k, 3) [m] or NaN.
+
+    Returns:
+        The smaller one of each two views' fractions, shape (n, n); 0 on the
+        diagonal.
+    """
     n = len(capture)
     seen = np.zeros((n, n))
     for a in range(n):
         seen[a] = _fraction_seen(capture, to_world(capture, p_C[a], a))
     shared = np.minimum(seen, seen.T)
     np.fill_diagonal(shared, 0)
-    best = np.argsort(-shared, axis=1, kind="stable")[:, :_NEIGHBOURS]
-    a = np.repeat(np.arange(n), best.shape[1])
-    b = best.ravel()
-    pairs = np.sort(np.stack([a, b], axis=1), axis=1)
-    return np.unique(pairs[shared[a, b] >= _MIN_OVERLAP], axis=0)
+    return shared
 
 
 def sample_points(

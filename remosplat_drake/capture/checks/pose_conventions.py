@@ -30,12 +30,18 @@ class Mistake:
 
     Attributes:
         words: What the poses look like, as part of a warning.
-        undo: Function from the wrong poses to the right poses X_WC, both of
-            shape (n, 4, 4).
+        remedy: What `undo` does, in words.
+        undo_poses: Function from the wrong poses to the right poses X_WC, both
+            of shape (n, 4, 4).
     """
 
     words: str
-    undo: Callable[[np.ndarray], np.ndarray]
+    remedy: str
+    undo_poses: Callable[[np.ndarray], np.ndarray]
+
+    def undo(self, capture: Capture) -> Capture:
+        """Returns the capture with the right poses."""
+        return dc.replace(capture, X_WC=self.undo_poses(capture.X_WC))
 
 
 def find_mistake(
@@ -54,8 +60,7 @@ def find_mistake(
     disagreement = 1 - np.nan_to_num(overlap.agreement)
     best, supported = None, overlap.supported
     for mistake in MISTAKES:
-        mended = dc.replace(capture, X_WC=mistake.undo(capture.X_WC))
-        without = measure_overlap(mended)
+        without = measure_overlap(mistake.undo(capture))
         fits = (
             without.agreement >= GOOD_AGREEMENT
             and 1 - without.agreement < _LEFT * disagreement
@@ -106,33 +111,39 @@ _TURNED = (
     " z forward) were expected, or the other way round"
 )
 _ORDER = "quaternions look like {} read as {}"
-_LENGTHS = "camera positions look {} times too {} for the depths ({})"
+_LENGTHS = "camera positions look {:g} times too {} for the depths ({})"
+
+
+def _lengths(times: float, too: str, words: str) -> Mistake:
+    factor = times if too == "small" else 1 / times
+    return Mistake(
+        _LENGTHS.format(times, too, words),
+        f"multiplied camera positions by {factor:g}",
+        _scale(factor),
+    )
+
 
 MISTAKES = (
-    Mistake(_TURNED, _flip),
-    Mistake(_INVERSE, np.linalg.inv),
-    Mistake(f"{_INVERSE}, and {_TURNED}", lambda X: _flip(np.linalg.inv(X))),
+    Mistake(_TURNED, "turned the camera axes", _flip),
+    Mistake(_INVERSE, "inverted the poses", np.linalg.inv),
+    Mistake(
+        f"{_INVERSE}, and {_TURNED}",
+        "inverted the poses and turned the camera axes",
+        lambda X: _flip(np.linalg.inv(X)),
+    ),
     *(
-        Mistake(_ORDER.format(*orders), _reorder(shift, flip))
+        Mistake(
+            _ORDER.format(*orders),
+            "reordered the quaternions",
+            _reorder(shift, flip),
+        )
         for orders, shift in ((("xyzw", "wxyz"), 1), (("wxyz", "xyzw"), -1))
         for flip in (False, True)
     ),
-    Mistake(
-        _LENGTHS.format(1000, "large", "millimetres read as metres"),
-        _scale(1e-3),
-    ),
-    Mistake(
-        _LENGTHS.format(1000, "small", "metres read as millimetres"),
-        _scale(1e3),
-    ),
-    Mistake(
-        _LENGTHS.format(5, "small", "depths / 1000 that are / 5000"),
-        _scale(5),
-    ),
-    Mistake(
-        _LENGTHS.format(5, "large", "depths / 5000 that are / 1000"),
-        _scale(0.2),
-    ),
+    _lengths(1000, "large", "millimetres read as metres"),
+    _lengths(1000, "small", "metres read as millimetres"),
+    _lengths(5, "small", "depths / 1000 that are / 5000"),
+    _lengths(5, "large", "depths / 5000 that are / 1000"),
 )
 """All mistakes that are tried.
 

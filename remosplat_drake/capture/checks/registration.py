@@ -11,7 +11,9 @@ import numpy as np
 
 from remosplat_drake.capture.capture import Capture
 
-_MAX_FRAMES = 24
+_MAX_FRAMES, _FEW_FRAMES, _COARSE = 24, 12, 320
+"""Views for finding a shift, and for one that is given; and the width of the
+latter [pixels]."""
 _MIN_JUMP = 0.05
 """Depths of neighbouring pixels differ by more than this across an edge."""
 
@@ -72,22 +74,10 @@ def measure_registration(capture: Capture) -> Registration | None:
     """
     width = capture.size[1]
     reach = max(2, round(_MAX_SHIFT * width))
-    views = np.unique(
-        np.linspace(0, len(capture) - 1, _MAX_FRAMES).round().astype(int)
-    )
-    total, frames = np.zeros((2 * reach + 1, 2 * reach + 1)), 0
-    for view in views:
-        jumps = depth_edges(capture.depth[view])
-        if jumps.mean() < _MIN_EDGES:
-            continue
-        edges = color_edges(capture.rgb[view])
-        if capture.hidden is not None:
-            edges[capture.hidden[view]] = 0
-        total += _correlations(edges, jumps, reach)
-        frames += 1
-    if frames < _MIN_FRAMES:
+    found = _edge_correlations(capture, reach)
+    if len(found) < _MIN_FRAMES:
         return None
-    total /= frames
+    total = np.mean(found, axis=0)
     if total.max() < _MIN_CORRELATION:
         return None
     row, column = np.unravel_index(total.argmax(), total.shape)
@@ -97,6 +87,50 @@ def measure_registration(capture: Capture) -> Registration | None:
         unshifted=float(total[reach, reach]),
         tolerance=max(_MIN_TOLERANCE, _TOLERANCE * width),
     )
+
+
+def edge_correlation(capture: Capture, step: int = 0) -> float:
+    """Computes how well edges of depths and colours match as they are.
+
+    Args:
+        capture: Views, of which up to a dozen are used.
+        step: Depths of frame i are compared with the colours of frame i + step.
+
+    Returns:
+        The mean correlation; 0 if there are too few edges to tell.
+    """
+    n = len(capture) - abs(step)
+    stride = max(1, capture.size[1] // _COARSE)
+    found = []
+    for i in _spread(n, _FEW_FRAMES):
+        view = i + max(0, -step)
+        depth = capture.depth[view, ::stride, ::stride]
+        rgb = capture.rgb[view + step, ::stride, ::stride]
+        jumps = depth_edges(depth)
+        if jumps.mean() >= _MIN_EDGES:
+            found.append(_correlations(color_edges(rgb), jumps, 0))
+    return float(np.mean(found)) if len(found) >= _MIN_FRAMES else 0.0
+
+
+def _edge_correlations(capture: Capture, reach: int) -> list[np.ndarray]:
+    """Correlations of some views' edges at all shifts up to `reach`."""
+    found = []
+    for view in _spread(len(capture), _MAX_FRAMES):
+        jumps = depth_edges(capture.depth[view])
+        if jumps.mean() < _MIN_EDGES:
+            continue
+        edges = color_edges(capture.rgb[view])
+        if capture.hidden is not None:
+            edges[capture.hidden[view]] = 0
+        found.append(_correlations(edges, jumps, reach))
+    return found
+
+
+def _spread(n: int, most: int) -> np.ndarray:
+    """Indices of up to `most` of n views, evenly spread."""
+    if n < 1:
+        return np.zeros(0, int)
+    return np.unique(np.linspace(0, n - 1, most).round().astype(int))
 
 
 def color_edges(rgb: np.ndarray) -> np.ndarray:

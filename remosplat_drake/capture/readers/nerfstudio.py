@@ -33,6 +33,10 @@ from remosplat_drake.capture.images import (
     read_depth,
     read_levels,
 )
+from remosplat_drake.capture.readers.image_lists import (
+    images_in,
+    note_left_out,
+)
 from remosplat_drake.capture.readers.poses import OPENGL_FROM_OPENCV
 from remosplat_drake.capture.readers.text_files import read_json
 from remosplat_drake.capture.undistortion import Distortion
@@ -62,6 +66,8 @@ _CAMERA_MODELS = (
     "SIMPLE_RADIAL",
 )
 _DEPTH_UNITS = (1e-9, 1e3)
+_FOCAL_LENGTHS, _FARTHEST = (1e-3, 1e7), 1e7
+"""Focal lengths, and principal points from the image's corner [pixels]."""
 _SUFFIXES = ("", ".png", ".jpg", ".jpeg")
 _MAX_STEPS = 65535
 
@@ -86,6 +92,29 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
         raise FieldError(str(path), "frames", "expected a list of frames")
     for i in range(0, len(frames), stride):
         yield read_frame(path, document, i)
+
+
+def notes(path: Path) -> list[str]:
+    """Returns what a reader should know of a folder beside its frames."""
+    if path.name != TRANSFORMS:
+        path = path / TRANSFORMS
+    # Frames that were not read may hold anything.
+    names = [
+        frame.get("file_path") if isinstance(frame, dict) else None
+        for frame in read_json(path)["frames"]
+    ]
+    files = [path.parent / name for name in names if isinstance(name, str)]
+    folders = dict.fromkeys(file.parent for file in files)
+    if path.parent in folders:
+        # Anything may lie beside the document.
+        return []
+    stems = {str(file.with_suffix("")) for file in files}
+    images = [image for folder in folders for image in images_in(folder)]
+    colors = [i for i in images if not i.stem.endswith("depth")]
+    used = {str(i) for i in colors if str(i.with_suffix("")) in stems}
+    return note_left_out(
+        [str(i) for i in colors], used, f"a frame in {TRANSFORMS}"
+    )
 
 
 def read_frame(path: Path, document: dict, i: int) -> Frame:
@@ -119,10 +148,12 @@ class _Fields:
         return key in self.frame or key in self.document
 
     def number(self, key: str, default: float | None = None) -> float:
-        inner = key in self.frame
-        field = f"{self.name}.{key}" if inner else key
-        fields = self.frame if inner else self.document
-        return as_number(self.path, field, fields.get(key, default))
+        fields = self.frame if key in self.frame else self.document
+        return as_number(self.path, self.field(key), fields.get(key, default))
+
+    def field(self, key: str) -> str:
+        """Where a field stands, such as "frames[3].cx"."""
+        return f"{self.name}.{key}" if key in self.frame else key
 
     def within(
         self, key: str, default: float | None, least: float, most: float
@@ -132,7 +163,7 @@ class _Fields:
         if not least <= value <= most:
             raise FieldError(
                 str(self.path),
-                key,
+                self.field(key),
                 f"must be from {least:.10g} to {most:.10g}, got {value:g}",
             )
         return value
@@ -202,15 +233,15 @@ def _intrinsics(fields: _Fields, size: tuple[int, int]) -> np.ndarray:
     height = fields.number("h", size[0])
     check_announced_size(str(fields.path), "w, h", width, height)
     if fields.has("fl_x") or not fields.has("camera_angle_x"):
-        fl_x = fields.number("fl_x")
-        fl_y = fields.number("fl_y", fl_x)
+        fl_x = fields.within("fl_x", None, *_FOCAL_LENGTHS)
+        fl_y = fields.within("fl_y", fl_x, *_FOCAL_LENGTHS)
     else:
         fl_x = width / 2 / np.tan(_angle(fields, "camera_angle_x") / 2)
         fl_y = fl_x
         if fields.has("camera_angle_y"):
             fl_y = height / 2 / np.tan(_angle(fields, "camera_angle_y") / 2)
-    cx = fields.number("cx", width / 2)
-    cy = fields.number("cy", height / 2)
+    cx = fields.within("cx", width / 2, -_FARTHEST, _FARTHEST)
+    cy = fields.within("cy", height / 2, -_FARTHEST, _FARTHEST)
     K = np.array([[fl_x, 0, cx], [0, fl_y, cy], [0, 0, 1]])
     if abs(width * size[0] - height * size[1]) > 0.02 * height * size[1]:
         raise FileError(

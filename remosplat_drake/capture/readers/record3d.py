@@ -9,6 +9,9 @@ and never unpacked to disk; an unpacked one is read alike.
 
 The app's "EXR + JPG" export is a folder with the same metadata in
 `metadata.json`, images `rgb/N.jpg` and metres in `depth/N.exr`.
+
+The world is that of the first camera, however it was held, as the app's author
+says: unlike ARKit's own, it does not know gravity.
 """
 
 import dataclasses as dc
@@ -29,6 +32,7 @@ from remosplat_drake.capture.images import (
     read_depth,
 )
 from remosplat_drake.capture.readers.arkit import keep_confident
+from remosplat_drake.capture.readers.image_lists import note_left_out
 from remosplat_drake.capture.readers.lzfse_data import MAX_BYTES, unpack
 from remosplat_drake.capture.readers.poses import (
     OPENGL_FROM_OPENCV,
@@ -97,6 +101,30 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
         NotImplementedError,  # An unknown kind of packing.
     ) as error:
         raise FileError(path, f"unreadable archive: {error}") from error
+
+
+def notes(path: Path) -> list[str]:
+    """Returns what a reader should know of a capture beside its frames."""
+    if path.is_dir():
+        layout = _EXPORT if _EXPORT.found_in(path) else _ARCHIVE
+        return _notes(path, layout)
+    with zipfile.ZipFile(path) as archive:
+        return _notes(zipfile.Path(archive), _ARCHIVE)
+
+
+def _notes(root: Source, layout: _Layout) -> list[str]:
+    count = len(_poses(layout.metadata, read_json(root / layout.metadata)))
+    folder, pattern = layout.color.split("/")
+    suffix = pattern.removeprefix("{}")
+    stems = [
+        file.name.removesuffix(suffix)
+        for file in (root / folder).iterdir()
+        if file.name.endswith(suffix)
+    ]
+    numbers = sorted(int(stem) for stem in stems if stem.isdecimal())
+    names = [layout.color.format(number) for number in numbers]
+    used = {layout.color.format(i) for i in range(count)}
+    return note_left_out(names, used, "a pose")
 
 
 def _read_frames(root: Source, layout: _Layout, stride: int) -> Iterator[Frame]:

@@ -14,6 +14,10 @@ import numpy as np
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.capture.images import read_colors, read_depth
+from remosplat_drake.capture.readers.image_lists import (
+    in_natural_order,
+    note_left_out,
+)
 from remosplat_drake.capture.readers.intrinsics import find_intrinsics
 from remosplat_drake.capture.readers.text_files import read_matrix
 
@@ -39,8 +43,7 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
         FileError: A file is missing or unreadable.
     """
     K = find_intrinsics(path, path.resolve().parent)
-    poses = sorted(path.glob(f"frame-*{_POSE}"))
-    for pose in poses[::stride]:
+    for pose in _poses(path)[::stride]:
         name = pose.name.removesuffix(_POSE)
         depth = read_depth(path / f"{name}.depth.png", DEPTH_UNIT)
         yield Frame(
@@ -50,6 +53,20 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
             rgb=read_colors(_color_file(path, name)),
             depth=np.where(depth >= np.float32(_NO_DEPTH), 0, depth),
         )
+
+
+def notes(path: Path) -> list[str]:
+    """Returns what a reader should know of a folder beside its frames."""
+    names = [pose.name.removesuffix(_POSE) for pose in _poses(path)]
+    colors = in_natural_order(
+        [*path.glob("frame-*.color.png"), *path.glob("frame-*.color.jpg")]
+    )
+    used = [f"{name}.color.{end}" for name in names for end in ("png", "jpg")]
+    return note_left_out([f.name for f in colors], set(used), "a pose")
+
+
+def _poses(path: Path) -> list[Path]:
+    return in_natural_order(list(path.glob(f"frame-*{_POSE}")))
 
 
 def _color_file(path: Path, name: str) -> Path:

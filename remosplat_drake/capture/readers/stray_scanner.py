@@ -21,6 +21,10 @@ from remosplat_drake.capture.images import (
     read_levels,
 )
 from remosplat_drake.capture.readers.arkit import keep_confident
+from remosplat_drake.capture.readers.image_lists import (
+    images_in,
+    note_left_out,
+)
 from remosplat_drake.capture.readers.poses import poses_from_quaternions
 from remosplat_drake.capture.readers.text_files import read_matrix, read_text
 
@@ -31,6 +35,9 @@ VIDEO = "rgb.mp4"
 """Name of the colour video."""
 ODOMETRY = "odometry.csv"
 """Name of the table of camera poses."""
+UP_W = (0.0, 1.0, 0.0)
+"""ARKit's world has its y axis against gravity."""
+
 LOOKS_FOR = f"a folder with {VIDEO} and {ODOMETRY}"
 """What `recognises` looks for, in words."""
 
@@ -74,6 +81,15 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
             rgb=rgb,
             depth=_read_depth(path, number),
         )
+
+
+def notes(path: Path) -> list[str]:
+    """Returns what a reader should know of a folder beside its frames."""
+    rows = _read_odometry(path / ODOMETRY)
+    numbers = _columns(path / ODOMETRY, rows, ("frame",))[:, 0].astype(int)
+    used = {f"{number:06d}" for number in numbers.tolist()}
+    depths = [file.stem for file in images_in(path / "depth")]
+    return note_left_out(depths, used, "a pose")
 
 
 def _read_odometry(path: Path) -> list[dict]:

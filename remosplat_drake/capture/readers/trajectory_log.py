@@ -2,7 +2,7 @@
 
 The log gives each frame a line of three numbers, the first of which is the
 frame's, and a 4x4 camera-to-world pose (OpenCV axes). Images lie in folders
-of their own and are counted in the order of their names. Depth is in
+of their own and are counted in the order of their numbers. Depth is in
 millimetres. A camera file lies beside (Open3D's JSON or a 3x3 matrix).
 """
 
@@ -14,6 +14,10 @@ import numpy as np
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.capture.images import read_colors, read_depth
+from remosplat_drake.capture.readers.image_lists import (
+    images_in,
+    note_left_out,
+)
 from remosplat_drake.capture.readers.intrinsics import find_intrinsics
 from remosplat_drake.capture.readers.text_files import as_matrix, read_rows
 
@@ -22,7 +26,6 @@ DEPTH_UNIT = 1e-3
 
 _LOGS = ("trajectory.log", "scene/trajectory.log", "odometry.log")
 _COLOR_FOLDERS = ("color", "rgb", "image")
-_IMAGES = {".png", ".jpg", ".jpeg"}
 
 LOOKS_FOR = f"a folder with {' or '.join(_LOGS)}"
 """What `recognises` looks for, in words."""
@@ -39,9 +42,7 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
     Raises:
         FileError: A file is missing or unreadable.
     """
-    log = next((path / name for name in _LOGS if (path / name).is_file()), None)
-    if log is None:
-        raise FileError(path, f"expected {LOOKS_FOR}")
+    log = _log(path)
     K = find_intrinsics(path)
     colors = _images(path, _COLOR_FOLDERS)
     depths = _images(path, ("depth",))
@@ -61,6 +62,21 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
             rgb=read_colors(colors[index]),
             depth=read_depth(depths[index], DEPTH_UNIT),
         )
+
+
+def notes(path: Path) -> list[str]:
+    """Returns what a reader should know of a folder beside its frames."""
+    colors = _images(path, _COLOR_FOLDERS)
+    used = {colors[i].name for i, _ in read_log(_log(path))}
+    return note_left_out([f.name for f in colors], used, "a pose")
+
+
+def _log(path: Path) -> Path:
+    """The trajectory log of a folder."""
+    for name in _LOGS:
+        if (path / name).is_file():
+            return path / name
+    raise FileError(path, f"expected {LOOKS_FOR}")
 
 
 def read_log(path: Path) -> list[tuple[int, np.ndarray]]:
@@ -83,9 +99,8 @@ def read_log(path: Path) -> list[tuple[int, np.ndarray]]:
 
 
 def _images(path: Path, folders: tuple[str, ...]) -> list[Path]:
-    """The images of the first folder there is, in the order of their names."""
+    """The images of the first folder there is, in their natural order."""
     for name in folders:
         if (path / name).is_dir():
-            files = sorted((path / name).iterdir())
-            return [file for file in files if file.suffix.lower() in _IMAGES]
+            return images_in(path / name)
     raise FileError(path, f"expected a folder {' or '.join(folders)}")

@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.capture.images import read_colors, read_depth
+from remosplat_drake.capture.readers.image_lists import note_left_out
 from remosplat_drake.capture.readers.intrinsics import (
     find_intrinsics,
     from_opencv,
@@ -64,12 +65,10 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
         FileError: A file is missing or unreadable.
     """
     K, distortion = _camera(path)
-    color_times, color_files = _read_list(path / "rgb.txt")
+    _, color_files = _read_list(path / "rgb.txt")
     depth_times, depth_files = _read_list(path / "depth.txt")
     pose_times, poses = _read_trajectory(path / "groundtruth.txt")
-    depths = associate(color_times, depth_times)
-    near = associate(depth_times, pose_times) >= 0
-    pairs = [(i, d) for i, d in enumerate(depths) if d >= 0 and near[d]]
+    pairs = _pairs(path)
     if not pairs:
         raise FileError(
             path,
@@ -84,6 +83,24 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
             depth=read_depth(path / depth_files[depth], DEPTH_UNIT),
             distortion=distortion,
         )
+
+
+def notes(path: Path) -> list[str]:
+    """Returns what a reader should know of a folder beside its frames."""
+    _, colors = _read_list(path / "rgb.txt")
+    used = {colors[i] for i, _ in _pairs(path)}
+    lacking = f"a depth image with a pose within {TOLERANCE} s"
+    return note_left_out(colors, used, lacking)
+
+
+def _pairs(path: Path) -> list[tuple[int, int]]:
+    """Indices of colour and depth images that have a pose."""
+    color_times, _ = _read_list(path / "rgb.txt")
+    depth_times, _ = _read_list(path / "depth.txt")
+    pose_times, _ = _read_trajectory(path / "groundtruth.txt")
+    depths = associate(color_times, depth_times).tolist()
+    near = associate(depth_times, pose_times) >= 0
+    return [(i, d) for i, d in enumerate(depths) if d >= 0 and near[d]]
 
 
 def associate(

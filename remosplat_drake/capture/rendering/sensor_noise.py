@@ -150,7 +150,7 @@ def with_noise(capture: Capture, noise: SensorNoise, seed: int = 0) -> Capture:
         depth[i] = noisy_depth(capture.K[i], capture.depth[i], noise, rng)
         rgb[i] = _noisy_color(capture.rgb[i], noise, rng)
         X_WC[i] = _noisy_pose(capture.X_WC[i], noise, rng)
-    return Capture(capture.K, X_WC, rgb, depth, capture.hidden)
+    return dc.replace(capture, X_WC=X_WC, rgb=rgb, depth=depth)
 
 
 def noisy_depth(

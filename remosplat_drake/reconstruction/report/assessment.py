@@ -86,6 +86,7 @@ def assess(
     held_out: bool = True,
     count: int = 5000,
     seed: int = 0,
+    warnings: Sequence[str] = (),
     progress: Callable[[str], None] = lambda step: None,
 ) -> Assessment:
     """Measures a splat's images, distances, floaters and coverage.
@@ -100,6 +101,7 @@ def assess(
         held_out: Whether the compared views were not trained on.
         count: Largest number of points at which distances are compared.
         seed: Seed of the random points.
+        warnings: What is wrong with the capture, in words.
         progress: Called with what is done next.
 
     Raises:
@@ -132,6 +134,7 @@ def assess(
         images=score_pictures(pictures, capture, held_out),
         floaters=_summarize_floaters(floaters),
         coverage=_summarize_coverage(coverage),
+        warnings=list(warnings),
     )
     best = errors[reference_of(report)]
     return Assessment(_judged(report), pictures, best, coverage, floaters)

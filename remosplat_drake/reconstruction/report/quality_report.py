@@ -128,6 +128,8 @@ class QualityReport(Config):
     # Largest over-estimate of a distance by any oracle, by the best reference
     # there is [m].
     map_error: Annotated[float, Interval(ge=0, le=1e4)] = 0.0
+    # What is wrong with the capture and was accepted, or only warned of.
+    warnings: list[str] = dc.field(default_factory=list)
     # The verdict in words.
     trust: str = ""
 
@@ -227,10 +229,14 @@ def judge(report: QualityReport) -> str:
             f" {report.floaters.count} floaters make distances too small, by"
             f" up to {rounded_up(report.floaters.worst)}."
         )
-    return verdict + (
+    verdict += (
         f" No camera has seen {100 * report.coverage.unseen:.0f} % of the"
         " workspace: nothing is known there."
     )
+    if report.warnings:
+        doubts = "; ".join(report.warnings)
+        verdict += f" The capture is doubtful, and so is all of this: {doubts}."
+    return verdict
 
 
 def reference_of(report: QualityReport) -> str:

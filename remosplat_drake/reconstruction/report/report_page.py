@@ -43,6 +43,8 @@ p { color: var(--soft); max-width: 62em; }
 .method { color: var(--soft); margin: .2em 0 1.4em; }
 .trust { background: var(--wash); border-left: .3em solid #2f6fae;
          color: var(--ink); font-size: 1.08em; padding: .9em 1.2em; }
+.warnings { border-left: .3em solid #b54708; background: #fff6ed;
+            padding: .7em 1.2em .7em 2.4em; }
 .cards { display: grid; gap: .8em; margin: 1.4em 0;
          grid-template-columns: repeat(auto-fit, minmax(10em, 1fr)); }
 .card { border: 1px solid var(--line); border-radius: .5em;
@@ -81,6 +83,7 @@ def to_html(assessment: Assessment, title: str) -> str:
             f'<p class="method">{html.escape(report.method)} ·'
             f" {report.splats:,} splats · {report.views} views</p>",
             f'<p class="trust">{html.escape(report.trust)}</p>',
+            _warnings(report),
             _cards(report),
             _distances(assessment),
             _views(assessment),
@@ -116,6 +119,13 @@ def write_assessment(
     page = (folder or splat.parent) / page_path(splat).name
     write_atomically(page, to_html(assessment, splat.name))
     return page
+
+
+def _warnings(report: QualityReport) -> str:
+    items = "".join(f"<li>{html.escape(w)}</li>" for w in report.warnings)
+    if not items:
+        return ""
+    return f'<ul class="warnings">{items}</ul>'
 
 
 def _cards(report: QualityReport) -> str:

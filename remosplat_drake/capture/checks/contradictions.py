@@ -1,0 +1,91 @@
+"""Points through which other views look: wrong frames, and what moves."""
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.checks.findings import (
+    MOVING,
+    WARNING,
+    Finding,
+    list_frames,
+)
+from remosplat_drake.capture.checks.wide_baselines import WideBaselines
+
+_WRONG = 0.5
+"""Fraction of a frame's points through which others look if it is wrong."""
+
+_MOVING = 0.08
+"""The same, if something in it has moved."""
+
+_MOVED = 0.005
+"""The same of all frames' points, if something moved in the capture."""
+
+_MIN_JUDGED = 30
+"""Fewer points say nothing about a frame."""
+
+
+def contradicting_frames(wide: WideBaselines) -> np.ndarray:
+    """Finds frames of which others see most points to be empty space.
+
+    The one that contradicts most others goes first, and what it said about
+    them with it: of two frames that contradict each other, the others say
+    which one is right.
+
+    Returns:
+        Their indices, ascending.
+    """
+    wrong: list[int] = []
+    while True:
+        judged, through = _counts(wide, wrong)
+        rate = _rates(judged, through)
+        if not (rate > _WRONG).any():
+            return np.array(sorted(wrong), int)
+        contradicted = _contradicted(wide, wrong)
+        wrong.append(int(np.where(rate > _WRONG, contradicted, -1).argmax()))
+
+
+def judge_motion(capture: Capture, wide: WideBaselines) -> list[Finding]:
+    """Judges whether something in front of the cameras has moved.
+
+    Args:
+        capture: The capture.
+        wide: What its views say about each other.
+    """
+    judged, through = _counts(wide, [])
+    rate = _rates(judged, through)
+    frames = np.flatnonzero(rate > _MOVING)
+    if not len(frames) or through.sum() <= _MOVED * judged.sum():
+        return []
+    problem = (
+        f"other views look through up to {100 * rate.max():.0f} % of what"
+        f" {len(frames)} frames show: something has moved, or is a mirror or"
+        f" glass: {list_frames(frames, capture)}"
+    )
+    return [Finding(MOVING, problem, WARNING, frames=tuple(frames.tolist()))]
+
+
+def _counts(
+    wide: WideBaselines, without: list[int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Judged points of each frame, and those looked through, both (n,)."""
+    kept = ~np.isin(wide.pairs, without).any(axis=1)
+    judged, through = np.zeros((2, wide.frames), int)
+    np.add.at(judged, wide.pairs[kept], wide.judged[kept])
+    np.add.at(through, wide.pairs[kept], wide.through[kept])
+    return judged, through
+
+
+def _contradicted(wide: WideBaselines, without: list[int]) -> np.ndarray:
+    """Number of others that contradict each frame, shape (n,)."""
+    kept = ~np.isin(wide.pairs, without).any(axis=1)
+    rate = _rates(wide.judged[kept], wide.through[kept])
+    contradicts = (rate > _WRONG).any(axis=1)
+    return np.bincount(
+        wide.pairs[kept][contradicts].ravel(), minlength=wide.frames
+    )
+
+
+def _rates(judged: np.ndarray, through: np.ndarray) -> np.ndarray:
+    """Fractions of the points that are looked through; 0 of too few."""
+    enough = judged >= _MIN_JUDGED
+    return np.where(enough, through / np.maximum(judged, 1), 0.0)

@@ -1,0 +1,192 @@
+"""Judges by how many millimetres views disagree, and what may explain it."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.checks.findings import (
+    INEXACT,
+    POSES,
+    WARNING,
+    Finding,
+    list_frames,
+)
+from remosplat_drake.capture.checks.frame_shifts import (
+    SHIFTS,
+    as_colours_tell,
+)
+from remosplat_drake.capture.checks.image_checks import without
+from remosplat_drake.capture.checks.wide_baselines import (
+    WideBaselines,
+    measure_wide_baselines,
+)
+
+_MIN_PAIRS = 3
+"""Fewer pairs of views say nothing about a capture."""
+
+_SHIFTED_PAIRS = 60
+"""Greatest number of pairs that tell whether a shift explains it."""
+
+_LEAST_OFFSET = 5e-4
+"""Views that disagree by less are as exact as depth files, in whole
+millimetres, can make them [m]."""
+
+_TIMES_NOISE = 3.0
+"""How many times what noise explains views may disagree; in 60 rendered
+captures with and without noise it is at most 1.5 times where it is more than
+`_LEAST_OFFSET`."""
+
+_FRAME_OFF = 3e-3
+"""A frame that disagrees with all others by more has a wrong pose [m]."""
+
+_EXPLAINED = 0.5
+"""What explains a disagreement leaves less than this part of it."""
+
+_LEAST_SCALE = 0.002
+"""Smaller errors of the scale are not told from others."""
+
+
+@dc.dataclass(frozen=True)
+class Disagreement:
+    """By how much views disagree that stand near to or far from each other.
+
+    Attributes:
+        near: Median baseline of the nearer half of the pairs [m].
+        far: Median baseline of the farther half [m].
+        near_offset: Median offset of the nearer half [m].
+        far_offset: Median offset of the farther half [m].
+        worst: Largest offset of a pair [m].
+        near_noise: Median of what noise explains of the nearer half [m].
+        far_noise: Median of what noise explains of the farther half [m].
+        pairs: Number of pairs.
+    """
+
+    near: float
+    far: float
+    near_offset: float
+    far_offset: float
+    worst: float
+    near_noise: float
+    far_noise: float
+    pairs: int
+
+    @property
+    def is_excessive(self) -> bool:
+        """Whether views disagree by more than noise explains."""
+        return any(
+            offset > max(_LEAST_OFFSET, _TIMES_NOISE * noise)
+            for offset, noise in (
+                (self.near_offset, self.near_noise),
+                (self.far_offset, self.far_noise),
+            )
+        )
+
+    def __str__(self) -> str:
+        return (
+            f"views {self.near:.1f} m apart disagree by"
+            f" {1e3 * self.near_offset:.1f} mm, views {self.far:.1f} m apart by"
+            f" {1e3 * self.far_offset:.1f} mm (medians of {self.pairs} pairs;"
+            f" at worst {1e3 * self.worst:.0f} mm), where noise explains"
+            f" {max(1e3 * self.far_noise, 0.1):.1f} mm"
+        )
+
+
+def disagreement(wide: WideBaselines) -> Disagreement | None:
+    """Sums up how views disagree; None if too few can be compared."""
+    compared = np.flatnonzero(wide.compared)
+    if len(compared) < _MIN_PAIRS:
+        return None
+    near, far = np.array_split(compared, 2)
+    return Disagreement(
+        near=float(np.median(wide.baseline[near])),
+        far=float(np.median(wide.baseline[far])),
+        near_offset=float(np.median(wide.offset[near])),
+        far_offset=float(np.median(wide.offset[far])),
+        worst=float(wide.offset[compared].max()),
+        near_noise=float(np.median(wide.noise[near])),
+        far_noise=float(np.median(wide.noise[far])),
+        pairs=len(compared),
+    )
+
+
+def judge_exactness(capture: Capture, wide: WideBaselines) -> list[Finding]:
+    """Judges whether views disagree by more than noise explains.
+
+    Args:
+        capture: The capture.
+        wide: What its views say about each other.
+    """
+    found = disagreement(wide)
+    if found is None:
+        return []
+    if not found.is_excessive:
+        return _judge_frames(capture, wide)
+    shift = _find_shift(capture, wide)
+    if shift is not None:
+        return [shift]
+    problem = f"poses or depths are not exact: {found}"
+    left = float(np.median(wide.unscaled[wide.compared]))
+    before = float(np.median(wide.offset[wide.compared]))
+    if left < _EXPLAINED * before and abs(wide.scale) > _LEAST_SCALE:
+        too = "long" if wide.scale > 0 else "short"
+        problem += (
+            f"; depths look {100 * abs(wide.scale):.2f} % too {too} for the"
+            f" poses, without which {1e3 * left:.1f} mm are left"
+        )
+    return [Finding(INEXACT, problem, WARNING)]
+
+
+def _judge_frames(capture: Capture, wide: WideBaselines) -> list[Finding]:
+    """Finds single frames that are off where most are exact."""
+    compared = wide.compared
+    offset = np.full(len(capture), np.inf)
+    limit = np.zeros(len(capture))
+    pairs = np.zeros(len(capture), int)
+    for side in wide.pairs[compared].T:
+        np.minimum.at(offset, side, wide.offset[compared])
+        np.maximum.at(limit, side, _TIMES_NOISE * wide.noise[compared])
+        np.add.at(pairs, side, 1)
+    is_off = (pairs >= _MIN_PAIRS) & (offset > np.maximum(limit, _FRAME_OFF))
+    if not is_off.any():
+        return []
+    frames = np.flatnonzero(is_off)
+    problem = (
+        f"the poses of {len(frames)} frames are off by about"
+        f" {1e3 * offset[frames].max():.0f} mm:"
+        f" {list_frames(frames, capture)}"
+    )
+    return [
+        Finding(
+            INEXACT,
+            problem,
+            WARNING,
+            frames=tuple(frames.tolist()),
+            remedy=f"left out {len(frames)} frames whose poses are off",
+            mend=lambda capture: without(capture, frames),
+        )
+    ]
+
+
+def _find_shift(capture: Capture, wide: WideBaselines) -> Finding | None:
+    """The shift by a frame that explains most of the disagreement."""
+    before = float(np.median(wide.offset[wide.compared]))
+    best, least = None, _EXPLAINED * before
+    for shift in SHIFTS:
+        if not shift.moves_depth or len(capture) < _MIN_PAIRS:
+            continue
+        offset = measure_wide_baselines(
+            shift.undo(capture), most=_SHIFTED_PAIRS
+        ).offset
+        if np.isfinite(offset).sum() < _MIN_PAIRS:
+            continue
+        if np.nanmedian(offset) < least:
+            best, least = shift, float(np.nanmedian(offset))
+    if best is None:
+        return None
+    best = as_colours_tell(best, capture)
+    problem = (
+        f"{best.words}: views disagree by {1e3 * before:.1f} mm (median), but"
+        f" by {1e3 * least:.1f} mm with that undone"
+    )
+    return Finding(POSES, problem, remedy=best.remedy, mend=best.undo)

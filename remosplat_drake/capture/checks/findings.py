@@ -1,0 +1,85 @@
+"""`Finding`: what is wrong with a capture, how badly, and what undoes it."""
+
+import dataclasses as dc
+from collections.abc import Callable, Iterable
+
+from remosplat_drake.capture.capture import Capture
+
+DEFECT, WARNING = "defect", "warning"
+"""A defect makes a wrong map; a warning makes one that knows less, or is less
+exact, than its capture seems to promise."""
+
+INTRINSICS = "intrinsics"
+NO_DEPTH = "no-depth"
+EMPTY_DEPTH = "empty-depth"
+DEPTH_RANGE = "depth-range"
+DEPTH_UNIT = "depth-unit"
+ONE_SIDE = "one-side"
+COLOURS = "colours"
+POSES = "poses"
+WRONG_FRAMES = "wrong-frames"
+NO_OVERLAP = "no-overlap"
+CONTRADICTION = "contradiction"
+INEXACT = "inexact"
+MOVING = "moving"
+SEPARATE = "separate-groups"
+ONE_JOINT = "one-joint"
+ONE_PLANE = "one-plane"
+READING = "reading"
+
+DEFECTS = {
+    INTRINSICS: "the intrinsics are those of other images",
+    NO_DEPTH: "there is next to no depth",
+    DEPTH_UNIT: "depths are in another unit",
+    ONE_SIDE: "all was seen from one side",
+    COLOURS: "colours and depths do not belong together",
+    POSES: "a usual mistake about poses fits: inverted, wrong axes or unit,"
+    " another order of quaternions, other frames' poses",
+    WRONG_FRAMES: "frames contradict all of their neighbours",
+    NO_OVERLAP: "frames share nothing that could confirm their poses",
+    CONTRADICTION: "frames contradict each other, and nothing explains it",
+}
+"""Names of the defects that somebody may accept, and what they mean."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Finding:
+    """Something that is wrong with a capture.
+
+    Attributes:
+        name: Short name, of a defect a key of `DEFECTS`.
+        problem: What was found, in words and numbers.
+        severity: `DEFECT` or `WARNING`.
+        frames: Indices of the frames that it is about; empty: the capture.
+        remedy: What `mend` does, in words; empty if nothing mends it.
+        mend: Function from the capture to one without the fault; None if only
+            a better capture helps.
+    """
+
+    name: str
+    problem: str
+    severity: str = DEFECT
+    frames: tuple[int, ...] = ()
+    remedy: str = ""
+    mend: Callable[[Capture], Capture] | None = None
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.problem}"
+
+
+def list_frames(
+    frames: Iterable[int], capture: Capture | None = None, most: int = 10
+) -> str:
+    """Words a list of frames, such as "3, 7, 9 and 2 more".
+
+    Args:
+        frames: Indices of the frames.
+        capture: Capture that knows the frames' names; None: their indices are
+            listed.
+        most: Largest number of frames that are listed.
+    """
+    frames = list(frames)
+    known = capture.names if capture is not None else ()
+    listed = ", ".join(known[i] if known else str(i) for i in frames[:most])
+    rest = len(frames) - most
+    return listed if rest <= 0 else f"{listed} and {rest} more"

@@ -1,0 +1,87 @@
+"""Images that were paired with those, or the pose, of another frame.
+
+A recorder that drops its first depth image, or counts from one where another
+counts from zero, shifts all pairs by one.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.checks.registration import edge_correlation
+
+
+@dc.dataclass(frozen=True)
+class FrameShift:
+    """A wrong pairing of a frame's images and its pose, and how it is undone.
+
+    Attributes:
+        step: Frame i has what belongs to frame i - step.
+        moves_depth: Whether depths are shifted against poses.
+        moves_colour: Whether colours are shifted against poses.
+    """
+
+    step: int
+    moves_depth: bool
+    moves_colour: bool
+
+    @property
+    def words(self) -> str:
+        """What the capture looks like, as part of a warning."""
+        what = {
+            (True, True): "images look as if paired with the poses",
+            (True, False): "depth images look as if paired with colours and"
+            " poses",
+            (False, True): "colour images look as if paired with depths and"
+            " poses",
+        }[self.moves_depth, self.moves_colour]
+        where = "next" if self.step > 0 else "previous"
+        return f"{what} of the {where} frame"
+
+    @property
+    def remedy(self) -> str:
+        """What `undo` does, in words."""
+        what = {
+            (True, True): "images",
+            (True, False): "depth images",
+            (False, True): "colour images",
+        }[self.moves_depth, self.moves_colour]
+        where = "previous" if self.step > 0 else "next"
+        return f"moved the {what} to the {where} frame"
+
+    def undo(self, capture: Capture) -> Capture:
+        """Returns the capture, one frame shorter, with the right pairs."""
+        n = len(capture)
+        late, early = np.arange(1, n), np.arange(n - 1)
+        if self.step < 0:
+            late, early = early, late
+        kept = capture.select(early)
+        moved = capture.select(late)
+        return dc.replace(
+            kept,
+            rgb=moved.rgb if self.moves_colour else kept.rgb,
+            depth=moved.depth if self.moves_depth else kept.depth,
+            hidden=moved.hidden if self.moves_depth else kept.hidden,
+        )
+
+
+SHIFTS = tuple(
+    FrameShift(step, moves_depth, not moves_depth)
+    for moves_depth in (True, False)
+    for step in (1, -1)
+)
+"""Depths shifted by one frame, and colours shifted by one frame."""
+
+
+def as_colours_tell(shift: FrameShift, capture: Capture) -> FrameShift:
+    """Returns a shift of depths, or of colours with them if that fits better.
+
+    Args:
+        shift: A shift of depths against poses.
+        capture: The capture that has it.
+    """
+    alone = edge_correlation(capture, -shift.step)
+    if edge_correlation(capture) <= alone:
+        return shift
+    return dc.replace(shift, moves_colour=True)

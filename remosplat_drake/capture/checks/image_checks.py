@@ -1,0 +1,212 @@
+"""Checks of a capture's images: their camera, their depth, their colours."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.capture.capture import MIN_DEPTH_FRACTION, Capture
+from remosplat_drake.capture.checks.findings import (
+    COLOURS,
+    DEPTH_RANGE,
+    DEPTH_UNIT,
+    EMPTY_DEPTH,
+    INTRINSICS,
+    NO_DEPTH,
+    ONE_PLANE,
+    WARNING,
+    Finding,
+    list_frames,
+)
+from remosplat_drake.capture.checks.frame_shifts import SHIFTS
+from remosplat_drake.capture.checks.overlap import sample_points, to_world
+from remosplat_drake.capture.checks.registration import (
+    Registration,
+    edge_correlation,
+)
+
+_FOV_RANGE = (20.0, 130.0)
+"""Fields of view of RGB-D cameras and phones, with some room [deg]."""
+
+_MAX_OFF_CENTRE = 0.15
+"""Largest distance of a principal point from the image's centre, as a
+fraction of the image's size."""
+
+_DEPTH_RANGE = (0.1, 10.0)
+"""Median depths of what a robot works in [m]."""
+
+_GOOD_CORRELATION = 0.3
+"""Edges that match better are those of the same frame."""
+
+_MUCH_BETTER, _MIN_GAIN = 1.5, 0.05
+"""With colours of another frame, edges match better by this factor and by
+this."""
+
+_PLANE, _ON_PLANE = 0.02, 0.95
+"""What lies so near to one plane [m], and the fraction of all points that does
+where a capture shows nothing else."""
+
+_MAX_EMPTY = 0.2
+"""Fraction of the depth images that may be empty: a camera may have been too
+near to all it saw."""
+
+_UNITS = (
+    (1e3, "millimetres read as metres"),
+    (1e-3, "metres read as millimetres"),
+    (5.0, "1 / 5000 m read as millimetres"),
+    (0.2, "millimetres read as 1 / 5000 m"),
+)
+"""How many times too large depths are, and the mistake that does it."""
+
+
+def judge_camera(capture: Capture, fov_deg: np.ndarray) -> list[Finding]:
+    """Judges whether intrinsics fit the images.
+
+    Args:
+        capture: The capture.
+        fov_deg: Median horizontal and vertical field of view, shape (2,)
+            [deg].
+    """
+    findings = []
+    low, high = _FOV_RANGE
+    ask = ": are the intrinsics those of images of another size?"
+    if not (low < fov_deg.min() and fov_deg.max() < high):
+        problem = (
+            f"fields of view of {fov_deg[0]:.0f} x {fov_deg[1]:.0f} degrees"
+            f" are implausible ({low:.0f} to {high:.0f} are usual){ask}"
+        )
+        findings.append(Finding(INTRINSICS, problem))
+    height, width = capture.size
+    off = np.median(capture.K[:, :2, 2], axis=0) / (width, height) - 0.5
+    if np.abs(off).max() > _MAX_OFF_CENTRE:
+        problem = (
+            f"the principal point lies {100 * np.abs(off).max():.0f} % of the"
+            f" image's size off its centre{ask}"
+        )
+        findings.append(Finding(INTRINSICS, problem))
+    return findings
+
+
+def judge_depth(capture: Capture, median: float) -> list[Finding]:
+    """Judges whether there is depth, and whether it is in metres.
+
+    Args:
+        capture: The capture.
+        median: Median of the known depths [m]; NaN without any.
+    """
+    known = (capture.depth > 0).mean(axis=(1, 2))
+    if known.mean() < MIN_DEPTH_FRACTION:
+        problem = f"only {100 * known.mean():.1f} % of the pixels have a depth"
+        return [Finding(NO_DEPTH, problem)]
+    return [*_judge_empty(capture, known), *_judge_unit(median)]
+
+
+def _judge_empty(capture: Capture, known: np.ndarray) -> list[Finding]:
+    empty = np.flatnonzero(known < MIN_DEPTH_FRACTION)
+    if len(empty) <= _MAX_EMPTY * len(known):
+        return []
+    problem = (
+        f"{len(empty)} of {len(known)} depth images are empty:"
+        f" {list_frames(empty, capture)}"
+    )
+    return [
+        Finding(
+            EMPTY_DEPTH,
+            problem,
+            WARNING,
+            frames=tuple(empty.tolist()),
+            remedy="left out the frames without depth",
+            mend=lambda capture: without(capture, empty),
+        )
+    ]
+
+
+def _judge_unit(median: float) -> list[Finding]:
+    low, high = _DEPTH_RANGE
+    if low <= median <= high:
+        return []
+    guesses = [unit for unit in _UNITS if low <= median / unit[0] <= high]
+    problem = (
+        f"a median depth of {median:.4g} m is implausible ({low} to {high:.0f}"
+        " m are usual)"
+    )
+    if not guesses:
+        return [Finding(DEPTH_RANGE, problem, WARNING)]
+    factor, words = guesses[0]
+
+    def mend(capture: Capture) -> Capture:
+        depth = (capture.depth / factor).astype(np.float32)
+        return dc.replace(capture, depth=depth)
+
+    return [
+        Finding(
+            DEPTH_UNIT,
+            f"{problem}: looks like {words}",
+            remedy=f"divided depths by {factor:g}",
+            mend=mend,
+        )
+    ]
+
+
+def judge_registration(
+    capture: Capture, registration: Registration | None
+) -> list[Finding]:
+    """Judges whether the edges of colour and depth lie on each other.
+
+    Args:
+        capture: The capture.
+        registration: Its registration; None if there is too little to tell.
+    """
+    shifts = [s for s in SHIFTS if s.moves_colour and len(capture) > 2]
+    as_is = 0.0 if registration is None else registration.unshifted
+    for shift in shifts if as_is < _GOOD_CORRELATION else ():
+        undone = edge_correlation(capture, shift.step)
+        if undone > _MUCH_BETTER * as_is + _MIN_GAIN:
+            problem = (
+                f"{shift.words}: edges correlate by {as_is:.2f}, but by"
+                f" {undone:.2f} with that undone"
+            )
+            return [
+                Finding(COLOURS, problem, remedy=shift.remedy, mend=shift.undo)
+            ]
+    if registration is None or not registration.is_off:
+        return []
+    right, down = registration.shift
+    problem = (
+        "colour and depth are not registered: their edges match best with"
+        f" the colours moved {right:+d} columns and {down:+d} rows"
+        f" (correlation {registration.correlation:.2f}; as they are"
+        f" {registration.unshifted:.2f})"
+    )
+    return [Finding(COLOURS, problem)]
+
+
+def judge_shape(capture: Capture) -> list[Finding]:
+    """Judges whether a capture shows more than one plane."""
+    p_C = sample_points(capture, 100, np.random.default_rng(0))
+    p_W = np.concatenate(
+        [to_world(capture, p, view) for view, p in enumerate(p_C)]
+    )
+    p_W = p_W[np.isfinite(p_W[:, 0])]
+    if len(p_W) < 3:
+        return []
+    height = np.zeros(len(p_W))
+    for _ in range(3):
+        near = p_W[np.abs(height) <= np.percentile(np.abs(height), 95)]
+        middle = near.mean(axis=0)
+        normal = np.linalg.svd(near - middle, full_matrices=False)[2][2]
+        height = (p_W - middle) @ normal
+    on_plane = float((np.abs(height) < _PLANE).mean())
+    if on_plane < _ON_PLANE:
+        return []
+    problem = (
+        f"{100 * on_plane:.0f} % of all that was seen lies on one plane, along"
+        " which nothing can check the poses"
+    )
+    return [Finding(ONE_PLANE, problem, WARNING)]
+
+
+def without(capture: Capture, frames: np.ndarray) -> Capture:
+    """Returns the capture without some frames, given by their indices."""
+    kept = np.ones(len(capture), bool)
+    kept[frames] = False
+    return capture.select(kept)

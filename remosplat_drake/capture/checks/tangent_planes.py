@@ -1,0 +1,139 @@
+"""Planes fitted to small windows of depth images: smooth depth, and normals.
+
+1 / z is linear in the image of a plane: a x + b y + c with x and y at unit
+depth, and then a X + b Y + c Z = 1 is the plane. Its normal (a, b, c) points
+away from the camera.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+
+_WINDOW, _HALF_SIDE = 0.012, 3
+"""Half the side of a window, as a fraction of the image's width, and the
+number of pixels along it that are looked at."""
+
+_MIN_COSINE = 0.35
+"""Surfaces that a view sees more slantingly are left out."""
+
+_LEAST_ROUGHNESS = 1e-3
+"""Windows whose depths are flat to this fraction of them hold no edge."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class TangentPlanes:
+    """Planes under n pixels of a view, in its camera frame C.
+
+    Attributes:
+        plane: The planes (a, b, c), shape (n, 3) [1/m]; NaN where a window
+            leaves the image, has unknown pixels, holds an edge, or is seen too
+            slantingly.
+        p_C: Their points under the pixels' centres, shape (n, 3) [m]; NaN as
+            well.
+    """
+
+    plane: np.ndarray
+    p_C: np.ndarray
+
+    @property
+    def normal_C(self) -> np.ndarray:
+        """Unit normals that point away from the camera, shape (n, 3)."""
+        length = np.linalg.norm(self.plane, axis=1, keepdims=True)
+        return self.plane / length
+
+    def select(self, rows: np.ndarray) -> "TangentPlanes":
+        """Returns the planes that a boolean mask or index array selects."""
+        return TangentPlanes(self.plane[rows], self.p_C[rows])
+
+
+def planes_under(capture: Capture, view: int, p_C: np.ndarray) -> TangentPlanes:
+    """Fits planes under the pixels in which a view has some points.
+
+    Args:
+        capture: The views.
+        view: Index of the view.
+        p_C: Points in its camera frame, shape (n, 3) [m], or NaN.
+    """
+    K = capture.K[view]
+    z = np.where(p_C[:, 2] > 0, p_C[:, 2], np.nan)
+    with np.errstate(invalid="ignore", over="ignore"):
+        u = K[0, 0] * p_C[:, 0] / z + K[0, 2]
+        v = K[1, 1] * p_C[:, 1] / z + K[1, 2]
+    column, row = (
+        np.nan_to_num(x, nan=-1).clip(-1, 1e6).astype(int) for x in (u, v)
+    )
+    planes, roughness = fit_planes(K, capture.depth[view], row, column)
+    ray = np.stack(
+        [
+            (column + 0.5 - K[0, 2]) / K[0, 0],
+            (row + 0.5 - K[1, 2]) / K[1, 1],
+            np.ones(len(row)),
+        ],
+        axis=1,
+    )
+    inverse = (planes * ray).sum(axis=1)
+    length = np.linalg.norm(planes, axis=1) * np.linalg.norm(ray, axis=1)
+    known = np.isfinite(inverse)
+    flat = _LEAST_ROUGHNESS
+    if known.any():
+        flat += 3 * float(np.median(roughness[known]))
+    usable = known & (roughness < flat) & (inverse > _MIN_COSINE * length)
+    inverse = np.where(usable, inverse, np.nan)
+    return TangentPlanes(
+        np.where(usable[:, None], planes, np.nan), ray / inverse[:, None]
+    )
+
+
+def fit_planes(
+    K: np.ndarray, depth: np.ndarray, row: np.ndarray, column: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Fits planes to the windows around some pixels, by least squares.
+
+    A plane goes through the middle of the paraboloid that fits the window
+    best: the mean over a curved surface would lie within it.
+
+    Args:
+        K: Intrinsic matrix, shape (3, 3) [pixels].
+        depth: Depth z in C, shape (h, w) [m]; 0 where unknown.
+        row: Rows of the windows' centres, shape (n,).
+        column: Their columns, shape (n,).
+
+    Returns:
+        The planes (a, b, c), shape (n, 3) [1/m], NaN where a window leaves the
+        image or has unknown pixels; and the root mean square of what the fit
+        leaves, as a fraction of the depth, shape (n,).
+    """
+    height, width = depth.shape
+    stride = max(1, round(_WINDOW * width / _HALF_SIDE))
+    step = stride * np.arange(-_HALF_SIDE, _HALF_SIDE + 1)
+    reach = int(step[-1])
+    inside = (np.minimum(row, column) >= reach) & (row < height - reach)
+    inside &= column < width - reach
+    if not inside.any():
+        return np.full((len(row), 3), np.nan), np.full(len(row), np.nan)
+    rows = np.where(inside, row, reach)[:, None, None] + step[:, None]
+    columns = np.where(inside, column, reach)[:, None, None] + step
+    z = depth.take(rows.clip(0, height - 1) * width + columns).astype(float)
+    inside &= (z > 0).all(axis=(1, 2))
+    inverse = 1 / np.where(z > 0, z, 1)
+    middle = inverse.mean(axis=(1, 2))
+    square = np.square(step).sum() * len(step)
+    right = (inverse * step).sum(axis=(1, 2)) / square
+    down = (inverse * step[:, None]).sum(axis=(1, 2)) / square
+    # By Pythagoras, for the three parts of the fit are orthogonal.
+    left = np.square(inverse - middle[:, None, None]).mean(axis=(1, 2))
+    left -= (right**2 + down**2) * np.square(step).mean()
+    roughness = np.sqrt(np.maximum(left, 0)) / middle
+    bend = np.square(step) - np.square(step).mean()
+    bends = np.square(bend).sum() * len(step)
+    middle = middle - np.square(step).mean() / bends * (
+        (inverse * bend).sum(axis=(1, 2))
+        + (inverse * bend[:, None]).sum(axis=(1, 2))
+    )
+    a, b = right * K[0, 0], down * K[1, 1]
+    x = (column + 0.5 - K[0, 2]) / K[0, 0]
+    y = (row + 0.5 - K[1, 2]) / K[1, 1]
+    planes = np.stack([a, b, middle - a * x - b * y], axis=1)
+    return np.where(inside[:, None], planes, np.nan), roughness

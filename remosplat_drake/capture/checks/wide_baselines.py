@@ -1,0 +1,277 @@
+"""How far views that stand apart disagree about the surfaces they share.
+
+Noise differs from pixel to pixel; an error of a pose, or of the depth's scale,
+moves all that a view shows. So the small motion is fitted that takes what one
+view shows onto the other's surfaces (point to plane), and its length there is
+compared with what the scatter that it leaves would explain. With every depth
+too long by a fraction s, views a and b are moved against each other by
+s (p_WB - p_WA): that is told from errors of poses.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.checks.overlap import (
+    sample_points,
+    shared_fractions,
+    to_camera,
+    to_world,
+)
+from remosplat_drake.capture.checks.tangent_planes import (
+    TangentPlanes,
+    planes_under,
+)
+
+_SAMPLES, _COARSE = 300, 40
+"""Points of a view that are compared, and that look for other views."""
+
+_PAIRS = 300
+"""Usual greatest number of pairs of views that are compared."""
+
+_MIN_SHARED = 0.15
+"""Pairs share at least this fraction of their points."""
+
+_MIN_POINTS = 40
+"""Fewer points than this do not tell six degrees of freedom."""
+
+_REACH = 0.1
+"""Surfaces farther apart than this are two surfaces [m]."""
+
+_THROUGH, _THROUGH_FAR = 0.05, 0.03
+"""A view looks through a point if what it sees there is farther by more than
+this [m], and this fraction of the depth on top."""
+
+_TIMES_OFFSET = 5.0
+"""If views disagree by a fifth of that or more, it is by so many times what
+they disagree by."""
+
+_SAME_NORMAL = 0.85
+"""Least cosine between what two views take for the same surface's normal."""
+
+_ITERATIONS = 6
+"""Rounds of reweighting; motions settle after four."""
+
+_LEAST_SCATTER = 1e-5
+"""No fit is taken to be closer than this [m]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class WideBaselines:
+    """Disagreement of m pairs of n views, ordered by their baselines.
+
+    Attributes:
+        frames: Number of views n.
+        pairs: Indices of the views (a, b) with a < b, shape (m, 2).
+        baseline: Distance between the cameras, shape (m,) [m].
+        offset: Root mean square displacement, along the normals, of what both
+            views show, by the fitted motion, shape (m,) [m]; NaN where they
+            share too little.
+        noise: Displacement that noise alone would have caused, shape (m,) [m].
+        scale: Fraction by which depths are too long for the poses.
+        unscaled: The offsets that are left without it, shape (m,) [m].
+        judged: Number of points of a, and of b, of which the other view tells
+            whether they are there, shape (m, 2).
+        through: Number of those through which it looks, shape (m, 2).
+    """
+
+    frames: int
+    pairs: np.ndarray
+    baseline: np.ndarray
+    offset: np.ndarray
+    noise: np.ndarray
+    scale: float
+    unscaled: np.ndarray
+    judged: np.ndarray
+    through: np.ndarray
+
+    @property
+    def compared(self) -> np.ndarray:
+        """Which pairs share enough to be compared, shape (m,), bool."""
+        return np.isfinite(self.offset)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Matches:
+    """Points of a pair of views that lie on both views' surfaces.
+
+    Attributes:
+        p_W: The points, shape (k, 3) [m].
+        normal_W: Normals of the surfaces, shape (k, 3).
+        gap: How far a's surface lies from b's along them, shape (k,) [m].
+        found: Number of points of a, and of b, that are among them.
+        beyond: How far behind other points of a, and of b, the other view sees
+            a surface, less `_THROUGH_FAR` of their depth, shape (k',) each [m].
+    """
+
+    p_W: np.ndarray
+    normal_W: np.ndarray
+    gap: np.ndarray
+    found: tuple[int, ...]
+    beyond: tuple[np.ndarray, ...]
+
+    def through(self, margin: float) -> list[int]:
+        """Returns how many points of a, and of b, the other looks through."""
+        return [int((beyond > margin).sum()) for beyond in self.beyond]
+
+    def judged(self, margin: float) -> list[int]:
+        """Returns how many points of a, and of b, the other one judges."""
+        through = self.through(margin)
+        return [a + b for a, b in zip(self.found, through, strict=True)]
+
+
+def measure_wide_baselines(
+    capture: Capture, seed: int = 0, most: int = _PAIRS
+) -> WideBaselines:
+    """Compares views with others near and far that share surfaces with them.
+
+    Args:
+        capture: Posed RGB-D images, in any order.
+        seed: Seed of the random choice of points.
+        most: Greatest number of pairs of views that are compared.
+    """
+    p_C = sample_points(capture, _SAMPLES, np.random.default_rng(seed))
+    pairs, baseline = _choose_pairs(capture, p_C[:, :_COARSE], most)
+    planes = {
+        view: planes_under(capture, view, p_C[view])
+        for view in np.unique(pairs).tolist()
+    }
+    matches = [_match(capture, planes, *pair) for pair in pairs.tolist()]
+    along = [
+        m.normal_W @ (capture.X_WC[b, :3, 3] - capture.X_WC[a, :3, 3])
+        for m, (a, b) in zip(matches, pairs, strict=True)
+    ]
+    gaps = [m.gap for m in matches]
+    scale = _fit_scale(
+        np.concatenate([[], *along]), np.concatenate([[], *gaps])
+    )
+    motions = np.array([_motion(m, m.gap) for m in matches]).reshape(-1, 2)
+    unscaled = [
+        _motion(m, m.gap - scale * x)[0]
+        for m, x in zip(matches, along, strict=True)
+    ]
+    margin = max(_THROUGH, _TIMES_OFFSET * _median(motions[:, 0]))
+    return WideBaselines(
+        frames=len(capture),
+        pairs=pairs,
+        baseline=baseline,
+        offset=motions[:, 0],
+        noise=motions[:, 1],
+        scale=scale,
+        unscaled=np.array(unscaled),
+        judged=np.array([m.judged(margin) for m in matches], int).reshape(
+            -1, 2
+        ),
+        through=np.array([m.through(margin) for m in matches], int).reshape(
+            -1, 2
+        ),
+    )
+
+
+def share_surfaces(capture: Capture, a: int, b: int, seed: int = 0) -> bool:
+    """Returns whether two views show enough of the same surfaces to compare.
+
+    Args:
+        capture: The views.
+        a: Index of one of them.
+        b: Index of the other one.
+        seed: Seed of the random choice of points.
+    """
+    two = capture.select(np.array([a, b]))
+    p_C = sample_points(two, _SAMPLES, np.random.default_rng(seed))
+    planes = {view: planes_under(two, view, p_C[view]) for view in (0, 1)}
+    return len(_match(two, planes, 0, 1).gap) >= _MIN_POINTS
+
+
+def _choose_pairs(
+    capture: Capture, p_C: np.ndarray, most: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of all baselines (m, 2), and these (m,) [m], ascending."""
+    a, b = np.nonzero(np.triu(shared_fractions(capture, p_C) >= _MIN_SHARED))
+    p_WC = capture.X_WC[:, :3, 3]
+    baseline = np.linalg.norm(p_WC[b] - p_WC[a], axis=1)
+    order = np.argsort(baseline, kind="stable")
+    if len(order) > most:
+        order = order[np.linspace(0, len(order) - 1, most).astype(int)]
+    return np.stack([a, b], axis=1)[order], baseline[order]
+
+
+def _match(
+    capture: Capture, planes: dict[int, TangentPlanes], a: int, b: int
+) -> _Matches:
+    """Points of either view that lie on the other's surfaces as well."""
+    parts, found, beyond = [], [], []
+    for this, other, sign in ((a, b, 1.0), (b, a, -1.0)):
+        own = planes[this].select(np.isfinite(planes[this].p_C[:, 0]))
+        p_W = to_world(capture, own.p_C, this)
+        p_D = to_camera(capture, p_W, other)
+        seen = planes_under(capture, other, p_D)
+        normal_W = seen.normal_C @ capture.X_WC[other, :3, :3].T
+        own_W = own.normal_C @ capture.X_WC[this, :3, :3].T
+        # The plane's nearness on the point's ray, times the point's depth.
+        ratio = (seen.plane * p_D).sum(axis=1)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            gap = (ratio - 1) / np.linalg.norm(seen.plane, axis=1)
+            same = (np.abs(gap) < _REACH) & (
+                (normal_W * own_W).sum(axis=1) > _SAME_NORMAL
+            )
+            z = p_D[:, 2]
+            behind = z / ratio - z - _THROUGH_FAR * z
+        parts.append((p_W[same], normal_W[same], sign * gap[same]))
+        found.append(int(same.sum()))
+        beyond.append(behind[~same & (behind > 0)])
+    p_W, normal_W, gap = (
+        np.concatenate(part) for part in zip(*parts, strict=True)
+    )
+    return _Matches(p_W, normal_W, gap, tuple(found), tuple(beyond))
+
+
+def _motion(matches: _Matches, gap: np.ndarray) -> tuple[float, float]:
+    """The displacement by the motion that closes gaps best, and its noise [m].
+
+    Robust least squares with the weights of Geman and McClure. Where the
+    surfaces leave a degree of freedom open, it takes no part. NaN where there
+    are too few points.
+    """
+    if len(gap) < _MIN_POINTS:
+        return np.nan, np.nan
+    normal_W = matches.normal_W
+    arm = matches.p_W - matches.p_W.mean(axis=0)
+    size = max(float(np.sqrt(np.square(arm).sum(axis=1).mean())), 1e-6)
+    J = np.hstack([normal_W, np.cross(arm / size, normal_W)])
+    weight = np.ones(len(gap))
+    moved, left, scatter = gap, gap, 0.0
+    for _ in range(_ITERATIONS):
+        half = np.sqrt(weight)
+        x = np.linalg.lstsq(J * half[:, None], gap * half, rcond=1e-2)[0]
+        moved = J @ x
+        left = gap - moved
+        scatter, weight = _robust(left)
+    inner = np.abs(left) < 3 * scatter
+    offset = float(np.sqrt(np.square(moved[inner]).mean()))
+    return offset, scatter * float(np.sqrt(J.shape[1] / inner.sum()))
+
+
+def _fit_scale(along: np.ndarray, gap: np.ndarray) -> float:
+    """The slope of gaps over baselines along the normals, robustly."""
+    if not len(gap):
+        return 0.0
+    scale, weight = 0.0, np.ones(len(gap))
+    for _ in range(2 * _ITERATIONS):
+        square = float((weight * along**2).sum())
+        scale = float((weight * along * gap).sum()) / max(square, 1e-12)
+        _, weight = _robust(gap - scale * along)
+    return scale
+
+
+def _robust(left: np.ndarray) -> tuple[float, np.ndarray]:
+    """Scatter of what a fit leaves [m], and the next weights."""
+    scatter = 1.4826 * float(np.median(np.abs(left))) + _LEAST_SCATTER
+    return scatter, 1 / np.square(1 + np.square(left / (3 * scatter)))
+
+
+def _median(offsets: np.ndarray) -> float:
+    """Median of the known offsets [m]; 0 without any."""
+    known = offsets[np.isfinite(offsets)]
+    return float(np.median(known)) if len(known) else 0.0

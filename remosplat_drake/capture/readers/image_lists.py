@@ -1,0 +1,55 @@
+"""Lists of image files: their order, and those that no pose belongs to."""
+
+import re
+from collections.abc import Collection, Sequence
+from pathlib import Path
+
+_MOST_LEFT_OUT = 0.2
+"""Fraction of the images that a tracker may have lost without a word."""
+
+IMAGES = {".png", ".jpg", ".jpeg"}
+"""Suffixes of image files."""
+
+
+def in_natural_order(paths: Collection[Path]) -> list[Path]:
+    """Sorts files as they were counted: 2 comes before 10, padded or not."""
+    return sorted(paths, key=_natural_key)
+
+
+def images_in(folder: Path) -> list[Path]:
+    """Lists the images of a folder in their natural order; [] without it."""
+    if not folder.is_dir():
+        return []
+    files = [f for f in folder.iterdir() if f.suffix.lower() in IMAGES]
+    return in_natural_order(files)
+
+
+def note_left_out(
+    images: Sequence[str], used: Collection[str], lacking: str
+) -> list[str]:
+    """Notes that a good part of a capture's images is not used.
+
+    Args:
+        images: Names of all images.
+        used: Names of those that are used.
+        lacking: What the others lack, such as "a pose".
+
+    Returns:
+        One sentence, or nothing.
+    """
+    rest = [name for name in images if name not in used]
+    if len(rest) <= _MOST_LEFT_OUT * len(images):
+        return []
+    return [
+        f"{len(rest)} of {len(images)} images lack {lacking}, the first of"
+        f" them {rest[0]}"
+    ]
+
+
+def _natural_key(path: Path) -> list[tuple[int, str, int]]:
+    """Words and numbers of a file's name, so that both can be compared."""
+    return [
+        (0, "", int(part)) if part.isdecimal() else (1, part, 0)
+        for part in re.split(r"(\d+)", path.name)
+        if part
+    ]

@@ -1,0 +1,139 @@
+"""Inspect a capture before work starts: refuse it, mend it, or tell."""
+
+import argparse
+from collections.abc import Iterable
+
+from rich.console import Console
+
+from remosplat_drake.base.resources import resolve
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.checks.exactness import judge_exactness
+from remosplat_drake.capture.checks.findings import (
+    DEFECT,
+    DEFECTS,
+    INEXACT,
+    Finding,
+)
+from remosplat_drake.capture.checks.inspection import inspect_capture
+from remosplat_drake.capture.checks.repair import Repair, repair
+from remosplat_drake.capture.checks.wide_baselines import (
+    measure_wide_baselines,
+)
+from remosplat_drake.safety.gates import (
+    REFUSAL,
+    WARNING,
+    Gate,
+    check_names,
+    open_gates,
+)
+
+
+def add_inspection_arguments(parser: argparse.ArgumentParser):
+    """Declares the flags that say what to do about a bad capture."""
+    parser.add_argument(
+        "--repair",
+        action="store_true",
+        help="undo what the inspection finds: inverted poses, wrong units,"
+        " axes and orders, wrong frames",
+    )
+    defects = "; ".join(f"{name}: {what}" for name, what in DEFECTS.items())
+    parser.add_argument(
+        "--accept",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="use the capture although this is wrong with it; may be given"
+        f" repeatedly ({defects})",
+    )
+
+
+def check_inspection_arguments(arguments: argparse.Namespace):
+    """Checks that all accepted names are defects, before any work starts.
+
+    Raises:
+        RemoSplatError: A name is not a defect's.
+    """
+    check_names(arguments.accept, DEFECTS)
+
+
+def admitted(
+    capture: Capture, arguments: argparse.Namespace, console: Console
+) -> tuple[Capture, list[str]]:
+    """Inspects a capture, and mends it if that was asked for.
+
+    Args:
+        capture: The capture as it was read.
+        arguments: The command line, with `capture`, `repair` and `accept`.
+        console: Where findings and repairs are told.
+
+    Returns:
+        The capture to use, and what remains to be said against it.
+
+    Raises:
+        RemoSplatError: The capture has a defect that nobody has accepted; one
+            line says what was found and what helps.
+    """
+    result = Repair(capture, inspect_capture(capture))
+    if arguments.repair:
+        result = repair(capture, result.inspection)
+    for finding in result.undone:
+        _tell(console, "repaired:", "green", f"{finding.remedy}: {finding}")
+    findings = result.inspection.findings
+    passage = open_gates(
+        [_gate(finding) for finding in findings],
+        arguments.accept,
+        hardware=False,
+        where=str(resolve(arguments.capture)),
+        otherwise=_otherwise(result, arguments.repair),
+    )
+    tell_findings(console, findings)
+    return result.capture, [
+        *(f"accepted although {gate}" for gate in passage.accepted),
+        *(str(gate) for gate in passage.warnings),
+    ]
+
+
+def after_alignment(warnings: list[str], capture: Capture) -> list[str]:
+    """Returns what remains to be said after poses have been refined.
+
+    Args:
+        warnings: What was to be said before.
+        capture: The capture with refined poses and depths.
+    """
+    rest = [warning for warning in warnings if not warning.startswith(INEXACT)]
+    if len(rest) == len(warnings):
+        return rest
+    wide = measure_wide_baselines(capture)
+    return rest + [str(finding) for finding in judge_exactness(capture, wide)]
+
+
+def tell_findings(console: Console, findings: Iterable[Finding]):
+    """Prints what is wrong with a capture, one line each."""
+    for finding in findings:
+        if finding.severity == DEFECT:
+            _tell(console, "wrong:", "bold red", finding.problem)
+        else:
+            _tell(console, "doubtful:", "bold yellow", finding.problem)
+
+
+def _gate(finding: Finding) -> Gate:
+    level = REFUSAL if finding.severity == DEFECT else WARNING
+    return Gate(finding.name, finding.problem, in_simulation=level)
+
+
+def _otherwise(result: Repair, tried: bool) -> str:
+    """What helps, up to the names that can be accepted."""
+    anyway = "to use it anyway"
+    if tried and result.undone:
+        done = ", ".join(finding.remedy for finding in result.undone)
+        return f"--repair {done}, which does not suffice; {anyway}"
+    if tried:
+        return f"--repair knows no remedy; {anyway}"
+    if any(f.mend and f.severity == DEFECT for f in result.inspection.findings):
+        return f"--repair undoes it if it can; {anyway}"
+    return f"only a better capture helps; {anyway}"
+
+
+def _tell(console: Console, label: str, style: str, text: str):
+    console.print(f"[{style}]{label}[/{style}] ", end="")
+    console.print(text, markup=False, highlight=False, soft_wrap=True)

@@ -1,0 +1,82 @@
+"""Flags and files that say where a map lies: upright, or as captured."""
+
+import argparse
+from pathlib import Path
+
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.resources import resolve
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.commands.flags import TRUTH
+from remosplat_drake.reconstruction.placement import (
+    AUTO,
+    CAPTURE,
+    FLOOR,
+    UPS,
+    Placement,
+    place,
+)
+from remosplat_drake.reconstruction.report.quality_report import pose_path
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.scene.rmmi import read_scene
+
+
+def add_placement_arguments(parser: argparse.ArgumentParser):
+    """Declares the flags that say what is up."""
+    parser.add_argument(
+        "--up",
+        choices=UPS,
+        default=AUTO,
+        help="what is up, so that z is, from the floor at z = 0: the floor, or"
+        " else what the capture's format says (auto); the floor, which must be"
+        " found; the capture's own frame, which has its floor at z = 0; none,"
+        " and no scenario is written",
+    )
+    parser.add_argument(
+        "--floor",
+        dest="up",
+        action="store_const",
+        const=FLOOR,
+        help="the same as --up floor",
+    )
+
+
+def true_scene(arguments: argparse.Namespace) -> PrimitiveScene | None:
+    """Reads the true geometry in the capture's frame, where it is known.
+
+    Raises:
+        RemoSplatError: It cannot be read.
+    """
+    if arguments.truth:
+        return read_scene(resolve(arguments.truth))
+    path = resolve(arguments.capture) / TRUTH
+    return read_scene(path) if path.is_file() else None
+
+
+def find_placement(
+    capture: Capture, arguments: argparse.Namespace
+) -> Placement:
+    """Finds where the map of a capture lies.
+
+    A capture whose true geometry is known keeps the frame of that.
+
+    Raises:
+        RemoSplatError: The floor was asked for, and none is convincing.
+    """
+    known = arguments.up == AUTO and true_scene(arguments) is not None
+    return place(capture, CAPTURE if known else arguments.up)
+
+
+def write_pose(placement: Placement, splat: Path):
+    """Keeps the pose of the capture's world where `quality` looks for it.
+
+    Raises:
+        FileError: It cannot be written.
+    """
+    if not placement.moves:
+        pose_path(splat).unlink(missing_ok=True)
+        return
+    rows = placement.X_FW.GetAsMatrix4().tolist()
+    text = "\n".join(
+        " ".join(f"{round(x, 12):.12g}" for x in row) for row in rows
+    )
+    write_atomically(pose_path(splat), text + "\n")

@@ -1,0 +1,125 @@
+"""Where a map lies: upright, with the floor at z = 0, or as it was captured.
+
+Handheld captures come in the frame of their first image, and a robot stands on
+its side there. Gravity comes from the floor, or from what the capture's format
+documents; without either nothing is guessed.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.floor import FloorConfig, find_floor
+
+AUTO, FLOOR, CAPTURE, NONE = UPS = ("auto", "floor", "capture", "none")
+"""Ways to find up: the floor or else the capture's gravity; the floor; the
+capture's own frame; not at all."""
+
+_LEVEL = np.deg2rad(3.0)
+"""A frame that is less tilted is upright; so much a floor is found wrong where
+poses are not exact [rad]."""
+
+_ON_FLOOR = 0.05
+"""A floor that is so near to z = 0 lies there [m]."""
+
+_FLOOR_TILT = 0.15
+"""Largest angle between a floor's normal and the known up [rad]."""
+
+_LOW = 0.7
+"""Cameras so low over a floor [m] may be over a table."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Placement:
+    """Where a map lies.
+
+    Attributes:
+        X_FW: Pose of the capture's frame W in the map's frame F.
+        words: How that was found, in words.
+        has_floor: Whether the floor is known to be z = 0 in F, z up.
+    """
+
+    X_FW: RigidTransform
+    words: str
+    has_floor: bool
+
+    @property
+    def moves(self) -> bool:
+        """Whether F is another frame than W."""
+        return not self.X_FW.IsExactlyIdentity()
+
+    def placed(self, capture: Capture) -> Capture:
+        """Returns the capture with camera poses expressed in F."""
+        if not self.moves:
+            return capture
+        X_FC = self.X_FW.GetAsMatrix4() @ capture.X_WC
+        up_F = None
+        if capture.up_W is not None:
+            up_F = tuple(self.X_FW.rotation().matrix() @ capture.up_W)
+        return dc.replace(capture, X_WC=X_FC, up_W=up_F)
+
+
+def place(capture: Capture, up: str = AUTO) -> Placement:
+    """Finds where the map of a capture lies.
+
+    Args:
+        capture: Posed RGB-D images.
+        up: One of `UPS`.
+
+    Raises:
+        RemoSplatError: The floor was asked for, and none is convincing.
+    """
+    if up == NONE:
+        return Placement(RigidTransform(), "in the capture's frame", False)
+    if up == FLOOR:
+        return _on_floor(capture)
+    if up == CAPTURE:
+        return _as_captured(capture)
+    try:
+        placement = _on_floor(capture)
+    except RemoSplatError as error:
+        if capture.up_W is not None:
+            placement = _as_captured(capture)
+            return dc.replace(
+                placement,
+                words=f"{error}; {placement.words}",
+                has_floor=False,
+            )
+        return Placement(RigidTransform(), str(error), False)
+    R_FW, p_FW = placement.X_FW.rotation(), placement.X_FW.translation()
+    tilt = np.arccos(np.clip(R_FW.matrix()[2, 2], -1, 1))
+    if tilt > _LEVEL or abs(p_FW[2]) > _ON_FLOOR:
+        return placement
+    words = f"{placement.words}; the capture's frame stands on it and stays"
+    return Placement(RigidTransform(), words, True)
+
+
+def _on_floor(capture: Capture) -> Placement:
+    config = FloorConfig()
+    if capture.up_W is not None:
+        config.max_tilt = _FLOOR_TILT
+    floor = find_floor(capture, config)
+    words = (
+        f"floor: {floor.area:.1f} m², flat to {1e3 * floor.rms:.1f} mm,"
+        f" cameras {floor.camera_height:.2f} m above"
+    )
+    if floor.camera_height < _LOW:
+        words += "; if that is a table, say --up none"
+    return Placement(floor.X_FW, words, True)
+
+
+def _as_captured(capture: Capture) -> Placement:
+    """The capture's own frame, turned so that z is up where it is not."""
+    up_W = np.array([0, 0, 1.0] if capture.up_W is None else capture.up_W)
+    if up_W[2] > np.cos(_LEVEL):
+        words = "up is the capture's z axis, and the floor taken to be z = 0"
+        return Placement(RigidTransform(), words, True)
+    x_W = np.eye(3)[0 if abs(up_W[0]) < 0.9 else 1]
+    x_W = x_W - (x_W @ up_W) * up_W
+    x_W /= np.linalg.norm(x_W)
+    R_FW = RotationMatrix(np.stack([x_W, np.cross(up_W, x_W), up_W]))
+    words = "up is what the capture's format says; how high, nobody knows"
+    return Placement(RigidTransform(R_FW, np.zeros(3)), words, False)
