@@ -50,7 +50,9 @@ def motion_table(comparison: Comparison, rule: str) -> Table:
 
 def _row(row: Row, family: str, rule: str) -> tuple[str, ...]:
     chosen = np.array([family in (ALL, t.family) for t in row.trials])
-    trials = [t for t, is_chosen in zip(row.trials, chosen, strict=True) if is_chosen]
+    trials = [
+        t for t, is_chosen in zip(row.trials, chosen, strict=True) if is_chosen
+    ]
     solved = chosen & row.successes(rule)
     time = row.values("duration", rule, solved)
     clearance = row.values("minimum_distance", rule, chosen)

@@ -181,7 +181,9 @@ def start_problem(
         return ""
     row = int(clearances.distance.argmin())
     link = robot.spheres.links[clearances.sphere[row]]
-    return f"the robot would be inside the scene: {link} by {1e3 * depth:.0f} mm"
+    return (
+        f"the robot would be inside the scene: {link} by {1e3 * depth:.0f} mm"
+    )
 
 
 def _joint_time(world: World, task: ReachingTask) -> float | None:
