@@ -185,6 +185,13 @@ def _start(
     scenario: Scenario, robot: RobotModel, truth: PrimitiveScene | None
 ) -> np.ndarray:
     base = scenario.robot.base_pose
+    if base is not None and not robot.n_base:
+        raise FieldError(
+            scenario.source,
+            "robot.base_pose",
+            f"{robot.description.name} is fixed to the world and has no base;"
+            " `scene.X_WG` moves the scene's splat instead",
+        )
     if base is None and truth is not None and truth.X_WB_start is not None:
         base = list(truth.X_WB_start)
     arm = scenario.robot.arm

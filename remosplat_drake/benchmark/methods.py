@@ -54,6 +54,7 @@ GROUPS = {
         "ellipsoid-guided",
         "depth-guided",
     ),
+    "mbm": ("sdf-reactive-mbm", "sdf-guided-mbm"),
     "variants": (
         "sdf-hard-rows",
         "sdf-active-rows",
@@ -103,7 +104,10 @@ class Method:
 
 
 def load_methods(
-    names: Sequence[str], override: str = "", spheres: str | None = None
+    names: Sequence[str],
+    override: str = "",
+    spheres: str | None = None,
+    robot: str = "",
 ) -> list[Method]:
     """Loads methods by name, in the order given and each once.
 
@@ -115,6 +119,8 @@ def load_methods(
             "{time_limit: 5}".
         spheres: Name of the sphere set that every method uses; None keeps the
             method's own.
+        robot: Name or file of the robot that every method drives; empty keeps
+            the method's own.
 
     Raises:
         RemoSplatError: No method has such a name, or a file cannot be used.
@@ -126,6 +132,8 @@ def load_methods(
             scenario = _load(path, entry, override)
             if spheres is not None:
                 scenario.robot.spheres = spheres
+            if robot:
+                scenario.robot.model = robot
             _check_robot(scenario)
             method = Method(entry, scenario)
             if controller:

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from pydrake.math import RigidTransform
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.distance_field import DistanceField
@@ -27,6 +28,11 @@ class ReachingTask:
         measure_truth: Makes the distance field that collisions are judged by.
         solids: The true geometry as solids; None where it is not known as
             such.
+        arm_start: Joint positions at which the arm starts [rad]; None: at its
+            home.
+        start_field: Name of the start in the scene's file, for errors.
+        arm_goal: Joint positions of an arm on a fixed base at the target
+            [rad]; None where nobody gives them.
     """
 
     X_WE_target: RigidTransform
@@ -34,6 +40,9 @@ class ReachingTask:
     content_hash: str
     measure_truth: Callable[[], DistanceField]
     solids: PrimitiveScene | None = None
+    arm_start: tuple[float, ...] | None = None
+    start_field: str = "robot_base"
+    arm_goal: tuple[float, ...] | None = None
 
     @cached_property
     def truth_field(self) -> DistanceField:
@@ -62,6 +71,11 @@ class BenchmarkCase(Protocol):
         ...
 
     @property
+    def file(self) -> str:
+        """Path of the file that says where the case is from; may be empty."""
+        ...
+
+    @property
     def family(self) -> str:
         """Family of the case; cases of a family are reported together."""
         ...
@@ -86,3 +100,11 @@ class BenchmarkCase(Protocol):
     def splat(self) -> tuple[GaussianSplat, str]:
         """Returns the map, expressed in W, and its origin as tables name it."""
         ...
+
+
+def known_solids(case: BenchmarkCase) -> PrimitiveScene | None:
+    """Returns a case's true solids; None if it has none or cannot be used."""
+    try:
+        return case.task().solids
+    except RemoSplatError:
+        return None

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import binomtest
 
+from remosplat_drake.benchmark.motion_table import motion_table
 from remosplat_drake.benchmark.paper_results import PAPER_TRIALS, PaperRow
 from remosplat_drake.benchmark.result import RULE_TITLES, RULES, TrialResult
 from remosplat_drake.benchmark.scan_table import scan_table
@@ -37,8 +38,11 @@ def report_tables(results: Sequence[TrialResult]) -> list[Table]:
     for comparison in comparisons:
         first_table = scan_table if comparison.is_scan else main_table
         tables += [first_table(comparison, rule) for rule in RULES]
+        if comparison.is_motion:
+            tables.append(motion_table(comparison, RULES[0]))
+        else:
+            tables.append(family_table(comparison))
         tables += [
-            family_table(comparison),
             outcome_table(comparison),
             timing_table(comparison),
         ]
@@ -86,8 +90,10 @@ def main_table(comparison: Comparison, rule: str) -> Table:
         f"* mean ± 95 % over the {int(common.sum())} scenes that every method"
         " of this table solves. Rates: solved/run with 95 % Wilson intervals."
         " Collisions are judged by the true geometry, at ticks and at four"
-        " points between; for each: count/run and upper 95 % bound. The paper"
-        f" ran {PAPER_TRIALS} scenes.",
+        " points between; for each: count/run and upper 95 % bound."
+        + (
+            f" The paper ran {PAPER_TRIALS} scenes." if comparison.paper else ""
+        ),
     )
 
 
@@ -168,7 +174,8 @@ def outcome_table(comparison: Comparison) -> Table:
             for row in comparison.rows
         ),
         "local minimum: standing still when time was up; timeout: still"
-        " moving; infeasible: the last program had no solution.",
+        " moving; infeasible: the last program had no solution; error: the"
+        " scene cannot be used.",
     )
 
 

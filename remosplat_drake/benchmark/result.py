@@ -12,14 +12,24 @@ COLLISION = "collision"
 TIMEOUT = "timeout"
 LOCAL_MINIMUM = "local minimum"
 INFEASIBLE = "infeasible"
+ERROR = "error"
 CRASH = "crash"
 
-OUTCOMES = (SUCCESS, COLLISION, TIMEOUT, LOCAL_MINIMUM, INFEASIBLE, CRASH)
+OUTCOMES = (
+    SUCCESS,
+    COLLISION,
+    TIMEOUT,
+    LOCAL_MINIMUM,
+    INFEASIBLE,
+    ERROR,
+    CRASH,
+)
 """Outcomes of a trial: success, or the reason of its failure.
 
 `timeout`: still moving when the time limit was reached. `local minimum`:
 standing still by then. `infeasible`: the last quadratic program had no
-solution. `crash`: an error in the software.
+solution. `error`: the scene cannot be used, because of its file or because
+the robot would start inside something. `crash`: an error in the software.
 """
 
 RULES = ("text", "authors")
@@ -99,13 +109,17 @@ class TrialResult:
         station: Kind of the station: "kinematic" or "dynamic".
         seed: Seed of all random numbers of the trial.
         version: Version of this package that ran the trial.
-        text: Judgement by the rule of the paper's text; None after a crash.
-        authors: Judgement by the rule of the authors' code; None after a
-            crash.
+        text: Judgement by the rule of the paper's text; None after an error
+            or a crash.
+        authors: Judgement by the rule of the authors' code; None after an
+            error or a crash.
         statuses: Number of control ticks by their status.
         times: Wall-clock times; None after a crash.
         suite: Name of the suite.
         error: Error text of a crash; empty otherwise.
+        problem: Why the scene cannot be used, in one line; empty otherwise.
+        joint_time: Time that the straight path of the joints to the given
+            goal takes at the velocity limits; None without such a goal [s].
     """
 
     key: str
@@ -126,6 +140,8 @@ class TrialResult:
     times: WallTimes | None = None
     suite: str = ""
     error: str = ""
+    problem: str = ""
+    joint_time: float | None = None
 
     def judged(self, rule: str) -> Judgement | None:
         """Returns the judgement by one of `RULES`; None after a crash."""
@@ -134,7 +150,9 @@ class TrialResult:
     def outcome(self, rule: str) -> str:
         """Returns which of `OUTCOMES` the trial has by one of `RULES`."""
         judgement = self.judged(rule)
-        return CRASH if judgement is None else judgement.outcome
+        if judgement is None:
+            return ERROR if self.problem else CRASH
+        return judgement.outcome
 
     def success(self, rule: str) -> bool:
         """Whether the robot arrived by one of `RULES` and touched nothing."""

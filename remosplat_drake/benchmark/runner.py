@@ -14,7 +14,7 @@ from pathlib import Path
 from remosplat_drake.benchmark.line_file import LineFile
 from remosplat_drake.benchmark.pool import Job, run_jobs
 from remosplat_drake.benchmark.ray_cluster import on_ray
-from remosplat_drake.benchmark.reaching_task import SURFEL
+from remosplat_drake.benchmark.reaching_task import SURFEL, known_solids
 from remosplat_drake.benchmark.result import (
     TrialResult,
     read_results,
@@ -75,7 +75,7 @@ def compile_kernels(trials: Sequence[Trial], renders: bool) -> None:
         brief = dc.replace(method, scenario=scenario)
         with suppress(Exception):
             run_trial(dc.replace(trial, method=brief))
-    truth = trials[0].case.task().solids
+    truth = known_solids(trials[0].case)
     if renders and truth is not None:
         with suppress(Exception):
             poses = survey_poses(truth, 2)
@@ -98,8 +98,8 @@ def missing_splats(
         SplatOrder(case, recipe)
         for case, of_scene in groupby(trials, key=lambda trial: trial.case)
         if any(trial.method.needs_splat for trial in of_scene)
+        and known_solids(case) is not None
         and case.splat_key() == SURFEL
-        and case.task().solids is not None
     ]
 
 

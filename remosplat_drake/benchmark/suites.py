@@ -1,117 +1,37 @@
 """The scenes that methods are compared in, as small picklable names."""
 
 import dataclasses as dc
-import hashlib
 from collections.abc import Sequence
-from functools import cache
 from itertools import chain, groupby, zip_longest
 from pathlib import Path
 
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FileError, RemoSplatError, unknown_name
-from remosplat_drake.benchmark.reaching_task import (
-    SURFEL,
-    TRAINED,
-    BenchmarkCase,
-    ReachingTask,
-    solid_task,
-)
+from remosplat_drake.benchmark import motion_bench_maker
+from remosplat_drake.benchmark.motion_bench_maker import motion_problems
+from remosplat_drake.benchmark.reaching_task import BenchmarkCase
 from remosplat_drake.benchmark.scan_suite import scan_cases
-from remosplat_drake.benchmark.splat_record import read_record
+from remosplat_drake.benchmark.scene_case import SceneCase
 from remosplat_drake.generation.feasibility import FeasibilityFilter
 from remosplat_drake.generation.feasible_scenes import feasible_seeds
-from remosplat_drake.generation.primitive_surfels import (
-    SURFEL_COUNT,
-    surfel_splat,
-)
 from remosplat_drake.generation.scene_generators import (
     FAMILIES,
     GENERATOR_VERSION,
     PUBLISHED_FAMILIES,
     generate,
 )
-from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.scene.rmmi import read_scene
-from remosplat_drake.splat.codecs.ply import read_ply
-from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 PUBLISHED_FOLDERS = {"table": "table_new", "bookshelf": "bookshelf_cage"}
 """Folders of the published scenes, by family."""
 
 
-@dc.dataclass(frozen=True)
-class SceneCase:
-    """One scene of a suite, and where its splat is.
+MBM = "mbm"
+"""Kind of the suite of MotionBenchMaker's problems."""
 
-    Attributes:
-        name: Name of the scene in tables.
-        family: Family of the scene; scenes of a family are reported together.
-        suite: Name of the suite in titles of tables.
-        file: Path of the scene's RMMI file; empty for a generated scene.
-        seed: Seed of a generated scene.
-        splat_folders: Folders in which trained splats may lie: as NAME.ply, as
-            FAMILY_NUMBER.ply with the number that ends the name, or as
-            HASH.ply with the hash of the scene's content.
-    """
 
-    name: str
-    family: str
-    suite: str = ""
-    file: str = ""
-    seed: int = 0
-    splat_folders: tuple[str, ...] = ()
-
-    def truth(self) -> PrimitiveScene:
-        """Reads or generates the scene, with its task.
-
-        Raises:
-            RemoSplatError: Its file cannot be used, or it has no task.
-        """
-        if not self.file:
-            return generate(self.family, self.seed)
-        scene = read_scene(self.file)
-        if scene.X_WE_target is None or scene.X_WB_start is None:
-            raise FileError(self.file, "has no target or no robot_base")
-        return scene
-
-    def trained_splat(self, truth: PrimitiveScene) -> Path | None:
-        """Returns the file of the scene's trained splat; None without one."""
-        for folder in self.splat_folders:
-            number = self.name.rpartition("_")[2]
-            short = f"{self.family}_{number}"
-            for stem in (truth.content_hash, self.name, short):
-                path = Path(folder) / f"{stem}.ply"
-                if path.is_file():
-                    return path
-        return None
-
-    def task(self) -> ReachingTask:
-        """Returns the target, and the true geometry of the scene.
-
-        Raises:
-            RemoSplatError: The scene's file cannot be used, or it has no task.
-        """
-        return solid_task(self.truth())
-
-    def splat_key(self) -> str:
-        """Returns the trained splat's digest; "surfel" where there is none."""
-        path = self.trained_splat(self.truth())
-        if path is None:
-            return SURFEL
-        status = path.stat()
-        return f"{path.name}-{_digest(path, status.st_mtime_ns)}"
-
-    def splat(self) -> tuple[GaussianSplat, str]:
-        """Returns the scene's splat in W and its origin as tables name it.
-
-        Without a trained one it is made of surfels on the true geometry.
-        """
-        truth = self.truth()
-        path = self.trained_splat(truth)
-        if path is not None:
-            record = read_record(path)
-            return read_ply(path), record.origin if record else TRAINED
-        return surfel_splat(truth, SURFEL_COUNT), SURFEL
+def default_robot(name: str) -> str:
+    """Returns the robot that a suite is made for; empty: the methods'."""
+    return motion_bench_maker.ROBOT if name.partition(":")[0] == MBM else ""
 
 
 def interleave_families(
@@ -128,35 +48,38 @@ def interleave_families(
     return [case for case in turns if case is not None]
 
 
-@cache
-def _digest(path: Path, modified: int) -> str:
-    """Returns a file's digest, cached until its modification time changes."""
-    del modified
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
 def load_cases(
     name: str,
     count: int,
     splat_folders: tuple[Path, ...] = (),
     trained_only: bool = False,
+    robot: str = "",
 ) -> Sequence[BenchmarkCase]:
     """Returns the cases of any suite.
 
     Args:
-        name: "scan:NAME" for scanned scenes (`scan_cases`), else a name that
+        name: "scan:NAME" for scanned scenes (`scan_cases`), "mbm:DIR" for
+            MotionBenchMaker's problems (`motion_problems`), else a name that
             `load_suite` takes.
         count: How many scenes of each family; scanned scenes are all taken.
         splat_folders: Folders of trained splats; scanned scenes use those
             that their suite names.
-        trained_only: Whether scenes without a trained splat are left out.
+        trained_only: Whether scenes without a trained splat are left out;
+            MotionBenchMaker's problems are all taken.
+        robot: Name or file of the robot; empty for that of the suite.
 
     Raises:
         RemoSplatError: The suite does not exist or cannot be used.
     """
-    kind, _, scans = name.partition(":")
+    kind, _, place = name.partition(":")
     if kind == "scan":
-        return scan_cases(scans)
+        return scan_cases(place)
+    if kind == MBM and place:
+        problems = motion_problems(
+            Path(place), count, robot or default_robot(name)
+        )
+        folders = tuple(str(folder) for folder in splat_folders)
+        return [dc.replace(p, splat_folders=folders) for p in problems]
     return load_suite(name, count, splat_folders, trained_only)
 
 
@@ -188,7 +111,7 @@ def load_suite(
     else:
         raise RemoSplatError(
             f"--suite: unknown suite {name!r}; valid: generated,"
-            " generated:FAMILY,..., published:DIR, scan:NAME[:DATA]"
+            " generated:FAMILY,..., published:DIR, mbm:DIR, scan:NAME[:DATA]"
         )
     folders = tuple(str(folder) for folder in splat_folders)
     chosen = []

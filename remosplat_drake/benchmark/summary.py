@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from remosplat_drake.base.strict_yaml import entries
+from remosplat_drake.benchmark import motion_bench_maker
 from remosplat_drake.benchmark.methods import METHODS_FILE
 from remosplat_drake.benchmark.paper_results import (
     PAPER_SCANS,
@@ -110,9 +111,14 @@ class Comparison:
         return set(self.families()) <= set(PAPER_SCANS)
 
     @property
+    def is_motion(self) -> bool:
+        """Whether the scenes are MotionBenchMaker's problems."""
+        return self.suite.startswith(motion_bench_maker.SUITE)
+
+    @property
     def paper(self) -> dict[str, PaperRow]:
         """Rows of the paper's Table I that belong beside these, by method."""
-        return {} if self.is_scan else PAPER_TABLE_I
+        return {} if self.is_scan or self.is_motion else PAPER_TABLE_I
 
     def common(self, rule: str) -> np.ndarray:
         """Returns which scenes every row solves, shape (n,) bool."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.version import __version__
-from remosplat_drake.benchmark.reaching_task import BenchmarkCase
+from remosplat_drake.benchmark.reaching_task import BenchmarkCase, known_solids
 from remosplat_drake.benchmark.splat_recipe import SplatRecipe
 from remosplat_drake.benchmark.splat_record import (
     SplatRecord,
@@ -131,7 +131,7 @@ def stored_records(
     cases: Iterable[BenchmarkCase], recipe: SplatRecipe
 ) -> list[SplatRecord]:
     """Returns the records of all cases that have a splat of a recipe."""
-    scenes = (case.task().solids for case in cases)
+    scenes = (known_solids(case) for case in cases)
     files = (recipe.splat_file(scene) for scene in scenes if scene is not None)
     records = (read_record(path) for path in files if path.is_file())
     return [record for record in records if record is not None]

@@ -11,6 +11,7 @@ from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import PoseConfig, Scenario
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.version import __version__
 from remosplat_drake.benchmark import metrics as met
 from remosplat_drake.benchmark.custom_controller import (
@@ -44,7 +45,7 @@ from remosplat_drake.signals.tick_report import BRAKING, RELAXED
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
-TRIAL_VERSION = 1
+TRIAL_VERSION = 2
 """Version of trials, raised whenever one would end differently; part of the
 key."""
 
@@ -72,20 +73,32 @@ class Trial:
     seed: int = 0
 
     def key(self) -> str:
-        """Returns a digest of everything that the result depends on."""
-        task = self.case.task()
-        splat = self.case.splat_key() if self.method.needs_splat else NO_SPLAT
+        """Returns a digest of everything that the result depends on.
+
+        Of a scene that cannot be used, that is what is wrong with it.
+        """
         parts = (
             TRIAL_VERSION,
             self.method.name,
             self.method.fingerprint,
             self.case.name,
-            task.content_hash,
-            (task.X_WE_target.GetAsMatrix34().tolist(), task.X_WB_start),
-            splat,
+            *self._scene_parts(),
             self.seed,
         )
         return hashlib.sha256(repr(parts).encode()).hexdigest()[:20]
+
+    def _scene_parts(self) -> tuple:
+        try:
+            task = self.case.task()
+        except RemoSplatError as error:
+            return (str(error),)
+        splat = self.case.splat_key() if self.method.needs_splat else NO_SPLAT
+        return (
+            task.content_hash,
+            (task.X_WE_target.GetAsMatrix34().tolist(), task.X_WB_start),
+            task.arm_start,
+            splat,
+        )
 
 
 def describe(trial: Trial, error: str = "") -> TrialResult:
@@ -122,11 +135,18 @@ def run_trial(trial: Trial) -> TrialResult:
     """
     started = perf_counter()
     scenario = dc.replace(trial.method.scenario, seed=trial.seed)
-    task = trial.case.task()
+    try:
+        task = trial.case.task()
+    except RemoSplatError as error:
+        return dc.replace(describe(trial), problem=str(error))
     splat_W, origin = None, NO_SPLAT
     if trial.method.needs_splat:
         splat_W, origin = trial.case.splat()
     world = _make_world(trial.method, scenario, task, splat_W)
+    problem = start_problem(world.robot, world.q0, task.truth_field)
+    if problem:
+        where = f"{trial.case.file or trial.case.name}: {task.start_field}"
+        return dc.replace(describe(trial), problem=f"{where}: {problem}")
     trajectory = _drive(trial.method, scenario, world, task)
     judge = _Judge(world.robot, scenario, trajectory, task)
     judgements = {rule: judge.judgement(rule) for rule in RULES}
@@ -136,8 +156,42 @@ def run_trial(trial: Trial) -> TrialResult:
         splat_count=0 if splat_W is None else len(splat_W),
         statuses=status_counts(trajectory),
         times=_wall_times(trajectory, perf_counter() - started),
+        joint_time=_joint_time(world, task),
         **judgements,
     )
+
+
+def start_problem(
+    robot: RobotModel, q: np.ndarray, truth: DistanceField
+) -> str:
+    """Returns why a robot cannot start at a configuration; empty if it can.
+
+    Args:
+        robot: The robot, with its spheres and limits.
+        q: Configuration to start from, shape (n_q,).
+        truth: True distances.
+    """
+    outside = (q < robot.position_lower) | (q > robot.position_upper)
+    if outside.any():
+        joint = robot.joint_names[int(outside.argmax())]
+        return f"{joint} is beyond its limits"
+    clearances = truth.clearances(robot.spheres_at(q))
+    depth = -clearances.minimum()
+    if depth < 0:
+        return ""
+    row = int(clearances.distance.argmin())
+    link = robot.spheres.links[clearances.sphere[row]]
+    return (
+        f"the robot would be inside the scene: {link} by {1e3 * depth:.0f} mm"
+    )
+
+
+def _joint_time(world: World, task: ReachingTask) -> float | None:
+    """The time of the straight joint path at full speed [s]."""
+    if task.arm_goal is None:
+        return None
+    way = np.abs(np.array(task.arm_goal) - world.q0)
+    return float((way / world.robot.velocity_limit).max())
 
 
 def _make_world(
@@ -158,7 +212,9 @@ def _make_world(
         field = make_field(
             scenario.oracle, splat_W, task.solids, scenario.source
         )
-    q0 = np.array([*task.X_WB_start, *robot.home])
+    base = task.X_WB_start if robot.n_base else ()
+    arm = robot.home if task.arm_start is None else task.arm_start
+    q0 = np.array([*base, *arm])
     return World(robot, splat_W, task.solids, field, q0)
 
 
@@ -256,7 +312,9 @@ class _Judge:
             gracefulness=met.mean_acceleration(self._robot, q, u, dt),
             acceleration=met.resampled_acceleration(p_WE, dt),
             path_length=path_length(p_WE),
-            base_path_length=path_length(q[:, :2]),
+            base_path_length=(
+                path_length(q[:, :2]) if self._robot.n_base else 0.0
+            ),
         )
 
     def _failure(self) -> str:

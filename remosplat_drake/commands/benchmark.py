@@ -15,7 +15,12 @@ from remosplat_drake.base.atomic_file import check_writable, write_atomically
 from remosplat_drake.benchmark.methods import GROUPS, load_methods
 from remosplat_drake.benchmark.report import report_tables, to_markdown
 from remosplat_drake.benchmark.report_page import to_html
-from remosplat_drake.benchmark.result import CRASH, TrialResult, read_results
+from remosplat_drake.benchmark.result import (
+    CRASH,
+    ERROR,
+    TrialResult,
+    read_results,
+)
 from remosplat_drake.benchmark.runner import (
     SplatMaking,
     compile_kernels,
@@ -29,7 +34,11 @@ from remosplat_drake.benchmark.splat_record import (
     write_records,
 )
 from remosplat_drake.benchmark.splat_table import splat_table
-from remosplat_drake.benchmark.suites import interleave_families, load_cases
+from remosplat_drake.benchmark.suites import (
+    default_robot,
+    interleave_families,
+    load_cases,
+)
 from remosplat_drake.benchmark.trained_splats import stored_records
 from remosplat_drake.benchmark.trial import Trial
 from remosplat_drake.commands.benchmark_progress import BenchmarkProgress
@@ -43,8 +52,9 @@ RESULTS, SPLATS = "trials.jsonl", "splats.jsonl"
 REPORT, PAGE = "report.md", "report.html"
 """Names of the report's files in the output folder."""
 
-CRASHED, UNFINISHED = 1, 3
-"""Exit codes: something crashed, and something is left to run."""
+CRASHED, UNUSABLE, UNFINISHED = 1, 2, 3
+"""Exit codes: something crashed, a scene cannot be used, and something is left
+to run."""
 
 HEADING = "Benchmark"
 
@@ -61,9 +71,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--suite",
         default="generated",
-        metavar="generated|published:DIR|scan:NAME",
-        help="our own scenes (default), the published ones in DIR, or targets"
-        " in scans: scan:demo, scan:FILE.yaml, scan:redkitchen:DATA",
+        metavar="generated|published:DIR|mbm:DIR|scan:NAME",
+        help="our own scenes (default), the published ones in DIR,"
+        " MotionBenchMaker's problems in DIR, or targets in scans: scan:demo,"
+        " scan:FILE.yaml, scan:redkitchen:DATA",
+    )
+    parser.add_argument(
+        "--robot",
+        default="",
+        metavar="NAME|FILE",
+        help="robot that all methods drive (default: theirs; panda for mbm,"
+        " where a mobile robot starts displaced)",
     )
     parser.add_argument(
         "--methods",
@@ -136,6 +154,7 @@ def run(arguments: argparse.Namespace) -> int:
     Returns:
         0: all trials were run. 1: a trial crashed or a splat could not be
             made.
+        2: a scene cannot be used; the others have been run.
         3: `--stop-after` has left some trials.
     """
     started = monotonic()
@@ -143,10 +162,12 @@ def run(arguments: argparse.Namespace) -> int:
     output: Path = arguments.output
     for name in (RESULTS, SPLATS, REPORT, PAGE):
         check_writable(output / name)
+    robot = arguments.robot or default_robot(arguments.suite)
     methods = load_methods(
         arguments.methods.split(","),
         arguments.scenario_text,
         arguments.spheres,
+        robot,
     )
     splats = splat_making(arguments)
     with console.status("choosing scenes"):
@@ -155,6 +176,7 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.scenes,
             splat_folders(arguments, splats),
             arguments.trained_only,
+            robot,
         )
     cases = interleave_families(cases)
     # Scene by scene: an interrupted run has compared all methods in some.
@@ -243,6 +265,11 @@ def _conclude(outcome: _Outcome, console: Console) -> int:
     for what, error in broken:
         last = error.splitlines()[-1]
         console.print(f"[red]crashed:[/red] {what}: {last}")
+    unusable = {
+        r.problem: None for r in outcome.results if r.outcome("text") == ERROR
+    }
+    for problem in unusable:
+        console.print(f"[red]error:[/red] {problem}", soft_wrap=True)
     if outcome.trials_left:
         console.print(
             f"stopped in time: {outcome.trials_left} trials and"
@@ -250,4 +277,6 @@ def _conclude(outcome: _Outcome, console: Console) -> int:
         )
     if broken:
         return CRASHED
+    if unusable:
+        return UNUSABLE
     return UNFINISHED if outcome.trials_left else 0

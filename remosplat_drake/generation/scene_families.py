@@ -4,7 +4,8 @@
 cylinders in front of one fixed end-effector target, in the ranges of the
 1,000 published scenes. `table2`, `bookshelf2` and `posts` are our own, for
 trying a controller where it was not tuned: they vary the goal and the whole
-start pose too. All lengths are in metres, all angles in radians.
+start pose too; `room.py` has one where the robot drives far. All lengths are
+in metres, all angles in radians.
 """
 
 import numpy as np
@@ -23,9 +24,9 @@ _BOARD = 0.03
 
 def table(rng: np.random.Generator, name: str) -> PrimitiveScene:
     """Four cylinders through a table top; the gripper points down."""
-    top = _box([1.5, 0, 0.5 + rng.uniform(-0.1, 0.1)], [0.5, 2.0, _BOARD])
+    top = box([1.5, 0, 0.5 + rng.uniform(-0.1, 0.1)], [0.5, 2.0, _BOARD])
     cylinders = tuple(
-        _upright_cylinder(
+        upright_cylinder(
             np.array([1.1, 0, 0.5])
             + rng.uniform(-1, 1, 3) * np.array([0.1, 0.25, 0]),
             radius=0.05 + rng.uniform(-0.03, 0.03),
@@ -52,7 +53,7 @@ def bookshelf(rng: np.random.Generator, name: str) -> PrimitiveScene:
         middle=rng.uniform(MIDDLE_SHELF_MIN_Z, 1.0),
     )
     cylinders = tuple(
-        _upright_cylinder(
+        upright_cylinder(
             np.array([0.9, 0, 0.6])
             + rng.uniform(-1, 1, 3) * np.array([0.1, 0.4, 0]),
             radius=0.03 + rng.uniform(-0.02, 0.02),
@@ -92,17 +93,17 @@ def table2(rng: np.random.Generator, name: str) -> PrimitiveScene:
         x, y = rng.uniform([1.05, -0.4], [1.35, 0.4])
         half_height = rng.uniform(0.05, 0.25)
         cylinders.append(
-            _upright_cylinder(
+            upright_cylinder(
                 np.array([x, y, top + half_height]),
                 radius=rng.uniform(0.02, 0.07),
                 half_height=half_height,
             )
         )
     return PrimitiveScene(
-        boxes=(_box([1.5, 0, z], [0.5, 2.0, _BOARD]),),
+        boxes=(box([1.5, 0, z], [0.5, 2.0, _BOARD]),),
         cylinders=tuple(cylinders),
-        X_WE_target=_gripper_down(goal, rng),
-        X_WB_start=_start(rng),
+        X_WE_target=gripper_down(goal, rng),
+        X_WB_start=draw_start(rng),
         name=name,
     )
 
@@ -122,7 +123,7 @@ def bookshelf2(rng: np.random.Generator, name: str) -> PrimitiveScene:
     boxes = _shelf(lower, middle=rng.uniform(MIDDLE_SHELF_MIN_Z, 1.0))
     goal = rng.uniform([1.0, -0.25, top + 0.05], [1.15, 0.25, top + 0.12])
     columns = tuple(
-        _upright_cylinder(
+        upright_cylinder(
             rng.uniform([0.75, -0.5, 0.6], [1.0, 0.5, 0.6]),
             radius=rng.uniform(0.01, 0.05),
             half_height=0.5,
@@ -132,8 +133,8 @@ def bookshelf2(rng: np.random.Generator, name: str) -> PrimitiveScene:
     return PrimitiveScene(
         boxes=boxes,
         cylinders=columns,
-        X_WE_target=_gripper_down(goal, rng),
-        X_WB_start=_start(rng),
+        X_WE_target=gripper_down(goal, rng),
+        X_WB_start=draw_start(rng),
         name=name,
     )
 
@@ -160,7 +161,7 @@ def posts(rng: np.random.Generator, name: str) -> PrimitiveScene:
     for xy in (*gate, *others):
         half_height = rng.uniform(0.4, 0.7)
         cylinders.append(
-            _upright_cylinder(
+            upright_cylinder(
                 np.array([*xy, half_height]),
                 radius=rng.uniform(0.02, 0.05),
                 half_height=half_height,
@@ -172,18 +173,18 @@ def posts(rng: np.random.Generator, name: str) -> PrimitiveScene:
     return PrimitiveScene(
         cylinders=tuple(cylinders),
         X_WE_target=RigidTransform(turn @ level @ roll, goal),
-        X_WB_start=_start(rng),
+        X_WB_start=draw_start(rng),
         name=name,
     )
 
 
-def _start(rng: np.random.Generator) -> tuple[float, float, float]:
+def draw_start(rng: np.random.Generator) -> tuple[float, float, float]:
     """A base at x in [-0.3, 0.1], y in [-0.8, 0.8], yaw in [-0.6, 0.6]."""
     x, y, yaw = rng.uniform([-0.3, -0.8, -0.6], [0.1, 0.8, 0.6])
     return float(x), float(y), float(yaw)
 
 
-def _gripper_down(p_WE: np.ndarray, rng: np.random.Generator) -> RigidTransform:
+def gripper_down(p_WE: np.ndarray, rng: np.random.Generator) -> RigidTransform:
     """A target at p_WE that points down, turned by up to pi/4 about z."""
     turn = RotationMatrix.MakeZRotation(rng.uniform(-np.pi / 4, np.pi / 4))
     down = RotationMatrix(np.diag([1.0, -1.0, -1.0]))
@@ -193,19 +194,21 @@ def _gripper_down(p_WE: np.ndarray, rng: np.random.Generator) -> RigidTransform:
 def _shelf(lower: float, middle: float) -> tuple[Box, ...]:
     """A bookshelf whose lower boards have their centres at these heights."""
     return (
-        _box([1.4, 0, lower], [0.5, 0.6, _BOARD]),
-        _box([1.4, -0.6, 0.6], [0.5, 0.03, 0.6]),
-        _box([1.4, 0, middle], [0.5, 0.6, _BOARD]),
-        _box([1.4, 0.6, 0.6], [0.5, 0.05, 0.6]),
-        _box([1.4, 0, 1.2], [0.5, 0.6, _BOARD]),
+        box([1.4, 0, lower], [0.5, 0.6, _BOARD]),
+        box([1.4, -0.6, 0.6], [0.5, 0.03, 0.6]),
+        box([1.4, 0, middle], [0.5, 0.6, _BOARD]),
+        box([1.4, 0.6, 0.6], [0.5, 0.05, 0.6]),
+        box([1.4, 0, 1.2], [0.5, 0.6, _BOARD]),
     )
 
 
-def _box(center: list[float], half_extents: list[float]) -> Box:
+def box(center: list[float], half_extents: list[float]) -> Box:
+    """A box whose sides are parallel to the axes of W [m]."""
     return Box(RigidTransform(np.array(center)), np.array(half_extents))
 
 
-def _upright_cylinder(
+def upright_cylinder(
     center: np.ndarray, radius: float, half_height: float
 ) -> Cylinder:
+    """A cylinder whose axis is vertical [m]."""
     return Cylinder(RigidTransform(center), radius, half_height)

@@ -1,13 +1,13 @@
 """Seeded random scenes: a family and a seed name one scene, everywhere.
 
-The families are in `scene_families`. The rejection rule is that of the
-published scenes; the random stream is our own, so seeds do not repeat them.
+The families are in `scene_families` and `room`. The rejection rule is that of
+the published scenes; the random stream is our own, so seeds do not repeat them.
 """
 
 import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
-from remosplat_drake.generation import scene_families
+from remosplat_drake.generation import room, scene_families
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
@@ -28,6 +28,7 @@ FAMILIES = {
     "table2": scene_families.table2,
     "bookshelf2": scene_families.bookshelf2,
     "posts": scene_families.posts,
+    "room": room.room,
 }
 """Functions that build a scene, by the name of the family."""
 

@@ -9,9 +9,9 @@ import numpy as np
 from annotated_types import Len
 
 from remosplat_drake.base.errors import FileError
-from remosplat_drake.base.ranges import Config, Coordinate
-from remosplat_drake.base.strict_yaml import load_strict
+from remosplat_drake.base.ranges import Coordinate
 from remosplat_drake.robot.fitting.link_spheres import LinkSpheres
+from remosplat_drake.robot.link_table import LinkTable, load_link_table
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -110,7 +110,7 @@ LARGEST = 10.0
 
 
 @dc.dataclass
-class SphereFile(Config):
+class SphereFile(LinkTable):
     """The spheres of every link of a robot, as their YAML file has them."""
 
     # Rows [x, y, z, radius] by link name [m]; a link may have none.
@@ -133,9 +133,10 @@ def load_sphere_model(path: Path) -> SphereModel:
 
     Raises:
         FileError: The file cannot be read, or holds no spheres.
-        FieldError: A sphere is not four finite numbers with radius > 0.
+        FieldError: A sphere is not four finite numbers with radius > 0, or
+            `include` names no such file.
     """
-    spheres = load_strict(SphereFile, path).spheres
+    spheres = load_link_table(SphereFile, path, "spheres")
     links = [link for link, rows in spheres.items() for _ in rows or []]
     if not links:
         raise FileError(path, "holds no spheres")

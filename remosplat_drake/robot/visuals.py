@@ -10,7 +10,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.ranges import Config, Position, RollPitchYawDeg
-from remosplat_drake.base.strict_yaml import load_strict
+from remosplat_drake.robot.link_table import LinkTable, load_link_table
 
 
 @dc.dataclass
@@ -38,7 +38,7 @@ class LinkVisual(Config):
 
 
 @dc.dataclass
-class VisualTable(Config):
+class VisualTable(LinkTable):
     """The visual meshes of every link of a robot."""
 
     # The visual meshes by link name.
@@ -52,7 +52,7 @@ def load_visuals(path: Path) -> dict[str, list[LinkVisual]]:
         FileError: The file is missing or not YAML.
         FieldError: A field is unknown, has the wrong type or length.
     """
-    links = load_strict(VisualTable, path).links
+    links = load_link_table(VisualTable, path, "links")
     for link, visuals in links.items():
         for i, visual in enumerate(visuals):
             if not visual.mesh:

@@ -11,7 +11,7 @@ from remosplat_drake.benchmark.result import (
     TrialResult,
     WallTimes,
 )
-from remosplat_drake.benchmark.suites import SceneCase
+from remosplat_drake.benchmark.scene_case import SceneCase
 from remosplat_drake.benchmark.trial import Trial
 
 

@@ -10,7 +10,7 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark.methods import load_methods
 from remosplat_drake.benchmark.result import SUCCESS
 from remosplat_drake.benchmark.runner import run_trials
-from remosplat_drake.benchmark.suites import SceneCase
+from remosplat_drake.benchmark.scene_case import SceneCase
 from remosplat_drake.benchmark.trial import Trial, run_trial
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Cylinder, PrimitiveScene

@@ -9,7 +9,7 @@ from remosplat_drake.benchmark.drake_baseline import make_control
 from remosplat_drake.benchmark.drake_baseline_model import make_collision_model
 from remosplat_drake.benchmark.methods import load_methods
 from remosplat_drake.benchmark.result import LOCAL_MINIMUM, SUCCESS
-from remosplat_drake.benchmark.suites import SceneCase
+from remosplat_drake.benchmark.scene_case import SceneCase
 from remosplat_drake.benchmark.trial import Trial, run_trial
 from remosplat_drake.oracle.point_distance import PointDistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField

@@ -9,6 +9,7 @@ import pytest
 from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.benchmark.methods import load_methods
 from remosplat_drake.benchmark.pool import gpu_for
+from remosplat_drake.benchmark.reaching_task import SURFEL, TRAINED
 from remosplat_drake.benchmark.result import read_results
 from remosplat_drake.benchmark.runner import (
     SplatMaking,
@@ -16,6 +17,7 @@ from remosplat_drake.benchmark.runner import (
     missing_splats,
     run_trials,
 )
+from remosplat_drake.benchmark.scene_case import SceneCase
 from remosplat_drake.benchmark.splat_recipe import (
     REFINED,
     SplatRecipe,
@@ -28,7 +30,6 @@ from remosplat_drake.benchmark.splat_record import (
     write_records,
 )
 from remosplat_drake.benchmark.splat_table import splat_table
-from remosplat_drake.benchmark.suites import SURFEL, TRAINED, SceneCase
 from remosplat_drake.benchmark.trained_splats import (
     FITS,
     SplatOrder,

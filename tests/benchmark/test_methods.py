@@ -30,8 +30,9 @@ def test_every_shipped_method_loads():
     names = [method.name for method in methods]
     assert {x for group in GROUPS.values() for x in group} <= set(names)
     assert len({method.fingerprint for method in methods}) == len(methods)
-    assert {m.scenario.control_period for m in methods} == {0.05}
-    assert {m.scenario.time_limit for m in methods} == {15.0}
+    papers = [m for m in methods if m.name not in GROUPS["mbm"]]
+    assert {m.scenario.control_period for m in papers} == {0.05}
+    assert {m.scenario.time_limit for m in papers} == {15.0}
 
 
 def test_the_variants_differ_in_what_they_are_called_after():
@@ -43,6 +44,24 @@ def test_the_variants_differ_in_what_they_are_called_after():
     assert oracles["ellipsoid-active-any-opacity"] == SphereToEllipsoid(
         min_opacity=0
     )
+
+
+def test_motion_problems_are_driven_as_they_were_measured():
+    reactive, guided = load_methods(["mbm"])
+    for method in (reactive, guided):
+        assert method.scenario.control_period == 0.02
+        assert method.scenario.time_limit == 30
+        assert method.scenario.robot.spheres == "paper"
+        assert not method.needs_splat
+    assert not reactive.scenario.controller.guidance.enabled
+    assert guided.scenario.controller.guidance.tiers == [0.010, 0.005]
+
+
+def test_all_methods_can_drive_another_robot():
+    methods = load_methods(["mbm", "sdf-hard"], robot="panda")
+    assert {m.scenario.robot.model for m in methods} == {"panda"}
+    with pytest.raises(RemoSplatError, match="did you mean 'panda'"):
+        load_methods(["sdf-hard"], robot="pando")
 
 
 def test_shipped_controllers_go_by_short_names():

@@ -4,13 +4,9 @@ import pytest
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark import suites
-from remosplat_drake.benchmark.suites import (
-    SURFEL,
-    TRAINED,
-    SceneCase,
-    interleave_families,
-    load_suite,
-)
+from remosplat_drake.benchmark.reaching_task import SURFEL, TRAINED
+from remosplat_drake.benchmark.scene_case import SceneCase
+from remosplat_drake.benchmark.suites import interleave_families, load_suite
 from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.scene.rmmi import write_rmmi

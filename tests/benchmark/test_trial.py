@@ -8,13 +8,14 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.benchmark import trial as trial_module
 from remosplat_drake.benchmark.methods import load_methods
+from remosplat_drake.benchmark.reaching_task import SURFEL
 from remosplat_drake.benchmark.result import (
     COLLISION,
     LOCAL_MINIMUM,
     SUCCESS,
     TIMEOUT,
 )
-from remosplat_drake.benchmark.suites import SURFEL, SceneCase
+from remosplat_drake.benchmark.scene_case import SceneCase
 from remosplat_drake.benchmark.trial import Trial, run_trial
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Cylinder, PrimitiveScene

@@ -1,5 +1,8 @@
 """`remosplat benchmark` from its command line."""
 
+import shutil
+from pathlib import Path
+
 import pytest
 
 from remosplat_drake.benchmark.result import read_results
@@ -8,6 +11,7 @@ from remosplat_drake.commands.main import main
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.scene.rmmi import write_rmmi
 
+MBM = Path(__file__).resolve().parents[1] / "data" / "mbm"
 TOY = """
 toy:
   oracle: !GroundTruth {}
@@ -82,6 +86,26 @@ def test_a_crash_is_reported_and_ends_with_one(scenes, capsys):
     impossible = "{time_limit: 0.2, wrist_camera: {frame: nowhere}}"
     assert benchmark(scenes, "--scenario-text", impossible) == 1
     assert "crashed:" in capsys.readouterr().err
+
+
+def test_a_bad_problem_is_an_error_and_the_rest_goes_on(tmp_path, capsys):
+    folder = tmp_path / "shelf_panda"
+    shutil.copytree(MBM / "shelf_panda", folder)
+    shutil.copy(folder / "scene0001.yaml", folder / "scene0002.yaml")
+    (folder / "request0002.yaml").write_text("start_state: {}")
+    command = ["benchmark", "--suite", f"mbm:{tmp_path}", "--jobs", "0"]
+    command += ["--methods", "sdf-reactive-mbm", "--output"]
+    assert main([*command, str(tmp_path / "out")]) == 2
+    captured = capsys.readouterr()
+    said = [x for x in captured.err.splitlines() if x.startswith("error:")]
+    problem = f"{folder / 'request0002.yaml'}:1: start_state.joint_state"
+    assert said == [f"error: {problem}: is missing"]
+    assert "50.0 [9.5, 90.5] (1/2)" in captured.out
+    assert "left out" in captured.out
+    # No such folder is no suite.
+    command[2] = f"mbm:{tmp_path / 'absent'}"
+    assert main([*command, str(tmp_path / "other")]) == 2
+    assert "absent: no such folder" in capsys.readouterr().err
 
 
 @pytest.mark.slow

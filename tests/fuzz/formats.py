@@ -16,6 +16,7 @@ from splat.toy_splats import random_splat
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.base import resources
 from remosplat_drake.benchmark.methods import METHODS_FILE, load_methods
+from remosplat_drake.benchmark.motion_bench_maker import read_request
 from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.capture.rendering.synthetic import (
@@ -49,6 +50,7 @@ from remosplat_drake.recording.trajectory import (
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.robot.visuals import load_visuals
+from remosplat_drake.scene.planning_scene import read_planning_scene
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.scene.rmmi import read_scene, write_rmmi
 from remosplat_drake.signals.coverage import Coverage
@@ -62,6 +64,7 @@ from remosplat_drake.teleop import trajectory_file
 from remosplat_drake.teleop.pose_stream import decode_pose_target
 
 _DATA = Path(__file__).resolve().parents[1] / "data"
+_MBM = _DATA / "mbm" / "shelf_panda"
 _SCENE = PrimitiveScene(
     boxes=(Box(RigidTransform([1, 0, 0.4]), np.array([0.3, 0.4, 0.03])),),
     cylinders=(Cylinder(RigidTransform([0.8, 0.1, 0.6]), 0.05, 0.2),),
@@ -280,8 +283,18 @@ OTHERS = {
         _make_robot, lambda folder: load_robot(folder / "three_link.yaml")
     ),
     "visuals": Format(
-        _copied(resources.models_dir() / "frankie" / "visuals.yaml"),
+        _copied(resources.models_dir() / "panda" / "visuals.yaml"),
         lambda folder: load_visuals(folder / "visuals.yaml"),
+    ),
+    "planning-scene": Format(
+        _copied(_MBM / "scene0001.yaml"),
+        lambda folder: read_planning_scene(folder / "scene0001.yaml"),
+    ),
+    "motion-request": Format(
+        _copied(_MBM / "request0001.yaml"),
+        lambda folder: read_request(
+            folder / "request0001.yaml", ("panda_joint1", "panda_joint7")
+        ),
     ),
     "quality-report": Format(
         _make_quality, lambda folder: read_report(folder / "s.ply")

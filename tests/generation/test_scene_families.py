@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from remosplat_drake.generation.scene_generators import generate
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.sphere_model import Spheres
 
 FRESH = ("table2", "bookshelf2", "posts")
 SEEDS = range(60)
@@ -47,6 +49,29 @@ def test_posts_stand_on_the_floor_beside_a_level_goal():
             post.X_WP.translation()[1] - goal[1] for post in scene.cylinders[:2]
         ]
         assert -0.24 <= sides[0] <= -0.14 and 0.14 <= sides[1] <= 0.24
+
+
+def test_the_straight_way_out_of_a_room_leads_through_its_wall():
+    blocked = 0
+    for seed in SEEDS:
+        scene = generate("room", seed)
+        x, y, yaw = scene.X_WB_start
+        goal = scene.X_WE_target.translation()
+        way = goal[:2] - [x, y]
+        assert 5 < np.linalg.norm(way) < 8
+        # It faces away from the goal.
+        assert way @ [np.cos(yaw), np.sin(yaw)] < 0
+        above = Spheres.at(np.array([x, y, 0.9]), 0.3)
+        assert SignedDistanceField(scene).clearances(above).minimum() > 0.5
+        left, right = scene.boxes[4:6]
+        gap = [
+            left.X_WP.translation()[1] + left.half_extents[1],
+            right.X_WP.translation()[1] - right.half_extents[1],
+        ]
+        assert 0.95 <= gap[1] - gap[0] <= 1.15
+        at_wall = y - x * way[1] / way[0]
+        blocked += not gap[0] + 0.25 < at_wall < gap[1] - 0.25
+    assert blocked > 0.6 * len(SEEDS)
 
 
 @pytest.mark.parametrize("family", FRESH)

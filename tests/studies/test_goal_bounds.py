@@ -16,7 +16,7 @@ from apps.studies.goal_bounds import (
     read_verdicts,
 )
 from remosplat_drake.base.errors import FileError
-from remosplat_drake.benchmark.suites import SceneCase
+from remosplat_drake.benchmark.scene_case import SceneCase
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene

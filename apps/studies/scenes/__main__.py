@@ -14,7 +14,8 @@ from apps.studies.scenes.contact_sheet import Section, contact_sheet
 from apps.studies.scenes.picture import SceneView, robot_solids
 from remosplat_drake.base.atomic_file import atomic_write, check_writable
 from remosplat_drake.base.errors import FieldError
-from remosplat_drake.benchmark.suites import SceneCase, load_suite
+from remosplat_drake.benchmark.scene_case import SceneCase
+from remosplat_drake.benchmark.suites import load_suite
 from remosplat_drake.robot.robot_model import load_robot
 
 

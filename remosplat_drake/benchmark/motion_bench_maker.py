@@ -1,0 +1,290 @@
+"""MotionBenchMaker's problems as a suite: scenes, starts and goals of an arm.
+
+A family is a folder of pairs `sceneNNNN.yaml` and `requestNNNN.yaml` (Chamzas
+et al., "MotionBenchMaker", RA-L 2022). The scene stands around the arm's
+mount, and the goal is where one given configuration puts the end effector:
+other configurations that reach it count, too.
+
+At the goal the hand encloses an object. It is to be grasped, not to be kept
+away from: it is left out of the scene.
+"""
+
+import dataclasses as dc
+import hashlib
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.base.foreign_yaml import ForeignValue
+from remosplat_drake.base.reading import reads_file
+from remosplat_drake.benchmark.reaching_task import ReachingTask, solid_task
+from remosplat_drake.benchmark.scene_case import SceneCase
+from remosplat_drake.generation.scene_families import draw_start
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.robot_description import load_robot_description
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.scene.planning_scene import read_planning_scene
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
+
+SUITE = "MotionBenchMaker"
+"""Name of the suite; titles go on with the robot."""
+
+ROBOT = "panda"
+"""Robot of the problems, if none is named."""
+
+GRASP_DISTANCE = 0.021
+"""Distance to the hand's spheres within which an object is grasped [m]."""
+
+GRASP_SIZE = 0.3
+"""Largest side length of an object that a hand grasps [m]."""
+
+GRASP_SPHERES = ("paper", "covering")
+"""Sphere sets that tell what is grasped: the first that the robot has."""
+
+START_CLEARANCE, START_DRAWS = 0.05, 200
+"""Smallest clearance of a displaced base [m], and how often it is drawn."""
+
+FLOOR_HEIGHT = 0.03
+"""Height below which floor links see nothing, as in scenarios [m]."""
+
+
+@dc.dataclass(frozen=True)
+class MotionProblem(SceneCase):
+    """One problem: a scene, a start and a goal, for one robot.
+
+    Its `file` is the request; the scene lies beside it.
+
+    Attributes:
+        robot: Name or file of the robot. An arm on a fixed base stands where
+            the problem has it; a mobile one is displaced, the same way each
+            time.
+    """
+
+    robot: str = ROBOT
+
+    def truth(self) -> PrimitiveScene:
+        """Reads the scene without the object to be grasped, in W.
+
+        Raises:
+            RemoSplatError: A file cannot be used, or does not fit the robot.
+        """
+        solids = self.task().solids
+        assert solids is not None
+        return solids
+
+    def task(self) -> ReachingTask:
+        """Reads the problem.
+
+        Raises:
+            RemoSplatError: A file cannot be used, or does not fit the robot.
+        """
+        return _read_problem(self.file, self.name, self.robot)
+
+
+def motion_problems(
+    folder: Path, count: int, robot: str = ROBOT
+) -> list[MotionProblem]:
+    """Lists the first problems of each family in a folder.
+
+    Args:
+        folder: Folder of families, or a family itself.
+        count: Number of problems of each family.
+        robot: Name or file of the robot.
+
+    Raises:
+        RemoSplatError: There is no such folder, it holds no problems, or only
+            archives of them; or there is no such robot.
+    """
+    description = load_robot_description(robot)
+    if not folder.is_dir():
+        raise FileError(folder, "no such folder")
+    families = [folder, *sorted(p for p in folder.iterdir() if p.is_dir())]
+    problems = [
+        MotionProblem(
+            f"{_family(path)}_{number}",
+            _family(path),
+            f"{SUITE}, {description.name}",
+            str(path / f"request{number}.yaml"),
+            robot=robot,
+        )
+        for path in families
+        for number in _numbers(path)[:count]
+    ]
+    if not problems:
+        archives = sorted(p.name for p in folder.glob("*.tar*"))
+        hint = f"; unpack {archives[0]} with `tar xf`" if archives else ""
+        raise FileError(folder, f"holds no requestNNNN.yaml{hint}")
+    return problems
+
+
+def _family(folder: Path) -> str:
+    """The name of a family, whose folder is called after a robot, too."""
+    return folder.resolve().name.removesuffix(f"_{ROBOT}")
+
+
+def _numbers(folder: Path) -> list[str]:
+    """The numbers of the problems in a folder, as they are written.
+
+    Half a pair counts: it is a problem that cannot be used, and no gap.
+    """
+    return sorted(
+        {
+            path.stem.removeprefix(kind)
+            for kind in ("request", "scene")
+            for path in folder.glob(f"{kind}*.yaml")
+        }
+    )
+
+
+@lru_cache(maxsize=8)
+def _load_robot(name: str, spheres: str) -> RobotModel:
+    return load_robot(name, spheres, FLOOR_HEIGHT)
+
+
+@lru_cache(maxsize=16)
+def _read_problem(file: str, name: str, robot_name: str) -> ReachingTask:
+    sets = load_robot_description(robot_name).spheres
+    known = next((s for s in GRASP_SPHERES if s in sets), next(iter(sets)))
+    robot = _load_robot(robot_name, known)
+    joints = robot.description.arm.joints
+    start, goal = read_request(Path(file), tuple(joints))
+    request = Path(file)
+    number = request.stem.removeprefix("request")
+    scene_file = request.with_name(f"scene{number}.yaml")
+    objects = read_planning_scene(scene_file)
+    base = np.zeros(robot.n_q - len(joints))
+    q_goal = np.concatenate([base, goal])
+    X_WM = RigidTransform(
+        robot.body_poses(q_goal)[robot.tree.index(robot.description.arm.mount)]
+    )
+    placed = {key: _placed(X_WM, scene) for key, scene in objects.items()}
+    grasped = grasped_object(robot, q_goal, placed)
+    kept = [scene for key, scene in placed.items() if key != grasped]
+    scene = PrimitiveScene(
+        boxes=tuple(box for part in kept for box in part.boxes),
+        cylinders=tuple(c for part in kept for c in part.cylinders),
+        X_WE_target=RigidTransform(robot.end_effector_pose(q_goal)),
+        X_WB_start=(0.0, 0.0, 0.0),
+        name=name,
+    )
+    if robot.n_base:
+        scene = dc.replace(
+            scene, X_WB_start=_displaced(robot, scene, start, file)
+        )
+    task = solid_task(scene)
+    return dc.replace(
+        task,
+        arm_start=tuple(start.tolist()),
+        start_field="start_state.joint_state.position",
+        arm_goal=None if robot.n_base else tuple(goal.tolist()),
+    )
+
+
+@reads_file
+def read_request(
+    path: Path, joints: tuple[str, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Reads the start and the goal of an arm from a motion planning request.
+
+    Args:
+        path: The YAML file.
+        joints: Names of the arm's joints; others, as of fingers, are ignored.
+
+    Returns:
+        Joint positions at the start and at the goal, shape (n,) each [rad].
+
+    Raises:
+        FileError: The file is missing or not YAML.
+        FieldError: A field is missing or unusable, or a joint is.
+    """
+    request = ForeignValue.read(path)
+    state = request.get("start_state").get("joint_state")
+    names = [name.text() for name in state.get("name").items()]
+    positions = state.get("position")
+    values = positions.numbers(len(names)).tolist()
+    start = dict(zip(names, values, strict=True))
+    goals = request.get("goal_constraints")
+    if not goals.items():
+        goals.fail("expected a goal, got none")
+    wanted = goals.items()[0].get("joint_constraints")
+    goal = {
+        entry.get("joint_name").text(): entry.get("position").number()
+        for entry in wanted.items()
+    }
+    for joint in joints:
+        for place, given in ((positions, start), (wanted, goal)):
+            if joint not in given:
+                place.fail(f"says nothing of {joint}")
+    return (
+        np.array([start[joint] for joint in joints]),
+        np.array([goal[joint] for joint in joints]),
+    )
+
+
+def grasped_object(
+    robot: RobotModel, q: np.ndarray, objects: dict[str, PrimitiveScene]
+) -> str | None:
+    """Finds the object that the hand encloses.
+
+    It is the nearest small one within `GRASP_DISTANCE` of a sphere that moves
+    with the arm's last joint.
+
+    Args:
+        robot: The robot, with its spheres.
+        q: Configuration at the goal, shape (n_q,).
+        objects: Objects in W by name.
+
+    Returns:
+        The object's name; None if nothing is so near.
+    """
+    hand = robot.spheres_at(q).select(robot.leading_spheres)
+    distance = {
+        name: SignedDistanceField(scene).clearances(hand).minimum()
+        for name, scene in objects.items()
+        if 0 < _size(scene) <= GRASP_SIZE
+    }
+    name = min(distance, key=lambda name: distance[name], default=None)
+    return name if name and distance[name] <= GRASP_DISTANCE else None
+
+
+def _size(scene: PrimitiveScene) -> float:
+    """The largest side length of a scene's primitives [m]."""
+    boxes = [2 * float(box.half_extents.max()) for box in scene.boxes]
+    cylinders = [2 * max(c.radius, c.half_height) for c in scene.cylinders]
+    return max([*boxes, *cylinders], default=0.0)
+
+
+def _placed(X_WS: RigidTransform, scene: PrimitiveScene) -> PrimitiveScene:
+    """A scene moved from its frame S into W."""
+
+    def moved(primitive: Box | Cylinder) -> Box | Cylinder:
+        return dc.replace(primitive, X_WP=X_WS @ primitive.X_WP)
+
+    return dc.replace(
+        scene,
+        boxes=tuple(moved(box) for box in scene.boxes),
+        cylinders=tuple(moved(c) for c in scene.cylinders),
+    )
+
+
+def _displaced(
+    robot: RobotModel, scene: PrimitiveScene, arm: np.ndarray, file: str
+) -> tuple[float, float, float]:
+    """Draws where a mobile base starts, clear of the scene, by its name."""
+    digest = hashlib.sha256(scene.name.encode()).digest()
+    rng = np.random.default_rng(list(digest[:8]))
+    field = SignedDistanceField(scene)
+    for _ in range(START_DRAWS):
+        start = draw_start(rng)
+        spheres = robot.spheres_at(np.array([*start, *arm]))
+        if field.clearances(spheres).minimum() >= START_CLEARANCE:
+            return start
+    raise FieldError(
+        file,
+        "start_state",
+        f"{robot.description.name} cannot stand near the arm's place without"
+        f" coming within {1e3 * START_CLEARANCE:g} mm of the scene",
+    )

@@ -1,0 +1,81 @@
+"""The table of MotionBenchMaker's problems: one row a method and family."""
+
+import numpy as np
+
+from remosplat_drake.benchmark.result import COLLISION, ERROR
+from remosplat_drake.benchmark.summary import Comparison, Row
+from remosplat_drake.benchmark.tables import Table, format_rare, format_rate
+
+ALL = "all"
+"""Name of the rows over all families."""
+
+
+def motion_table(comparison: Comparison, rule: str) -> Table:
+    """Makes the table of problems by family.
+
+    Args:
+        comparison: The methods to show.
+        rule: One of the success rules in `RULES`.
+    """
+    families = comparison.families()
+    return Table(
+        f"{comparison.title}: by family ({rule})",
+        (
+            "method",
+            "family",
+            "reached [%]",
+            "collisions",
+            "errors",
+            "min clearance [mm]",
+            "motion time, median [s]",
+            "95 % [s]",
+            "times the joint path's",
+            "tick p50 [ms]",
+        ),
+        tuple(
+            _row(row, family, rule)
+            for row in comparison.rows
+            for family in (*families, ALL)
+        ),
+        "The object that the hand encloses at the goal is left out of the"
+        " scene: neither the map nor the judge of collisions knows it."
+        " Collisions are judged by the true geometry, at ticks and at four"
+        " points between. Motion times are those of the problems that the row"
+        " itself reaches; the straight path through joint space, at the"
+        " velocity limits and through whatever is in its way, takes the"
+        " joint path's time to the given goal configuration. Errors are"
+        " problems that cannot be used; they count as not reached.",
+    )
+
+
+def _row(row: Row, family: str, rule: str) -> tuple[str, ...]:
+    chosen = np.array([family in (ALL, t.family) for t in row.trials])
+    trials = [
+        t for t, is_chosen in zip(row.trials, chosen, strict=True) if is_chosen
+    ]
+    solved = chosen & row.successes(rule)
+    time = row.values("duration", rule, solved)
+    clearance = row.values("minimum_distance", rule, chosen)
+    straight = np.array(
+        [t.joint_time or np.nan for t in trials if t.success(rule)]
+    )
+    ratio = time / straight
+    ratio = ratio[np.isfinite(ratio)]
+    ticks = np.array([t.times.tick_p50 for t in trials if t.times is not None])
+    collided = sum(t.outcome(rule) == COLLISION for t in trials)
+    return (
+        row.method,
+        family,
+        format_rate(len(time), len(trials)),
+        format_rare(collided, len(trials)),
+        str(sum(t.outcome(rule) == ERROR for t in trials)),
+        f"{1e3 * clearance.min():.1f}" if len(clearance) else "–",
+        _percentile(time, 50),
+        _percentile(time, 95),
+        _percentile(ratio, 50),
+        _percentile(1e3 * ticks, 50),
+    )
+
+
+def _percentile(values: np.ndarray, percent: float) -> str:
+    return f"{np.percentile(values, percent):.2f}" if len(values) else "–"
