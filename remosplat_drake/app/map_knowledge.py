@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scenario import FREE, OBSTACLE, WARN, Scenario
 from remosplat_drake.app.world import World, target_poses
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import RemoSplatError
@@ -27,7 +27,10 @@ from remosplat_drake.safety.gates import (
     IGNORED_SPLATS,
     MAP_ERROR,
     REFUSAL,
+    SILENCE,
     UNKNOWN_MAP_ERROR,
+    UNKNOWN_SEEN_SPACE,
+    UNSEEN_SPACE,
     WARNING,
     Gate,
 )
@@ -41,6 +44,11 @@ a thirtieth of the opacity."""
 _UNKNOWN = (
     "nobody has measured how wrong the map is; `remosplat quality` makes a"
     " report beside the splat"
+)
+
+_NOBODY_KNOWS = (
+    "nobody knows which space the cameras of the splat saw; `remosplat"
+    " reconstruct` writes that beside the splat"
 )
 
 _ROUNDING = 1e-9  # Of distances that people write down in millimetres [m].
@@ -69,12 +77,15 @@ class MapKnowledge:
         error: How wrong the map is.
         stopping: Smallest stopping distance that may come into use [m].
         gates: All that is wrong with the map for this scenario.
+        unseen: Fraction of the space between the start and the targets that
+            no camera has seen; None if nobody knows.
     """
 
     summary: MapSummary
     error: MapError
     stopping: float
     gates: tuple[Gate, ...]
+    unseen: float | None = None
 
     def lines(self) -> tuple[str, str]:
         """Describes the map and its error for people, in two lines."""
@@ -117,11 +128,19 @@ def examine_map(
             floor_height=scenario.scene.floor_height,
         )
     error = find_map_error(scenario)
+    unseen = None
+    if world.seen is not None:
+        unseen = world.seen.unseen_fraction(places.values())
     return MapKnowledge(
         summary,
         error,
         scenario.controller.smallest_stopping,
-        (*coverage_gates(summary), *map_error_gates(scenario, error)),
+        (
+            *coverage_gates(summary),
+            *map_error_gates(scenario, error),
+            *unseen_gates(scenario, unseen),
+        ),
+        unseen,
     )
 
 
@@ -236,6 +255,31 @@ def remaining_error(report: QualityReport, oracle: OracleMaker) -> float:
     """
     del oracle  # Unused.
     return report.map_error
+
+
+def unseen_gates(scenario: Scenario, unseen: float | None) -> list[Gate]:
+    """Finds whether the robot may go where no camera has looked.
+
+    Args:
+        scenario: A checked scenario.
+        unseen: Fraction of the space between the start and the targets that
+            no camera has seen; None if nobody knows.
+    """
+    choice = scenario.scene.unknown
+    if isinstance(scenario.oracle, GroundTruth) or not scenario.scene.splat:
+        return []
+    if unseen is None:
+        level = {OBSTACLE: REFUSAL, WARN: WARNING}.get(choice or "", SILENCE)
+        return [Gate(UNKNOWN_SEEN_SPACE, _NOBODY_KNOWS, in_simulation=level)]
+    if choice == OBSTACLE or not unseen:
+        return []
+    problem = (
+        f"of the space between the start and the targets {100 * unseen:.0f} %"
+        " is unseen, and counts as free; with scene.unknown: obstacle it is"
+        " solid"
+    )
+    level = SILENCE if choice == FREE else WARNING
+    return [Gate(UNSEEN_SPACE, problem, in_simulation=level)]
 
 
 def find_map_error(scenario: Scenario) -> MapError:
