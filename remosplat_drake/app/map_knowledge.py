@@ -41,6 +41,10 @@ MOST_OPACITY, MOST_SPLATS = 0.5, 0.75
 are many, but faint: in the captures at hand up to a third of the splats, with
 a thirtieth of the opacity."""
 
+MOST_UNSEEN = 0.05
+"""Largest fraction of a robot's way that may be unseen without a warning: the
+inside of what stands there is unseen as well."""
+
 _UNKNOWN = (
     "nobody has measured how wrong the map is; `remosplat quality` makes a"
     " report beside the splat"
@@ -79,6 +83,7 @@ class MapKnowledge:
         gates: All that is wrong with the map for this scenario.
         unseen: Fraction of the space between the start and the targets that
             no camera has seen; None if nobody knows.
+        unseen_counts_as: `FREE` or `OBSTACLE`.
     """
 
     summary: MapSummary
@@ -86,9 +91,10 @@ class MapKnowledge:
     stopping: float
     gates: tuple[Gate, ...]
     unseen: float | None = None
+    unseen_counts_as: str = FREE
 
-    def lines(self) -> tuple[str, str]:
-        """Describes the map and its error for people, in two lines."""
+    def lines(self) -> tuple[str, ...]:
+        """Describes the map for people, in two or three lines."""
         error = "unknown" if self.error.trouble else "none"
         if self.error.largest is not None:
             error = f"up to {1e3 * self.error.largest:.1f} mm"
@@ -96,7 +102,16 @@ class MapKnowledge:
             f"map: {self.summary}",
             f"map error: {error}; smallest stopping distance:"
             f" {1e3 * self.stopping:.1f} mm",
+            *self._unseen_line(),
         )
+
+    def _unseen_line(self) -> list[str]:
+        if self.unseen is None:
+            return []
+        return [
+            f"unseen: {100 * self.unseen:.0f} % of the space between the start"
+            f" and the targets; it counts as {self.unseen_counts_as}"
+        ]
 
 
 def examine_map(
@@ -141,6 +156,7 @@ def examine_map(
             *unseen_gates(scenario, unseen),
         ),
         unseen,
+        OBSTACLE if scenario.scene.unknown == OBSTACLE else FREE,
     )
 
 
@@ -274,11 +290,11 @@ def unseen_gates(scenario: Scenario, unseen: float | None) -> list[Gate]:
     if choice == OBSTACLE or not unseen:
         return []
     problem = (
-        f"of the space between the start and the targets {100 * unseen:.0f} %"
-        " is unseen, and counts as free; with scene.unknown: obstacle it is"
-        " solid"
+        f"{100 * unseen:.0f} % of the space between the start and the targets"
+        " is unseen and counts as free; scene.unknown: obstacle makes it solid"
     )
-    level = SILENCE if choice == FREE else WARNING
+    told = choice != FREE and unseen > MOST_UNSEEN
+    level = WARNING if told else SILENCE
     return [Gate(UNSEEN_SPACE, problem, in_simulation=level)]
 
 

@@ -12,6 +12,7 @@ import dataclasses as dc
 from itertools import product
 
 import numpy as np
+from scipy.ndimage import binary_dilation, label
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.reconstruction.whole_looks import count_whole_looks
@@ -45,6 +46,9 @@ _MOST_VOXELS = 4e6
 
 _MOST_RINGS = 200
 """Bounds the points on a disc that is absurdly large."""
+
+_BLOCK = np.ones((3, 3, 3), bool)
+"""A voxel and all that it touches."""
 
 _AROUND = np.array(list(product((-1, 0, 1), repeat=3)))
 _SIDES = _AROUND[np.abs(_AROUND).sum(axis=1) == 1]
@@ -118,26 +122,49 @@ def find_seen_space(
     """
     lower = np.asarray(lower, float)
     shape = np.maximum(1, np.ceil((upper - lower) / voxel - 1e-9)).astype(int)
-    corners = lower + voxel * np.indices(shape).reshape(3, -1).T
-    looks = count_whole_looks(capture, corners, voxel, margin=_MARGIN, enough=1)
-    state = np.where(looks > 0, FREE, UNSEEN).astype(np.uint8)
-    state = state.reshape(shape)
+    everywhere = np.indices(shape).reshape(3, -1).T
+    looks = _looks(capture, lower, everywhere, voxel, 1)
+    state = np.where(looks > 0, FREE, UNSEEN).astype(np.uint8).reshape(shape)
     covered = _covered_cells(splat_W, lower, voxel / _CELLS, shape * _CELLS)
     cells = _divide(covered, state)
     inner = np.indices((_CELLS,) * 3).reshape(3, -1).T
-    at = cells.voxels[:, None] * _CELLS + inner
-    corners = lower + voxel / _CELLS * at.reshape(-1, 3)
-    looks = count_whole_looks(
-        capture,
-        corners,
-        voxel / _CELLS,
-        margin=_MARGIN,
-        enough=_ENOUGH_VIEWS,
-    )
+    parts = (cells.voxels[:, None] * _CELLS + inner).reshape(-1, 3)
+    looks = _looks(capture, lower, parts, voxel / _CELLS, _ENOUGH_VIEWS)
     cells.free[:] = (looks >= _ENOUGH_VIEWS).reshape(cells.free.shape)
     open_sided = _frontier(cells, state).any(axis=(1, 2, 3))
     state[tuple(cells.voxels.T)] = np.where(open_sided, UNSEEN, SURFACE)
+    state[_floats(state)] = FREE
     return Coverage(lower, voxel, state)
+
+
+def _looks(
+    capture: Capture,
+    lower: np.ndarray,
+    cubes: np.ndarray,
+    edge: float,
+    enough: int,
+) -> np.ndarray:
+    """Numbers of views that have looked through cubes of a grid, (n,)."""
+    corners = lower + edge * cubes
+    return count_whole_looks(
+        capture, corners, edge, margin=_MARGIN, enough=enough
+    )
+
+
+def _floats(state: np.ndarray) -> np.ndarray:
+    """Which unseen voxels nothing holds: all around them is free.
+
+    A solid there would hang in the air; gaps between the views leave such
+    specks.
+    """
+    pieces, count = label(state == UNSEEN, _BLOCK)
+    held = np.zeros(count + 1, bool)
+    held[0] = True
+    # A piece is held by the edge of the box and by surfaces beside it.
+    held_there = np.pad(state == SURFACE, 1, constant_values=True)
+    held_there = binary_dilation(held_there, _BLOCK)[1:-1, 1:-1, 1:-1]
+    held[np.unique(pieces[held_there])] = True
+    return ~held[pieces]
 
 
 def _covered_cells(
