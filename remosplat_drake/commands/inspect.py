@@ -19,6 +19,7 @@ from remosplat_drake.oracle.view_images import SphereViews, look_around
 from remosplat_drake.recording.trajectory import load_trajectory
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.safety.gates import SILENCE
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.visualization.depth_views import (
     draw_depth_views,
@@ -109,7 +110,8 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.output,
     )
     knowledge = examine_map(scenario, world, target_places(scenario, world))
-    describe(knowledge, knowledge.gates, console)
+    gates = [g for g in knowledge.gates if g.leads_to(False) != SILENCE]
+    describe(knowledge, gates, console)
     console.print(f"{title}: {_facts(views)}; see {arguments.output}")
     if arguments.page or arguments.save_html:
         page = show(world.robot, world.splat_W, q, views, arguments.port)
