@@ -84,6 +84,7 @@ class MapKnowledge:
         unseen: Fraction of the space between the start and the targets that
             no camera has seen; None if nobody knows.
         unseen_counts_as: `FREE` or `OBSTACLE`.
+        unseen_places: Names of the start or targets that lie in such space.
     """
 
     summary: MapSummary
@@ -92,6 +93,7 @@ class MapKnowledge:
     gates: tuple[Gate, ...]
     unseen: float | None = None
     unseen_counts_as: str = FREE
+    unseen_places: tuple[str, ...] = ()
 
     def lines(self) -> tuple[str, ...]:
         """Describes the map for people, in two or three lines."""
@@ -111,6 +113,7 @@ class MapKnowledge:
         return [
             f"unseen: {100 * self.unseen:.0f} % of the space between the start"
             f" and the targets; it counts as {self.unseen_counts_as}"
+            + "".join(f"; {place} lies in it" for place in self.unseen_places)
         ]
 
 
@@ -143,9 +146,11 @@ def examine_map(
             floor_height=scenario.scene.floor_height,
         )
     error = find_map_error(scenario)
-    unseen = None
+    unseen, hidden = None, ()
     if world.seen is not None:
         unseen = world.seen.unseen_fraction(places.values())
+        hides = world.seen.hides(np.array(list(places.values())))
+        hidden = tuple(np.array(list(places))[hides].tolist())
     return MapKnowledge(
         summary,
         error,
@@ -157,6 +162,7 @@ def examine_map(
         ),
         unseen,
         OBSTACLE if scenario.scene.unknown == OBSTACLE else FREE,
+        hidden,
     )
 
 

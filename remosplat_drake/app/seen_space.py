@@ -61,7 +61,11 @@ class SeenSpace:
             np.arange(a, b, _STEP) for a, b in zip(lower, upper, strict=True)
         ]
         p_W = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
-        return float(np.mean(self._states(p_W) == UNSEEN))
+        return float(np.mean(self.hides(p_W)))
+
+    def hides(self, p_W: np.ndarray) -> np.ndarray:
+        """Returns which points in W, shape (n, 3) [m], no camera has seen."""
+        return self._states(p_W) == UNSEEN
 
     def _states(self, p_W: np.ndarray) -> np.ndarray:
         """States of the voxels that points in W are in, (n,)."""

@@ -132,6 +132,17 @@ def test_outside_of_the_grid_nobody_has_looked(table):
     assert seen.unseen_fraction(away) == 1.0
 
 
+def test_a_target_that_nobody_has_seen_is_named(table, capsys):
+    text = (
+        "{scene: {unknown: obstacle}, time_limit: 0.1,"
+        " targets: [{translation: [1.0, 0.0, 0.3]}]}"
+    )
+    hide(table, [0.8, -0.2, 0.2], [1.2, 0.2, 0.4])
+    assert main(["run", str(table), "--headless", "--scenario-text", text])
+    told = capsys.readouterr().err.replace("\n", " ")
+    assert "it counts as obstacle; target 1 lies in it" in told
+
+
 def test_the_true_geometry_needs_nobody_to_look(table):
     text = "{scene: {unknown: obstacle}, oracle: !GroundTruth {}}"
     assert load_world(load_scenario(str(table), text)).seen is None
