@@ -122,7 +122,7 @@ def find_seen_space(
     """
     lower = np.asarray(lower, float)
     shape = np.maximum(1, np.ceil((upper - lower) / voxel - 1e-9)).astype(int)
-    everywhere = np.indices(shape).reshape(3, -1).T
+    everywhere = np.indices(tuple(shape.tolist())).reshape(3, -1).T
     looks = _looks(capture, lower, everywhere, voxel, 1)
     state = np.where(looks > 0, FREE, UNSEEN).astype(np.uint8).reshape(shape)
     covered = _covered_cells(splat_W, lower, voxel / _CELLS, shape * _CELLS)
@@ -157,13 +157,15 @@ def _floats(state: np.ndarray) -> np.ndarray:
     A solid there would hang in the air; gaps between the views leave such
     specks.
     """
-    pieces, count = label(state == UNSEEN, _BLOCK)
+    pieces = np.zeros(state.shape, np.int32)
+    count = int(label(state == UNSEEN, _BLOCK, pieces))  # pyright: ignore
     held = np.zeros(count + 1, bool)
     held[0] = True
     # A piece is held by the edge of the box and by surfaces beside it.
     held_there = np.pad(state == SURFACE, 1, constant_values=True)
-    held_there = binary_dilation(held_there, _BLOCK)[1:-1, 1:-1, 1:-1]
-    held[np.unique(pieces[held_there])] = True
+    held_there = np.asarray(binary_dilation(held_there, _BLOCK), bool)
+    held_there = held_there[1:-1, 1:-1, 1:-1]
+    held[pieces[held_there]] = True
     return ~held[pieces]
 
 
