@@ -11,7 +11,7 @@ from functools import partial
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from remosplat_drake.app.control_loop import AddControlLoop, ControlLoop
-from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scenario import OBSTACLE, Scenario
 from remosplat_drake.app.stages import AddPanel, AddRecorder, AddTargets
 from remosplat_drake.app.teleop_stages import (
     AddLiveMap,
@@ -28,6 +28,7 @@ from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.unseen_space import show_unseen_space
 from remosplat_drake.visualization.views import AddViews
 
 KEPT = 10.0
@@ -170,3 +171,10 @@ def _AddWorldViews(
         report=loop.report,
         selection=selector and selector.GetOutputPort("selection"),
     )
+    if world.seen is not None and live_map is None:
+        show_unseen_space(
+            page,
+            world.seen.coverage,
+            world.seen.X_WG,
+            shown=loop.scenario.scene.unknown == OBSTACLE,
+        )

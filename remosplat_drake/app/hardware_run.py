@@ -12,7 +12,7 @@ from pydrake.systems.framework import Context
 
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.hardware_limits import check_for_hardware
-from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scenario import OBSTACLE, Scenario
 from remosplat_drake.app.simulation import (
     ProgressCallback,
     RunMonitor,
@@ -69,8 +69,9 @@ def prepare_for_hardware(scenario: Scenario, lcm_url: str | None) -> None:
     """Sets in a scenario what the real robot needs besides another station.
 
     Guidance looks ahead in a process of its own, so that ticks do not wait
-    for it; the program knows how fast the base may go; and accelerations are
-    bounded whatever the gains, as those of real joints are.
+    for it; the program knows how fast the base may go; accelerations are
+    bounded whatever the gains, as those of real joints are; and what nobody
+    has seen is solid, unless the scenario says otherwise.
 
     Args:
         scenario: The scenario, which is changed in place.
@@ -87,6 +88,7 @@ def prepare_for_hardware(scenario: Scenario, lcm_url: str | None) -> None:
         scenario.hardware.lcm_url = lcm_url
         if scenario.hardware.lcm is not None:
             scenario.hardware.lcm.lcm_url = ""
+    scenario.scene.unknown = scenario.scene.unknown or OBSTACLE
     hardware, controller = scenario.hardware, scenario.controller
     controller.guidance.asynchronous = True
     limits = controller.velocity_limits

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scenario import FREE, OBSTACLE, WARN, Scenario
 from remosplat_drake.app.world import World, target_poses
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import RemoSplatError
@@ -28,7 +28,10 @@ from remosplat_drake.safety.gates import (
     IGNORED_SPLATS,
     MAP_ERROR,
     REFUSAL,
+    SILENCE,
     UNKNOWN_MAP_ERROR,
+    UNKNOWN_SEEN_SPACE,
+    UNSEEN_SPACE,
     WARNING,
     Gate,
 )
@@ -39,9 +42,18 @@ MOST_OPACITY, MOST_SPLATS = 0.5, 0.75
 are many, but faint: in the captures at hand up to a third of the splats, with
 a thirtieth of the opacity."""
 
+MOST_UNSEEN = 0.05
+"""Largest fraction of a robot's way that may be unseen without a warning: the
+inside of what stands there is unseen as well."""
+
 _UNKNOWN = (
     "nobody has measured how wrong the map is; `remosplat quality` makes a"
     " report beside the splat"
+)
+
+_NOBODY_KNOWS = (
+    "nobody knows which space the cameras of the splat saw; `remosplat"
+    " reconstruct` writes that beside the splat"
 )
 
 _ROUNDING = 1e-9  # Of distances that people write down in millimetres [m].
@@ -72,15 +84,22 @@ class MapKnowledge:
         error: How wrong the map is.
         stopping: Smallest stopping distance that may come into use [m].
         gates: All that is wrong with the map for this scenario.
+        unseen: Fraction of the space between the start and the targets that
+            no camera has seen; None if nobody knows.
+        unseen_counts_as: `FREE` or `OBSTACLE`.
+        unseen_places: Names of the start or targets that lie in such space.
     """
 
     summary: MapSummary
     error: MapError
     stopping: float
     gates: tuple[Gate, ...]
+    unseen: float | None = None
+    unseen_counts_as: str = FREE
+    unseen_places: tuple[str, ...] = ()
 
-    def lines(self) -> tuple[str, str]:
-        """Describes the map and its error for people, in two lines."""
+    def lines(self) -> tuple[str, ...]:
+        """Describes the map for people, in two or three lines."""
         error = "unknown" if self.error.trouble else "none"
         if self.error.largest is not None:
             error = f"up to {1e3 * self.error.largest:.1f} mm"
@@ -88,7 +107,17 @@ class MapKnowledge:
             f"map: {self.summary}",
             f"map error: {error}; smallest stopping distance:"
             f" {1e3 * self.stopping:.1f} mm",
+            *self._unseen_line(),
         )
+
+    def _unseen_line(self) -> list[str]:
+        if self.unseen is None:
+            return []
+        return [
+            f"unseen: {100 * self.unseen:.0f} % of the space between the start"
+            f" and the targets; it counts as {self.unseen_counts_as}"
+            + "".join(f"; {place} lies in it" for place in self.unseen_places)
+        ]
 
 
 def examine_map(
@@ -120,11 +149,23 @@ def examine_map(
             floor_height=scenario.scene.floor_height,
         )
     error = find_map_error(scenario)
+    unseen, hidden = None, ()
+    if world.seen is not None:
+        unseen = world.seen.unseen_fraction(places.values())
+        hides = world.seen.hides(np.array(list(places.values())))
+        hidden = tuple(np.array(list(places))[hides].tolist())
     return MapKnowledge(
         summary,
         error,
         scenario.controller.smallest_stopping,
-        (*coverage_gates(summary), *map_error_gates(scenario, error)),
+        (
+            *coverage_gates(summary),
+            *map_error_gates(scenario, error),
+            *unseen_gates(scenario, unseen),
+        ),
+        unseen,
+        OBSTACLE if scenario.scene.unknown == OBSTACLE else FREE,
+        hidden,
     )
 
 
@@ -241,6 +282,31 @@ def remaining_error(report: QualityReport, oracle: OracleMaker) -> float:
     """
     del oracle  # Unused.
     return report.map_error
+
+
+def unseen_gates(scenario: Scenario, unseen: float | None) -> list[Gate]:
+    """Finds whether the robot may go where no camera has looked.
+
+    Args:
+        scenario: A checked scenario.
+        unseen: Fraction of the space between the start and the targets that
+            no camera has seen; None if nobody knows.
+    """
+    choice = scenario.scene.unknown
+    if isinstance(scenario.oracle, GroundTruth) or not scenario.scene.splat:
+        return []
+    if unseen is None:
+        level = {OBSTACLE: REFUSAL, WARN: WARNING}.get(choice or "", SILENCE)
+        return [Gate(UNKNOWN_SEEN_SPACE, _NOBODY_KNOWS, in_simulation=level)]
+    if choice == OBSTACLE or not unseen:
+        return []
+    problem = (
+        f"{100 * unseen:.0f} % of the space between the start and the targets"
+        " is unseen and counts as free; scene.unknown: obstacle makes it solid"
+    )
+    told = choice != FREE and unseen > MOST_UNSEEN
+    level = WARNING if told else SILENCE
+    return [Gate(UNSEEN_SPACE, problem, in_simulation=level)]
 
 
 def find_map_error(scenario: Scenario) -> MapError:

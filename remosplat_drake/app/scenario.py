@@ -22,6 +22,7 @@ from remosplat_drake.base.ranges import (
     Config,
     Cosine,
     JointPosition,
+    OneOf,
     Position,
     RollPitchYawDeg,
     Seed,
@@ -66,6 +67,11 @@ LONGEST_RUN = 1e9
 
 DEFAULT_SCENARIO = "TableReach"
 """What `remosplat run` runs when nothing is named."""
+
+
+FREE, WARN, OBSTACLE = "free", "warn", "obstacle"
+UNKNOWN = (FREE, WARN, OBSTACLE)
+"""Choices of what space counts as that no camera has seen."""
 
 
 @dc.dataclass
@@ -141,6 +147,13 @@ class SceneConfig(Config):
     # quality report beside the splat counts, too, and the larger of both holds.
     # Stopping distances must exceed it [m].
     map_error: Annotated[float, Interval(ge=0, le=1)] | None = None
+    # File that says what the cameras of the splat's capture saw, as `remosplat
+    # reconstruct` writes it; empty: the one beside the splat, if there is one.
+    seen: str = ""
+    # What space counts as that no camera has seen: `free`, `obstacle`, or
+    # `warn`, free after a warning; absent: `obstacle` with --hardware, `warn`
+    # in simulation.
+    unknown: Annotated[str, OneOf(UNKNOWN)] | None = None
     # Height in W below which the robot's floor links do not see the scene, so
     # that wheels may stand on the floor [m].
     floor_height: Annotated[float, Interval(ge=-100, le=0.1)] = 0.03

@@ -295,5 +295,6 @@ def make_result(
             world.robot,
             scenario.control_period,
             world.truth_field,
+            world.seen and world.seen.field,
         ),
     )

@@ -19,10 +19,7 @@ from remosplat_drake.camera.lcm_camera import LcmCamera
 from remosplat_drake.camera.rendered_camera import RenderedCamera
 from remosplat_drake.camera.wrist_camera import WristCamera
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
-from remosplat_drake.mapping.known_space import (
-    space_around,
-    unknown_space_field,
-)
+from remosplat_drake.mapping.known_space import space_around
 from remosplat_drake.mapping.mapping_config import OBSTACLE
 from remosplat_drake.mapping.mapping_job import MappingJob
 from remosplat_drake.mapping.mapping_process import MappingProcess
@@ -31,6 +28,7 @@ from remosplat_drake.mapping.store.map_file import VersionError, open_map
 from remosplat_drake.mapping.store.run_folders import RUNS, new_run
 from remosplat_drake.mapping.store.session import SESSION_FILE, Session
 from remosplat_drake.oracle.oracle_config import GroundTruth, make_field
+from remosplat_drake.oracle.unknown_space import unknown_space_field
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_tiles import make_tiles

@@ -6,10 +6,12 @@ from pathlib import Path
 import numpy as np
 from pydrake.math import RigidTransform
 
-from remosplat_drake.app.scenario import Scenario, make_transform
+from remosplat_drake.app.scenario import OBSTACLE, Scenario, make_transform
+from remosplat_drake.app.seen_space import SeenSpace, load_seen_space
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.base.ranges import check_ranges
+from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
@@ -33,6 +35,7 @@ class World:
         truth: The scene's true geometry in W; None if nobody knows it.
         field: The map that the oracle asks for distances.
         q0: Configuration to start from, shape (n_q,) [rad, m].
+        seen: What the splat's capture has seen; None if nobody knows.
     """
 
     robot: RobotModel
@@ -41,6 +44,7 @@ class World:
     field: DistanceField
     q0: np.ndarray
     cropped_W: GaussianSplat = dc.field(default_factory=GaussianSplat.empty)
+    seen: SeenSpace | None = None
 
     @property
     def truth_field(self) -> DistanceField | None:
@@ -71,14 +75,12 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
     splat_W, cropped_W = _load_splat(scenario)
     if splat_W is None and blank:
         splat_W = GaussianSplat.empty()
-    world = World(
-        robot,
-        splat_W,
-        truth,
-        make_field(scenario.oracle, splat_W, truth, where),
-        _start(scenario, robot, truth),
-        cropped_W,
-    )
+    field = make_field(scenario.oracle, splat_W, truth, where)
+    q0 = _start(scenario, robot, truth)
+    seen = load_seen_space(scenario, robot.spheres_at(q0))
+    if seen is not None and scenario.scene.unknown == OBSTACLE:
+        field = CompositeDistanceField([field, seen.field])
+    world = World(robot, splat_W, truth, field, q0, cropped_W, seen)
     _check_start(world, where)
     return world
 

@@ -82,6 +82,7 @@ class Admission:
         return {
             "map_summary": dc.asdict(self.knowledge.summary),
             "map_error": self.knowledge.error.largest,
+            "unseen": self.knowledge.unseen,
             "warnings": list(map(_entry, self.passage.warnings)),
             "accepted": list(map(_entry, self.passage.accepted)),
         }

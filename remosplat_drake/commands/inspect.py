@@ -13,12 +13,14 @@ from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.commands.gate_keeping import describe
 from remosplat_drake.commands.hold import add_page_arguments, hold
+from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
 from remosplat_drake.oracle.view_images import SphereViews, look_around
 from remosplat_drake.recording.trajectory import load_trajectory
-from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.safety.gates import SILENCE
+from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.visualization.depth_views import (
     draw_depth_views,
@@ -29,6 +31,7 @@ from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import AddRobotView
 from remosplat_drake.visualization.sensor_view import SensorView
 from remosplat_drake.visualization.splat_view import SplatView
+from remosplat_drake.visualization.unseen_space import show_unseen_space
 
 _BEHIND = (-1.0, -1.2, 0.7)
 """Position of the page's camera relative to the sphere, in W [m]."""
@@ -97,7 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise FieldError(scenario.source, "scene.splat", "inspect needs one")
     q, place = _configuration(arguments, world)
     # Of the scenario's own depth oracle, if it has one.
-    sensor = getattr(world.field, "sensor", DepthSensor())
+    sensor = getattr(_map_field(world), "sensor", DepthSensor())
     spheres = world.robot.spheres_at(q)
     candidates = _candidates(arguments.sphere, world.robot.spheres.links)
     i = _nearest(world.splat_W, sensor, spheres, candidates)
@@ -109,16 +112,24 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.output,
     )
     knowledge = examine_map(scenario, world, target_places(scenario, world))
-    describe(knowledge, knowledge.gates, console)
+    gates = [g for g in knowledge.gates if g.leads_to(False) != SILENCE]
+    describe(knowledge, gates, console)
     console.print(f"{title}: {_facts(views)}; see {arguments.output}")
     if arguments.page or arguments.save_html:
-        page = show(world.robot, world.splat_W, q, views, arguments.port)
+        page = show(world, q, views, arguments.port)
         if arguments.save_html:
             page.save_html(arguments.save_html)
         if arguments.page:
             console.print(f"watch at [bold]{page.url}[/bold]")
             hold(arguments.hold, page, console)
     return 0
+
+
+def _map_field(world: World) -> DistanceField:
+    """Returns the field of the splat, without that of unseen space."""
+    field = world.field
+    composite = isinstance(field, CompositeDistanceField)
+    return field.parts[0] if composite else field
 
 
 def _configuration(
@@ -188,18 +199,20 @@ def _candidates(chosen: str | None, links: tuple[str, ...]) -> list[int]:
 
 
 def show(
-    robot: RobotModel,
-    splat_W: GaussianSplat,
+    world: World,
     q: np.ndarray,
     views: SphereViews,
     port: int | None = None,
 ) -> MeshcatPage:
-    """Makes a page with the robot at q, the splat and the sensor's rays."""
+    """Makes a page with the robot at q, the map and the sensor's rays."""
     page = MeshcatPage(port=port)
-    SplatView(page, splat_W)
+    SplatView(page, world.splat_W or GaussianSplat.empty())
+    if world.seen is not None:
+        seen = world.seen
+        show_unseen_space(page, seen.coverage, seen.X_WG, shown=False)
     SensorView(page, views)
     builder = DiagramBuilder()
-    configuration = AddRobotView(builder, robot, page.meshcat)
+    configuration = AddRobotView(builder, world.robot, page.meshcat)
     builder.ExportInput(configuration, "configuration")
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()

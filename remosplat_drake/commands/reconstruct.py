@@ -57,6 +57,14 @@ from remosplat_drake.reconstruction.report.quality_report import (
     report_path,
 )
 from remosplat_drake.reconstruction.report.report_page import write_assessment
+from remosplat_drake.reconstruction.seen_file import (
+    seen_path,
+    write_seen_space,
+)
+from remosplat_drake.reconstruction.seen_space import (
+    find_seen_space,
+    seen_box,
+)
 from remosplat_drake.reconstruction.surfels.point_cloud import (
     InitialisationConfig,
 )
@@ -77,7 +85,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=Path,
         required=True,
         metavar="SPLAT.ply",
-        help="the splat; its report and a scenario go beside it",
+        help="the splat; its report, seen space and a scenario go beside it",
     )
     parser.add_argument(
         "--device",
@@ -161,6 +169,10 @@ def run(arguments: argparse.Namespace) -> int:
     )
     write_pose(placement, arguments.output)
     write_cameras(arguments.output, alignment)
+    with console.status("finding what was seen"):
+        box = seen_box(capture, workspace)
+        coverage = find_seen_space(capture, result.splat, *box)
+        write_seen_space(arguments.output, coverage)
     report = _report(
         result,
         capture,
@@ -225,6 +237,7 @@ def _check(arguments: argparse.Namespace):
         page_path(splat),
         pose_path(splat),
         cameras_path(splat),
+        seen_path(splat),
         scenario_path(splat),
     ):
         check_writable(path)

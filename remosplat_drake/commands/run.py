@@ -28,6 +28,7 @@ from remosplat_drake.commands.gate_keeping import (
     check_accepted,
 )
 from remosplat_drake.commands.hold import add_page_arguments, hold, is_held
+from remosplat_drake.recording.metrics import RunMetrics
 from remosplat_drake.recording.trajectory import save_trajectory
 from remosplat_drake.visualization.page import MeshcatPage
 
@@ -182,6 +183,8 @@ def _print_summary(
         "clearance (truth)",
         _millimetres(metrics.truth_clearance_min, metrics.truth_clearance_mean),
     )
+    if metrics.unseen_clearance_min is not None:
+        table.add_row("unseen space", _unseen(metrics))
     table.add_row(
         "path",
         f"end effector {metrics.path_length:.3f} m,"
@@ -215,6 +218,17 @@ def describe_outcome(result: RunResult) -> str:
         f" {result.targets_reached + 1} of {result.targets},"
         f" {1e3 * result.position_error:.0f} mm and"
         f" {math.degrees(result.angle_error):.1f} deg away"
+    )
+
+
+def _unseen(metrics: RunMetrics) -> str:
+    """Says how near the robot came to what no camera has seen."""
+    least = metrics.unseen_clearance_min or 0.0
+    if not metrics.unseen_ticks:
+        return f"min {1e3 * least:.1f} mm away"
+    return (
+        f"entered for {metrics.unseen_ticks} ticks, up to"
+        f" {-1e3 * least:.1f} mm deep"
     )
 
 

@@ -1,14 +1,12 @@
 """Which part of space is known, by what cameras saw and where the robot was."""
 
 import dataclasses as dc
-from collections.abc import Mapping
 
 import numpy as np
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.mapping.changes import seen_at
 from remosplat_drake.mapping.mapping_config import MappingConfig
-from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 from remosplat_drake.reconstruction.coverage import make_coverage
 from remosplat_drake.reconstruction.measured_space import times_looked_through
 from remosplat_drake.robot.sphere_model import Spheres
@@ -78,25 +76,6 @@ def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
     for *p_WS, reach in np.unique(ball, axis=0):
         _free_ball(state, coverage, np.array(p_WS), reach)
     return dc.replace(coverage, state=state)
-
-
-def unknown_space_field(
-    coverage: Coverage, *, prepared: Mapping[str, np.ndarray] | None = None
-) -> UnknownSpaceField:
-    """Makes a distance field of what was not seen.
-
-    Args:
-        coverage: What was seen.
-        prepared: Arrays that such a field has prepared before, to save the
-            time; see `UnknownSpaceField`.
-
-    Raises:
-        RemoSplatError: Nothing was seen.
-    """
-    unseen = coverage.state == UNSEEN
-    return UnknownSpaceField(
-        unseen, coverage.lower, coverage.voxel, prepared=prepared
-    )
 
 
 def _without_shadows(

@@ -15,9 +15,10 @@ from remosplat_drake.mapping.changes import (
     without,
 )
 from remosplat_drake.mapping.depth_specks import without_specks
-from remosplat_drake.mapping.known_space import known_space, unknown_space_field
+from remosplat_drake.mapping.known_space import known_space
 from remosplat_drake.mapping.mapping_config import OBSTACLE, MappingConfig
 from remosplat_drake.oracle.composite import CompositeDistanceField
+from remosplat_drake.oracle.unknown_space import unknown_space_field
 from remosplat_drake.reconstruction.devices import CPU
 from remosplat_drake.reconstruction.pipeline import Report, reconstruct
 from remosplat_drake.reconstruction.surfels.point_cloud import (

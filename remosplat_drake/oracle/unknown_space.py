@@ -9,6 +9,7 @@ from scipy.ndimage import distance_transform_edt
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle.kernels.nearest_voxel import VoxelColumns, query
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.coverage import UNSEEN, Coverage
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 _LONGEST = 30_000
@@ -109,6 +110,25 @@ class UnknownSpaceField(DistanceField):
             p_WC=answer[:, 2:5],
             revision=self.revision,
         )
+
+
+def unknown_space_field(
+    coverage: Coverage, *, prepared: Mapping[str, np.ndarray] | None = None
+) -> UnknownSpaceField:
+    """Makes a distance field of what was not seen.
+
+    Args:
+        coverage: What was seen.
+        prepared: Arrays that such a field has prepared before, to save the
+            time; see `UnknownSpaceField`.
+
+    Raises:
+        RemoSplatError: Nothing was seen.
+    """
+    unseen = coverage.state == UNSEEN
+    return UnknownSpaceField(
+        unseen, coverage.lower, coverage.voxel, prepared=prepared
+    )
 
 
 def _prepare(unseen: np.ndarray) -> dict[str, np.ndarray]:

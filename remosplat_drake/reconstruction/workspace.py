@@ -36,8 +36,12 @@ class Workspace:
         return Workspace(lower, focus + reach)
 
     @staticmethod
-    def of_capture(capture: Capture) -> "Workspace":
-        """Makes a box around most of a capture; 2 % are beyond each side.
+    def of_capture(capture: Capture, beyond: float = 2.0) -> "Workspace":
+        """Makes a box around most of the surfaces that a capture shows.
+
+        Args:
+            capture: Posed RGB-D images.
+            beyond: Percentage of the surfaces that is beyond each side.
 
         Raises:
             RemoSplatError: The capture has no depth.
@@ -45,7 +49,7 @@ class Workspace:
         p_W = _some_points(capture)
         if not len(p_W):
             raise RemoSplatError("the capture has no depth to compare with")
-        return Workspace(*np.percentile(p_W, [2, 98], axis=0))
+        return Workspace(*np.percentile(p_W, [beyond, 100 - beyond], axis=0))
 
     def is_seen(self, capture: Capture) -> bool:
         """Returns whether a capture shows any surface in the box."""

@@ -32,6 +32,9 @@ class RunMetrics:
         control_rate: 1 / tick_p50 [Hz]; 0 where ticks were not timed.
         statuses: Number of ticks by the name of their status.
         scaled_ticks: Number of ticks whose command verification reduced.
+        unseen_clearance_min: Smallest distance to space that no camera has
+            seen [m], negative inside; None if nobody knows what was seen.
+        unseen_ticks: Number of configurations that reached into such space.
     """
 
     duration: float
@@ -47,6 +50,8 @@ class RunMetrics:
     control_rate: float
     statuses: dict[str, int]
     scaled_ticks: int
+    unseen_clearance_min: float | None = None
+    unseen_ticks: int = 0
 
 
 def run_metrics(
@@ -54,6 +59,7 @@ def run_metrics(
     robot: RobotModel,
     dt: float,
     truth: DistanceField | None,
+    unseen: DistanceField | None = None,
 ) -> RunMetrics:
     """Computes the metrics of a finished run.
 
@@ -62,9 +68,11 @@ def run_metrics(
         robot: The robot, for its kinematics and its spheres.
         dt: Control period [s].
         truth: The true scene; None where it is unknown.
+        unseen: Space that no camera has seen; None where that is unknown.
     """
     p_WE = np.array([robot.end_effector_pose(q)[:3, 3] for q in trajectory.q])
-    true_min, true_mean = _summary(truth_clearances(trajectory, robot, truth))
+    true_min, true_mean = _summary(clearances_to(truth, trajectory, robot))
+    to_unseen = clearances_to(unseen, trajectory, robot)
     oracle_min, oracle_mean = _summary(trajectory.clearance)
     p50, p99 = _percentiles(trajectory.timings.get("total"))
     return RunMetrics(
@@ -83,6 +91,8 @@ def run_metrics(
         control_rate=1.0 / p50 if p50 > 0 else 0.0,
         statuses=status_counts(trajectory),
         scaled_ticks=int((trajectory.scale < 1.0).sum()),
+        unseen_clearance_min=_summary(to_unseen)[0],
+        unseen_ticks=int((to_unseen < 0).sum()),
     )
 
 
@@ -92,18 +102,18 @@ def status_counts(trajectory: Trajectory) -> dict[str, int]:
     return {str(n): int(c) for n, c in zip(names, counts, strict=True)}
 
 
-def truth_clearances(
-    trajectory: Trajectory, robot: RobotModel, truth: DistanceField | None
+def clearances_to(
+    field: DistanceField | None, trajectory: Trajectory, robot: RobotModel
 ) -> np.ndarray:
-    """Computes the smallest true clearance of every configuration.
+    """Computes the smallest clearance of every configuration to a field.
 
     Returns:
-        Clearances, shape (T + 1,) [m]; shape (0,) without ground truth.
+        Clearances, shape (T + 1,) [m]; shape (0,) without a field.
     """
-    if truth is None:
+    if field is None:
         return np.zeros(0)
     return np.array(
-        [truth.clearances(robot.spheres_at(q)).minimum() for q in trajectory.q]
+        [field.clearances(robot.spheres_at(q)).minimum() for q in trajectory.q]
     )
 
 

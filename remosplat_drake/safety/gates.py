@@ -16,6 +16,8 @@ EMPTY_MAP = "empty-map"
 IGNORED_SPLATS = "ignored-splats"
 MAP_ERROR = "map-error"
 UNKNOWN_MAP_ERROR = "unknown-map-error"
+UNKNOWN_SEEN_SPACE = "unknown-seen-space"
+UNSEEN_SPACE = "unseen-space"
 
 GATES = {
     CAPTURE_WARNINGS: "the capture that the map was made of is doubtful",
@@ -23,10 +25,12 @@ GATES = {
     IGNORED_SPLATS: "most of the splat there is too faint or cropped away",
     MAP_ERROR: "the robot may come nearer than the map is accurate",
     UNKNOWN_MAP_ERROR: "nobody has measured how accurate the map is",
+    UNKNOWN_SEEN_SPACE: "nobody knows which space the map's cameras saw",
+    UNSEEN_SPACE: "the robot may go where no camera has looked",
 }
 """Names of all gates, and what is wrong where one is shut."""
 
-WARNING, REFUSAL = "warning", "refusal"
+SILENCE, WARNING, REFUSAL = "silence", "warning", "refusal"
 """What a shut gate may lead to."""
 
 
@@ -37,10 +41,9 @@ class Gate:
     Attributes:
         name: Name of the gate, a key of `GATES`.
         problem: What is wrong, and where that helps, what would be right.
-        in_simulation: What it leads to in simulation, `WARNING` or
-            `REFUSAL`.
-        on_hardware: What it leads to where a real robot moves, `WARNING` or
-            `REFUSAL`.
+        in_simulation: What it leads to in simulation: `SILENCE`, `WARNING`
+            or `REFUSAL`.
+        on_hardware: What it leads to where a real robot moves, likewise.
     """
 
     name: str
@@ -52,7 +55,7 @@ class Gate:
         return f"{self.name}: {self.problem}"
 
     def leads_to(self, hardware: bool) -> str:
-        """Returns `WARNING` or `REFUSAL`, for simulation or the real robot."""
+        """Returns what it leads to, in simulation or with the real robot."""
         return self.on_hardware if hardware else self.in_simulation
 
 
@@ -121,4 +124,5 @@ def open_gates(
         flags = " ".join(f"--accept {name}" for name in names)
         raise RemoSplatError(f"{where}: {problems} ({otherwise}: {flags})")
     taken = tuple(gate for gate in gates if gate.name in accepted)
-    return Passage(warnings=tuple(rest), accepted=taken)
+    warnings = tuple(g for g in rest if g.leads_to(hardware) == WARNING)
+    return Passage(warnings, taken)

@@ -2,9 +2,8 @@
 
 from collections.abc import Iterator
 
-import numpy as np
 from pydrake.common.value import Value
-from pydrake.geometry import Meshcat, Rgba
+from pydrake.geometry import Meshcat
 from pydrake.systems.framework import (
     Context,
     DiagramBuilder,
@@ -17,12 +16,12 @@ from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 from remosplat_drake.visualization.toggle import Toggle
-from remosplat_drake.visualization.unseen_space import frontier_mesh, smoothed
+from remosplat_drake.visualization.unseen_space import (
+    add_unseen_toggle,
+    draw_layers,
+)
 
 TILES = f"{ROOT}/map/surfels"
-UNSEEN_SPACE = f"{ROOT}/map/unseen"
-
-_VEIL = Rgba(0.33, 0.38, 0.62, 0.16)
 
 
 class LiveMapView(LeafSystem):
@@ -78,19 +77,15 @@ class LiveMapView(LeafSystem):
         return view
 
     def _add_toggles(self, show_unseen: bool):
-        for label, keycode, path, shown in (
-            ("Splat: on / off", "Digit1", TILES, True),
-            ("Unseen space: on / off", "Digit4", UNSEEN_SPACE, show_unseen),
-        ):
-            self._page.add_toggle(
-                Toggle(
-                    self._page.meshcat,
-                    label=label,
-                    keycode=keycode,
-                    states=[[path], []],
-                    initial=0 if shown else 1,
-                )
+        self._page.add_toggle(
+            Toggle(
+                self._page.meshcat,
+                label="Splat: on / off",
+                keycode="Digit1",
+                states=[[TILES], []],
             )
+        )
+        add_unseen_toggle(self._page, shown=show_unseen)
 
     def _publish(self, context: Context):
         status = self._map_status_input.Eval(context)
@@ -124,24 +119,4 @@ def _draw_pieces(meshcat: Meshcat, scene_map: SceneMap) -> Iterator[str | None]:
     coverage = scene_map.coverage
     if coverage is None:
         return
-    for layer in range(coverage.state.shape[2]):
-        vertices, faces = frontier_mesh(coverage, layer)
-        path = f"{UNSEEN_SPACE}/{layer}" if len(faces) else None
-        if path is not None:
-            vertices = smoothed(vertices, coverage, layer)
-            _draw_veil(meshcat, path, vertices, faces)
-        yield path
-
-
-def _draw_veil(
-    meshcat: Meshcat, path: str, vertices: np.ndarray, faces: np.ndarray
-):
-    # What an onlooker would see from behind is left out.
-    meshcat.SetTriangleMesh(
-        path,
-        vertices.T,
-        faces.T,
-        _VEIL,
-        side=Meshcat.SideOfFaceToRender.kFrontSide,
-    )
-    meshcat.SetProperty(f"{path}/<object>", "castShadow", False)
+    yield from draw_layers(meshcat, coverage)

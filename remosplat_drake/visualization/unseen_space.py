@@ -1,10 +1,19 @@
-"""`frontier_mesh`: the boundary between seen and unseen space."""
+"""The boundary between seen and unseen space, and how it is drawn."""
 
+from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
+from pydrake.geometry import Meshcat, Rgba
+from pydrake.math import RigidTransform
 
 from remosplat_drake.signals.coverage import FREE, UNSEEN, Coverage
+from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.toggle import Toggle
+
+UNSEEN_SPACE = f"{ROOT}/map/unseen"
+
+_VEIL = Rgba(0.33, 0.38, 0.62, 0.16)
 
 # Corners of a voxel's face at its lower end along an axis, counterclockwise
 # seen from below, where the normal points.
@@ -19,6 +28,72 @@ _CORNERS = np.array(
 # Centres of the voxels around a corner of the grid, from it, in voxels.
 _AROUND = np.array(list(product((-1.5, -0.5, 0.5, 1.5), repeat=3)))
 _SQUARES = 80.0  # Sum of the squares of either of their coordinates.
+
+
+def show_unseen_space(
+    page: MeshcatPage,
+    coverage: Coverage,
+    X_WG: RigidTransform,
+    *,
+    shown: bool,
+) -> None:
+    """Draws where what a capture has seen ends, with a button.
+
+    Args:
+        page: The page to draw on.
+        coverage: What was seen, in the splat's frame G.
+        X_WG: Pose of G in W.
+        shown: Whether it is visible to begin with.
+    """
+    page.meshcat.SetTransform(UNSEEN_SPACE, X_WG)
+    for _ in draw_layers(page.meshcat, coverage):
+        pass
+    add_unseen_toggle(page, shown=shown)
+
+
+def add_unseen_toggle(page: MeshcatPage, *, shown: bool) -> None:
+    """Adds the button that shows or hides unseen space.
+
+    Args:
+        page: The page that gets the button.
+        shown: Whether unseen space is visible to begin with.
+    """
+    page.add_toggle(
+        Toggle(
+            page.meshcat,
+            label="Unseen space: on / off",
+            keycode="Digit4",
+            states=[[UNSEEN_SPACE], []],
+            initial=0 if shown else 1,
+        )
+    )
+
+
+def draw_layers(meshcat: Meshcat, coverage: Coverage) -> Iterator[str | None]:
+    """Draws one layer of the boundary a step.
+
+    Args:
+        meshcat: What it is drawn on.
+        coverage: The voxel grid of what was seen.
+
+    Yields:
+        The path of the layer; None for one without a boundary.
+    """
+    for layer in range(coverage.state.shape[2]):
+        vertices, faces = frontier_mesh(coverage, layer)
+        path = f"{UNSEEN_SPACE}/{layer}" if len(faces) else None
+        if path is not None:
+            vertices = smoothed(vertices, coverage, layer)
+            # What an onlooker would see from behind is left out.
+            meshcat.SetTriangleMesh(
+                path,
+                vertices.T,
+                faces.T,
+                _VEIL,
+                side=Meshcat.SideOfFaceToRender.kFrontSide,
+            )
+            meshcat.SetProperty(f"{path}/<object>", "castShadow", False)
+        yield path
 
 
 def frontier_mesh(

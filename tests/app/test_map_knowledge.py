@@ -8,6 +8,7 @@ import pytest
 from pydrake.math import RigidTransform
 
 from remosplat_drake.app.map_knowledge import (
+    MOST_UNSEEN,
     MapKnowledge,
     coverage_gates,
     examine_map,
@@ -15,6 +16,7 @@ from remosplat_drake.app.map_knowledge import (
     map_error_gates,
     saved_places,
     target_places,
+    unseen_gates,
 )
 from remosplat_drake.app.scenario import (
     Scenario,
@@ -23,6 +25,7 @@ from remosplat_drake.app.scenario import (
 )
 from remosplat_drake.app.world import load_world
 from remosplat_drake.oracle.map_summary import SPLATS, MapSummary, Place
+from remosplat_drake.oracle.oracle_config import GroundTruth
 from remosplat_drake.reconstruction.report.quality_report import (
     QualityReport,
     report_path,
@@ -34,7 +37,10 @@ from remosplat_drake.safety.gates import (
     IGNORED_SPLATS,
     MAP_ERROR,
     REFUSAL,
+    SILENCE,
     UNKNOWN_MAP_ERROR,
+    UNKNOWN_SEEN_SPACE,
+    UNSEEN_SPACE,
     WARNING,
     Gate,
 )
@@ -213,6 +219,43 @@ def test_most_of_what_is_there_must_count(ignored, opacity, told):
     assert names == [IGNORED_SPLATS] * told
 
 
+# What nobody has seen
+
+
+@pytest.mark.parametrize(
+    ("unknown", "unseen", "name", "in_simulation"),
+    [
+        ("absent", None, UNKNOWN_SEEN_SPACE, SILENCE),
+        ("free", None, UNKNOWN_SEEN_SPACE, SILENCE),
+        ("warn", None, UNKNOWN_SEEN_SPACE, WARNING),
+        ("obstacle", None, UNKNOWN_SEEN_SPACE, REFUSAL),
+        ("absent", 0.01, UNSEEN_SPACE, SILENCE),
+        ("absent", 0.1, UNSEEN_SPACE, WARNING),
+        ("warn", 0.1, UNSEEN_SPACE, WARNING),
+        ("free", 0.1, UNSEEN_SPACE, SILENCE),
+    ],
+)
+def test_unseen_space_is_told_of(unknown, unseen, name, in_simulation):
+    asked = Scenario()
+    asked.scene.splat = "splat.ply"
+    asked.scene.unknown = None if unknown == "absent" else unknown
+    (gate,) = unseen_gates(asked, unseen)
+    assert gate.name == name
+    assert gate.leads_to(False) == in_simulation
+    # On the real robot somebody has to accept that.
+    assert gate.leads_to(True) == REFUSAL
+
+
+def test_unseen_space_that_is_solid_or_nowhere_needs_no_gate():
+    asked = Scenario()
+    asked.scene.splat = "splat.ply"
+    assert not unseen_gates(asked, 0.0)
+    asked.scene.unknown = "obstacle"
+    assert not unseen_gates(asked, 0.5)
+    asked.oracle = GroundTruth()
+    assert not unseen_gates(asked, None)
+
+
 # Whole scenarios
 
 
@@ -229,7 +272,9 @@ MAPPED = [n for n in shipped_scenarios() if load_scenario(n).scene.splat]
 @pytest.mark.parametrize("name", MAPPED)
 def test_shipped_scenarios_have_nothing_wrong(name):
     knowledge = examined(name)
-    assert knowledge.gates == ()
+    assert all(g.leads_to(False) == SILENCE for g in knowledge.gates)
+    # Their captures have seen most of the way.
+    assert (knowledge.unseen or 0.0) < MOST_UNSEEN
     assert all(place.within_reach for place in knowledge.summary.places)
 
 
@@ -262,9 +307,10 @@ def test_trained_splats_raise_no_false_alarm(
     truth = shared_data / "rmmi_scenes" / f"{SPLATS_AND_TRUTHS[name]}.json"
     file = tmp_path / "a.yaml"
     file.write_text(f"A: {{scene: {{splat: {splat}, truth: {truth}}}}}\n")
-    (gate,) = examined(str(file), f"{{oracle: !{oracle} {{}}}}").gates
-    # Nobody has measured them.
-    assert gate.name == UNKNOWN_MAP_ERROR
+    gates = examined(str(file), f"{{oracle: !{oracle} {{}}}}").gates
+    # Nobody has measured them, nor kept what their cameras saw.
+    names = [gate.name for gate in gates]
+    assert names == [UNKNOWN_MAP_ERROR, UNKNOWN_SEEN_SPACE]
 
 
 def test_a_kitchen_full_of_faint_splats_raises_no_false_alarm(
@@ -281,7 +327,8 @@ def test_a_kitchen_full_of_faint_splats_raises_no_false_alarm(
     )
     knowledge = examined(str(file))
     assert knowledge.summary.faint > 15_000
-    assert [gate.name for gate in knowledge.gates] == [UNKNOWN_MAP_ERROR]
+    names = [gate.name for gate in knowledge.gates]
+    assert names == [UNKNOWN_MAP_ERROR, UNKNOWN_SEEN_SPACE]
 
 
 def test_true_geometry_that_is_elsewhere_is_told(tmp_path):

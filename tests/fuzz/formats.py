@@ -27,13 +27,13 @@ from remosplat_drake.hardware.wire import packets
 from remosplat_drake.hardware.wire.base import decode_base_status
 from remosplat_drake.hardware.wire.messages.base_status import base_status
 from remosplat_drake.hardware.wire.messages.pose_target import pose_target
-from remosplat_drake.mapping.known_space import unknown_space_field
 from remosplat_drake.mapping.store.map_file import open_map, write_map
 from remosplat_drake.mapping.store.session import Session, Version
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.oracle.unknown_space import unknown_space_field
 from remosplat_drake.reconstruction.report.quality_report import (
     DistanceErrors,
     QualityReport,

@@ -6,12 +6,9 @@ from laden_table import joined
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.mapping.changes import find_changes, without
-from remosplat_drake.mapping.known_space import (
-    known_space,
-    unknown_space_field,
-    with_free,
-)
+from remosplat_drake.mapping.known_space import known_space, with_free
 from remosplat_drake.mapping.mapping_config import MappingConfig
+from remosplat_drake.oracle.unknown_space import unknown_space_field
 from remosplat_drake.reconstruction.surfels.surfels import (
     splat_of_surfels,
     surfels_from_capture,

@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 
 from remosplat_drake.base.errors import FileError, RemoSplatError
-from remosplat_drake.mapping.known_space import unknown_space_field
 from remosplat_drake.mapping.store.map_file import KIND, open_map, write_map
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.oracle.unknown_space import unknown_space_field
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.coverage import Coverage
 from remosplat_drake.signals.scene_map import SceneMap

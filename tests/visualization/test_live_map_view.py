@@ -12,9 +12,9 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_tiles import make_tiles
 from remosplat_drake.visualization.live_map_view import (
     TILES,
-    UNSEEN_SPACE,
     LiveMapView,
 )
+from remosplat_drake.visualization.unseen_space import UNSEEN_SPACE
 
 
 def map_of(version: int, tiles: int, layers: int = 0) -> SceneMap:

@@ -9,13 +9,13 @@ and `map_parts` say how.
 
 from pathlib import Path
 
-from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
-from remosplat_drake.mapping.store.array_file import (
+from remosplat_drake.base.array_file import (
     FileKind,
     VersionError,
     open_arrays,
     write_arrays,
 )
+from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.mapping.store.map_parts import put_together, take_apart
 from remosplat_drake.signals.scene_map import SceneMap
 

@@ -13,15 +13,17 @@ from collections.abc import Callable
 
 import numpy as np
 
+from remosplat_drake.base.array_file import ArrayFile
 from remosplat_drake.base.errors import FileError, RemoSplatError, unknown_name
 from remosplat_drake.base.json_fields import JsonFields
-from remosplat_drake.mapping.known_space import unknown_space_field
-from remosplat_drake.mapping.store.array_file import ArrayFile
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
-from remosplat_drake.oracle.unknown_space import UnknownSpaceField
+from remosplat_drake.oracle.unknown_space import (
+    UnknownSpaceField,
+    unknown_space_field,
+)
 from remosplat_drake.signals.coverage import SURFACE, UNSEEN, Coverage
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.scene_map import SceneMap

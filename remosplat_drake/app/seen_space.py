@@ -1,0 +1,154 @@
+"""`SeenSpace`: what the capture of a scenario's splat has seen, placed in W."""
+
+import dataclasses as dc
+from collections.abc import Iterable
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from remosplat_drake.app.scenario import Scenario, make_transform
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.mapping.known_space import with_free
+from remosplat_drake.oracle.oracle_config import GroundTruth
+from remosplat_drake.oracle.placed_unknown_space import PlacedUnknownSpace
+from remosplat_drake.reconstruction.seen_file import read_seen_space, seen_path
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.coverage import SURFACE, UNSEEN, Coverage
+
+_AROUND = 0.3
+"""How far about its start and its targets a robot's way leads [m]."""
+
+_STEP = 0.04
+"""Spacing of the points at which a way is looked at [m]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class SeenSpace:
+    """What the capture of a splat has seen, and where the robot starts.
+
+    Attributes:
+        coverage: The voxels, in the splat's frame G.
+        X_WG: Pose of G in W.
+        floor_height: Height in W below which floor links see nothing [m].
+    """
+
+    coverage: Coverage
+    X_WG: RigidTransform
+    floor_height: float
+
+    @cached_property
+    def field(self) -> PlacedUnknownSpace:
+        """Distances to what nobody has seen."""
+        return PlacedUnknownSpace(self.coverage, self.X_WG, self.floor_height)
+
+    def unseen_fraction(self, places_W: Iterable[np.ndarray]) -> float:
+        """Returns which fraction of the space about some places is unseen.
+
+        It is a box around all of them, above the floor; the inside of what
+        stands there is unseen, too.
+
+        Args:
+            places_W: Points in W, shape (3,) each [m].
+        """
+        places = np.array(list(places_W))
+        lower, upper = places.min(axis=0) - _AROUND, places.max(0) + _AROUND
+        lower[2] = max(lower[2], self.floor_height)
+        upper = np.maximum(upper, lower + _STEP)
+        axes = [
+            np.arange(a, b, _STEP) for a, b in zip(lower, upper, strict=True)
+        ]
+        p_W = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
+        return float(np.mean(self.hides(p_W)))
+
+    def hides(self, p_W: np.ndarray) -> np.ndarray:
+        """Returns which points in W, shape (n, 3) [m], no camera has seen."""
+        return self._states(p_W) == UNSEEN
+
+    def _states(self, p_W: np.ndarray) -> np.ndarray:
+        """States of the voxels that points in W are in, (n,)."""
+        p_G = self.X_WG.inverse().multiply(p_W.T).T
+        grid = self.coverage
+        cell = np.floor((p_G - grid.lower) / grid.voxel).astype(int)
+        inside = ((cell >= 0) & (cell < grid.state.shape)).all(axis=1)
+        states = grid.state[tuple(np.where(inside[:, None], cell, 0).T)]
+        return np.where(inside, states, UNSEEN)
+
+
+def load_seen_space(scenario: Scenario, start: Spheres) -> SeenSpace | None:
+    """Reads what the capture of a scenario's splat has seen.
+
+    The space about the robot at its start is free: it stands there. Surfaces
+    that the scenario crops away are not known any more.
+
+    Args:
+        scenario: The scenario.
+        start: The robot's spheres where it starts, in W.
+
+    Returns:
+        What was seen; None if there is no such file, or nothing depends on it
+        because the oracle knows the true geometry.
+
+    Raises:
+        RemoSplatError: The file is unusable, or is about another splat.
+    """
+    path = seen_file(scenario)
+    if path is None or isinstance(scenario.oracle, GroundTruth):
+        return None
+    scene, where = scenario.scene, scenario.source
+    splat = resources.resolve(scene.splat, scenario.folder)
+    coverage = read_seen_space(path, splat)
+    X_WG = make_transform(scene.X_WG, where, "scene.X_WG")
+    if scene.crop is not None:
+        crop = np.array(scene.crop.lower), np.array(scene.crop.upper)
+        coverage = _cropped(coverage, X_WG, *crop)
+    p_GS = X_WG.inverse().multiply(start.p_WS.T).T
+    coverage = with_free(
+        coverage, dc.replace(start, p_WS=p_GS), scenario.mapping.start_margin
+    )
+    return SeenSpace(coverage, X_WG, scene.floor_height)
+
+
+def seen_file(scenario: Scenario) -> Path | None:
+    """Returns the file that says what a scenario's splat has seen, if any.
+
+    Args:
+        scenario: The scenario; a file that it does not name is looked for
+            beside its splat.
+
+    Raises:
+        FieldError: The scenario names a file that does not exist, or one
+            without a splat.
+    """
+    scene = scenario.scene
+    if scene.seen and not scene.splat:
+        problem = "says what the cameras of a splat saw; scene.splat names none"
+        raise FieldError(scenario.source, "scene.seen", problem)
+    try:
+        if scene.seen:
+            return resources.resolve(scene.seen, scenario.folder)
+        if not scene.splat:
+            return None
+        beside = seen_path(resources.resolve(scene.splat, scenario.folder))
+    except FileError as error:
+        field = "scene.seen" if scene.seen else "scene.splat"
+        raise FieldError(scenario.source, field, str(error)) from error
+    return beside if beside.is_file() else None
+
+
+def _cropped(
+    coverage: Coverage,
+    X_WG: RigidTransform,
+    lower: np.ndarray,
+    upper: np.ndarray,
+) -> Coverage:
+    """Forgets the surfaces outside a box in W: their discs are left out."""
+    voxels = np.argwhere(coverage.state == SURFACE)
+    p_G = coverage.lower + coverage.voxel * (voxels + 0.5)
+    p_W = X_WG.multiply(p_G.T).T
+    outside = ((p_W < lower) | (p_W > upper)).any(axis=1)
+    state = coverage.state.copy()
+    state[tuple(voxels[outside].T)] = UNSEEN
+    return dc.replace(coverage, state=state)

@@ -1,0 +1,136 @@
+"""`PlacedUnknownSpace`: unseen voxels of a splat's frame G, asked in W."""
+
+import dataclasses as dc
+import hashlib
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from remosplat_drake.oracle.unknown_space import (
+    UnknownSpaceField,
+    unknown_space_field,
+)
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.coverage import FREE, UNSEEN, Coverage
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
+
+_UPRIGHT = 1e-9
+"""Largest component of a frame's tilted z axis that passes for rounding."""
+
+_BENEATH = 0.4
+"""Thickness of what is free beneath the floor around a tilted grid [m]."""
+
+
+class PlacedUnknownSpace(DistanceField):
+    """The exact signed distance to what a capture has not seen, in W.
+
+    The question is turned into the grid's frame G, not the grid into W, so
+    nothing is lost by any pose X_WG. A sphere takes voxels for seen whose
+    centres lie below its `ignore_below` in W. Where G is tilted the levels of
+    the grid are none of W, and a second grid without what is below
+    `floor_height` answers for the spheres that ignore at least that.
+
+    Args:
+        coverage: What was seen, in G.
+        X_WG: Pose of G in W.
+        floor_height: Height in W below which floor links see nothing [m].
+
+    Raises:
+        RemoSplatError: Nothing was seen.
+    """
+
+    def __init__(
+        self, coverage: Coverage, X_WG: RigidTransform, floor_height: float
+    ):
+        self._R_WG = X_WG.rotation().matrix()
+        self._p_WG = X_WG.translation()
+        self._floor_height = floor_height
+        self._field = unknown_space_field(coverage)
+        self._over_floor = self._field
+        self._is_upright = bool(
+            np.abs(self._R_WG[2] - [0, 0, 1]).max() < _UPRIGHT
+        )
+        self.revision = self._field.revision
+        if not self._is_upright:
+            over_floor = _without_floor(coverage, X_WG, floor_height)
+            self._over_floor = unknown_space_field(over_floor)
+        if not X_WG.IsExactlyIdentity():
+            pose = hashlib.sha256(X_WG.GetAsMatrix34().tobytes())
+            pose.update(repr(floor_height).encode())
+            self.revision += f"@{pose.hexdigest()[:8]}"
+
+    def clearances(
+        self, spheres: Spheres, max_distance: float = np.inf
+    ) -> Clearances:
+        """Measures the clearances of all spheres; see `DistanceField`.
+
+        Raises:
+            ValueError: A centre is not finite, or a radius or floor is NaN.
+        """
+        if self._is_upright:
+            floor = spheres.ignore_below - self._p_WG[2]
+            return self._ask(self._field, spheres, floor, max_distance)
+        if np.isnan(spheres.ignore_below).any():
+            raise ValueError("a sphere's floor is undefined")
+        rolls = spheres.ignore_below >= self._floor_height
+        everything = np.full(len(spheres), -np.inf)
+        first = self._ask(self._field, spheres, everything, max_distance)
+        if not rolls.any():
+            return first
+        other = self._ask(self._over_floor, spheres, everything, max_distance)
+        return _merged(first, other, rolls)
+
+    def _ask(
+        self,
+        field: UnknownSpaceField,
+        spheres: Spheres,
+        floor_G: np.ndarray,
+        max_distance: float,
+    ) -> Clearances:
+        """Asks a grid, in its frame."""
+        p_GS = (spheres.p_WS - self._p_WG) @ self._R_WG
+        asked = dc.replace(spheres, p_WS=p_GS, ignore_below=floor_G)
+        answer = field.clearances(asked, max_distance)
+        return Clearances(
+            answer.sphere,
+            answer.distance,
+            answer.direction_W @ self._R_WG.T,
+            answer.p_WC @ self._R_WG.T + self._p_WG,
+            self.revision,
+        )
+
+
+def _without_floor(
+    coverage: Coverage, X_WG: RigidTransform, floor_height: float
+) -> Coverage:
+    """The grid, a little larger, without what lies below the floor in W."""
+    layers = int(np.ceil(_BENEATH / coverage.voxel))
+    state = np.pad(coverage.state, layers, constant_values=UNSEEN)
+    lower = coverage.lower - layers * coverage.voxel
+    up_G = X_WG.rotation().matrix()[2]
+    axes = [
+        up_G[i] * (lower[i] + coverage.voxel * (np.arange(n) + 0.5))
+        for i, n in enumerate(state.shape)
+    ]
+    x, y, z = np.ix_(*axes)
+    height = x + y + z + X_WG.translation()[2]
+    state[height < floor_height] = FREE
+    return Coverage(lower, coverage.voxel, state)
+
+
+def _merged(
+    first: Clearances, other: Clearances, from_other: np.ndarray
+) -> Clearances:
+    """The rows of some spheres from one answer, the rest from another."""
+    rows = [
+        (first, ~from_other[first.sphere]),
+        (other, from_other[other.sphere]),
+    ]
+    names = "sphere", "distance", "direction_W", "p_WC"
+    parts = {
+        name: np.concatenate([getattr(a, name)[keep] for a, keep in rows])
+        for name in names
+    }
+    order = np.argsort(parts["sphere"], kind="stable")
+    merged = {name: part[order] for name, part in parts.items()}
+    return Clearances(**merged, revision=first.revision)

@@ -1,0 +1,116 @@
+"""Seen space as a file beside the splat, `SPLAT.seen`.
+
+It is a file of arrays, see `array_file`: the states of all voxels, two bits
+each and deflated, with the box that they fill, in the splat's frame G, and
+the digest of the splat's file. Of another splat it would be a lie.
+"""
+
+import math
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.base.array_file import (
+    FileKind,
+    open_arrays,
+    write_arrays,
+)
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.reconstruction.report.quality_report import file_digest
+from remosplat_drake.signals.coverage import SURFACE, Coverage
+
+SUFFIX = ".seen"
+"""Ending of the names of such files."""
+
+KIND = FileKind("file of seen space", b"RSSEEN\r\n", 1)
+
+MOST_VOXELS = 20_000_000
+"""Greatest number of voxels of a file: more would take many seconds."""
+
+_FARTHEST = 1e4  # No grid lies farther from the origin [m].
+
+
+def seen_path(splat: Path) -> Path:
+    """Returns the path of the seen space of a splat file."""
+    return splat.with_suffix(SUFFIX)
+
+
+def write_seen_space(splat: Path, coverage: Coverage) -> None:
+    """Writes what was seen beside the splat file, atomically.
+
+    Args:
+        splat: The splat file, as it is going to stay.
+        coverage: What its capture has seen, in the splat's frame.
+
+    Raises:
+        FileError: The splat cannot be read or the file not written.
+    """
+    first, second = coverage.state & 1, coverage.state >> 1
+    bits = np.packbits(np.stack([first, second]))
+    write_arrays(
+        seen_path(splat),
+        KIND,
+        {
+            "splat_digest": file_digest(splat),
+            "lower": coverage.lower.tolist(),
+            "voxel": coverage.voxel,
+            "shape": list(coverage.state.shape),
+        },
+        {"state": np.frombuffer(zlib.compress(bits.tobytes(), 6), np.uint8)},
+    )
+
+
+def read_seen_space(path: Path, splat: Path) -> Coverage:
+    """Reads what the capture of a splat has seen.
+
+    Args:
+        path: The file.
+        splat: The splat file that it must be about.
+
+    Returns:
+        The voxels, in the splat's frame.
+
+    Raises:
+        FileError: The file is missing, damaged, of another kind or version,
+            or about another splat.
+        FieldError: A field of it is missing or unusable.
+    """
+    file = open_arrays(path, KIND, None)
+    head = file.document
+    if head.text("splat_digest") != file_digest(splat):
+        raise FileError(
+            path,
+            f"is about another splat than {splat.name}; make both anew with"
+            " `remosplat reconstruct`",
+        )
+    lower = np.array(head.numbers("lower", 3))
+    if np.abs(lower).max() > _FARTHEST:
+        raise head.error("lower", f"must lie within {_FARTHEST:g} m")
+    shape = head.wholes("shape")
+    if len(shape) != 3 or not 0 < math.prod(shape) <= MOST_VOXELS:
+        problem = f"expected three numbers, {MOST_VOXELS:,} voxels at most"
+        raise head.error("shape", problem)
+    state = _unpack(path, file.array("state"), shape)
+    return Coverage(lower, head.number("voxel", 1e-3, 10.0), state)
+
+
+def _unpack(path: Path, packed: np.ndarray, shape: list[int]) -> np.ndarray:
+    """The states (nx, ny, nz) of packed and deflated ones."""
+    size = 2 * math.prod(shape)
+    damaged = FileError(path, "is damaged: it holds other voxels than it says")
+    try:
+        unpacker = zlib.decompressobj()
+        # A damaged file must not fill the memory.
+        bits = unpacker.decompress(packed.tobytes(), -(-size // 8))
+        complete = unpacker.decompress(unpacker.unconsumed_tail, 1) == b""
+    except zlib.error as error:
+        raise damaged from error
+    if len(bits) != -(-size // 8) or not complete or not unpacker.eof:
+        raise damaged
+    flat = np.unpackbits(np.frombuffer(bits, np.uint8), count=size)
+    first, second = flat.reshape(2, *shape)
+    state = first | second << 1
+    if state.max() > SURFACE:
+        raise FileError(path, "is damaged: it holds unknown states")
+    return state

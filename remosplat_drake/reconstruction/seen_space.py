@@ -1,0 +1,243 @@
+"""What a capture has seen: its free space, its surfaces, and all the rest.
+
+What nobody has seen is to be solid. So a voxel is seen only if all of it has
+been looked through, or if the splat's discs cover whatever else is in it: a
+robot that comes from free space meets a disc before it meets the unknown. To
+tell that, the voxels at surfaces are divided into cells. A cell that was not
+looked through, beside one that was, and without a disc is a frontier
+(Yamauchi, 1997), and its voxel counts as unseen.
+"""
+
+import dataclasses as dc
+from itertools import product
+
+import numpy as np
+from scipy.ndimage import binary_dilation, label
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.whole_looks import count_whole_looks
+from remosplat_drake.reconstruction.workspace import Workspace
+from remosplat_drake.signals.coverage import FREE, SURFACE, UNSEEN, Coverage
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+VOXEL = 0.04
+"""Usual edge length of a voxel [m]."""
+
+_CELLS = 3
+"""Number of cells along a voxel's edge."""
+
+_ENOUGH_VIEWS = 2
+"""Views that must agree that a place beside a surface is free."""
+
+_MARGIN = 0.01
+"""How far behind free space a view must have measured something [m]."""
+
+_OPAQUE = 0.1
+"""Discs that are fainter than this cover nothing; oracles ignore them."""
+
+_BEYOND = 0.2
+"""Percentage of the surfaces that may lie beyond each side of the box."""
+
+_FARTHEST = 3.0
+"""Farthest that a robot may come from its workspace [m]."""
+
+_MOST_VOXELS = 4e6
+"""More would take more than a minute."""
+
+_MOST_RINGS = 200
+"""Bounds the points on a disc that is absurdly large."""
+
+_BLOCK = np.ones((3, 3, 3), bool)
+"""A voxel and all that it touches."""
+
+_AROUND = np.array(list(product((-1, 0, 1), repeat=3)))
+_SIDES = _AROUND[np.abs(_AROUND).sum(axis=1) == 1]
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Cells:
+    """The cells of those voxels that hold discs or border on them.
+
+    Attributes:
+        slot: Number of each voxel among the divided ones, -1 for the others,
+            shape (nx, ny, nz), int32.
+        voxels: Indices of the divided voxels, shape (n, 3).
+        covered: Which of their cells are at discs, shape (n, m, m, m), bool.
+        free: Which were looked through, shape (n, m, m, m), bool.
+    """
+
+    slot: np.ndarray
+    voxels: np.ndarray
+    covered: np.ndarray
+    free: np.ndarray
+
+
+def seen_box(
+    capture: Capture, workspace: Workspace, voxel: float = VOXEL
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Returns a box around what a capture may have seen.
+
+    Nobody has looked farther than from the cameras to the surfaces, and no
+    robot works farther than some metres from its workspace.
+
+    Args:
+        capture: Posed RGB-D images.
+        workspace: Space in which the robot works.
+        voxel: Wanted edge length of a voxel [m].
+
+    Returns:
+        Lower and upper corner, shape (3,) each [m], and the edge length of
+        voxels, which is larger than wanted where they would be too many.
+    """
+    seen = Workspace.of_capture(capture, beyond=_BEYOND)
+    p_WC = capture.X_WC[:, :3, 3]
+    lower = np.minimum(seen.lower, p_WC.min(axis=0)) - voxel
+    upper = np.maximum(seen.upper, p_WC.max(axis=0)) + voxel
+    lower = np.maximum(lower, workspace.lower - _FARTHEST)
+    upper = np.minimum(upper, workspace.upper + _FARTHEST)
+    voxels = float(np.prod((upper - lower) / voxel))
+    return lower, upper, voxel * max(1.0, voxels / _MOST_VOXELS) ** (1 / 3)
+
+
+def find_seen_space(
+    capture: Capture,
+    splat_W: GaussianSplat,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    voxel: float = VOXEL,
+) -> Coverage:
+    """Sorts the voxels of a box into surface, free and unseen ones.
+
+    A voxel is free if a view has looked through the whole of it, a surface if
+    discs stand between its free and its unseen part, and unseen otherwise:
+    the inside of things, too. Beside surfaces, where depth images are wrong
+    most often, what a single view says is not believed.
+
+    Args:
+        capture: Posed RGB-D images.
+        splat_W: The surfaces that a robot is going to know, in W.
+        lower: Lower corner of the box, shape (3,) [m].
+        upper: Upper corner of the box, shape (3,) [m].
+        voxel: Edge length of a voxel [m].
+    """
+    lower = np.asarray(lower, float)
+    shape = np.maximum(1, np.ceil((upper - lower) / voxel - 1e-9)).astype(int)
+    everywhere = np.indices(tuple(shape.tolist())).reshape(3, -1).T
+    looks = _looks(capture, lower, everywhere, voxel, 1)
+    state = np.where(looks > 0, FREE, UNSEEN).astype(np.uint8).reshape(shape)
+    covered = _covered_cells(splat_W, lower, voxel / _CELLS, shape * _CELLS)
+    cells = _divide(covered, state)
+    inner = np.indices((_CELLS,) * 3).reshape(3, -1).T
+    parts = (cells.voxels[:, None] * _CELLS + inner).reshape(-1, 3)
+    looks = _looks(capture, lower, parts, voxel / _CELLS, _ENOUGH_VIEWS)
+    cells.free[:] = (looks >= _ENOUGH_VIEWS).reshape(cells.free.shape)
+    open_sided = _frontier(cells, state).any(axis=(1, 2, 3))
+    state[tuple(cells.voxels.T)] = np.where(open_sided, UNSEEN, SURFACE)
+    state[_floats(state)] = FREE
+    return Coverage(lower, voxel, state)
+
+
+def _looks(
+    capture: Capture,
+    lower: np.ndarray,
+    cubes: np.ndarray,
+    edge: float,
+    enough: int,
+) -> np.ndarray:
+    """Numbers of views that have looked through cubes of a grid, (n,)."""
+    corners = lower + edge * cubes
+    return count_whole_looks(
+        capture, corners, edge, margin=_MARGIN, enough=enough
+    )
+
+
+def _floats(state: np.ndarray) -> np.ndarray:
+    """Which unseen voxels nothing holds: all around them is free.
+
+    A solid there would hang in the air; gaps between the views leave such
+    specks.
+    """
+    pieces = np.zeros(state.shape, np.int32)
+    count = int(label(state == UNSEEN, _BLOCK, pieces))  # pyright: ignore
+    held = np.zeros(count + 1, bool)
+    held[0] = True
+    # A piece is held by the edge of the box and by surfaces beside it.
+    held_there = np.pad(state == SURFACE, 1, constant_values=True)
+    held_there = np.asarray(binary_dilation(held_there, _BLOCK), bool)
+    held_there = held_there[1:-1, 1:-1, 1:-1]
+    held[pieces[held_there]] = True
+    return ~held[pieces]
+
+
+def _covered_cells(
+    splat_W: GaussianSplat, lower: np.ndarray, cell: float, shape: np.ndarray
+) -> np.ndarray:
+    """Indices of the cells at discs: in them, or next to one in them."""
+    opaque = splat_W.select(splat_W.opacities >= _OPAQUE)
+    p_W = _points_on(opaque, cell / 2)
+    covered = np.zeros(shape, bool)
+    index = np.floor((p_W - lower) / cell)
+    # Their neighbours are marked, too, so a cell beyond the edge matters.
+    index = index[((index >= -1) & (index <= shape)).all(axis=1)].astype(int)
+    flat = np.unique(np.ravel_multi_index(tuple((index + 1).T), shape + 2))
+    index = np.stack(np.unravel_index(flat, shape + 2), axis=1) - 1
+    for step in _AROUND:
+        at = index + step
+        at = at[((at >= 0) & (at < shape)).all(axis=1)]
+        covered[tuple(at.T)] = True
+    return np.argwhere(covered)
+
+
+def _points_on(splat_W: GaussianSplat, spacing: float) -> np.ndarray:
+    """Points on the two widest axes' ellipses, one sigma wide, (n, 3)."""
+    widest = np.argsort(-splat_W.scales, axis=1, kind="stable")[:, :2]
+    scales = np.take_along_axis(splat_W.scales, widest, axis=1)
+    axes = np.take_along_axis(splat_W.R_GK, widest[:, None], axis=2) * (
+        scales[:, None].astype(float)
+    )
+    rings = np.ceil(scales.max(axis=1, initial=0) / spacing).astype(int)
+    rings = np.clip(rings, 1, _MOST_RINGS)
+    points = [np.zeros((0, 3))]
+    for n in np.unique(rings):
+        step = np.arange(-n, n + 1) / n
+        ab = np.stack(np.meshgrid(step, step), axis=-1).reshape(-1, 2)
+        ab = ab[np.linalg.norm(ab, axis=1) <= 1]
+        of = rings == n
+        p_W = splat_W.p_GK[of][:, None] + np.einsum("nij,kj->nki", axes[of], ab)
+        points.append(p_W.reshape(-1, 3))
+    return np.concatenate(points)
+
+
+def _divide(covered: np.ndarray, state: np.ndarray) -> _Cells:
+    """Divides the voxels that hold covered cells; nothing is free yet."""
+    parent = covered // _CELLS
+    flat = np.ravel_multi_index(tuple(parent.T), state.shape)
+    divided, of = np.unique(flat, return_inverse=True)
+    slot = np.full(state.shape, -1, np.int32)
+    slot.flat[divided] = np.arange(len(divided))
+    marks = np.zeros((len(divided), *(_CELLS,) * 3), bool)
+    marks[of, *(covered % _CELLS).T] = True
+    voxels = np.stack(np.unravel_index(divided, state.shape), axis=1)
+    return _Cells(slot, voxels, marks, np.zeros_like(marks))
+
+
+def _frontier(cells: _Cells, state: np.ndarray) -> np.ndarray:
+    """Which cells are neither free nor covered, beside a free one."""
+    beside_free = np.zeros_like(cells.free)
+    m = _CELLS
+    inner = np.indices((m, m, m)).reshape(3, -1).T
+    for side in _SIDES:
+        # The voxel that each cell's neighbour is in, and where it is there.
+        at = inner + side
+        step, place = at // m, at % m
+        neighbour = cells.voxels[:, None] + step
+        within = ((neighbour >= 0) & (neighbour < state.shape)).all(axis=2)
+        index = tuple(np.where(within[..., None], neighbour, 0).T)
+        slot = cells.slot[index].T
+        free = np.where(
+            slot >= 0,
+            cells.free[slot, *place.T],
+            state[index].T == FREE,
+        )
+        beside_free |= (free & within).reshape(beside_free.shape)
+    return beside_free & ~cells.free & ~cells.covered
