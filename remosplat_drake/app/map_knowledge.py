@@ -273,14 +273,15 @@ def remaining_error(report: QualityReport, oracle: OracleMaker) -> float:
 
     It is the one place that decides which of a report's numbers a stopping
     distance must exceed. An oracle that subtracts the splats' own uncertainty
-    leaves less of it than one that ignores them; no report says yet how much
-    less.
+    leaves less of it than one that ignores them.
 
     Args:
         report: What was measured of the map.
         oracle: The oracle that looks at it.
     """
-    del oracle  # Unused.
+    subtracts = getattr(oracle, "uncertainty", "") == "subtract"
+    if report.uncertainty and subtracts:
+        return report.remaining_error
     return report.map_error
 
 

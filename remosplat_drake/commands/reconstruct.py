@@ -68,6 +68,7 @@ from remosplat_drake.reconstruction.seen_space import (
 from remosplat_drake.reconstruction.surfels.point_cloud import (
     InitialisationConfig,
 )
+from remosplat_drake.reconstruction.uncertainty.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.workspace import Workspace
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.splat.formats import format_of_name, write_splat
@@ -115,7 +116,10 @@ def add_arguments(parser: argparse.ArgumentParser):
         f" {TRUTH}, if it has one)",
     )
     parser.add_argument(
-        "--count", type=int, default=60_000, help="splats at most (60000)"
+        "--count",
+        type=int,
+        default=60_000,
+        help="splats to start with, at most (60000)",
     )
     parser.add_argument(
         "--focus",
@@ -161,7 +165,11 @@ def run(arguments: argparse.Namespace) -> int:
     workspace = _workspace(capture, arguments)
     console.print(placement.words, soft_wrap=True, highlight=False)
     held_out = np.arange(len(capture)) % arguments.held_out == 0
-    result = _reconstruct(capture, device, held_out, arguments, console)
+    errors = None
+    if alignment is not None:
+        errors = PoseErrors.of_draws(alignment.draws())
+        errors = errors.rotated(placement.X_FW.rotation().matrix())
+    result = _reconstruct(capture, device, held_out, errors, arguments, console)
     write_splat(arguments.output, result.splat)
     console.print(
         f"{len(result.splat)} splats in {result.seconds:.0f} s:"
@@ -198,7 +206,7 @@ def run(arguments: argparse.Namespace) -> int:
             result.splat,
             capture,
             workspace,
-            report.map_error,
+            report.remaining_error,
             report.warnings,
             arguments.robot,
         )
@@ -247,6 +255,7 @@ def _reconstruct(
     capture: Capture,
     device: str,
     held_out: np.ndarray,
+    errors: PoseErrors | None,
     arguments: argparse.Namespace,
     console: Console,
 ) -> Reconstruction:
@@ -284,6 +293,8 @@ def _reconstruct(
             steps=arguments.steps,
             seed=arguments.seed,
             held_out=held_out,
+            bounded=True,
+            errors=errors,
             checkpoint=arguments.output.with_suffix(".training.pt"),
             report=show,
         )

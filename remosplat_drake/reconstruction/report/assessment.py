@@ -51,6 +51,9 @@ No robot sphere has its centre nearer to a surface, and the controller looks no
 farther.
 """
 
+_Errors = dict[str, dict[str, np.ndarray]]
+"""Measured minus expected distances [m], by reference and by oracle."""
+
 _NOTHING = 1.0  # An oracle that sees nothing has measured this [m].
 _LISTED_FLOATERS = 100
 
@@ -117,7 +120,7 @@ def assess(
     surface_W = measured_points(known, box[0] - FARTHEST, box[1] + FARTHEST)
     references = _references(surface_W, truth)
     progress("comparing distances")
-    distances, errors = _compare_distances(
+    distances, errors, careful = _compare_distances(
         splat_W, known, references, workspace, count, seed
     )
     progress("looking for floaters and unseen space")
@@ -137,17 +140,32 @@ def assess(
         warnings=list(warnings),
     )
     best = errors[reference_of(report)]
-    return Assessment(_judged(report), pictures, best, coverage, floaters)
+    rest = careful[reference_of(report)]
+    report = _judged(report, _own_error(splat_W, workspace), rest)
+    return Assessment(report, pictures, best, coverage, floaters)
 
 
-def _judged(report: QualityReport) -> QualityReport:
+def _judged(
+    report: QualityReport, own: float, rest: dict[str, np.ndarray]
+) -> QualityReport:
     """The report with the numbers and the words that follow from its own."""
     best = reference_of(report)
-    report.map_error = max(
-        d.over for d in report.distances if d.reference == best
+    over = max(d.over for d in report.distances if d.reference == best)
+    report.uncertainty = own
+    report.map_error = max(over, own)
+    report.remaining_error = max(
+        float(error.max(initial=0.0)) for error in rest.values()
     )
     report.trust = judge(report)
     return report
+
+
+def _own_error(splat_W: GaussianSplat, workspace: Workspace) -> float:
+    """Largest uncertainty of a disc in the workspace [m]; 0 without any."""
+    if splat_W.uncertainty is None:
+        return 0.0
+    inside = splat_W.inside(workspace.lower, workspace.upper)
+    return float(splat_W.uncertainty[inside].max(initial=0.0))
 
 
 def _references(
@@ -176,10 +194,11 @@ def _compare_distances(
     workspace: Workspace,
     count: int,
     seed: int,
-) -> tuple[list[DistanceErrors], dict[str, dict[str, np.ndarray]]]:
+) -> tuple[list[DistanceErrors], _Errors, _Errors]:
     """Both oracles against all references, in space that cameras saw.
 
-    The radius of a sphere adds nothing to an error, so points will do.
+    The radius of a sphere adds nothing to an error, so points will do. The
+    last errors are those that are left where the uncertainty is subtracted.
     """
     p_W = free_points(
         capture, count, workspace.lower, workspace.upper, FARTHEST, seed
@@ -192,27 +211,37 @@ def _compare_distances(
     if not near.any():
         raise RemoSplatError("the capture shows no free space near a surface")
     spheres = Spheres.at(p_W[near])
+    expected = {name: distance[near] for name, distance in expected.items()}
     # How wrong the surfaces are, whatever they say of themselves.
-    surfaces_W = splat_W.with_uncertainty(None)
-    oracles = {
-        "sphere-to-ellipsoid": SphereToEllipsoidField(surfaces_W),
-        "depth rasterisation": DepthRasterizationField(
-            surfaces_W, nearest_only=True
-        ),
-    }
-    errors: dict[str, dict[str, np.ndarray]] = {r: {} for r in references}
-    for name, oracle in oracles.items():
-        measured = oracle.clearances(spheres).per_sphere(len(spheres))
-        measured = np.minimum(measured, _NOTHING)
-        for reference in references:
-            error = measured - expected[reference][near]
-            errors[reference][name] = error
+    errors = _errors(splat_W.with_uncertainty(None), spheres, expected)
+    careful = errors
+    if splat_W.uncertainty is not None:
+        careful = _errors(splat_W, spheres, expected)
     rows = [
         DistanceErrors(oracle, reference, **dc.asdict(summarize(error)))
         for reference, by_oracle in errors.items()
         for oracle, error in by_oracle.items()
     ]
-    return rows, errors
+    return rows, errors, careful
+
+
+def _errors(
+    splat_W: GaussianSplat, spheres: Spheres, expected: dict[str, np.ndarray]
+) -> dict[str, dict[str, np.ndarray]]:
+    """Measured minus expected distances, by reference and oracle [m]."""
+    oracles = {
+        "sphere-to-ellipsoid": SphereToEllipsoidField(splat_W),
+        "depth rasterisation": DepthRasterizationField(
+            splat_W, nearest_only=True
+        ),
+    }
+    errors: dict[str, dict[str, np.ndarray]] = {r: {} for r in expected}
+    for name, oracle in oracles.items():
+        measured = oracle.clearances(spheres).per_sphere(len(spheres))
+        measured = np.minimum(measured, _NOTHING)
+        for reference, distance in expected.items():
+            errors[reference][name] = measured - distance
+    return errors
 
 
 def _summarize_floaters(floaters: Floaters) -> FloaterSummary:

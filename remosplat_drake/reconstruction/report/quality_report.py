@@ -125,11 +125,17 @@ class QualityReport(Config):
     coverage: CoverageSummary = dc.field(default_factory=CoverageSummary)
     # How the cameras were refined; None: they were not.
     alignment: AlignmentSummary | None = None
-    # Largest over-estimate of a distance by any oracle, by the best reference
-    # there is [m].
+    # Largest over-estimate of a distance by any oracle: as measured by the best
+    # reference there is, or what the splats' own uncertainty allows for, if
+    # that is more [m].
     map_error: Annotated[float, Interval(ge=0, le=1e4)] = 0.0
     # What is wrong with the capture and was accepted, or only warned of.
     warnings: list[str] = dc.field(default_factory=list)
+    # Largest uncertainty that a splat in the workspace has of itself; 0: they
+    # have none [m].
+    uncertainty: Annotated[float, Interval(ge=0, le=1e4)] = 0.0
+    # What is left of `map_error` where an oracle subtracts that [m].
+    remaining_error: Annotated[float, Interval(ge=0, le=1e4)] = 0.0
     # The verdict in words.
     trust: str = ""
 
@@ -211,12 +217,21 @@ def judge(report: QualityReport) -> str:
     reference = reference_of(report)
     judged = [d for d in report.distances if d.reference == reference]
     usual = max(d.percentile_99 for d in judged)
-    stop = report.map_error + MAP_ERROR_MARGIN
+    over, rest = report.map_error, report.map_error
+    if report.uncertainty:
+        over = max(d.over for d in judged)
+        rest = report.remaining_error
+    stop = rest + MAP_ERROR_MARGIN
     verdict = (
         f"Distances are right to {rounded_up(usual)} (99 %), over-estimates up"
-        f" to {rounded_up(report.map_error)}: stopping distances from"
-        f" {rounded_up(stop)} on are safe here."
+        f" to {rounded_up(over)}"
     )
+    if report.uncertainty:
+        verdict += (
+            "; where the data allow for more, splats say so, up to"
+            f" {rounded_up(report.uncertainty)}, which oracles subtract"
+        )
+    verdict += f": stopping distances from {rounded_up(stop)} on are safe here."
     if reference == TRUTH:
         verdict += " This is against the true geometry."
     if reference == CAPTURE:
