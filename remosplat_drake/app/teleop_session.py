@@ -32,6 +32,7 @@ from remosplat_drake.mapping.store.run_folders import RUNS, new_run
 from remosplat_drake.mapping.store.session import SESSION_FILE, Session
 from remosplat_drake.oracle.oracle_config import GroundTruth, make_field
 from remosplat_drake.signals.scene_map import SceneMap
+from remosplat_drake.station.station_config import KinematicStation
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_tiles import make_tiles
 
@@ -207,4 +208,8 @@ def _camera_maker(
     config = scenario.camera or WristCameraConfig()
     if hardware:
         return partial(LcmCamera, config, world.robot, scenario.hardware)
-    return partial(RenderedCamera, config, world.robot, world.truth)
+    camera = partial(RenderedCamera, config, world.robot, world.truth)
+    station = scenario.station
+    if isinstance(station, KinematicStation):
+        camera = partial(camera, odometry_drift=station.odometry_drift)
+    return camera
