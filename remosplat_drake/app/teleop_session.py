@@ -32,9 +32,9 @@ from remosplat_drake.mapping.store.run_folders import RUNS, new_run
 from remosplat_drake.mapping.store.session import SESSION_FILE, Session
 from remosplat_drake.oracle.oracle_config import GroundTruth, make_field
 from remosplat_drake.signals.scene_map import SceneMap
-from remosplat_drake.station.station_config import KinematicStation
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_tiles import make_tiles
+from remosplat_drake.station.station_config import KinematicStation
 
 _MAPPING_PACKAGES = ("open3d", "PIL")
 

@@ -274,7 +274,8 @@ class _Worker:
             trusted = sum(names[i] in session.map_frames for i in right)
             wrong = right[contradicting_frames(capture.select(right), trusted)]
             problems = aligned.problems | {
-                i: contradiction(aligned.residual[i]) for i in wrong.tolist()
+                i: contradiction(float(aligned.residual[i]))
+                for i in wrong.tolist()
             }
             right = np.setdiff1d(right, wrong)
         else:

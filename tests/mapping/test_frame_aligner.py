@@ -5,6 +5,7 @@ import dataclasses as dc
 import numpy as np
 import pytest
 from drifting_base import DRIFT, DrivenFrames, drive
+from laden_table import TOP
 from mapped_table import table_world
 
 from remosplat_drake.mapping.frame_choice import contradiction
@@ -89,3 +90,29 @@ def test_who_trusts_the_odometry_aligns_nothing():
 def test_a_contradiction_says_how_far_surfaces_are_apart():
     assert contradiction(0.0123).endswith("lie 12.3 mm from theirs")
     assert "mm" not in contradiction(np.nan)
+
+
+def test_a_frame_of_a_bare_floor_does_not_say_where_the_base_was(frames):
+    depth = frames.capture.depth.copy()
+    # All that stands upright on the table is hidden.
+    p_C = unproject(frames.capture, 4)
+    upright = (frames.X_WC[4] @ p_C)[..., 2, 0] > TOP + 0.01
+    depth[4][upright] = 0
+    # So are the table's own sides.
+    depth[4][(frames.X_WC[4] @ p_C)[..., 2, 0] < TOP - 0.01] = 0
+    capture = dc.replace(frames.capture, depth=depth).select(np.arange(6))
+    aligned = FrameAligner(EXPECTED).align(
+        frames.keys[:6], capture, frames.X_OB[:6]
+    )
+    assert list(aligned.problems) == [4]
+    assert "too little that stands upright" in aligned.problems[4]
+    assert errors(frames, aligned)[[0, 1, 2, 3, 5]].max() < 0.002
+
+
+def unproject(capture, view: int) -> np.ndarray:
+    """Points of a view's pixels in its camera, shape (h, w, 4, 1) [m]."""
+    depth, K = capture.depth[view], capture.K[view]
+    v, u = np.mgrid[: depth.shape[0], : depth.shape[1]] + 0.5
+    x, y = (u - K[0, 2]) / K[0, 0], (v - K[1, 2]) / K[1, 1]
+    p = np.stack([x * depth, y * depth, depth, np.ones_like(depth)], axis=-1)
+    return p[..., None]

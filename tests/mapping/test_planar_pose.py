@@ -14,9 +14,9 @@ from remosplat_drake.mapping.localization.planar_pose import (
 )
 from remosplat_drake.signals.base_correction import BaseCorrection
 
-POSES = st.tuples(
-    st.floats(-3, 3), st.floats(-3, 3), st.floats(-1.5, 1.5)
-).map(np.array)
+POSES = st.tuples(st.floats(-3, 3), st.floats(-3, 3), st.floats(-1.5, 1.5)).map(
+    np.array
+)
 
 
 @given(POSES, POSES)
@@ -27,9 +27,7 @@ def test_agree_with_matrices(a, b):
     np.testing.assert_allclose(
         matrix(relative(a, b)), np.linalg.inv(matrix(a)) @ matrix(b), atol=1e-12
     )
-    np.testing.assert_allclose(
-        composed(odometry_frame(a, b), b), a, atol=1e-12
-    )
+    np.testing.assert_allclose(composed(odometry_frame(a, b), b), a, atol=1e-12)
     q = np.array([*b, 0.1, 0.2])
     np.testing.assert_allclose(
         BaseCorrection(a).corrected(q), [*composed(a, b), 0.1, 0.2], atol=1e-12

@@ -12,6 +12,7 @@ from remosplat_drake.mapping.localization.keyframe_graph import (
     Keyframes,
     best_start,
     misfit,
+    slides,
     solve,
 )
 from remosplat_drake.mapping.localization.planar_pose import (
@@ -35,11 +36,17 @@ from remosplat_drake.signals.base_correction import BaseCorrection
 _SAMPLES = 300
 """Points of a frame that are compared with others."""
 
-_NEIGHBOURS = 10
+_NEIGHBOURS = 8
 """Keyframes that a new one is compared with before it joins the graph."""
 
 _MOST_DEVIATIONS = 4.0
 """Corrections beyond so many standard deviations of the odometry are none."""
+
+_FARTHEST = 0.25
+"""Greatest distance at which a frame is searched for [m]."""
+
+_TRUSTED = 0.004
+"""Standard deviation of a base's position that does no harm [m]."""
 
 _LARGEST_MISFIT = 0.01
 """Median distance of a frame's surfaces from the others' that is no noise [m].
@@ -193,8 +200,10 @@ class FrameAligner:
         waited = keyframes.age[i] - keyframes.age[before]
         most = _MOST_DEVIATIONS * self._drift.deviations(waited)
         start = X_WB[few]
-        start[-1] = best_start(shown, start, 1.5 * most[0])
-        found = solve(shown, start, few == i, REFINING).X_WB
+        reach = min(1.5 * most[0], _FARTHEST)
+        start[-1] = best_start(shown, start, reach)
+        solution = solve(shown, start, few == i, REFINING)
+        found = solution.X_WB
         off = np.abs(relative(expected, found[-1]))
         allowed = f"{1e3 * most[0]:.0f} mm and {np.rad2deg(most[2]):.1f} deg"
         apart = misfit(shown, found, len(few) - 1)
@@ -202,6 +211,15 @@ class FrameAligner:
             return (
                 f"does not fit: its surfaces lie {1e3 * apart:.1f} mm from the"
                 f" others', within {allowed} of where odometry has it"
+            )
+        drifted = most[0] / _MOST_DEVIATIONS
+        vague = np.linalg.eigvalsh(solution.covariance[-1][:2, :2])[-1]
+        if drifted > _TRUSTED and (
+            vague > _TRUSTED**2 or slides(solution.information[-1])
+        ):
+            return (
+                "shows too little that stands upright to tell where the base"
+                f" was, which may have drifted {1e3 * drifted:.0f} mm"
             )
         if (off > most).any():
             shift, turn = 1e3 * np.hypot(*off[:2]), np.rad2deg(off[2])

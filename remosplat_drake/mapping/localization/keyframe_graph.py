@@ -38,7 +38,7 @@ REFINING = LEVELS[2:]
 
 _SEARCH = Level(0.03, 0.01, 0.8, 1)
 _SEARCH_STEP = 0.04
-_SEARCH_STRIDE = 3
+_SEARCH_STRIDE = 6
 """What counts as a hit in the search for a start, its step [m], and every how
 many points are looked at."""
 
@@ -50,6 +50,9 @@ _CORRELATION = 10.0
 
 _SMALLEST_SHIFT, _SMALLEST_TURN = 1e-3, 5e-4
 """Least standard deviations of the odometry's motions [m, rad]."""
+
+_SLIPPERY = 0.03
+"""Part of the information on one direction that is none on the other."""
 
 _CONVERGED = 1e-5
 """Steps below end a level [m, rad]."""
@@ -123,14 +126,14 @@ class Solution:
         X_WB: The base's poses, shape (n, 3) [m, rad].
         covariance: Their covariances, shape (n, 3, 3); 0 for those that were
             not free.
-        pairs: Views that were compared, shape (m, 2).
+        information: What their surfaces alone tell of them, shape (n, 3, 3).
         residual: Median distance of each keyframe's points from the others'
             surfaces, shape (n,) [m]; NaN for those that share none.
     """
 
     X_WB: np.ndarray
     covariance: np.ndarray
-    pairs: np.ndarray
+    information: np.ndarray
     residual: np.ndarray
 
 
@@ -152,6 +155,7 @@ def solve(
     stack, moving = keyframes.stack, np.repeat(free, 3)
     pairs = np.zeros((0, 2), np.int64)
     H = np.zeros((3 * len(free), 3 * len(free)))
+    seen = np.zeros_like(H)
     for level in levels:
         state = State(keyframes.camera_poses(X_WB))
         pairs = choose_pairs(
@@ -162,13 +166,15 @@ def solve(
         spread = residual_spread(stack, state, pairs, level)
         for _ in range(level.steps):
             H, g = _odometry(keyframes, X_WB)
+            seen[:] = 0
             if len(pairs):
                 state = State(keyframes.camera_poses(X_WB))
                 data = equations(
                     stack, state, pairs, level, spread, _CORRELATION
                 )
                 P = _planar(state.X_WC, X_WB)
-                H += P.T @ data.H[:-2, :-2] @ P
+                seen = P.T @ data.H[:-2, :-2] @ P
+                H += seen
                 g += P.T @ data.g[:-2]
             step = -np.linalg.solve(H[np.ix_(moving, moving)], g[moving])
             X_WB[free] += step.reshape(-1, 3)
@@ -178,11 +184,14 @@ def solve(
     covariance[np.ix_(moving, moving)] = np.linalg.inv(
         H[np.ix_(moving, moving)]
     )
-    blocks = covariance.reshape(len(free), 3, len(free), 3)
     own = np.arange(len(free))
+    covariance, seen = (
+        each.reshape(len(free), 3, len(free), 3)[own, :, own]
+        for each in (covariance, seen)
+    )
     state = State(keyframes.camera_poses(X_WB))
     residual = _residuals(stack, state, pairs)
-    return Solution(X_WB, blocks[own, :, own], pairs, residual)
+    return Solution(X_WB, covariance, seen, residual)
 
 
 def best_start(
@@ -222,6 +231,23 @@ def best_start(
         if hits > most:
             best, most = tried[last], hits
     return best
+
+
+def slides(information: np.ndarray) -> bool:
+    """Whether surfaces leave a base free to slide in some direction.
+
+    A floor and one wall hold a base in one direction; what noise seems to say
+    of the other one is little.
+
+    Args:
+        information: What they tell of x, y and yaw, shape (3, 3).
+    """
+    turn = information[2, 2]
+    shift = information[:2, :2]
+    if turn > 0:
+        shift = shift - np.outer(information[:2, 2], information[2, :2]) / turn
+    least, most = np.linalg.eigvalsh(shift)
+    return bool(least <= _SLIPPERY * most)
 
 
 def misfit(keyframes: Keyframes, X_WB: np.ndarray, view: int) -> float:
@@ -281,7 +307,7 @@ def _planar(X_WC: np.ndarray, X_WB: np.ndarray) -> np.ndarray:
 
 def _residuals(stack: ViewStack, state: State, pairs: np.ndarray) -> np.ndarray:
     """Median distance of each view's points from others' surfaces, (n,)."""
-    residual = np.full(len(stack), np.nan)
+    residual = np.full(len(stack.count), np.nan)
     if not len(pairs):
         return residual
     distances = distances_of_pairs(stack, state, pairs)
