@@ -15,6 +15,7 @@ from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.stages import (
     AddController,
     AddGuidance,
+    AddLocalization,
     AddOracle,
     AddSupervisor,
     MakeStation,
@@ -26,6 +27,9 @@ from remosplat_drake.controller.guidance.guidance_selector import (
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.reactive_program import Ingredient
+from remosplat_drake.mapping.localization.base_localization import (
+    BaseLocalization,
+)
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.signals import station_ports as ports
@@ -41,7 +45,11 @@ class ControlLoop:
         scenario: The scenario that the stages are made from.
         world: What the scenario's files hold: robot, map and true scene.
         station: The robot, simulated or real, as a system.
-        configuration: The output port of the measured q, n_q entries.
+        odometry: The output port of the q that the station measures, n_q
+            entries.
+        localization: The system that corrects its base by the map; None if
+            the odometry is trusted.
+        configuration: The output port of q in W, n_q entries.
         targets: The system that says where the end effector shall go.
         oracle: The system that measures distances to the map.
         controller: The reactive controller.
@@ -54,6 +62,8 @@ class ControlLoop:
     scenario: Scenario
     world: World
     station: Diagram
+    odometry: OutputPort
+    localization: BaseLocalization | None
     configuration: OutputPort
     targets: Targets
     oracle: DistanceOracle
@@ -107,7 +117,11 @@ def AddControlLoop(
     """
     robot = world.robot
     station = builder.AddSystem(MakeStation(scenario, world, hardware))
-    configuration = AddConfiguration(builder, robot, station)
+    odometry = AddConfiguration(builder, robot, station)
+    localization = AddLocalization(builder, scenario, robot, odometry)
+    configuration = odometry
+    if localization is not None:
+        configuration = localization.GetOutputPort("configuration")
     targets = add_targets(configuration)
     oracle = AddOracle(builder, scenario, world, configuration)
     law = ReactiveLaw.make(
@@ -122,6 +136,8 @@ def AddControlLoop(
         scenario,
         world,
         station,
+        odometry,
+        localization,
         configuration,
         targets,
         oracle,

@@ -30,6 +30,9 @@ from remosplat_drake.controller.guidance.selection_rule import (
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
+from remosplat_drake.mapping.localization.base_localization import (
+    BaseLocalization,
+)
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.robot.robot_model import RobotModel
@@ -74,6 +77,34 @@ def MakeStation(scenario: Scenario, world: World, hardware: bool) -> Diagram:
         )
     except RemoSplatError as error:
         raise RemoSplatError(f"{scenario.source}: {error}") from error
+
+
+def AddLocalization(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    robot: RobotModel,
+    odometry: OutputPort,
+) -> BaseLocalization | None:
+    """Adds what corrects a mobile base's odometry by the live map.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        robot: The robot.
+        odometry: The output port of the measured q, n_q entries.
+
+    Returns:
+        None where the base is fixed or its odometry is trusted.
+    """
+    if not robot.n_base or not scenario.mapping.corrects_base:
+        return None
+    return BaseLocalization.AddToBuilder(
+        builder,
+        odometry,
+        n_q=robot.n_q,
+        period=scenario.control_period,
+        speed=scenario.mapping.correction_speed,
+    )
 
 
 def AddTargets(

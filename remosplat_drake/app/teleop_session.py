@@ -32,6 +32,7 @@ from remosplat_drake.oracle.unknown_space import unknown_space_field
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_tiles import make_tiles
+from remosplat_drake.station.station_config import KinematicStation
 
 _MAPPING_PACKAGES = ("open3d", "PIL")
 
@@ -205,4 +206,8 @@ def _camera_maker(
     config = scenario.camera or WristCameraConfig()
     if hardware:
         return partial(LcmCamera, config, world.robot, scenario.hardware)
-    return partial(RenderedCamera, config, world.robot, world.truth)
+    camera = partial(RenderedCamera, config, world.robot, world.truth)
+    station = scenario.station
+    if isinstance(station, KinematicStation):
+        camera = partial(camera, odometry_drift=station.odometry_drift)
+    return camera

@@ -171,10 +171,11 @@ def AddLiveMap(
         return None
     return LiveMap.AddToBuilder(
         builder,
-        configuration=loop.configuration,
+        configuration=loop.odometry,
         requests=loop.targets.GetOutputPort("map_requests"),
         oracle=loop.oracle,
         supervisor=loop.supervisor,
+        localization=loop.localization,
         process=teleoperation.mapping,
         initial=teleoperation.initial,
         reopened=teleoperation.reopened,

@@ -1,5 +1,7 @@
 """`RenderedCamera`: a simulated wrist camera in the mapping process."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder
 
@@ -25,6 +27,7 @@ class RenderedCamera:
         config: WristCameraConfig,
         robot: RobotModel,
         scene: PrimitiveScene | None,
+        odometry_drift: Sequence[float] = (0.0, 0.0, 0.0),
     ):
         """Builds the scene and the camera.
 
@@ -32,12 +35,15 @@ class RenderedCamera:
             config: Mount, lens and range of the camera.
             robot: The robot that carries it.
             scene: The solids that it sees besides the robot; None for none.
+            odometry_drift: Velocity with which the base's configurations that
+                it is told leave the true ones [m/s, m/s, rad/s].
 
         Raises:
             RemoSplatError: A setting is unusable.
         """
         self._config = config
         self._robot = robot
+        self._drift = np.array(odometry_drift)
         self._K = config.intrinsics().intrinsic_matrix()
         self._mount = CameraMount(robot, config.hand_eye(), config.frame)
         self.show(scene)
@@ -61,7 +67,10 @@ class RenderedCamera:
             q: The robot's configuration, shape (n_q,).
             time: Time of the frame, by the diagram's clock [s].
         """
-        self._scene.place(self._root, q, time)
+        true_q = np.array(q, float)
+        if self._robot.n_base:
+            true_q[:3] -= self._drift * time
+        self._scene.place(self._root, true_q, time)
         color, depth = (
             self._scene.images[name].Eval(self._camera_context)
             for name in (ports.WRIST_CAMERA_RGB, ports.WRIST_CAMERA_DEPTH)

@@ -59,3 +59,16 @@ def contradicting_frames(capture: Capture, trusted: int) -> np.ndarray:
             " the camera's calibration is wrong"
         )
     return wrong[wrong >= trusted]
+
+
+def contradiction(residual: float) -> str:
+    """Says why a frame is refused that contradicts the others.
+
+    Args:
+        residual: Median distance of its surfaces from theirs [m]; NaN where
+            that has not been measured.
+    """
+    problem = "contradicts the others: its pose is wrong"
+    if np.isfinite(residual):
+        problem += f", its surfaces lie {1e3 * residual:.1f} mm from theirs"
+    return problem

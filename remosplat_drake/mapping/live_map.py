@@ -27,6 +27,7 @@ from remosplat_drake.mapping.messages import (
     Undo,
 )
 from remosplat_drake.mapping.store.map_file import open_map
+from remosplat_drake.signals.base_correction import BaseCorrection
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.scene_map import SceneMap
@@ -47,11 +48,13 @@ class _Memory:
         known: The requests that have been passed on.
         due: When answers take effect: pairs (time [s], number of requests
             answered by then); only with a fixed latency.
+        correction: The newest correction of the base's odometry.
     """
 
     status: MapStatus
     known: MapRequests = dc.field(default_factory=MapRequests)
     due: tuple[tuple[float, int], ...] = ()
+    correction: BaseCorrection = dc.field(default_factory=BaseCorrection)
 
     def __deepcopy__(self, memo) -> "_Memory":
         return self
@@ -70,11 +73,13 @@ class LiveMap(LeafSystem):
         - distance_field
         - map_age
         - map_status
+        - correction
 
     Nothing here waits for the process: a new map is a file that is mapped
     into memory at a tick, and counts from the next one on. `configuration` is
     the measured q, `requests` takes `MapRequests`, `distance_field` gives the
-    map's `DistanceField` and `map_status` a `MapStatus`. `map_age` tells how
+    map's `DistanceField`, `map_status` a `MapStatus` and `correction` the
+    newest `BaseCorrection` that any map brought. `map_age` tells how
     long ago the newest frame of the map was taken [s]; before the first it
     is 0.
 
@@ -132,6 +137,12 @@ class LiveMap(LeafSystem):
         self.DeclareAbstractOutputPort(
             "map_status", Value(status).Clone, self._calc_status, {memory}
         )
+        self.DeclareAbstractOutputPort(
+            "correction",
+            Value(BaseCorrection()).Clone,
+            self._calc_correction,
+            {memory},
+        )
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._tick)
 
     @staticmethod
@@ -142,17 +153,19 @@ class LiveMap(LeafSystem):
         requests: OutputPort | None = None,
         oracle: LeafSystem,
         supervisor: LeafSystem | None = None,
+        localization: LeafSystem | None = None,
         **arguments,
     ) -> "LiveMap":
         """Adds a live map to a diagram, and connects it.
 
         Args:
             builder: Builder of the diagram.
-            configuration: The measured configuration q.
+            configuration: The measured configuration q, not corrected.
             requests: The `MapRequests` of operators; None for none.
             oracle: The distance oracle; it asks the live map from now on.
             supervisor: The safety supervisor, which is told the map's age;
                 None for none.
+            localization: What corrects the base's odometry; None for nothing.
             **arguments: The arguments of `LiveMap`.
         """
         live_map = builder.AddSystem(LiveMap(**arguments))
@@ -167,6 +180,11 @@ class LiveMap(LeafSystem):
             builder.Connect(
                 live_map.GetOutputPort("map_age"),
                 supervisor.GetInputPort("map_age"),
+            )
+        if localization is not None:
+            builder.Connect(
+                live_map.GetOutputPort("correction"),
+                localization.GetInputPort("correction"),
             )
         return live_map
 
@@ -193,6 +211,9 @@ class LiveMap(LeafSystem):
 
     def _calc_status(self, context: Context, output: AbstractValue):
         output.set_value(self.status(context))
+
+    def _calc_correction(self, context: Context, output: AbstractValue):
+        output.set_value(self._memory(context).correction)
 
     def _tick(self, context: Context, state: State):
         before = self._memory(context)
@@ -238,7 +259,13 @@ class LiveMap(LeafSystem):
             status = self._after(status, event)
         is_building = self._process.answered < self._process.sent
         status = dc.replace(status, is_building=is_building)
-        return dc.replace(memory, status=status, due=due)
+        # An undo brings back an older map, but no older pose of the base.
+        newest = max(
+            memory.correction,
+            status.scene_map.correction,
+            key=lambda correction: correction.time,
+        )
+        return dc.replace(memory, status=status, due=due, correction=newest)
 
     def _after(self, status: MapStatus, event: Event) -> MapStatus:
         if not isinstance(event, MapReady):

@@ -53,9 +53,23 @@ class MappingConfig(Config):
     # Greatest number of frames that a map is made of. Of two from nearly the
     # same pose the older one is left out first, and then the oldest ones.
     max_frames: Annotated[int, Interval(ge=1, le=10_000)] = 80
+    # Standard deviation of how far the base's odometry goes wrong in a second
+    # [m/s]; 0 with `odometry_turn: 0`: poses are taken as they are measured.
+    # Otherwise frames are aligned to each other, and the base to the map.
+    odometry_drift: Annotated[float, Interval(ge=0, le=0.1)] = 0.0
+    # The same for its heading [rad/s].
+    odometry_turn: Annotated[float, Interval(ge=0, le=0.1)] = 0.0
+    # Greatest speed at which the base's pose is corrected [m/s]; its heading
+    # follows at as many rad/s.
+    correction_speed: Annotated[float, Interval(gt=0, le=0.5)] = 0.05
     # Time after which a map takes effect, exactly, in simulations that run
     # faster than real time [s]; absent: as soon as it is made.
     latency: Annotated[float, Interval(ge=0, le=60)] | None = None
+
+    @property
+    def corrects_base(self) -> bool:
+        """Whether the odometry of a mobile base is corrected by the map."""
+        return self.odometry_drift > 0 or self.odometry_turn > 0
 
     def check(self) -> Iterator[tuple[str, str]]:
         """Yields an error where the box is empty or has too many voxels."""

@@ -17,6 +17,7 @@ from remosplat_drake.mapping.store.session import Session, Version
 from remosplat_drake.reconstruction.pipeline import Report
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.base_correction import BaseCorrection
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -59,11 +60,27 @@ class MappingJob:
     base: GaussianSplat | None = None
 
 
+@dc.dataclass(frozen=True, eq=False)
+class UsableFrames:
+    """The frames of the next map, where they were taken.
+
+    Attributes:
+        names: Names of the frames.
+        capture: The frames, in W.
+        q: The robot's configurations in W, shape (n, n_q).
+        correction: Where the odometry was at the newest one.
+    """
+
+    names: tuple[str, ...]
+    capture: Capture
+    q: np.ndarray
+    correction: BaseCorrection
+
+
 def next_map(
     job: MappingJob,
     session: Session,
-    names: tuple[str, ...],
-    capture: Capture,
+    frames: UsableFrames,
     effort: str,
 ) -> Callable[[Report], WrittenMap]:
     """Prepares the next map of a session.
@@ -71,8 +88,7 @@ def next_map(
     Args:
         job: What the mapping process was given.
         session: The session that the map belongs to.
-        names: Names of the frames.
-        capture: The frames.
+        frames: The frames.
         effort: "quick" or "full".
 
     Returns:
@@ -81,16 +97,17 @@ def next_map(
     """
     build = partial(
         build_map,
-        capture,
+        frames.capture,
         job.config,
         version=session.next_version,
         parent=session.head,
-        frames=names,
-        time=session.frames.time(names[-1]),
+        frames=frames.names,
+        time=session.frames.time(frames.names[-1]),
         make_field=job.make_field,
         effort=effort,
         base=job.base,
-        robot_free=free_around(job, session.frames.configurations(names)),
+        robot_free=free_around(job, frames.q),
+        correction=frames.correction,
     )
     return partial(_make, build, session.map_path(session.next_version))
 

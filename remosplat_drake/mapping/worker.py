@@ -4,6 +4,7 @@ It owns the camera and the session's folder and keeps nothing besides, so
 that another one goes on where it was killed.
 """
 
+import dataclasses as dc
 import logging
 import os
 from collections.abc import Callable
@@ -17,14 +18,23 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.capture.capture import (
     MIN_DEPTH_FRACTION,
     MIN_VIEWS,
-    Capture,
 )
 from remosplat_drake.mapping.build_thread import BuildThread
 from remosplat_drake.mapping.frame_choice import (
     contradicting_frames,
+    contradiction,
     frames_to_keep,
 )
-from remosplat_drake.mapping.mapping_job import MappingJob, WrittenMap, next_map
+from remosplat_drake.mapping.localization.frame_aligner import (
+    Aligned,
+    make_aligner,
+)
+from remosplat_drake.mapping.mapping_job import (
+    MappingJob,
+    UsableFrames,
+    WrittenMap,
+    next_map,
+)
 from remosplat_drake.mapping.messages import (
     AddFrame,
     Build,
@@ -98,6 +108,7 @@ class _Worker:
         self._job = job
         self._session = Session.open_to_write(job.session)
         self._camera = job.make_camera()
+        self._aligner = make_aligner(job.config, job.robot)
         self._builder: BuildThread[WrittenMap] = BuildThread()
         self._seals: dict[int, str] = {}
         self._wanted = ""
@@ -229,14 +240,13 @@ class _Worker:
 
     def _start_building(self, effort: str) -> None:
         self._offered = set(self._session.active)
-        names, capture = self._usable_frames()
-        if capture is None:
+        frames = self._usable_frames()
+        if frames is None:
             self._tell(Note(f"a map needs at least {MIN_VIEWS} frames"))
             return
-        make = next_map(self._job, self._session, names, capture, effort)
-        self._builder.start(make)
+        self._builder.start(next_map(self._job, self._session, frames, effort))
 
-    def _usable_frames(self) -> tuple[tuple[str, ...], Capture | None]:
+    def _usable_frames(self) -> UsableFrames | None:
         """The frames for the next map, if there are enough of them.
 
         Those that are damaged or in the wrong place are refused.
@@ -249,17 +259,38 @@ class _Worker:
         )
         names = tuple(names[i] for i in kept)
         if len(names) < MIN_VIEWS:
-            return names, None
+            return None
         capture = session.frames.capture(names)
-        trusted = sum(name in session.map_frames for name in names)
-        wrong = contradicting_frames(capture, trusted)
-        problem = "contradicts the others: its pose is wrong"
-        self._refuse({names[i]: f"{names[i]} {problem}" for i in wrong})
-        right = np.setdiff1d(np.arange(len(names)), wrong)
-        names = tuple(names[i] for i in right)
-        if len(names) < MIN_VIEWS:
-            return names, None
-        return names, capture.select(right)
+        q = session.frames.configurations(names)
+        aligned = Aligned.as_measured(capture)
+        if self._aligner is not None:
+            keys = [(name, session.frames.time(name)) for name in names]
+            aligned = self._aligner.align(keys, capture, q[:, :3])
+            capture = dc.replace(capture, X_WC=aligned.X_WC)
+            moves = zip(aligned.corrections, q, strict=True)
+            q = np.stack([move.corrected(each) for move, each in moves])
+        right = np.setdiff1d(np.arange(len(names)), list(aligned.problems))
+        if len(right) >= MIN_VIEWS:
+            trusted = sum(names[i] in session.map_frames for i in right)
+            wrong = right[contradicting_frames(capture.select(right), trusted)]
+            problems = aligned.problems | {
+                i: contradiction(float(aligned.residual[i]))
+                for i in wrong.tolist()
+            }
+            right = np.setdiff1d(right, wrong)
+        else:
+            problems = aligned.problems
+        self._refuse(
+            {names[i]: f"{names[i]} {why}" for i, why in problems.items()}
+        )
+        if len(right) < MIN_VIEWS:
+            return None
+        return UsableFrames(
+            tuple(names[i] for i in right),
+            capture.select(right),
+            q[right],
+            aligned.corrections[right[-1]],
+        )
 
     def _refuse(self, problems: dict[str, str]) -> None:
         if problems:

@@ -1,5 +1,7 @@
 """`KinematicRobot`: integrates commanded velocities; no mass, no contact."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import (
@@ -54,6 +56,7 @@ class KinematicRobot(LeafSystem):
         hand: HandGeometry,
         hand_speed: float,
         q0: np.ndarray,
+        odometry_drift: Sequence[float] = (0.0, 0.0, 0.0),
     ):
         """Declares state and ports.
 
@@ -62,11 +65,14 @@ class KinematicRobot(LeafSystem):
             hand: Geometry of its gripper.
             hand_speed: Speed at which the gripper's width changes [m/s].
             q0: Configuration to start from, shape (n_q,).
+            odometry_drift: Velocity with which the measured pose of the base
+                leaves the true one [m/s, m/s, rad/s].
         """
         super().__init__()
         self._robot = robot
         self._hand = hand
         self._hand_speed = hand_speed
+        self._odometry_drift = np.array(odometry_drift)
         self._commands = CommandInputs(self, robot)
         self.DeclareContinuousState(BasicVector([*q0, hand.start_width]))
         self._declare_outputs()
@@ -92,7 +98,12 @@ class KinematicRobot(LeafSystem):
         ]
         if description.base:
             outputs += [
-                (ports.BASE_POSE, 3, self._calc_base, state),
+                (
+                    ports.BASE_POSE,
+                    3,
+                    self._calc_base,
+                    state | {self.time_ticket()},
+                ),
                 (ports.BASE_VELOCITY, 2, self._calc_base_velocity, command),
             ]
         if description.hand:
@@ -134,7 +145,8 @@ class KinematicRobot(LeafSystem):
         return width_rate(width, command.width, self._hand, self._hand_speed)
 
     def _calc_base(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._state(context)[0][:3])
+        drift = self._odometry_drift * context.get_time()
+        output.SetFromVector(self._state(context)[0][:3] + drift)
 
     def _calc_base_velocity(
         self, context: Context, output: BasicVector

@@ -63,7 +63,11 @@ def make_kinematic_station(
     system = builder.AddNamedSystem(
         "kinematic_robot",
         KinematicRobot(
-            robot=robot, hand=hand, hand_speed=config.hand_speed, q0=q0
+            robot=robot,
+            hand=hand,
+            hand_speed=config.hand_speed,
+            q0=q0,
+            odometry_drift=config.odometry_drift,
         ),
     )
     camera = None

@@ -16,7 +16,7 @@ from pydrake.systems.framework import Diagram
 from pydrake.systems.primitives import ConstantVectorSource
 
 from remosplat_drake.base.errors import unknown_name
-from remosplat_drake.base.ranges import Config, OneOf
+from remosplat_drake.base.ranges import Config, OneOf, Position
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.station.station_camera import StationCamera
@@ -34,6 +34,9 @@ class KinematicStation(Config):
 
     # Speed at which the gripper's width changes [m/s].
     hand_speed: Annotated[float, Interval(gt=0, le=1)] = 0.1
+    # Velocity with which the base's measured x, y and yaw leave the true ones,
+    # to try out odometry that drifts [m/s, m/s, rad/s].
+    odometry_drift: Position = dc.field(default_factory=lambda: [0.0, 0.0, 0.0])
 
 
 @dc.dataclass

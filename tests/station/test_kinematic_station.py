@@ -58,6 +58,18 @@ def test_a_tick_costs_seven_derivatives(frankie, harness):
     assert integrator.get_num_derivative_evaluations() <= 7 * (ticks + 1)
 
 
+def test_odometry_may_drift_while_the_robot_does_not(frankie, harness):
+    q0 = np.r_[0.2, 0.1, 0.5, frankie.home]
+    config = KinematicStation(odometry_drift=[0.02, -0.01, 0.001])
+    station = MakeSimulatedStation(
+        config=config, robot=frankie, scene=None, q0=q0
+    )
+    dut = harness(station, frankie)
+    dut.advance(2.0)
+    drifted = q0 + np.r_[0.04, -0.02, 0.002, np.zeros(7)]
+    np.testing.assert_allclose(dut.q, drifted, rtol=0, atol=EXACT)
+
+
 def test_measured_velocity_is_the_commanded_one(robot, harness):
     dut = make(robot, harness, np.zeros(robot.n_q))
     u = np.linspace(0.1, 0.5, robot.n_u)

@@ -1,0 +1,114 @@
+"""`BaseLocalization`: puts the measured configuration where the map has it."""
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiagramBuilder,
+    DiscreteValues,
+    LeafSystem,
+    OutputPort,
+)
+
+from remosplat_drake.mapping.localization.planar_pose import (
+    composed,
+    odometry_frame,
+    relative,
+)
+from remosplat_drake.signals.base_correction import BaseCorrection
+
+
+class BaseLocalization(LeafSystem):
+    """Corrects the base's odometry by the map, in small steps.
+
+    .. pydrake_system::
+
+        name: BaseLocalization
+        input_ports:
+        - configuration
+        - correction (optional)
+        output_ports:
+        - configuration
+
+    The input is the measured q, whose base is in the odometry's frame O, the
+    output is q in the map's frame W. `correction` takes a `BaseCorrection`;
+    what is in effect follows it so slowly that a controller need not know of
+    it. Commands are velocities in the base's own frame, the same in both.
+    """
+
+    def __init__(self, *, n_q: int, period: float, speed: float):
+        """Declares state and ports.
+
+        Args:
+            n_q: Length of a configuration.
+            period: Time between two steps [s].
+            speed: Greatest speed of the correction, at the base [m/s, rad/s].
+        """
+        super().__init__()
+        self.set_name("base_localization")
+        self._most = speed * period
+        self._measured = self.DeclareVectorInputPort("configuration", n_q)
+        self._correction = self.DeclareAbstractInputPort(
+            "correction", Value(BaseCorrection())
+        )
+        state = self.DeclareDiscreteState(3)
+        self.DeclareVectorOutputPort(
+            "configuration",
+            n_q,
+            self._calc_configuration,
+            {
+                self._measured.ticket(),
+                self.discrete_state_ticket(state),
+            },
+        )
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._step)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder, configuration: OutputPort, **arguments
+    ) -> "BaseLocalization":
+        """Adds a localisation to a diagram, and connects it.
+
+        Args:
+            builder: Builder of the diagram.
+            configuration: The measured configuration q.
+            **arguments: The arguments of `BaseLocalization`.
+        """
+        system = builder.AddSystem(BaseLocalization(**arguments))
+        builder.Connect(configuration, system.GetInputPort("configuration"))
+        return system
+
+    def _calc_configuration(self, context: Context, output: BasicVector):
+        pose = context.get_discrete_state(0).CopyToVector()
+        measured = self._measured.Eval(context)
+        output.SetFromVector(BaseCorrection(pose).corrected(measured))
+
+    def _step(self, context: Context, state: DiscreteValues):
+        if not self._correction.HasValue(context):
+            return
+        pose = context.get_discrete_state(0).CopyToVector()
+        goal = self._correction.Eval(context).pose
+        X_OB = self._measured.Eval(context)[:3]
+        state.set_value(0, stepped(pose, goal, X_OB, self._most))
+
+
+def stepped(
+    pose: np.ndarray, goal: np.ndarray, X_OB: np.ndarray, most: float
+) -> np.ndarray:
+    """Moves the pose of the odometry's frame towards another one.
+
+    A turn of a far frame swings the base; so it is the base whose motion is
+    limited.
+
+    Args:
+        pose: The pose X_WO in effect, shape (3,) [m, rad].
+        goal: The pose to go to, shape (3,) [m, rad].
+        X_OB: The base's measured pose, shape (3,) [m, rad].
+        most: Greatest shift of the base [m], and greatest turn [rad].
+    """
+    now, then = composed(pose, X_OB), composed(goal, X_OB)
+    turn = relative(now, then)[2]
+    shift = then[:2] - now[:2]
+    part = min(1.0, most / max(np.hypot(*shift), abs(turn), 1e-12))
+    return odometry_frame(now + part * np.array([*shift, turn]), X_OB)

@@ -1,0 +1,49 @@
+"""Poses (x, y, yaw) in a plane: the base's, and what corrects them."""
+
+import numpy as np
+
+
+def matrix(pose: np.ndarray) -> np.ndarray:
+    """Returns the transform of poses, shape (..., 3) to (..., 4, 4)."""
+    x, y, yaw = np.moveaxis(np.asarray(pose, float), -1, 0)
+    X = np.zeros((*x.shape, 4, 4))
+    X[..., 0, 0] = X[..., 1, 1] = np.cos(yaw)
+    X[..., 1, 0] = np.sin(yaw)
+    X[..., 0, 1] = -X[..., 1, 0]
+    X[..., 0, 3], X[..., 1, 3] = x, y
+    X[..., 2, 2] = X[..., 3, 3] = 1
+    return X
+
+
+def composed(X_AB: np.ndarray, X_BC: np.ndarray) -> np.ndarray:
+    """Returns the pose X_AC, all of shape (3,)."""
+    c, s = np.cos(X_AB[2]), np.sin(X_AB[2])
+    x, y, yaw = X_BC
+    return X_AB + np.array([c * x - s * y, s * x + c * y, yaw])
+
+
+def relative(X_AB: np.ndarray, X_AC: np.ndarray) -> np.ndarray:
+    """Returns the pose X_BC, all of shape (3,), with its yaw in [-pi, pi)."""
+    c, s = np.cos(X_AB[2]), np.sin(X_AB[2])
+    x, y, yaw = X_AC - X_AB
+    yaw = (yaw + np.pi) % (2 * np.pi) - np.pi
+    return np.array([c * x + s * y, -s * x + c * y, yaw])
+
+
+def relative_jacobians(
+    X_AB: np.ndarray, X_AC: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the derivatives of `relative` by both poses, (3, 3) each."""
+    c, s = np.cos(X_AB[2]), np.sin(X_AB[2])
+    x, y, _ = relative(X_AB, X_AC)
+    by_C = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]])
+    by_B = -by_C
+    by_B[0, 2], by_B[1, 2] = y, -x
+    return by_B, by_C
+
+
+def odometry_frame(X_WB: np.ndarray, X_OB: np.ndarray) -> np.ndarray:
+    """Returns X_WO = X_WB X_OB^-1, all of shape (3,)."""
+    turn = np.array([0, 0, X_WB[2] - X_OB[2]])
+    x, y, _ = X_WB - composed(turn, X_OB)
+    return turn + np.array([x, y, 0])
