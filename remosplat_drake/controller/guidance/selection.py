@@ -18,6 +18,7 @@ from remosplat_drake.controller.guidance.rollout import (
     step_rollout,
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
+from remosplat_drake.controller.planning.motion_planner import Plan
 from remosplat_drake.signals.distance_field import DistanceField
 
 IDLE = 1.0
@@ -48,6 +49,10 @@ class Selection:
             for each tier.
         waiting: Candidates of the present tier still to be tried.
         tier: Index of the present tier.
+        plans: What the searches of the present round have come to, one for
+            each stopping distance that was tried.
+        failures: Number of rounds in a row with searches in which nothing
+            arrives.
         finished: Finished rollouts of the present round, the first of them
             with the guidance that is followed.
         latest: Rollouts of the latest complete round.
@@ -69,6 +74,8 @@ class Selection:
     candidates: tuple[tuple[Guidance, ...], ...] = ()
     waiting: tuple[Guidance, ...] = ()
     tier: int = 0
+    plans: tuple[Plan, ...] = ()
+    failures: int = 0
     finished: tuple[Rollout, ...] = ()
     latest: tuple[Rollout, ...] = ()
     idle_until: float = -np.inf
@@ -131,7 +138,7 @@ def advance_selection(
             if time < selection.idle_until and not _has_moved(selection, q):
                 break
             first = Rollout(selection.guidance, q, u)
-            selection = dc.replace(selection, running=first)
+            selection = dc.replace(selection, running=first, plans=())
         assert selection.running is not None
         running = step_rollout(
             rule.law,
@@ -139,7 +146,7 @@ def advance_selection(
             field,
             X_WT,
             rule.arrived,
-            rule.horizon,
+            rule.horizon_of(selection.running.guidance),
         )
         if running.status == RUNNING:
             selection = dc.replace(selection, running=running)
@@ -202,6 +209,8 @@ def _file(
     while not waiting and not arrives and tier + 1 < len(candidates):
         tier += 1
         waiting = _others(candidates[tier], finished[0].guidance)
+    if not waiting and not arrives:
+        selection, waiting = _planned(rule, selection, q, field)
     if not waiting:
         return _decide(rule, selection, finished, time, q)
     return dc.replace(
@@ -212,6 +221,27 @@ def _file(
         tier=tier,
         finished=finished,
     )
+
+
+def _planned(
+    rule: SelectionRule,
+    selection: Selection,
+    q: np.ndarray,
+    field: DistanceField,
+) -> tuple[Selection, tuple[Guidance, ...]]:
+    """Searches a path, at one stopping distance after the other."""
+    motions, plans = rule.motions, selection.plans
+    if motions is None or selection.failures >= motions.config.attempts:
+        return selection, ()
+    assert selection.X_WT is not None
+    guidance = None
+    while guidance is None and len(plans) < len(rule.tiers):
+        guidance, plan = rule.planned(
+            q, selection.X_WT, field, len(plans), selection.failures
+        )
+        plans = (*plans, plan)
+    selection = dc.replace(selection, plans=plans)
+    return selection, () if guidance is None else (guidance,)
 
 
 def _others(
@@ -240,6 +270,9 @@ def _decide(
             f" {best.guidance.name} {best.status}"
         )
     arrives = best.status == REACHED
+    if not arrives and selection.plans:
+        why = next((p.reason for p in selection.plans[::-1] if p.reason), "")
+        reason = f"{reason}; {why}" if why else reason
     return _end_round(
         selection,
         best.guidance,
@@ -264,6 +297,10 @@ def _end_round(
         latest=finished,
         idle_until=idle_until,
         hopeless_at=hopeless_at,
+        plans=selection.plans,
+        failures=selection.failures + bool(selection.plans)
+        if hopeless_at is not None
+        else 0,
         revision=selection.revision,
         X_WT=selection.X_WT,
     )

@@ -57,6 +57,8 @@ class ServoTracking:
             tick: What is known at the tick; the pose error, the clearances
                 and the guidance matter here.
         """
+        if tick.guidance.path is not None:
+            return
         config = self._config
         w, v = servo_twist(tick.error, config.gain, config.max_speed)
         v = deflected_velocity(
