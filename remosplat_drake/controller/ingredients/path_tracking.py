@@ -1,7 +1,6 @@
 """Follow a planned path: a quadratic price on leaving it."""
 
 import dataclasses as dc
-import math
 from typing import Annotated
 
 import numpy as np
@@ -75,11 +74,7 @@ def path_velocity(
         return np.zeros(robot.n_u)
     along = e / size
     speed = config.gain * (path.length - s + apart)
-    fastest = np.abs(tick.state.Jv_WS @ along).max(initial=0.0)
-    fastest = math.sqrt(3.0) * fastest
-    speed = min(speed, config.max_speed / max(fastest, 1e-9))
-    speed = min(
-        speed,
-        float((robot.velocity_limit / np.maximum(abs(along), 1e-9)).min()),
-    )
+    fastest = np.linalg.norm(tick.state.Jv_WS @ along, axis=1).max(initial=0.0)
+    limits = robot.velocity_limit / np.maximum(np.abs(along), 1e-9)
+    speed = min(speed, config.max_speed / max(fastest, 1e-9), limits.min())
     return speed * along

@@ -2,6 +2,9 @@
 
 import numpy as np
 
+from remosplat_drake.controller.planning.kernels.self_looks import (
+    keeps_off_itself,
+)
 from remosplat_drake.controller.planning.steering import (
     held_command,
     waypoints,
@@ -15,8 +18,12 @@ from remosplat_drake.controller.verification.verify import TOLERANCE
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
 
-_LOOK = 0.10
+_LOOK = 0.4
 """How far a sphere moves between two looks of the first round [m]."""
+
+_BLINK = 0.01
+"""How far two of the robot's own spheres may move between two looks although
+they are nearer to what they keep [m]. Verification looks more closely."""
 
 _FAR = 0.25
 """Distance beyond which it does not matter how far the scene is [m]."""
@@ -128,6 +135,9 @@ class FreeSpace:
         if (b < self.lower).any() or (b > self.upper).any():
             return False
         corners = waypoints(self.robot, a, b, self.backing)
+        # Most motions that are not free end in the scene.
+        if (self._clearance(corners[-1]) < self._level).any():
+            return False
         return all(
             self._keeps(corners[k], corners[k + 1])
             for k in range(len(corners) - 1)
@@ -135,17 +145,27 @@ class FreeSpace:
 
     def _keeps(self, a: np.ndarray, b: np.ndarray) -> bool:
         """Tells whether one straight stretch of a motion is free."""
-        robot = self.robot
+        robot, own = self.robot, self._own
         u = held_command(robot, a, b)
         travel = float((robot.jacobian_bound @ np.abs(u)).max())
         looks = max(1, round(travel / _LOOK))
         times = np.linspace(0.0, 1.0, looks + 1)[1:]
         path = StoppingPath(robot, a, u, times)
         spheres = robot.spheres_at(a)
-        if self._own is not None:
-            own = self._own.distances(spheres.p_WS)
-            if not self._own.is_kept(path, own, TOLERANCE):
-                return False
+        if own is not None and not keeps_off_itself(
+            robot.arrays,
+            (a, u, robot.n_base),
+            (
+                own.pairs.first,
+                own.pairs.second,
+                own.pairs.link_pair,
+                own.pairs.allowance,
+            ),
+            own.rate,
+            np.minimum(own.distances(spheres.p_WS), own.stopping),
+            _BLINK,
+        ):
+            return False
         return keeps_off_the_scene(
             path,
             self.field,

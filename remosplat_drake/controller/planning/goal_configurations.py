@@ -11,11 +11,18 @@ from remosplat_drake.controller.planning.kernels.inverse_kinematics import (
 )
 from remosplat_drake.robot.robot_model import RobotModel
 
-TOLERANCE = 1e-4
-"""Pose error of a goal configuration, angles weighed by 0.3 m [m]."""
+TOLERANCE = 2e-3
+"""Largest pose error of a goal configuration, angles weighed by 0.3 m [m].
+Only joint limits leave more than a hundredth of it."""
 
-_STEPS = 40
+_STEPS = 15
 """Most steps of the inverse kinematics from a seed."""
+
+_ROUND = 100
+"""Number of seeds in a round; the search ends when it has found enough."""
+
+_DRAWS = 4
+"""Number of draws for a seed; those nearest to the target are taken."""
 
 _BASE_DISTANCE = (0.35, 0.95)
 """Least and greatest distance of guessed bases from the target [m]."""
@@ -65,30 +72,55 @@ def goal_configurations(
         most: Largest number of goal configurations.
         rng: Source of the seeds.
     """
-    robot = space.robot
-    found, solved = reach(
-        robot,
-        X_WT,
-        _seeds(space, X_WT, q, seeds, rng),
-        (space.lower, space.upper),
-    )
-    found = found[solved]
+    found = np.zeros((0, len(q)))
+    rooms = np.zeros((0, len(space.robot.spheres)))
+    tried, free = 0, np.zeros(0, bool)
+    while tried < seeds and free.sum() < most:
+        count = min(_ROUND, seeds - tried)
+        more = _reaching(space, X_WT, q, count, rng, with_own=not tried)
+        more_rooms = space.rooms(more)
+        found = np.concatenate([found, more])
+        rooms = np.concatenate([rooms, more_rooms])
+        more_free = (more_rooms >= 0.0).all(axis=1)
+        for i in np.flatnonzero(more_free):
+            more_free[i] = (space.own_rooms(more[i]) >= 0.0).all()
+        free = np.concatenate([free, more_free])
+        tried += count
+    if free.any():
+        best, least = found[free], rooms[free].min(axis=1)
+        order = np.argsort(_price(space, best, least, q), kind="stable")
+        return GoalConfigurations(best[order[:most]], tried, len(found))
     if not len(found):
-        return GoalConfigurations(found, seeds, 0)
-    rooms = space.rooms(found)
-    least = rooms.min(axis=1)
-    free = least >= 0.0
-    for i in np.flatnonzero(free):
-        free[i] = bool((space.own_rooms(found[i]) >= 0.0).all())
-    if not free.any():
-        best = int(np.argmax(least))
-        sphere = int(np.argmin(rooms[best]))
-        return GoalConfigurations(
-            found[:0], seeds, len(found), sphere, max(-least[best], 0.0)
-        )
-    price = _price(space, found[free], least[free], q)
-    order = np.argsort(price, kind="stable")[:most]
-    return GoalConfigurations(found[free][order], seeds, len(found))
+        return GoalConfigurations(found, tried, 0)
+    best = int(np.argmax(rooms.min(axis=1)))
+    sphere = int(np.argmin(rooms[best]))
+    missing = max(-float(rooms[best, sphere]), 0.0)
+    return GoalConfigurations(found[:0], tried, len(found), sphere, missing)
+
+
+def _reaching(
+    space: FreeSpace,
+    X_WT: np.ndarray,
+    q: np.ndarray,
+    count: int,
+    rng: np.random.Generator,
+    *,
+    with_own: bool,
+) -> np.ndarray:
+    """Draws seeds and returns what they lead to at the target, (k, n_q).
+
+    The arm's home and its present configuration are seeds if `with_own`.
+    """
+    bounds = space.lower, space.upper
+    draws = _draws(space, X_WT, q, _DRAWS * count, rng)
+    _, error = reach(space.robot, X_WT, draws, bounds, steps=0)
+    seeds = draws[np.argsort(error, kind="stable")[:count]]
+    if with_own:
+        own = np.stack([q, q])
+        own[1, -len(space.robot.home) :] = space.robot.home
+        seeds = np.concatenate([np.clip(own, *bounds), seeds])
+    found, error = reach(space.robot, X_WT, seeds, bounds)
+    return found[error < TOLERANCE]
 
 
 def reach(
@@ -96,6 +128,7 @@ def reach(
     X_WT: np.ndarray,
     seeds: np.ndarray,
     bounds: tuple[np.ndarray, np.ndarray],
+    steps: int = _STEPS,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Solves the arm's inverse kinematics from many seeds; the base stays.
 
@@ -104,10 +137,11 @@ def reach(
         X_WT: Pose of the target T in the world W, shape (4, 4).
         seeds: Configurations to start from, shape (k, n_q) [rad, m].
         bounds: Lower and upper bounds of q, shape (n_q,) each [rad, m].
+        steps: Largest number of steps from a seed.
 
     Returns:
-        Where each seed has led to, shape (k, n_q), and whether the target is
-        reached there, shape (k,) bool.
+        Where each seed has led to, shape (k, n_q), and how far that is from
+        the target, angles weighed by 0.3 m, shape (k,) [m].
     """
     tree, body_E, X_LE, joints = robot.arm_arrays
     return reach_from(
@@ -118,39 +152,35 @@ def reach(
         joints,
         *bounds,
         seeds,
-        _STEPS,
-        TOLERANCE,
+        steps,
+        0.01 * TOLERANCE,
     )
 
 
-def _seeds(
+def _draws(
     space: FreeSpace,
     X_WT: np.ndarray,
     q: np.ndarray,
     count: int,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Draws seeds all over the bounds, shape (count, n_q).
+    """Draws configurations all over the bounds, shape (count, n_q).
 
-    The arm's home and its present configuration are among them.
+    Bases are drawn around the target, more or less turned towards it.
     """
     robot = space.robot
     arm = slice(robot.n_q - len(robot.home), None)
-    seeds = np.tile(q, (count, 1))
-    seeds[:, arm] = rng.uniform(
+    draws = np.tile(q, (count, 1))
+    draws[:, arm] = rng.uniform(
         space.lower[arm], space.upper[arm], (count, len(robot.home))
     )
-    seeds[0] = q
-    seeds[1 % count, arm] = robot.home
-    seeds = np.clip(seeds, space.lower, space.upper)
     if robot.n_base:
         away = rng.uniform(*_BASE_DISTANCE, count)
         bearing = rng.uniform(-math.pi, math.pi, count)
-        seeds[:, 0] = X_WT[0, 3] - away * np.cos(bearing)
-        seeds[:, 1] = X_WT[1, 3] - away * np.sin(bearing)
-        seeds[:, 2] = bearing + rng.uniform(-_BASE_TURN, _BASE_TURN, count)
-        seeds[0, :3] = q[:3]
-    return seeds
+        draws[:, 0] = X_WT[0, 3] - away * np.cos(bearing)
+        draws[:, 1] = X_WT[1, 3] - away * np.sin(bearing)
+        draws[:, 2] = bearing + rng.uniform(-_BASE_TURN, _BASE_TURN, count)
+    return draws
 
 
 def _price(

@@ -4,6 +4,7 @@ import dataclasses as dc
 import importlib.util
 import math
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
@@ -123,7 +124,7 @@ class MotionPlanner:
             return Plan(None, reason, space.checks, len(goals.q))
         steps = [
             waypoints(self.robot, a, b, config.backing)
-            for a, b in zip(corners[:-1], corners[1:], strict=True)
+            for a, b in pairwise(corners)
         ]
         path = Path.through(np.concatenate([q[None], *steps]))
         return Plan(path, "", space.checks, len(goals.q))

@@ -16,9 +16,9 @@ class PlanningConfig(Config):
     enabled: bool = True
     # Number of configurations from which inverse kinematics starts in search
     # of goal configurations.
-    seeds: Annotated[int, Interval(ge=1, le=100_000)] = 400
+    seeds: Annotated[int, Interval(ge=1, le=100_000)] = 1000
     # Largest number of goal configurations that a search may end at.
-    goals: Annotated[int, Interval(ge=1, le=1000)] = 20
+    goals: Annotated[int, Interval(ge=1, le=1000)] = 12
     # Number of configurations and motions that a search may look at.
     checks: Annotated[int, Interval(ge=1, le=10_000_000)] = 20_000
     # Number of searches without a path after which the target is given up,
@@ -28,6 +28,6 @@ class PlanningConfig(Config):
     seed: Annotated[int, Interval(ge=0, le=1_000_000)] = 0
     # Stopping distance that joints keep from their limits on a path, in place
     # of the damper's [deg].
-    joint_stop: Annotated[float, Interval(ge=0, le=45)] = 0.5
+    joint_stop: Annotated[float, Interval(ge=0, le=45)] = 0.1
     # Longest way that the base may drive backwards at a time [m].
     backing: Annotated[float, Interval(ge=0, le=10)] = 0.5

@@ -26,7 +26,7 @@ class _Motions(ob.MotionValidator):
         self._space = space
         self._n = space.robot.n_q
 
-    def checkMotion(self, first, second, *last_valid) -> bool:  # noqa: N802
+    def checkMotion(self, first, second, *last_valid) -> bool:
         """Tells whether a motion is free; OMPL's name for it."""
         a, b = _array(first, self._n), _array(second, self._n)
         return self._space.is_free_between(a, b)

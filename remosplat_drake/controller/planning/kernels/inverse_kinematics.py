@@ -35,15 +35,16 @@ def reach_from(
         upper: Upper bounds of q, shape (n_q,) [rad, m].
         seeds: Configurations to start from, shape (k, n_q); what carries the
             arm stays where it is.
-        steps: Largest number of steps from a seed.
-        tolerance: Largest error of a solution, angles weighed by 0.3 m [m].
+        steps: Largest number of steps from a seed; with 0 the seeds' own
+            errors are measured.
+        tolerance: Error that is small enough, angles weighed by 0.3 m [m].
 
     Returns:
-        Where each seed has led to, shape (k, n_q), and whether that is a
-        solution, shape (k,).
+        Where each seed has led to, shape (k, n_q), and the errors there,
+        shape (k,) [m].
     """
     q = seeds.copy()
-    solved = np.zeros(len(q), np.bool_)
+    error = np.empty(len(q))
     n = len(joints)
     first = q.shape[1] - n
     J = np.empty((6, n))
@@ -52,14 +53,14 @@ def reach_from(
     for k in range(len(q)):
         damping = 0.05
         before = np.inf
-        for _ in range(steps):
+        for i in range(steps + 1):
             X_WL, X_WF = body_poses(*tree, q[k])  # pyright: ignore
             _error_and_jacobian(
                 tree, X_WL[body_E], X_WF, X_LE, X_WT, joints, e, J
             )
             size = math.sqrt(np.sum(e * e))
-            if size < tolerance:
-                solved[k] = True
+            error[k] = size
+            if size < tolerance or i == steps:
                 break
             # A step that does not help was too bold.
             damping = 0.5 * damping if size < before else 4.0 * damping
@@ -72,7 +73,7 @@ def reach_from(
                 value = q[k, first + j] + scale * step[j]
                 value = min(max(value, lower[first + j]), upper[first + j])
                 q[k, first + j] = value
-    return q, solved
+    return q, error
 
 
 @njit(cache=True)
