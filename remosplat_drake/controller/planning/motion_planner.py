@@ -82,7 +82,8 @@ class MotionPlanner:
             interrupted: Function that tells whether to give up at once.
         """
         # Only who searches needs OMPL.
-        from remosplat_drake.controller.planning.search import search_path
+        from remosplat_drake.controller.planning.search import Search
+        from remosplat_drake.controller.planning.stages import staged_path
 
         config = self.config
         seed = 1 + config.seed + attempt
@@ -107,21 +108,27 @@ class MotionPlanner:
         )
         if not len(goals.q):
             return Plan(None, self._no_goal(goals, stopping), space.checks, 0)
-        corners = search_path(
+        search = Search(
             space,
             start,
-            goals.q,
-            checks=config.checks,
-            seed=seed,
-            bounds=self._box(start, goals.q),
-            interrupted=interrupted,
+            np.arange(len(q)),
+            self._box(start, goals.q),
+            config.checks,
+            seed,
+            interrupted,
         )
+        corners = None
+        if self.robot.n_base:
+            corners = staged_path(search, goals.q)
+        if corners is None:
+            corners = search.path_to(goals.q)
         if corners is None:
             reason = (
                 f"no path to {len(goals.q)} goal configurations found in"
                 f" {space.checks} checks, which proves nothing"
             )
             return Plan(None, reason, space.checks, len(goals.q))
+        corners = search.shortened(corners)
         steps = [
             waypoints(self.robot, a, b, config.backing)
             for a, b in pairwise(corners)

@@ -55,6 +55,15 @@ class Path:
         share = min(max((s - self.s[k]) / span, 0.0), 1.0)
         return self.q[k] + share * (self.q[k + 1] - self.q[k])
 
+    def left(self, q: np.ndarray) -> float:
+        """Returns how far it is to the end of the path.
+
+        Args:
+            q: Configuration, shape (n_q,) [rad, m].
+        """
+        s, apart = self.nearest(q)
+        return self.length - s + apart
+
     def nearest(self, q: np.ndarray) -> tuple[float, float]:
         """Finds the point of the path that is nearest to a configuration.
 

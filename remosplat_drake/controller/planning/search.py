@@ -5,6 +5,7 @@ process: it is set anew before each search, so that equal searches find equal
 paths.
 """
 
+import dataclasses as dc
 from collections.abc import Callable
 
 import numpy as np
@@ -21,89 +22,119 @@ _RANGE = 1.5
 class _Motions(ob.MotionValidator):
     """Motions between OMPL's states, judged by a `FreeSpace`."""
 
-    def __init__(self, information: ob.SpaceInformation, space: FreeSpace):
+    def __init__(self, information: ob.SpaceInformation, search: "Search"):
         super().__init__(information)
-        self._space = space
-        self._n = space.robot.n_q
+        self._search = search
 
     def checkMotion(self, first, second, *last_valid) -> bool:
         """Tells whether a motion is free; OMPL's name for it."""
-        a, b = _array(first, self._n), _array(second, self._n)
-        return self._space.is_free_between(a, b)
+        a, b = self._search.array(first), self._search.array(second)
+        return self._search.space.is_free_between(a, b)
 
 
-def search_path(
-    space: FreeSpace,
-    q: np.ndarray,
-    goals: np.ndarray,
-    *,
-    checks: int,
-    seed: int,
-    bounds: tuple[np.ndarray, np.ndarray],
-    interrupted: Callable[[], bool] = lambda: False,
-) -> np.ndarray | None:
-    """Searches corners of a path from a configuration to one of several.
+@dc.dataclass(frozen=True, eq=False)
+class Search:
+    """Searches in some of the dimensions of a free space.
 
-    Args:
+    Attributes:
         space: The free space.
-        q: Where the path starts, shape (n_q,) [rad, m].
-        goals: Where it may end, shape (k, n_q) [rad, m].
-        checks: Number of configurations and motions that may be looked at.
-        seed: Seed of the search, at least 1.
+        q: Where paths start, shape (n_q,) [rad, m].
+        active: Entries of q that change, shape (n,); the others stay.
         bounds: Bounds between which configurations are drawn, shape (n_q,)
             each [rad, m].
+        checks: Number of configurations and motions that may be looked at.
+        seed: Seed of the search, at least 1.
         interrupted: Function that tells whether to give up at once.
-
-    Returns:
-        The corners, shape (m, n_q); None if no path was found.
     """
-    ou.setLogLevel(ou.LogLevel.LOG_NONE)
-    ou.RNG.setSeed(seed)
-    n = len(q)
-    states = ob.RealVectorStateSpace(n)
-    box = ob.RealVectorBounds(n)
-    for j in range(n):
-        box.setLow(j, float(bounds[0][j]))
-        box.setHigh(j, float(bounds[1][j]))
-    states.setBounds(box)
-    information = ob.SpaceInformation(states)
-    information.setStateValidityChecker(
-        lambda state: space.is_free(_array(state, n))
-    )
-    motions = _Motions(information, space)
-    information.setMotionValidator(motions)
-    information.setup()
-    problem = ob.ProblemDefinition(information)
-    problem.addStartState(_state(states, q))
-    goal = ob.GoalStates(information)
-    for x in goals:
-        goal.addState(_state(states, x))
-    problem.setGoal(goal)
-    planner = og.RRTConnect(information)
-    planner.setRange(_RANGE)
-    planner.setProblemDefinition(problem)
-    planner.setup()
-    last = space.checks + checks
-    end = ob.PlannerTerminationCondition(
-        lambda: space.checks > last or interrupted()
-    )
-    planner.solve(end)
-    if not problem.hasExactSolution():
-        return None
-    path = problem.getSolutionPath()
-    simplifier = og.PathSimplifier(information)
-    simplifier.reduceVertices(path)
-    simplifier.collapseCloseVertices(path)
-    simplifier.partialShortcutPath(path)
-    return np.array([_array(state, n) for state in path.getStates()])
 
+    space: FreeSpace
+    q: np.ndarray
+    active: np.ndarray
+    bounds: tuple[np.ndarray, np.ndarray]
+    checks: int
+    seed: int
+    interrupted: Callable[[], bool] = lambda: False
 
-def _array(state, n: int) -> np.ndarray:
-    return np.array([state[j] for j in range(n)])
+    def array(self, state) -> np.ndarray:
+        """Returns the configuration of one of OMPL's states, shape (n_q,).
 
+        Args:
+            state: The state.
+        """
+        q = self.q.copy()
+        for k, j in enumerate(self.active):
+            q[j] = state[k]
+        return q
 
-def _state(states: ob.RealVectorStateSpace, q: np.ndarray):
-    state = states.allocState()
-    for j in range(len(q)):
-        state[j] = float(q[j])
-    return state
+    def path_to(self, goals: np.ndarray) -> np.ndarray | None:
+        """Searches corners of a path to one of several configurations.
+
+        Args:
+            goals: Where it may end, shape (k, n_q) [rad, m].
+
+        Returns:
+            The corners, shape (m, n_q); None if no path was found.
+        """
+        information = self._information()
+        problem = ob.ProblemDefinition(information)
+        problem.addStartState(self._state(information, self.q))
+        goal = ob.GoalStates(information)
+        for x in goals:
+            goal.addState(self._state(information, x))
+        problem.setGoal(goal)
+        planner = og.RRTConnect(information)
+        planner.setRange(_RANGE)
+        planner.setProblemDefinition(problem)
+        planner.setup()
+        last = self.space.checks + self.checks
+        end = ob.PlannerTerminationCondition(
+            lambda: self.space.checks > last or self.interrupted()
+        )
+        planner.solve(end)
+        if not problem.hasExactSolution():
+            return None
+        return self._corners(problem.getSolutionPath())
+
+    def shortened(self, corners: np.ndarray) -> np.ndarray:
+        """Returns a path between the same ends, mostly a shorter one.
+
+        Args:
+            corners: Corners of a free path, shape (m, n_q) [rad, m].
+        """
+        information = self._information()
+        path = og.PathGeometric(information)
+        for q in corners:
+            path.append(self._state(information, q))
+        simplifier = og.PathSimplifier(information)
+        simplifier.reduceVertices(path)
+        simplifier.collapseCloseVertices(path)
+        simplifier.partialShortcutPath(path)
+        return self._corners(path)
+
+    def _information(self) -> ob.SpaceInformation:
+        """Makes what OMPL knows of the space, and sets its random numbers."""
+        ou.setLogLevel(ou.LogLevel.LOG_NONE)
+        ou.RNG.setSeed(self.seed)
+        n = len(self.active)
+        states = ob.RealVectorStateSpace(n)
+        box = ob.RealVectorBounds(n)
+        for k, j in enumerate(self.active):
+            box.setLow(k, float(self.bounds[0][j]))
+            box.setHigh(k, float(self.bounds[1][j]))
+        states.setBounds(box)
+        information = ob.SpaceInformation(states)
+        information.setStateValidityChecker(
+            lambda state: self.space.is_free(self.array(state))
+        )
+        information.setMotionValidator(_Motions(information, self))
+        information.setup()
+        return information
+
+    def _state(self, information: ob.SpaceInformation, q: np.ndarray):
+        state = information.getStateSpace().allocState()
+        for k, j in enumerate(self.active):
+            state[k] = float(q[j])
+        return state
+
+    def _corners(self, path: og.PathGeometric) -> np.ndarray:
+        return np.array([self.array(state) for state in path.getStates()])
