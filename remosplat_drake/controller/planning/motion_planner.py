@@ -4,7 +4,6 @@ import dataclasses as dc
 import importlib.util
 import math
 from collections.abc import Callable
-from itertools import pairwise
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from remosplat_drake.controller.planning.goal_configurations import (
 )
 from remosplat_drake.controller.planning.path import Path
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
-from remosplat_drake.controller.planning.steering import waypoints
+from remosplat_drake.controller.planning.stretches import driven_corners
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
@@ -129,11 +128,9 @@ class MotionPlanner:
             )
             return Plan(None, reason, space.checks, len(goals.q))
         corners = search.shortened(corners)
-        steps = [
-            waypoints(self.robot, a, b, config.backing)
-            for a, b in pairwise(corners)
-        ]
-        path = Path.through(np.concatenate([q[None], *steps]))
+        path = Path.through(
+            np.concatenate([q[None], driven_corners(space, corners)])
+        )
         return Plan(path, "", space.checks, len(goals.q))
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
