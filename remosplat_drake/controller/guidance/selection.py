@@ -7,6 +7,7 @@ cheapest one takes over if it is better by a margin.
 """
 
 import dataclasses as dc
+from typing import Any
 
 import numpy as np
 
@@ -53,6 +54,8 @@ class Selection:
             each stopping distance that was tried.
         failures: Number of rounds in a row with searches in which nothing
             arrives.
+        unreachable: Why no path leads to the target as far as is known, for
+            people; empty if one does or none was searched.
         finished: Finished rollouts of the present round, the first of them
             with the guidance that is followed.
         latest: Rollouts of the latest complete round.
@@ -76,6 +79,7 @@ class Selection:
     tier: int = 0
     plans: tuple[Plan, ...] = ()
     failures: int = 0
+    unreachable: str = ""
     finished: tuple[Rollout, ...] = ()
     latest: tuple[Rollout, ...] = ()
     idle_until: float = -np.inf
@@ -132,7 +136,11 @@ def advance_selection(
     """
     if not (np.isfinite(q).all() and np.isfinite(X_WT).all()):
         return selection
+    before = selection
     selection = on_the_same_world(rule, selection, field.revision, X_WT)
+    if selection is not before:
+        still = rule.still_open(selection.guidance, q, field)
+        selection = dc.replace(selection, guidance=still)
     for _ in range(budget):
         if selection.running is None:
             if time < selection.idle_until and not _has_moved(selection, q):
@@ -270,9 +278,6 @@ def _decide(
             f" {best.guidance.name} {best.status}"
         )
     arrives = best.status == REACHED
-    if not arrives and selection.plans:
-        why = next((p.reason for p in selection.plans[::-1] if p.reason), "")
-        reason = f"{reason}; {why}" if why else reason
     return _end_round(
         selection,
         best.guidance,
@@ -297,13 +302,23 @@ def _end_round(
         latest=finished,
         idle_until=idle_until,
         hopeless_at=hopeless_at,
-        plans=selection.plans,
-        failures=selection.failures + bool(selection.plans)
-        if hopeless_at is not None
-        else 0,
+        **_searched(selection, arrives=hopeless_at is None),
         revision=selection.revision,
         X_WT=selection.X_WT,
     )
+
+
+def _searched(selection: Selection, *, arrives: bool) -> dict[str, Any]:
+    """Returns what the searches of a round have come to, as fields."""
+    plans = selection.plans
+    if arrives:
+        return {"plans": plans}
+    why = next((plan.reason for plan in plans[::-1] if plan.reason), "")
+    return {
+        "plans": plans,
+        "failures": selection.failures + bool(plans),
+        "unreachable": why or selection.unreachable,
+    }
 
 
 def _has_moved(selection: Selection, q: np.ndarray) -> bool:

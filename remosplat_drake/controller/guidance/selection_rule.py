@@ -21,7 +21,7 @@ from remosplat_drake.controller.solvers import make_solver
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.distance_field import DistanceField
 
-_TIME_ON_PATH = 2.0
+_TIME_ON_PATH = 4.0
 """Time that a rollout gets for each radian or metre of a path [s]."""
 
 
@@ -95,6 +95,26 @@ class SelectionRule:
             joint_stop=self.motions.config.joint_stop,
         )
         return guidance, plan
+
+    def still_open(
+        self, guidance: Guidance, q: np.ndarray, field: DistanceField
+    ) -> Guidance:
+        """Cuts a guidance's path off where another map blocks it.
+
+        Args:
+            guidance: The guidance, with or without a path.
+            q: Present configuration, shape (n_q,) [rad, m].
+            field: The other map.
+
+        Returns:
+            The guidance, the same object if nothing of it is blocked.
+        """
+        path = guidance.path
+        if path is None or self.motions is None:
+            return guidance
+        stopping = self.law.collision.stopping_for(guidance)
+        still = self.motions.open_part(path, q, field, stopping)
+        return guidance if still is path else dc.replace(guidance, path=still)
 
     def horizon_of(self, guidance: Guidance) -> float:
         """Returns the longest simulated time of a guidance's rollout [s].

@@ -86,17 +86,8 @@ class MotionPlanner:
 
         config = self.config
         seed = 1 + config.seed + attempt
-        lower, upper = self._bounds()
-        space = FreeSpace(
-            self.robot,
-            field,
-            stopping,
-            self.self_clearance,
-            (lower, upper),
-            q,
-            config.backing,
-        )
-        start = np.clip(q, lower, upper)
+        space = self._free_space(q, field, stopping)
+        start = np.clip(q, space.lower, space.upper)
         goals = goal_configurations(
             space,
             X_WT,
@@ -132,6 +123,42 @@ class MotionPlanner:
             np.concatenate([q[None], driven_corners(space, corners)])
         )
         return Plan(path, "", space.checks, len(goals.q))
+
+    def open_part(
+        self, path: Path, q: np.ndarray, field: DistanceField, stopping: float
+    ) -> Path:
+        """Cuts a path off where a map blocks what is left of it.
+
+        Args:
+            path: The path.
+            q: Where the robot is, shape (n_q,) [rad, m].
+            field: The map.
+            stopping: Distance that all spheres keep from the scene [m].
+
+        Returns:
+            The path, the same object if nothing ahead of q is blocked.
+        """
+        s, _ = path.nearest(q)
+        space = self._free_space(q, field, stopping)
+        here, start = path.at(s), s
+        for k in np.flatnonzero(path.s > s):
+            if not space.is_free_between(here, path.q[k]):
+                return path.until(start)
+            here, start = path.q[k], float(path.s[k])
+        return path
+
+    def _free_space(
+        self, q: np.ndarray, field: DistanceField, stopping: float
+    ) -> FreeSpace:
+        return FreeSpace(
+            self.robot,
+            field,
+            stopping,
+            self.self_clearance,
+            self._bounds(),
+            q,
+            self.config.backing,
+        )
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
         stop = math.radians(self.config.joint_stop)

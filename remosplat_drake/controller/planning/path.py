@@ -55,6 +55,15 @@ class Path:
         share = min(max((s - self.s[k]) / span, 0.0), 1.0)
         return self.q[k] + share * (self.q[k + 1] - self.q[k])
 
+    def until(self, s: float) -> "Path":
+        """Returns the part of the path up to an arc length.
+
+        Args:
+            s: Arc length at which the part ends.
+        """
+        before = self.q[self.s < s]
+        return Path.through(np.vstack([before, self.at(s)]))
+
     def left(self, q: np.ndarray) -> float:
         """Returns how far it is to the end of the path.
 
