@@ -7,6 +7,7 @@ cheapest one takes over if it is better by a margin.
 """
 
 import dataclasses as dc
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -112,6 +113,7 @@ def advance_selection(
     X_WT: np.ndarray,
     field: DistanceField,
     budget: int,
+    interrupted: Callable[[], bool] = lambda: False,
 ) -> Selection:
     """Looks ahead by at most `budget` rollout steps and decides if it can.
 
@@ -129,6 +131,8 @@ def advance_selection(
         X_WT: Pose of the target T in the world W, shape (4, 4).
         field: The map.
         budget: Number of rollout steps that may be spent.
+        interrupted: Function that tells whether a search of a path, which may
+            take long, shall give up at once.
 
     Returns:
         The selection after these steps; the same object if there was nothing
@@ -159,7 +163,9 @@ def advance_selection(
         if running.status == RUNNING:
             selection = dc.replace(selection, running=running)
         else:
-            selection = _file(rule, selection, running, time, q, u, field)
+            selection = _file(
+                rule, selection, running, time, q, u, field, interrupted
+            )
     return selection
 
 
@@ -195,6 +201,7 @@ def _file(
     q: np.ndarray,
     u: np.ndarray,
     field: DistanceField,
+    interrupted: Callable[[], bool],
 ) -> Selection:
     """Files a finished rollout and starts the next, or decides."""
     finished = (*selection.finished, rollout)
@@ -218,7 +225,7 @@ def _file(
         tier += 1
         waiting = _others(candidates[tier], finished[0].guidance)
     if not waiting and not arrives:
-        selection, waiting = _planned(rule, selection, q, field)
+        selection, waiting = _planned(rule, selection, q, field, interrupted)
     if not waiting:
         return _decide(rule, selection, finished, time, q)
     return dc.replace(
@@ -236,6 +243,7 @@ def _planned(
     selection: Selection,
     q: np.ndarray,
     field: DistanceField,
+    interrupted: Callable[[], bool],
 ) -> tuple[Selection, tuple[Guidance, ...]]:
     """Searches a path, at one stopping distance after the other."""
     motions, plans = rule.motions, selection.plans
@@ -245,7 +253,12 @@ def _planned(
     guidance = None
     while guidance is None and len(plans) < len(rule.tiers):
         guidance, plan = rule.planned(
-            q, selection.X_WT, field, len(plans), selection.failures
+            q,
+            selection.X_WT,
+            field,
+            len(plans),
+            selection.failures,
+            interrupted,
         )
         plans = (*plans, plan)
     selection = dc.replace(selection, plans=plans)

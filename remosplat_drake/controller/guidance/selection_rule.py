@@ -68,6 +68,7 @@ class SelectionRule:
         field: DistanceField,
         tier: int,
         attempt: int,
+        interrupted: Callable[[], bool] = lambda: False,
     ) -> tuple[Guidance | None, Plan]:
         """Searches a path that keeps the stopping distance of a tier.
 
@@ -77,6 +78,7 @@ class SelectionRule:
             field: The map.
             tier: Index of the tier.
             attempt: Number of rounds of searches before this one.
+            interrupted: Function that tells whether to give up at once.
 
         Returns:
             The guidance along the path, None without one, and what the search
@@ -84,7 +86,7 @@ class SelectionRule:
         """
         assert self.motions is not None
         stopping = self.tiers[tier]
-        plan = self.motions.plan(q, X_WT, field, stopping, attempt)
+        plan = self.motions.plan(q, X_WT, field, stopping, attempt, interrupted)
         if plan.path is None:
             return None, plan
         guidance = Guidance(

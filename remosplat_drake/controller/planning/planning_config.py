@@ -20,10 +20,13 @@ class PlanningConfig(Config):
     # Largest number of goal configurations that a search may end at.
     goals: Annotated[int, Interval(ge=1, le=1000)] = 12
     # Number of configurations and motions that a search may look at.
-    checks: Annotated[int, Interval(ge=1, le=10_000_000)] = 20_000
+    checks: Annotated[int, Interval(ge=1, le=10_000_000)] = 10_000
     # Number of searches without a path after which the target is given up,
     # until it moves or the map changes.
     attempts: Annotated[int, Interval(ge=1, le=1000)] = 3
+    # Whether a run ends when a target is given up, in place of waiting for its
+    # time limit.
+    give_up: bool = False
     # Seed of the searches' random numbers.
     seed: Annotated[int, Interval(ge=0, le=1_000_000)] = 0
     # Stopping distance that joints keep from their limits on a path, in place
