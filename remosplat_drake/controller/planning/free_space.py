@@ -107,21 +107,23 @@ class FreeSpace:
         p_WS = self.robot.spheres_at(q).p_WS
         return self._own.distances(p_WS) - self._own.stopping
 
-    def rooms(self, q: np.ndarray) -> np.ndarray:
+    def rooms(self, q: np.ndarray, far: float = _FAR) -> np.ndarray:
         """Measures what all spheres have above what they keep, in one query.
 
         Args:
             q: Configurations, shape (k, n_q) [rad, m].
+            far: Clearance beyond the stopping distance at which rooms are cut
+                off: a small one makes the query cheaper [m].
 
         Returns:
-            The rooms, shape (k, n) [m]; those beyond 0.25 m are cut off.
+            The rooms, shape (k, n) [m].
         """
         k, n = len(q), len(self._level)
         spheres = self.robot.place_spheres(
             q, np.repeat(np.arange(k), n), np.tile(np.arange(n), k)
         )
-        found = self.field.clearances(spheres, self.stopping + _FAR)
-        rooms = np.minimum(found.per_sphere(k * n), self.stopping + _FAR)
+        found = self.field.clearances(spheres, self.stopping + far)
+        rooms = np.minimum(found.per_sphere(k * n), self.stopping + far)
         return rooms.reshape(k, n) - self._level
 
     def is_free_between(self, a: np.ndarray, b: np.ndarray) -> bool:

@@ -18,8 +18,11 @@ Only joint limits leave more than a hundredth of it."""
 _STEPS = 15
 """Most steps of the inverse kinematics from a seed."""
 
-_ROUND = 100
+_ROUND = 50
 """Number of seeds in a round; the search ends when it has found enough."""
+
+_ENOUGH = 0.06
+"""Room beyond which more is no better [m]."""
 
 _DRAWS = 4
 """Number of draws for a seed; those nearest to the target are taken."""
@@ -78,7 +81,7 @@ def goal_configurations(
     while tried < seeds and free.sum() < most:
         count = min(_ROUND, seeds - tried)
         more = _reaching(space, X_WT, q, count, rng, with_own=not tried)
-        more_rooms = space.rooms(more)
+        more_rooms = space.rooms(more, _ENOUGH)
         found = np.concatenate([found, more])
         rooms = np.concatenate([rooms, more_rooms])
         more_free = (more_rooms >= 0.0).all(axis=1)

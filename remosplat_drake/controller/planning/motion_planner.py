@@ -103,7 +103,7 @@ class MotionPlanner:
             start,
             np.arange(len(q)),
             self._box(start, goals.q),
-            config.checks,
+            config.checks << attempt,
             seed,
             interrupted,
         )

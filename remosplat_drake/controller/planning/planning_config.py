@@ -18,12 +18,14 @@ class PlanningConfig(Config):
     # of goal configurations.
     seeds: Annotated[int, Interval(ge=1, le=100_000)] = 1000
     # Largest number of goal configurations that a search may end at.
-    goals: Annotated[int, Interval(ge=1, le=1000)] = 12
-    # Number of configurations and motions that a search may look at.
-    checks: Annotated[int, Interval(ge=1, le=10_000_000)] = 10_000
-    # Number of searches without a path after which the target is given up,
-    # until it moves or the map changes.
-    attempts: Annotated[int, Interval(ge=1, le=1000)] = 3
+    goals: Annotated[int, Interval(ge=1, le=1000)] = 6
+    # Number of configurations and motions that a search may look at. Every
+    # attempt may look at twice as many as the one before: most paths are found
+    # soon or by other random numbers.
+    checks: Annotated[int, Interval(ge=1, le=10_000_000)] = 1500
+    # Number of attempts, each with a search at every stopping distance, after
+    # which the target is given up until it moves or the map changes.
+    attempts: Annotated[int, Interval(ge=1, le=20)] = 4
     # Whether a run ends when a target is given up, in place of waiting for its
     # time limit.
     give_up: bool = False
