@@ -21,6 +21,9 @@ from remosplat_drake.signals.distance_field import DistanceField
 _LOOK = 0.4
 """How far a sphere moves between two looks of the first round [m]."""
 
+_EDGE = 1e-6
+"""Distance by which rooms are told from none [m]."""
+
 _BLINK = 0.01
 """How far two of the robot's own spheres may move between two looks although
 they are nearer to what they keep [m]. Verification looks more closely."""
@@ -89,7 +92,7 @@ class FreeSpace:
         self.checks += 1
         if (q < self.lower).any() or (q > self.upper).any():
             return False
-        if (self._clearance(q) < self._level).any():
+        if not self._keeps_off(q):
             return False
         return bool((self.own_rooms(q) >= 0.0).all())
 
@@ -138,7 +141,7 @@ class FreeSpace:
             return False
         corners = waypoints(self.robot, a, b, self.backing)
         # Most motions that are not free end in the scene.
-        if (self._clearance(corners[-1]) < self._level).any():
+        if not self._keeps_off(corners[-1]):
             return False
         return all(
             self._keeps(corners[k], corners[k + 1])
@@ -176,6 +179,13 @@ class FreeSpace:
             self._level,
             TOLERANCE,
         )
+
+    def _keeps_off(self, q: np.ndarray) -> bool:
+        """Tells whether all spheres keep their distances from the scene."""
+        if q.tobytes() in self._known:
+            return bool((self._clearance(q) >= self._level).all())
+        # Who asks for no more than that gets a quick answer.
+        return bool((self.rooms(q[None], _EDGE) >= 0.0).all())
 
     def _clearance(self, q: np.ndarray) -> np.ndarray:
         """Measures each sphere's clearance, shape (n,) [m], once for each q."""
