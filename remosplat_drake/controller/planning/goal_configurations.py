@@ -85,9 +85,8 @@ def goal_configurations(
         found = np.concatenate([found, more])
         rooms = np.concatenate([rooms, more_rooms])
         more_free = (more_rooms >= 0.0).all(axis=1)
-        for i in np.flatnonzero(more_free):
-            more_free[i] = (space.own_rooms(more[i]) >= 0.0).all()
-        free = np.concatenate([free, more_free])
+        keeps_off = [(space.own_rooms(x) >= 0.0).all() for x in more]
+        free = np.concatenate([free, more_free & np.array(keeps_off, bool)])
         tried += count
     if free.any():
         best, least = found[free], rooms[free].min(axis=1)

@@ -152,7 +152,7 @@ class MotionPlanner:
     ) -> FreeSpace:
         return FreeSpace(
             self.robot,
-            field,
+            field.for_planning,
             stopping,
             self.self_clearance,
             self._bounds(),
@@ -182,10 +182,13 @@ class MotionPlanner:
 
     def _no_goal(self, goals: GoalConfigurations, stopping: float) -> str:
         if not goals.reached:
-            return f"no configuration reaches it from {goals.seeds} seeds"
+            return (
+                f"no configuration that reaches it found from {goals.seeds}"
+                " seeds, which proves nothing"
+            )
         link = self.robot.spheres.links[goals.tightest]
         return (
             f"none of {goals.reached} configurations that reach it keeps"
             f" {1e3 * stopping:.3g} mm: {link} lacks"
-            f" {1e3 * goals.missing:.2g} mm in the best"
+            f" {1e3 * goals.missing:.2g} mm in the best, which proves nothing"
         )

@@ -131,10 +131,10 @@ class Search:
         return information
 
     def _state(self, information: ob.SpaceInformation, q: np.ndarray):
-        state = information.getStateSpace().allocState()
+        state = information.allocState()
         for k, j in enumerate(self.active):
             state[k] = float(q[j])
         return state
 
-    def _corners(self, path: og.PathGeometric) -> np.ndarray:
+    def _corners(self, path) -> np.ndarray:
         return np.array([self.array(state) for state in path.getStates()])

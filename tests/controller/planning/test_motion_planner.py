@@ -54,7 +54,7 @@ def test_a_target_that_nothing_reaches_is_called_so(maze):
     X_WT[0, 3] = 3.0
     plan = maze.planner(seeds=50).plan(maze.q, X_WT, maze.field, STOPPING)
     assert plan.path is None
-    assert plan.reason == "no configuration reaches it from 50 seeds"
+    assert plan.reason.startswith("no configuration that reaches it found")
 
 
 def test_the_link_that_lacks_room_is_named(maze):
