@@ -7,6 +7,7 @@ paths.
 
 import dataclasses as dc
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from ompl import base as ob
@@ -131,7 +132,7 @@ class Search:
         return information
 
     def _state(self, information: ob.SpaceInformation, q: np.ndarray):
-        state = information.allocState()
+        state: Any = information.allocState()
         for k, j in enumerate(self.active):
             state[k] = float(q[j])
         return state
