@@ -132,7 +132,9 @@ class DepthRasterizationField(DistanceField):
     @cached_property
     def for_planning(self) -> SphereToEllipsoidField:
         """The exact distance to the splats as solids, which is Lipschitz."""
-        return SphereToEllipsoidField(self._splat_W)
+        return SphereToEllipsoidField(
+            self._splat_W, subtract_uncertainty=self.subtract_uncertainty
+        )
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf

@@ -99,10 +99,10 @@ class GsplatDepthField(DistanceField):
             f"-{nearest_only}-{subtract_uncertainty}"
         )
         _check(splat_W, self.sensor)
-        self._splat_W = splat_W
         self._device = _device()
         if not subtract_uncertainty:
             splat_W = splat_W.with_uncertainty(None)
+        self._splat_W = splat_W
         self._discs = make_discs(splat_W, MIN_ALPHA, self._device)
         self._rays = views.make_rays(self.sensor, self._device)
 

@@ -14,6 +14,7 @@ from remosplat_drake.controller.guidance.selection import (
     advance_selection,
     start_selection,
 )
+from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.controller.planning.motion_planner import can_plan
 from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.controller.verification.verify import TOLERANCE
@@ -40,7 +41,7 @@ class Run:
         least: Smallest clearance so far, between ticks, too [m].
     """
 
-    rule: object
+    rule: SelectionRule
     q: np.ndarray
     u: np.ndarray
     selection: Selection
