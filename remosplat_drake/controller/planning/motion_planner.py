@@ -98,12 +98,14 @@ class MotionPlanner:
         )
         if not len(goals.q):
             return Plan(None, self._no_goal(goals, stopping), space.checks, 0)
+        budget = config.checks << attempt
         search = Search(
             space,
             start,
             np.arange(len(q)),
             self._box(start, goals.q),
-            config.checks << attempt,
+            budget,
+            space.checks + budget,
             seed,
             interrupted,
         )
@@ -111,7 +113,8 @@ class MotionPlanner:
         if self.robot.n_base:
             corners = staged_path(search, goals.q)
         if corners is None:
-            corners = search.path_to(goals.q)
+            last = space.checks + budget
+            corners = dc.replace(search, last=last).path_to(goals.q)
         if corners is None:
             reason = (
                 f"no path to {len(goals.q)} goal configurations found in"

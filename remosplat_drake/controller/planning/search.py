@@ -43,7 +43,9 @@ class Search:
         active: Entries of q that change, shape (n,); the others stay.
         bounds: Bounds between which configurations are drawn, shape (n_q,)
             each [rad, m].
-        checks: Number of configurations and motions that may be looked at.
+        checks: Number of configurations and motions that one search may look
+            at.
+        last: Count of the space's checks at which every search ends.
         seed: Seed of the search, at least 1.
         interrupted: Function that tells whether to give up at once.
     """
@@ -53,6 +55,7 @@ class Search:
     active: np.ndarray
     bounds: tuple[np.ndarray, np.ndarray]
     checks: int
+    last: int
     seed: int
     interrupted: Callable[[], bool] = lambda: False
 
@@ -87,7 +90,7 @@ class Search:
         planner.setRange(_RANGE)
         planner.setProblemDefinition(problem)
         planner.setup()
-        last = self.space.checks + self.checks
+        last = min(self.last, self.space.checks + self.checks)
         end = ob.PlannerTerminationCondition(
             lambda: self.space.checks > last or self.interrupted()
         )

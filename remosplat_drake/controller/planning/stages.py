@@ -11,6 +11,9 @@ import numpy as np
 from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.search import Search
 
+_SHARE = 3
+"""Share of the budget that a single stage may spend, as its divisor."""
+
 _DRAWS = 200
 """Number of arms among which the most slender is taken."""
 
@@ -26,6 +29,8 @@ def staged_path(search: Search, goals: np.ndarray) -> np.ndarray | None:
         The corners, shape (m, n_q); None if no path was found.
     """
     space, start = search.space, search.q
+    # What is hopeless shall leave something to the others.
+    search = dc.replace(search, checks=search.checks // _SHARE)
     base = space.robot.n_q - len(space.robot.home)
     drive, reach = np.arange(base), np.arange(base, space.robot.n_q)
     arm = tucked_arm(space, start, search.seed)
