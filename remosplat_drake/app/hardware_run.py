@@ -14,6 +14,7 @@ from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.hardware_limits import check_for_hardware
 from remosplat_drake.app.scenario import OBSTACLE, Scenario
 from remosplat_drake.app.simulation import (
+    GuidanceCallback,
     ProgressCallback,
     RunMonitor,
     RunResult,
@@ -109,6 +110,7 @@ def run_on_hardware(
     *,
     on_progress: ProgressCallback | None = None,
     on_supervision: SupervisionCallback | None = None,
+    on_unreachable: GuidanceCallback | None = None,
     between_ticks: Callable[[Context], None] | None = None,
     patience: float = 0.0,
 ) -> HardwareResult:
@@ -129,6 +131,8 @@ def run_on_hardware(
             start [s], the pose error and the latest tick report.
         on_supervision: Called with the supervisor's state whenever its mode
             has changed.
+        on_unreachable: Called with the reason when guidance has found no path
+            to a target.
         between_ticks: Called after every tick with the diagram's context, for
             a program that stops the robot or releases it.
         patience: Time that a stopped robot waits to be released before the
@@ -148,6 +152,7 @@ def run_on_hardware(
                     start=loop.context.get_time(),
                     on_progress=on_progress,
                     on_supervision=on_supervision,
+                    on_unreachable=on_unreachable,
                     patience=patience,
                     progress_period=PROGRESS_PERIOD,
                 )

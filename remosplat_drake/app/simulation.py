@@ -14,6 +14,7 @@ from pydrake.systems.framework import Context, EventStatus
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.controller.guidance.selection import Selection
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.recording.metrics import RunMetrics, run_metrics
 from remosplat_drake.recording.trajectory import Trajectory
@@ -25,6 +26,7 @@ from remosplat_drake.station.station_config import kinematic_simulator_config
 REACHED = "reached"
 TIME_LIMIT = "time limit"
 INTERRUPTED = "interrupted"
+GIVEN_UP = "given up"
 """Outcomes of a run that no supervisor has stopped."""
 
 
@@ -33,8 +35,8 @@ class RunResult:
     """How a run ended.
 
     Attributes:
-        outcome: REACHED, TIME_LIMIT, INTERRUPTED, or STOPPED and, after a
-            colon, why the supervisor stopped the robot.
+        outcome: REACHED, TIME_LIMIT, INTERRUPTED, GIVEN_UP, or STOPPED and,
+            after a colon, why the supervisor stopped the robot.
         targets_reached: Number of targets that were reached.
         targets: Number of targets of the run.
         position_error: Distance from the end effector to the present target at
@@ -43,6 +45,9 @@ class RunResult:
             end [rad].
         trajectory: All ticks that the recorder kept.
         metrics: Metrics of the trajectory.
+        unreachable: Why no path leads to the present target as far as guidance
+            knows, which proves nothing; empty if one does, or none was
+            searched.
     """
 
     outcome: str
@@ -52,6 +57,7 @@ class RunResult:
     angle_error: float
     trajectory: Trajectory
     metrics: RunMetrics
+    unreachable: str = ""
 
 
 ProgressCallback = Callable[[float, PoseError, TickReport | None], None]
@@ -60,6 +66,9 @@ ProgressCallback = Callable[[float, PoseError, TickReport | None], None]
 SupervisionCallback = Callable[[SupervisorState], None]
 """Function that is told what the supervisor is doing."""
 
+GuidanceCallback = Callable[[str], None]
+"""Function that is told why no path leads to the target."""
+
 
 def run(
     application: Application,
@@ -67,6 +76,7 @@ def run(
     realtime_rate: float | None = None,
     on_progress: ProgressCallback | None = None,
     on_supervision: SupervisionCallback | None = None,
+    on_unreachable: GuidanceCallback | None = None,
     until: Callable[[PoseError], bool] | None = None,
     patience: float = 0.0,
 ) -> RunResult:
@@ -83,6 +93,8 @@ def run(
             and the latest tick report.
         on_supervision: Called with the supervisor's state whenever its mode
             has changed.
+        on_unreachable: Called with the reason when guidance has found no path
+            to a target.
         until: Function that ends the run in place of the arrival at the last
             target; asked once a step with the error to the present target.
         patience: Time that a stopped robot waits to be released before the
@@ -114,6 +126,7 @@ def run(
         application,
         on_progress=on_progress,
         on_supervision=on_supervision,
+        on_unreachable=on_unreachable,
         until=until,
         patience=patience,
     )
@@ -156,6 +169,7 @@ class RunMonitor:
         start: float = 0.0,
         on_progress: ProgressCallback | None = None,
         on_supervision: SupervisionCallback | None = None,
+        on_unreachable: GuidanceCallback | None = None,
         until: Callable[[PoseError], bool] | None = None,
         patience: float = 0.0,
         progress_period: float = 0.0,
@@ -169,6 +183,8 @@ class RunMonitor:
                 error and the latest tick report.
             on_supervision: Called with the supervisor's state whenever its
                 mode has changed.
+            on_unreachable: Called with the reason when guidance has found no
+                path to a target.
             until: Function that ends the run in place of the arrival at the
                 last target; asked once a step with the error to the present
                 target.
@@ -180,6 +196,8 @@ class RunMonitor:
         self._application = application
         self._on_progress = on_progress
         self._on_supervision = on_supervision
+        self._on_unreachable = on_unreachable
+        self._unreachable = ""
         self._until = until
         self._patience = patience
         self._progress_period = progress_period
@@ -228,11 +246,25 @@ class RunMonitor:
             self.is_finished = targets.progress(context).finished
         else:
             self.is_finished = self._until(targets.error(context))
+        self._listen(root)
         if self.is_finished:
             return EventStatus.ReachedTermination(
                 self._application.diagram, "the run is over"
             )
         return EventStatus.DidNothing()
+
+    def _listen(self, root: Context) -> None:
+        """Tells why nothing leads to the target; ends the run if wanted."""
+        selection = selection_of(self._application, root)
+        if selection is None:
+            return
+        if selection.unreachable != self._unreachable:
+            self._unreachable = selection.unreachable
+            if self._unreachable and self._on_unreachable is not None:
+                self._on_unreachable(self._unreachable)
+        planning = self._application.scenario.controller.guidance.planning
+        if planning.give_up and selection.failures >= planning.attempts:
+            self.is_finished = True
 
     def _watch(self, time: float, supervision: SupervisorState) -> None:
         """Counts how long the robot stands stopped; tells of changes."""
@@ -261,6 +293,20 @@ def supervision_of(
     return supervisor.supervision(supervisor.GetMyContextFromRoot(root))
 
 
+def selection_of(application: Application, root: Context) -> Selection | None:
+    """Reads what guidance has chosen; None without guidance.
+
+    Args:
+        application: The diagram that runs, with all of its parts.
+        root: Context of the whole diagram.
+    """
+    selector = application.selector
+    if selector is None:
+        return None
+    context = selector.GetMyContextFromRoot(root)
+    return selector.GetOutputPort("selection").Eval(context)
+
+
 def make_result(
     application: Application, root: Context, interrupted: bool
 ) -> RunResult:
@@ -283,6 +329,14 @@ def make_result(
         outcome = REACHED
     else:
         outcome = INTERRUPTED if interrupted else TIME_LIMIT
+    selection = selection_of(application, root)
+    unreachable = ""
+    if selection is not None and outcome != REACHED:
+        unreachable = selection.unreachable
+        planning = scenario.controller.guidance.planning
+        gives_up = planning.give_up and outcome == TIME_LIMIT
+        if gives_up and selection.failures >= planning.attempts:
+            outcome = GIVEN_UP
     return RunResult(
         outcome=outcome,
         targets_reached=progress.index,
@@ -297,4 +351,5 @@ def make_result(
             world.truth_field,
             world.seen and world.seen.field,
         ),
+        unreachable=unreachable,
     )

@@ -6,6 +6,7 @@ begins with `compile_kernels`.
 
 import contextlib
 import copy
+import dataclasses as dc
 import sys
 from pathlib import Path
 
@@ -21,6 +22,11 @@ from remosplat_drake.base import resources
 from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.version import __version__
+from remosplat_drake.controller.planning.motion_planner import (
+    MotionPlanner,
+    can_plan,
+)
+from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
@@ -35,6 +41,7 @@ looks ahead."""
 
 _NEAR = 1e-3  # From the robot: closer than it ever means to stop [m].
 _ROOM = 8  # Voxels of a metre, around the robot.
+_TURN = 0.2  # Of the last joint, from start to end of a path [rad].
 _AWAY = np.array([0.1, 0.1, 0.1])  # From the start to the target [m].
 
 
@@ -90,6 +97,22 @@ def compile_kernels(scenario: Scenario, world: World) -> None:
     beside = World(world.robot, splat_W, truth, field, world.q0)
     simulator = Simulator(build(scenario, beside).diagram)
     simulator.AdvanceTo((TICKS - 0.5) * scenario.control_period)
+    _plan_once(scenario, beside)
+
+
+def _plan_once(scenario: Scenario, world: World) -> None:
+    """Searches a short path, if the scenario's guidance may."""
+    config, robot = scenario.controller.guidance, world.robot
+    if not (config.enabled and config.planning.enabled and can_plan()):
+        return
+    law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)
+    planner = MotionPlanner(
+        robot, law.self_clearance, dc.replace(config.planning, seeds=4)
+    )
+    q = world.q0.copy()
+    q[-1] += _TURN
+    X_WT = robot.end_effector_pose(q)
+    planner.plan(world.q0, X_WT, world.field.for_look_ahead, 0.0)
 
 
 def _obstacle(world: World) -> tuple[GaussianSplat, PrimitiveScene]:

@@ -58,7 +58,14 @@ def drive(
                 if patience > 0:
                     console.print("the page's release button lets it go on")
 
-        watchers = {"on_progress": show, "on_supervision": tell}
+        def explain(reason: str):
+            console.print(f"[bold yellow]no path:[/] {reason}")
+
+        watchers = {
+            "on_progress": show,
+            "on_supervision": tell,
+            "on_unreachable": explain,
+        }
         if rate is None:
             done = run_on_hardware(application, patience=patience, **watchers)
             return done.run, done.loop

@@ -213,12 +213,13 @@ def describe_outcome(result: RunResult) -> str:
     """Says in one phrase that the target was reached, or why not."""
     if result.outcome == REACHED:
         return REACHED
-    return (
+    phrase = (
         f"not reached: {result.outcome} at target"
         f" {result.targets_reached + 1} of {result.targets},"
         f" {1e3 * result.position_error:.0f} mm and"
         f" {math.degrees(result.angle_error):.1f} deg away"
     )
+    return f"{phrase}; {result.unreachable}" if result.unreachable else phrase
 
 
 def _unseen(metrics: RunMetrics) -> str:
@@ -269,6 +270,7 @@ def save_result(
         "targets": result.targets,
         "position_error": result.position_error,
         "angle_error": result.angle_error,
+        "unreachable": result.unreachable,
         "map": application.world.field.revision,
         **known,
         **dc.asdict(result.metrics),

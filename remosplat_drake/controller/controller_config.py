@@ -68,6 +68,9 @@ class ReactiveControllerConfig(Config):
     base_orientation: ing.BaseOrientationCostConfig = dc.field(
         default_factory=ing.BaseOrientationCostConfig
     )
+    path_tracking: ing.PathTrackingConfig = dc.field(
+        default_factory=ing.PathTrackingConfig
+    )
     # Further ingredients from outside the library, each written as
     # `package.module:Class` or `!package.module:Class {field: value}`.
     extra: Annotated[list[Ingredient | IngredientMaker], Len(0, 100)] = (
@@ -163,7 +166,7 @@ def default_ingredients(
             the defaults, the gain set `tuned`.
 
     Returns:
-        The library's nine ingredients, and then those of `config.extra`.
+        The library's ten ingredients, and then those of `config.extra`.
 
     Raises:
         FieldError: A value of the configuration is unusable.
@@ -186,6 +189,7 @@ def default_ingredients(
         ing.ActiveCollisionCost(config.active_collision, config.collision),
         ing.ManipulabilityCost(config.manipulability),
         ing.BaseOrientationCost(config.base_orientation),
+        ing.PathTracking(config.path_tracking),
         *(_made(extra, robot) for extra in config.extra),
     ]
 

@@ -41,6 +41,12 @@ class CompositeDistanceField(DistanceField):
         parts = [part.for_look_ahead for part in self.parts]
         return CompositeDistanceField(parts, self.rows)
 
+    @cached_property
+    def for_planning(self) -> "CompositeDistanceField":
+        """The composite of the parts' own fields for planning."""
+        parts = [part.for_planning for part in self.parts]
+        return CompositeDistanceField(parts, self.rows)
+
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:

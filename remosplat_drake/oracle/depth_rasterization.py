@@ -19,6 +19,7 @@ from remosplat_drake.oracle.kernels.footprints import (
     make_footprints,
     make_rules,
 )
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -99,6 +100,7 @@ class DepthRasterizationField(DistanceField):
             )
         self._rules = make_rules(self.sensor, splat_W.is_surfel)
         self._is_surfel = splat_W.is_surfel
+        self._splat_W = splat_W
 
     @property
     def settings(self) -> dict:
@@ -126,6 +128,13 @@ class DepthRasterizationField(DistanceField):
         coarse.revision = f"{self.revision}-look-ahead"
         coarse._rules = make_rules(coarse.sensor, self._is_surfel)
         return coarse
+
+    @cached_property
+    def for_planning(self) -> SphereToEllipsoidField:
+        """The exact distance to the splats as solids, which is Lipschitz."""
+        return SphereToEllipsoidField(
+            self._splat_W, subtract_uncertainty=self.subtract_uncertainty
+        )
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf

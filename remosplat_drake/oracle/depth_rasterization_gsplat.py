@@ -29,6 +29,7 @@ any splat by these classes and times both backends.
 """
 
 import math
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,6 +45,7 @@ from remosplat_drake.oracle.kernels.gsplat_pairs import (
     make_discs,
     visible_pairs,
 )
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -100,8 +102,14 @@ class GsplatDepthField(DistanceField):
         self._device = _device()
         if not subtract_uncertainty:
             splat_W = splat_W.with_uncertainty(None)
+        self._splat_W = splat_W
         self._discs = make_discs(splat_W, MIN_ALPHA, self._device)
         self._rays = views.make_rays(self.sensor, self._device)
+
+    @cached_property
+    def for_planning(self) -> SphereToEllipsoidField:
+        """The exact distance to the splats as solids, which is Lipschitz."""
+        return SphereToEllipsoidField(self._splat_W)
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf

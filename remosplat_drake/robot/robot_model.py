@@ -348,6 +348,17 @@ class RobotModel:
         return self._tree_arrays, *spheres, self.hessian_bound
 
     @cached_property
+    def arm_arrays(self) -> tuple:
+        """The arrays that inverse kinematics of the arm take.
+
+        They are the arguments of `kinematics.body_poses` before q; the end
+        effector's body and its pose in that; and the bodies that the arm's
+        joints move.
+        """
+        joints = self._screw_body[self.n_base :]
+        return self._tree_arrays, self._body_E, self._X_LE, joints
+
+    @cached_property
     def jacobian_bound(self) -> np.ndarray:
         """Bounds on |dp_WS/du_j| over all configurations, shape (n, n_u).
 

@@ -136,6 +136,15 @@ class DistanceField(ABC):
         """
         return self
 
+    @property
+    def for_planning(self) -> "DistanceField":
+        """A 1-Lipschitz field of the same map, in which paths are searched.
+
+        No safety may rest on it: what a path comes to, rollouts and
+        verification ask the field itself.
+        """
+        return self
+
     @abstractmethod
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf

@@ -56,7 +56,8 @@ class GuidanceView(LeafSystem):
 
     def _publish(self, context: Context):
         selection = self._selection_input.Eval(context)
-        why = selection.missing or selection.reason
+        parts = selection.missing or selection.reason, selection.unreachable
+        why = "; ".join(filter(None, parts))
         self._page.set_status(f"{selection.guidance.name} ({why})", "guidance")
         if selection.latest is self._drawn:
             return

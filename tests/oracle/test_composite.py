@@ -94,6 +94,10 @@ class _Coarse(SignedDistanceField):
     def for_look_ahead(self) -> DistanceField:
         return RIGHT
 
+    @property
+    def for_planning(self) -> DistanceField:
+        return RIGHT
+
 
 def test_for_look_ahead_it_is_composed_of_its_parts_fields_for_that():
     coarse = _Coarse(PrimitiveScene(boxes=(Box(RigidTransform(), np.ones(3)),)))
@@ -101,3 +105,6 @@ def test_for_look_ahead_it_is_composed_of_its_parts_fields_for_that():
     assert ahead.parts == (LEFT, RIGHT)
     assert ahead.rows == "closest"
     assert LEFT.for_look_ahead is LEFT
+    planned = CompositeDistanceField([LEFT, coarse], "closest").for_planning
+    assert planned.parts == (LEFT, RIGHT)
+    assert planned.is_lipschitz

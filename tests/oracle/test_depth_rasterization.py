@@ -12,6 +12,7 @@ from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.oracle import depth_rasterization_reference as reference
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import R_DV, DepthSensor
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.codecs.ply import read_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -425,6 +426,16 @@ def test_rejects_unusable_choices():
         reference.render(
             splat, np.zeros(3), np.eye(3), DepthSensor(), order="depth"
         )
+
+
+def test_paths_are_searched_among_the_splats_solids():
+    rng = np.random.default_rng(3)
+    splat, spheres = _random_splat(rng, 40, 2), _random_spheres(rng, 10)
+    planned = DepthRasterizationField(splat).for_look_ahead.for_planning
+    assert planned.is_lipschitz
+    answer = planned.clearances(spheres)
+    wanted = SphereToEllipsoidField(splat).clearances(spheres)
+    np.testing.assert_array_equal(answer.distance, wanted.distance)
 
 
 @pytest.mark.parametrize("resolution", [80, 8])

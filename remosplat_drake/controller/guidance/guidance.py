@@ -3,6 +3,8 @@
 import dataclasses as dc
 from collections.abc import Sequence
 
+from remosplat_drake.controller.planning.path import Path
+
 
 @dc.dataclass(frozen=True)
 class Guidance:
@@ -17,6 +19,10 @@ class Guidance:
             heads to the left of the end effector [rad].
         active_scale: Factor on the gain of the active collision cost.
         stopping: Stopping distance d_s [m]; None keeps the configured one.
+        path: Path through configurations that is followed, in place of the
+            servo's way to the target; None for none.
+        joint_stop: Stopping distance of the joints from their limits [deg];
+            None keeps the configured one.
     """
 
     name: str = "direct"
@@ -24,6 +30,8 @@ class Guidance:
     bearing: float = 0.0
     active_scale: float = 1.0
     stopping: float | None = None
+    path: Path | None = None
+    joint_stop: float | None = None
 
     def __deepcopy__(self, memo) -> "Guidance":
         return self

@@ -11,6 +11,7 @@ from remosplat_drake.controller.guidance.planner import (
     GuidancePlanner,
     SidePlanner,
 )
+from remosplat_drake.controller.planning.planning_config import PlanningConfig
 from remosplat_drake.controller.solvers import SOLVERS
 
 
@@ -45,6 +46,8 @@ class GuidanceConfig(Config):
     planner: SidePlanner | GuidancePlanner = dc.field(
         default_factory=SidePlanner
     )
+    # How paths are searched where none of these candidates arrives.
+    planning: PlanningConfig = dc.field(default_factory=PlanningConfig)
     # Smaller stopping distances that may be tried when nothing arrives with
     # the usual one, largest first [m]. They need a map that is accurate
     # enough, as `scene.map_error` or the quality report says.

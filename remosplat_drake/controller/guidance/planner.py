@@ -69,8 +69,12 @@ class SidePlanner(Config):
     def propose(self, situation: Situation) -> Sequence[Sequence[Guidance]]:
         """Proposes direct, left and right for each tier.
 
+        Left and right turn the base: a robot without one only goes direct.
+
         Args:
-            situation: The stopping distances that may be tried; the rest of
-                what is known does not matter here.
+            situation: The stopping distances that may be tried, and the robot;
+                the rest of what is known does not matter here.
         """
+        if not situation.robot.n_base:
+            return [[Guidance("direct", stopping=t)] for t in situation.tiers]
         return make_candidates(situation.tiers, self.bearing, self.active_scale)

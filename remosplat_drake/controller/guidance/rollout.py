@@ -108,7 +108,10 @@ def step_rollout(
     following = law.robot.state(q)
     error = pose_error(following.X_WE, X_WT)
     time = rollout.time + law.dt
-    still = rollout.still + law.dt if _stands(law, report.command) else 0.0
+    # Without a path, who only turns has nowhere to go.
+    n_moves = 1 if rollout.guidance.path is None else law.robot.n_base
+    stands = _stands(law, report.command, n_moves)
+    still = rollout.still + law.dt if stands else 0.0
     if arrived(error):
         status = REACHED
     elif still >= _STALL_TIME - 1e-9:
@@ -131,7 +134,7 @@ def step_rollout(
     )
 
 
-def _stands(law: ReactiveLaw, u: np.ndarray) -> bool:
-    base = np.abs(u[: min(law.robot.n_base, 1)]).max(initial=0.0)
+def _stands(law: ReactiveLaw, u: np.ndarray, n_moves: int) -> bool:
+    base = np.abs(u[: min(law.robot.n_base, n_moves)]).max(initial=0.0)
     arm = np.abs(u[law.robot.n_base :]).max(initial=0.0)
     return max(base, 0.5 * arm) < _STALL_SPEED

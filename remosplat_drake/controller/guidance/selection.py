@@ -7,6 +7,8 @@ cheapest one takes over if it is better by a margin.
 """
 
 import dataclasses as dc
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +20,7 @@ from remosplat_drake.controller.guidance.rollout import (
     step_rollout,
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
+from remosplat_drake.controller.planning.motion_planner import Plan
 from remosplat_drake.signals.distance_field import DistanceField
 
 IDLE = 1.0
@@ -48,6 +51,12 @@ class Selection:
             for each tier.
         waiting: Candidates of the present tier still to be tried.
         tier: Index of the present tier.
+        plans: What the searches of the present round have come to, one for
+            each stopping distance that was tried.
+        failures: Number of rounds in a row with searches in which nothing
+            arrives.
+        unreachable: Why no path leads to the target as far as is known, for
+            people; empty if one does or none was searched.
         finished: Finished rollouts of the present round, the first of them
             with the guidance that is followed.
         latest: Rollouts of the latest complete round.
@@ -69,6 +78,9 @@ class Selection:
     candidates: tuple[tuple[Guidance, ...], ...] = ()
     waiting: tuple[Guidance, ...] = ()
     tier: int = 0
+    plans: tuple[Plan, ...] = ()
+    failures: int = 0
+    unreachable: str = ""
     finished: tuple[Rollout, ...] = ()
     latest: tuple[Rollout, ...] = ()
     idle_until: float = -np.inf
@@ -101,6 +113,7 @@ def advance_selection(
     X_WT: np.ndarray,
     field: DistanceField,
     budget: int,
+    interrupted: Callable[[], bool] = lambda: False,
 ) -> Selection:
     """Looks ahead by at most `budget` rollout steps and decides if it can.
 
@@ -118,6 +131,8 @@ def advance_selection(
         X_WT: Pose of the target T in the world W, shape (4, 4).
         field: The map.
         budget: Number of rollout steps that may be spent.
+        interrupted: Function that tells whether a search of a path, which may
+            take long, shall give up at once.
 
     Returns:
         The selection after these steps; the same object if there was nothing
@@ -125,13 +140,17 @@ def advance_selection(
     """
     if not (np.isfinite(q).all() and np.isfinite(X_WT).all()):
         return selection
+    before = selection
     selection = on_the_same_world(rule, selection, field.revision, X_WT)
+    if selection is not before:
+        still = rule.still_open(selection.guidance, q, field)
+        selection = dc.replace(selection, guidance=still)
     for _ in range(budget):
         if selection.running is None:
             if time < selection.idle_until and not _has_moved(selection, q):
                 break
             first = Rollout(selection.guidance, q, u)
-            selection = dc.replace(selection, running=first)
+            selection = dc.replace(selection, running=first, plans=())
         assert selection.running is not None
         running = step_rollout(
             rule.law,
@@ -139,12 +158,14 @@ def advance_selection(
             field,
             X_WT,
             rule.arrived,
-            rule.horizon,
+            rule.horizon_of(selection.running.guidance),
         )
         if running.status == RUNNING:
             selection = dc.replace(selection, running=running)
         else:
-            selection = _file(rule, selection, running, time, q, u, field)
+            selection = _file(
+                rule, selection, running, time, q, u, field, interrupted
+            )
     return selection
 
 
@@ -180,6 +201,7 @@ def _file(
     q: np.ndarray,
     u: np.ndarray,
     field: DistanceField,
+    interrupted: Callable[[], bool],
 ) -> Selection:
     """Files a finished rollout and starts the next, or decides."""
     finished = (*selection.finished, rollout)
@@ -202,6 +224,8 @@ def _file(
     while not waiting and not arrives and tier + 1 < len(candidates):
         tier += 1
         waiting = _others(candidates[tier], finished[0].guidance)
+    if not waiting and not arrives:
+        selection, waiting = _planned(rule, selection, q, field, interrupted)
     if not waiting:
         return _decide(rule, selection, finished, time, q)
     return dc.replace(
@@ -212,6 +236,33 @@ def _file(
         tier=tier,
         finished=finished,
     )
+
+
+def _planned(
+    rule: SelectionRule,
+    selection: Selection,
+    q: np.ndarray,
+    field: DistanceField,
+    interrupted: Callable[[], bool],
+) -> tuple[Selection, tuple[Guidance, ...]]:
+    """Searches a path, at one stopping distance after the other."""
+    motions, plans = rule.motions, selection.plans
+    if motions is None or selection.failures >= motions.config.attempts:
+        return selection, ()
+    assert selection.X_WT is not None
+    guidance = None
+    while guidance is None and len(plans) < len(rule.tiers):
+        guidance, plan = rule.planned(
+            q,
+            selection.X_WT,
+            field,
+            len(plans),
+            selection.failures,
+            interrupted,
+        )
+        plans = (*plans, plan)
+    selection = dc.replace(selection, plans=plans)
+    return selection, () if guidance is None else (guidance,)
 
 
 def _others(
@@ -264,9 +315,23 @@ def _end_round(
         latest=finished,
         idle_until=idle_until,
         hopeless_at=hopeless_at,
+        **_searched(selection, arrives=hopeless_at is None),
         revision=selection.revision,
         X_WT=selection.X_WT,
     )
+
+
+def _searched(selection: Selection, *, arrives: bool) -> dict[str, Any]:
+    """Returns what the searches of a round have come to, as fields."""
+    plans = selection.plans
+    if arrives:
+        return {"plans": plans}
+    why = next((plan.reason for plan in plans[::-1] if plan.reason), "")
+    return {
+        "plans": plans,
+        "failures": selection.failures + bool(plans),
+        "unreachable": why or selection.unreachable,
+    }
 
 
 def _has_moved(selection: Selection, q: np.ndarray) -> bool:

@@ -11,10 +11,18 @@ from remosplat_drake.controller.guidance.planner import (
     GuidancePlanner,
     Situation,
 )
+from remosplat_drake.controller.planning.motion_planner import (
+    MotionPlanner,
+    Plan,
+    can_plan,
+)
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.solvers import make_solver
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.distance_field import DistanceField
+
+_TIME_ON_PATH = 4.0
+"""Time that a rollout gets for each radian or metre of a path [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -28,6 +36,8 @@ class SelectionRule:
         arrived: Function that tells whether a `PoseError` counts as arrival.
         horizon: Longest simulated time of a rollout [s].
         start: The guidance that is followed at first.
+        motions: What searches paths where no candidate arrives; None for
+            nothing.
     """
 
     law: ReactiveLaw
@@ -36,6 +46,7 @@ class SelectionRule:
     arrived: Callable[[PoseError], bool]
     horizon: float
     start: Guidance = DIRECT
+    motions: MotionPlanner | None = None
 
     def candidates(
         self, q: np.ndarray, X_WT: np.ndarray, field: DistanceField
@@ -49,6 +60,75 @@ class SelectionRule:
         """
         situation = Situation(self.law.robot, q, X_WT, field, self.tiers)
         return tuple(map(tuple, self.planner.propose(situation)))
+
+    def planned(
+        self,
+        q: np.ndarray,
+        X_WT: np.ndarray,
+        field: DistanceField,
+        tier: int,
+        attempt: int,
+        interrupted: Callable[[], bool] = lambda: False,
+    ) -> tuple[Guidance | None, Plan]:
+        """Searches a path that keeps the stopping distance of a tier.
+
+        Args:
+            q: Present configuration, shape (n_q,) [rad, m].
+            X_WT: Pose of the target T in the world W, shape (4, 4).
+            field: The map.
+            tier: Index of the tier.
+            attempt: Number of rounds of searches before this one.
+            interrupted: Function that tells whether to give up at once.
+
+        Returns:
+            The guidance along the path, None without one, and what the search
+            has come to.
+        """
+        assert self.motions is not None
+        stopping = self.tiers[tier]
+        plan = self.motions.plan(q, X_WT, field, stopping, attempt, interrupted)
+        if plan.path is None:
+            return None, plan
+        guidance = Guidance(
+            "plan",
+            active_scale=0.0,
+            stopping=stopping,
+            path=plan.path,
+            joint_stop=self.motions.config.joint_stop,
+        )
+        return guidance, plan
+
+    def still_open(
+        self, guidance: Guidance, q: np.ndarray, field: DistanceField
+    ) -> Guidance:
+        """Cuts a guidance's path off where another map blocks it.
+
+        Args:
+            guidance: The guidance, with or without a path.
+            q: Present configuration, shape (n_q,) [rad, m].
+            field: The other map.
+
+        Returns:
+            The guidance, the same object if nothing of it is blocked.
+        """
+        path = guidance.path
+        if path is None or self.motions is None:
+            return guidance
+        stopping = self.law.collision.stopping_for(guidance)
+        still = self.motions.open_part(path, q, field, stopping)
+        return guidance if still is path else dc.replace(guidance, path=still)
+
+    def horizon_of(self, guidance: Guidance) -> float:
+        """Returns the longest simulated time of a guidance's rollout [s].
+
+        A path may take longer than what goes straight.
+
+        Args:
+            guidance: The guidance.
+        """
+        if guidance.path is None:
+            return self.horizon
+        return self.horizon + _TIME_ON_PATH * guidance.path.length
 
 
 def make_selection_rule(
@@ -73,6 +153,9 @@ def make_selection_rule(
     """
     solver = make_solver(config.solver, "scenario", "guidance.solver")
     tiers = law.collision.stopping, *config.tiers
+    motions = None
+    if config.planning.enabled and can_plan():
+        motions = MotionPlanner(law.robot, law.self_clearance, config.planning)
     return SelectionRule(
         law.with_step(config.step, solver=solver),
         config.planner,
@@ -80,4 +163,5 @@ def make_selection_rule(
         arrived,
         config.horizon,
         Guidance(stopping=tiers[0]),
+        motions,
     )

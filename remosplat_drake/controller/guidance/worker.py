@@ -131,6 +131,7 @@ def look_ahead(
             X_WT=now.X_WT,
             field=field,
             budget=1,
+            interrupted=interrupted,
         )
         if following is selection:
             break

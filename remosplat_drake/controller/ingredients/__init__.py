@@ -20,6 +20,10 @@ from remosplat_drake.controller.ingredients.manipulability_cost import (
     ManipulabilityCost,
     ManipulabilityCostConfig,
 )
+from remosplat_drake.controller.ingredients.path_tracking import (
+    PathTracking,
+    PathTrackingConfig,
+)
 from remosplat_drake.controller.ingredients.self_collision_damper import (
     SelfCollisionDamper,
     SelfCollisionDamperConfig,
@@ -48,6 +52,8 @@ __all__ = [
     "JointLimitDamperConfig",
     "ManipulabilityCost",
     "ManipulabilityCostConfig",
+    "PathTracking",
+    "PathTrackingConfig",
     "SelfCollisionDamper",
     "SelfCollisionDamperConfig",
     "ServoTracking",

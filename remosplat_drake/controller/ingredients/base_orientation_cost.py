@@ -44,6 +44,8 @@ class BaseOrientationCost:
         """
         if self._gain == 0.0 or tick.robot.n_base == 0:
             return
+        if tick.guidance.path is not None:
+            return
         X_WB, X_WE = tick.state.X_WB, tick.state.X_WE
         p_BE_B = X_WB[:3, :3].T @ (X_WE[:3, 3] - X_WB[:3, 3])
         c = np.zeros(program.n_u)

@@ -67,7 +67,8 @@ class JointLimitDamper:
             [robot.position_upper[arm] - q, q - robot.position_lower[arm]]
         )
         influence = math.radians(config.influence)
-        stop = math.radians(config.stop)
+        stop = tick.guidance.joint_stop
+        stop = math.radians(config.stop if stop is None else stop)
         near = np.flatnonzero(rho < influence)
         if not len(near):
             return

@@ -40,7 +40,7 @@ class ManipulabilityCost:
             program: The program of the tick.
             tick: What is known at the tick; the arm's Jacobian matters here.
         """
-        if self._gain == 0.0:
+        if self._gain == 0.0 or tick.guidance.path is not None:
             return
         arm = slice(tick.robot.n_base, None)
         _, gradient = manipulability(

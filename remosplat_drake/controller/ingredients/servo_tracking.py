@@ -14,6 +14,10 @@ from remosplat_drake.controller.ingredients.collision_damper import (
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 from remosplat_drake.controller.servo import servo_twist
 
+LAST_STRETCH = 0.1
+"""What is left of a planned path when the servo takes part again, in radians
+and metres alike: a base that cannot slip sideways ends beside the path."""
+
 
 @dc.dataclass
 class ServoTrackingConfig(Config):
@@ -36,7 +40,8 @@ class ServoTracking:
     the slack delta, as in the holistic controller of Haviland, Sünderhauf and
     Corke (2022). The tick's guidance bends the translational part of v_E. The
     price 1/e of the slack grows near the target, so that the end effector
-    first gets there roughly and then exactly.
+    first gets there roughly and then exactly. Where guidance has a path, the
+    servo leaves the way to that, but for its last stretch.
 
     Args:
         config: Gain and bounds of the servo.
@@ -57,6 +62,9 @@ class ServoTracking:
             tick: What is known at the tick; the pose error, the clearances
                 and the guidance matter here.
         """
+        path = tick.guidance.path
+        if path is not None and path.left(tick.state.q) > LAST_STRETCH:
+            return
         config = self._config
         w, v = servo_twist(tick.error, config.gain, config.max_speed)
         v = deflected_velocity(

@@ -13,6 +13,7 @@ from time import monotonic, perf_counter, sleep
 
 import numpy as np
 import pytest
+from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.controller.controller_config import gain_set
@@ -31,6 +32,7 @@ from remosplat_drake.controller.guidance.selection_rule import (
     make_selection_rule,
 )
 from remosplat_drake.controller.guidance.worker import PresentState, look_ahead
+from remosplat_drake.controller.planning.motion_planner import can_plan
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.reactive_program import (
     Ingredient,
@@ -39,6 +41,7 @@ from remosplat_drake.controller.reactive_program import (
 )
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 ARRIVED = partial(has_arrived, config=ArrivalConfig())
@@ -269,3 +272,36 @@ except Exception as error:
         "MyCost cannot go to the look-ahead process, for it cannot be imported"
     ), answer.stderr
     assert answer.stdout.count("\n") == 1
+
+
+@pytest.mark.skipif(not can_plan(), reason="needs ompl")
+def test_a_process_that_is_killed_while_it_searches_is_missed(frankie, stuck):
+    """What it searches is behind walls, which a search never finds out."""
+    config = gain_set("tuned")
+    config.guidance.planning.checks = 10_000_000
+    law = ReactiveLaw.make(config, frankie, 0.01)
+    rule = make_selection_rule(law, config.guidance, ARRIVED)
+    target = stuck.now.X_WT[:3, 3]
+    walls = tuple(
+        Box(
+            RigidTransform([*target[:2] + 2.0 * np.array(side), 0]),
+            np.array([0.1 + 2 * abs(side[1]), 0.1 + 2 * abs(side[0]), 3]),
+        )
+        for side in ((1, 0), (-1, 0), (0, 1), (0, -1))
+    )
+    field = SignedDistanceField(PrimitiveScene(boxes=walls))
+    q = stuck.now.q.copy()
+    q[:2] = target[:2] + np.array([5.0, 0.0])
+    now = dc.replace(stuck.now, q=q)
+    process = LookAheadProcess(rule, BUDGET)
+    until(
+        process,
+        stuck,
+        lambda s: process.missing.startswith("look-ahead has not answered"),
+        now,
+        field,
+    )
+    os.kill(process.process.pid, signal.SIGKILL)
+    selection = until(process, stuck, lambda s: s.missing == DIED, now, field)
+    assert selection.guidance.path is None
+    process.close()

@@ -1,0 +1,197 @@
+"""`MotionPlanner`: from where the robot is to a path, or to why none is."""
+
+import dataclasses as dc
+import importlib.util
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from remosplat_drake.controller.planning.free_space import FreeSpace
+from remosplat_drake.controller.planning.goal_configurations import (
+    GoalConfigurations,
+    goal_configurations,
+)
+from remosplat_drake.controller.planning.path import Path
+from remosplat_drake.controller.planning.planning_config import PlanningConfig
+from remosplat_drake.controller.planning.stretches import driven_corners
+from remosplat_drake.controller.verification.self_sweep import SelfClearance
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.distance_field import DistanceField
+
+_ROAM = 2.0
+"""How far beyond start and goals the base may go [m]."""
+
+
+def can_plan() -> bool:
+    """Tells whether OMPL is installed, which searches the paths."""
+    return importlib.util.find_spec("ompl") is not None
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Plan:
+    """What a search has come to.
+
+    Attributes:
+        path: The path; None if none was found.
+        reason: Why there is none, for people; empty if there is one.
+        checks: Number of configurations and motions that were looked at.
+        goals: Number of goal configurations.
+    """
+
+    path: Path | None
+    reason: str
+    checks: int
+    goals: int
+
+
+@dc.dataclass(frozen=True, eq=False)
+class MotionPlanner:
+    """Searches paths for one robot.
+
+    Attributes:
+        robot: The robot.
+        self_clearance: Distances that the robot keeps from itself; None if it
+            keeps none.
+        config: How much is searched.
+    """
+
+    robot: RobotModel
+    self_clearance: SelfClearance | None
+    config: PlanningConfig
+
+    def plan(
+        self,
+        q: np.ndarray,
+        X_WT: np.ndarray,
+        field: DistanceField,
+        stopping: float,
+        attempt: int = 0,
+        interrupted: Callable[[], bool] = lambda: False,
+    ) -> Plan:
+        """Searches a path to a target; equal calls find equal paths.
+
+        Args:
+            q: Where the robot is, shape (n_q,) [rad, m].
+            X_WT: Pose of the target T in the world W, shape (4, 4).
+            field: The map.
+            stopping: Distance that all spheres keep from the scene [m].
+            attempt: Number of searches before; another one draws other
+                numbers.
+            interrupted: Function that tells whether to give up at once.
+        """
+        # Only who searches needs OMPL.
+        from remosplat_drake.controller.planning.search import Search
+        from remosplat_drake.controller.planning.stages import staged_path
+
+        config = self.config
+        seed = 1 + config.seed + attempt
+        space = self._free_space(q, field, stopping)
+        start = np.clip(q, space.lower, space.upper)
+        goals = goal_configurations(
+            space,
+            X_WT,
+            start,
+            seeds=config.seeds,
+            most=config.goals,
+            rng=np.random.default_rng(seed),
+        )
+        if not len(goals.q):
+            return Plan(None, self._no_goal(goals, stopping), space.checks, 0)
+        budget = config.checks << attempt
+        search = Search(
+            space,
+            start,
+            np.arange(len(q)),
+            self._box(start, goals.q),
+            budget,
+            space.checks + budget,
+            seed,
+            interrupted,
+        )
+        corners = None
+        if self.robot.n_base:
+            corners = staged_path(search, goals.q)
+        if corners is None:
+            last = space.checks + budget
+            corners = dc.replace(search, last=last).path_to(goals.q)
+        if corners is None:
+            reason = (
+                f"no path to {len(goals.q)} goal configurations found in"
+                f" {space.checks} checks, which proves nothing"
+            )
+            return Plan(None, reason, space.checks, len(goals.q))
+        corners = search.shortened(corners)
+        path = Path.through(
+            np.concatenate([q[None], driven_corners(space, corners)])
+        )
+        return Plan(path, "", space.checks, len(goals.q))
+
+    def open_part(
+        self, path: Path, q: np.ndarray, field: DistanceField, stopping: float
+    ) -> Path:
+        """Cuts a path off where a map blocks what is left of it.
+
+        Args:
+            path: The path.
+            q: Where the robot is, shape (n_q,) [rad, m].
+            field: The map.
+            stopping: Distance that all spheres keep from the scene [m].
+
+        Returns:
+            The path, the same object if nothing ahead of q is blocked.
+        """
+        s, _ = path.nearest(q)
+        space = self._free_space(q, field, stopping)
+        here, start = path.at(s), s
+        for k in np.flatnonzero(path.s > s):
+            if not space.is_free_between(here, path.q[k]):
+                return path.until(start)
+            here, start = path.q[k], float(path.s[k])
+        return path
+
+    def _free_space(
+        self, q: np.ndarray, field: DistanceField, stopping: float
+    ) -> FreeSpace:
+        return FreeSpace(
+            self.robot,
+            field.for_planning,
+            stopping,
+            self.self_clearance,
+            self._bounds(),
+            q,
+            self.config.backing,
+        )
+
+    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        stop = math.radians(self.config.joint_stop)
+        return (
+            self.robot.position_lower + stop,
+            self.robot.position_upper - stop,
+        )
+
+    def _box(
+        self, q: np.ndarray, goals: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Returns finite bounds for drawing configurations."""
+        lower, upper = (bound.copy() for bound in self._bounds())
+        if self.robot.n_base:
+            all_q = np.vstack([q, goals])
+            lower[:2] = all_q[:, :2].min(axis=0) - _ROAM
+            upper[:2] = all_q[:, :2].max(axis=0) + _ROAM
+            lower[2] = all_q[:, 2].min() - math.pi
+            upper[2] = all_q[:, 2].max() + math.pi
+        return lower, upper
+
+    def _no_goal(self, goals: GoalConfigurations, stopping: float) -> str:
+        if not goals.reached:
+            return (
+                f"no configuration that reaches it found from {goals.seeds}"
+                " seeds, which proves nothing"
+            )
+        link = self.robot.spheres.links[goals.tightest]
+        return (
+            f"none of {goals.reached} configurations that reach it keeps"
+            f" {1e3 * stopping:.3g} mm: {link} lacks"
+            f" {1e3 * goals.missing:.2g} mm in the best, which proves nothing"
+        )

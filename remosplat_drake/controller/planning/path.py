@@ -1,0 +1,93 @@
+"""`Path`: a way through configurations, by its arc length."""
+
+import dataclasses as dc
+
+import numpy as np
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Path:
+    """Straight stretches through configurations, one after the other.
+
+    Lengths are counted in radians and metres alike.
+
+    Attributes:
+        q: The corners, shape (k, n_q) [rad, m].
+        s: Arc length at each corner, shape (k,).
+    """
+
+    q: np.ndarray
+    s: np.ndarray
+
+    @staticmethod
+    def through(q: np.ndarray) -> "Path":
+        """Makes the path through corners.
+
+        Args:
+            q: The corners, shape (k, n_q) [rad, m]; equal neighbours count
+                once.
+        """
+        q = np.array(q, float)
+        step = np.linalg.norm(np.diff(q, axis=0), axis=1)
+        q = q[np.concatenate([[True], step > 1e-9])]
+        step = np.linalg.norm(np.diff(q, axis=0), axis=1)
+        return Path(q, np.concatenate([[0.0], np.cumsum(step)]))
+
+    def __deepcopy__(self, memo) -> "Path":
+        return self
+
+    @property
+    def length(self) -> float:
+        """Arc length of the whole path."""
+        return float(self.s[-1])
+
+    def at(self, s: float) -> np.ndarray:
+        """Returns the configuration at an arc length, shape (n_q,).
+
+        Args:
+            s: Arc length; what lies beyond the ends is cut off.
+        """
+        k = int(np.searchsorted(self.s, s, side="right")) - 1
+        k = min(max(k, 0), len(self.s) - 2)
+        if k < 0:
+            return self.q[0]
+        span = self.s[k + 1] - self.s[k]
+        share = min(max((s - self.s[k]) / span, 0.0), 1.0)
+        return self.q[k] + share * (self.q[k + 1] - self.q[k])
+
+    def until(self, s: float) -> "Path":
+        """Returns the part of the path up to an arc length.
+
+        Args:
+            s: Arc length at which the part ends.
+        """
+        before = self.q[self.s < s]
+        return Path.through(np.vstack([before, self.at(s)]))
+
+    def left(self, q: np.ndarray) -> float:
+        """Returns how far it is to the end of the path.
+
+        Args:
+            q: Configuration, shape (n_q,) [rad, m].
+        """
+        s, apart = self.nearest(q)
+        return self.length - s + apart
+
+    def nearest(self, q: np.ndarray) -> tuple[float, float]:
+        """Finds the point of the path that is nearest to a configuration.
+
+        Args:
+            q: The configuration, shape (n_q,) [rad, m].
+
+        Returns:
+            The arc length there, the largest of equals, and the distance.
+        """
+        if len(self.q) == 1:
+            return 0.0, float(np.linalg.norm(q - self.q[0]))
+        step = np.diff(self.q, axis=0)
+        span = np.diff(self.s)
+        share = np.einsum("kj,kj->k", q - self.q[:-1], step) / span**2
+        share = np.clip(share, 0.0, 1.0)
+        apart = np.linalg.norm(self.q[:-1] + share[:, None] * step - q, axis=1)
+        k = len(apart) - 1 - int(np.argmin(apart[::-1]))
+        return float(self.s[k] + share[k] * span[k]), float(apart[k])

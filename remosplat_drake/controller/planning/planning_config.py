@@ -1,0 +1,39 @@
+"""`PlanningConfig`: how much is searched where nothing else arrives."""
+
+import dataclasses as dc
+from typing import Annotated
+
+from annotated_types import Interval
+
+from remosplat_drake.base.ranges import Config
+
+
+@dc.dataclass
+class PlanningConfig(Config):
+    """How paths are searched that lead where no guidance arrives."""
+
+    # Whether a path is searched when no other guidance arrives.
+    enabled: bool = True
+    # Number of configurations from which inverse kinematics starts in search
+    # of goal configurations.
+    seeds: Annotated[int, Interval(ge=1, le=100_000)] = 1000
+    # Largest number of goal configurations that a search may end at.
+    goals: Annotated[int, Interval(ge=1, le=1000)] = 6
+    # Number of configurations and motions that a search may look at; with a
+    # mobile base it searches in stages first, with as many again. Every
+    # attempt may look at twice as many as the one before: most paths are found
+    # soon or by other random numbers.
+    checks: Annotated[int, Interval(ge=1, le=10_000_000)] = 1500
+    # Number of attempts, each with a search at every stopping distance, after
+    # which the target is given up until it moves or the map changes.
+    attempts: Annotated[int, Interval(ge=1, le=20)] = 4
+    # Whether a run ends when a target is given up, in place of waiting for its
+    # time limit.
+    give_up: bool = False
+    # Seed of the searches' random numbers.
+    seed: Annotated[int, Interval(ge=0, le=1_000_000)] = 0
+    # Stopping distance that joints keep from their limits on a path, in place
+    # of the damper's [deg].
+    joint_stop: Annotated[float, Interval(ge=0, le=45)] = 0.1
+    # Longest way that the base may drive backwards at a time [m].
+    backing: Annotated[float, Interval(ge=0, le=10)] = 0.5

@@ -1,0 +1,83 @@
+"""What is free, held against looking very often."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from remosplat_drake.controller.planning.free_space import FreeSpace
+from remosplat_drake.controller.verification.self_sweep import SelfClearance
+from remosplat_drake.controller.verification.verify import TOLERANCE
+
+STOPPING = 0.02
+JOINTS = st.tuples(*[st.floats(-limit, limit) for limit in (1.9, 2.4, 2.9)])
+
+
+def space_of(maze, own=None) -> FreeSpace:
+    robot = maze.robot
+    bounds = robot.position_lower, robot.position_upper
+    return FreeSpace(robot, maze.field, STOPPING, own, bounds, maze.q)
+
+
+def least_clearance(maze, a, b) -> float:
+    """The smallest clearance at a thousand places between a and b."""
+    way = a + np.linspace(0, 1, 1001)[:, None] * (b - a)
+    return min(
+        maze.field.clearances(maze.robot.spheres_at(q)).minimum() for q in way
+    )
+
+
+@settings(max_examples=60, deadline=None)
+@given(a=JOINTS, b=JOINTS)
+def test_motions_are_judged_as_by_looking_very_often(maze, a, b):
+    a, b = np.array(a), np.array(b)
+    space = space_of(maze)
+    if not space.is_free(a):
+        assert least_clearance(maze, a, a) < STOPPING
+        return
+    least = least_clearance(maze, a, b)
+    if space.is_free_between(a, b):
+        assert least >= STOPPING - TOLERANCE - 1e-9
+    else:
+        assert least < STOPPING + 1e-4
+
+
+def test_a_forearm_through_the_block_is_seen_between_free_ends(maze):
+    space = space_of(maze)
+    assert space.is_free(maze.q)
+    assert space.is_free(maze.q_target)
+    assert not space.is_free_between(maze.q, maze.q_target)
+
+
+def test_joint_limits_bound_the_space(maze):
+    space = space_of(maze)
+    beyond = np.array([-2.1, 0.0, 0.0])
+    assert not space.is_free(beyond)
+    assert not space.is_free_between(maze.q, beyond)
+
+
+@settings(max_examples=20, deadline=None)
+@given(arm=st.tuples(*7 * [st.floats(-1.0, 1.0)]))
+def test_a_robot_keeps_off_itself_on_its_way(frankie, empty, arm):
+    own = SelfClearance.make(frankie, 0.01)
+    bounds = frankie.position_lower, frankie.position_upper
+    a = frankie.q_home
+    b = np.concatenate([a[:3], np.clip(arm + a[3:], *(x[3:] for x in bounds))])
+    space = FreeSpace(frankie, empty, 0.02, own, bounds, a)
+    way = a + np.linspace(0, 1, 301)[:, None] * (b - a)
+    least = min(own.distances(frankie.spheres_at(q).p_WS).min() for q in way)
+    if space.is_free_between(a, b):
+        assert least >= own.stopping - 0.006
+    else:
+        assert least < own.stopping
+
+
+def test_a_robot_that_stands_too_near_may_leave(maze):
+    q = np.array([-0.235, 0.0, 0.0])
+    clearance = maze.field.clearances(maze.robot.spheres_at(q)).minimum()
+    assert 0.0 < clearance < STOPPING
+    robot = maze.robot
+    bounds = robot.position_lower, robot.position_upper
+    space = FreeSpace(robot, maze.field, STOPPING, None, bounds, q)
+    assert space.is_free(q)
+    assert space.is_free_between(q, maze.q)
+    assert not space.is_free_between(q, q + np.array([0.02, 0, 0]))

@@ -1,0 +1,84 @@
+"""Goal configurations, held against forward kinematics."""
+
+import numpy as np
+import pytest
+
+from remosplat_drake.controller.planning.free_space import FreeSpace
+from remosplat_drake.controller.planning.goal_configurations import (
+    TOLERANCE,
+    goal_configurations,
+    reach,
+)
+from remosplat_drake.robot.pose_error import pose_error
+
+
+@pytest.fixture(scope="module")
+def q_target(frankie) -> np.ndarray:
+    q = frankie.q_home
+    q[:3] = 1.0, -0.5, 0.4
+    q[3:] += [0.3, 0.4, -0.2, 0.3, 0.2, -0.1, 0.5]
+    return q
+
+
+def free_space(robot, field, q, stopping=0.02) -> FreeSpace:
+    bounds = robot.position_lower, robot.position_upper
+    return FreeSpace(robot, field, stopping, None, bounds, q)
+
+
+def test_solutions_reach_the_target(frankie, q_target):
+    X_WT = frankie.end_effector_pose(q_target)
+    rng = np.random.default_rng(0)
+    bounds = frankie.position_lower, frankie.position_upper
+    seeds = np.tile(q_target, (60, 1))
+    seeds[:, 3:] += rng.normal(0, 0.7, (60, 7))
+    seeds = np.clip(seeds, *bounds)
+    found, error = reach(frankie, X_WT, seeds, bounds)
+    assert (error < TOLERANCE).sum() > 20
+    assert found[:, :3] == pytest.approx(seeds[:, :3])
+    assert ((found >= bounds[0]) & (found <= bounds[1])).all()
+    for q, e in zip(found, error, strict=True):
+        off = pose_error(frankie.end_effector_pose(q), X_WT)
+        if off.angle < 3.0:
+            assert np.hypot(off.distance, 0.3 * off.angle) == pytest.approx(e)
+
+
+def test_goals_keep_their_distance_and_the_best_comes_first(
+    frankie, empty, board_at, q_target
+):
+    X_WT = frankie.end_effector_pose(q_target)
+    field = board_at(X_WT[2, 3] - 0.15)
+    start = frankie.q_home
+    space = free_space(frankie, field, start)
+    goals = goal_configurations(
+        space,
+        X_WT,
+        start,
+        seeds=300,
+        most=10,
+        rng=np.random.default_rng(0),
+    )
+    assert 0 < len(goals.q) <= 10
+    for q in goals.q:
+        off = pose_error(frankie.end_effector_pose(q), X_WT)
+        assert off.distance < TOLERANCE
+        spheres = frankie.spheres_at(q)
+        assert field.clearances(spheres).minimum() >= 0.02
+
+
+def test_what_has_too_little_room_is_named(frankie, board_at, q_target):
+    X_WT = frankie.end_effector_pose(q_target)
+    field = board_at(X_WT[2, 3] - 0.01)
+    start = frankie.q_home
+    goals = goal_configurations(
+        free_space(frankie, field, start),
+        X_WT,
+        start,
+        seeds=200,
+        most=10,
+        rng=np.random.default_rng(0),
+    )
+    assert len(goals.q) == 0
+    assert goals.reached > 0
+    link = frankie.spheres.links[goals.tightest]
+    assert "hand" in link or "finger" in link
+    assert goals.missing > 0.01
