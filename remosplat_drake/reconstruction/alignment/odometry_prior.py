@@ -19,8 +19,10 @@ which is maximised over the six deviations.
 import dataclasses as dc
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg import cho_solve, solve_triangular
 from scipy.optimize import minimize
+
+from remosplat_drake.reconstruction.alignment.cholesky import lower_factor
 
 LEAST = np.array([1e-6, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5])
 MOST = np.array([0.5, 0.5, 0.5, 1.0, 1.0, 1.0])
@@ -146,9 +148,9 @@ def _cost(
     inverse = OdometryNoise(*deviations).precision(n)
     P = H.copy()
     P[:-2, :-2] += inverse
-    factor = cho_factor(P, lower=True, check_finite=False)
-    x = cho_solve(factor, h)
-    log_P = 2 * np.log(np.diag(factor[0])).sum()
+    L = lower_factor(P)
+    x = cho_solve((L, True), h)
+    log_P = 2 * np.log(np.diag(L)).sum()
     log_C = -np.linalg.slogdet(inverse)[1]
     value = 0.5 * (log_P + log_C - h @ x)
     gradient = np.zeros(6)
@@ -156,7 +158,7 @@ def _cost(
         return value, gradient
     # A = (C + H^-1)^-1 = C^-1 - C^-1 P^-1 C^-1 and alpha = C^-1 x, P = L L^T.
     padded = np.eye(len(H), len(inverse)) @ inverse
-    half = solve_triangular(factor[0], padded, lower=True, check_finite=False)
+    half = solve_triangular(L, padded, lower=True, check_finite=False)
     alpha = inverse @ x[:-2]
     inner = inverse - half.T @ half - np.outer(alpha, alpha)
     inner = inner.reshape(n, 6, n, 6)

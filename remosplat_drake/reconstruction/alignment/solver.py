@@ -3,8 +3,9 @@
 import dataclasses as dc
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_solve
 
+from remosplat_drake.reconstruction.alignment.cholesky import lower_factor
 from remosplat_drake.reconstruction.alignment.odometry_prior import (
     OdometryNoise,
 )
@@ -230,7 +231,7 @@ def posterior(
     H = data.H + known[0]
     h = H @ x - data.g - known[1]
     H[:-2, :-2] += noise.precision(len(x) // 6)
-    factor = cho_factor(H, lower=True, check_finite=False)
+    factor = lower_factor(H), True
     covariance = cho_solve(factor, np.eye(len(H)), check_finite=False)
     return Posterior(covariance @ h, covariance, noise)
 

@@ -1,0 +1,31 @@
+"""Factors of matrices that are positive definite but for rounding."""
+
+import numpy as np
+from scipy.linalg import LinAlgError, cholesky
+
+_JITTER = (0.0, 1e-14, 1e-12, 1e-10)
+"""What is added to the diagonal of a matrix that is scaled to 1 there, until it
+can be factorised: exact images make some directions 1e15 times as certain as
+others."""
+
+
+def lower_factor(H: np.ndarray) -> np.ndarray:
+    """Computes L with H = L L^T, L lower triangular.
+
+    Args:
+        H: Symmetric matrix with a positive diagonal, shape (n, n).
+
+    Raises:
+        LinAlgError: The matrix is indefinite, and not by rounding.
+    """
+    size = np.sqrt(np.diag(H))
+    scaled = H / np.outer(size, size)
+    for jitter in _JITTER:
+        try:
+            jittered = scaled + jitter * np.eye(len(H))
+            factor = cholesky(jittered, lower=True, check_finite=False)
+            return size[:, None] * factor
+        except LinAlgError:
+            if jitter == _JITTER[-1]:
+                raise
+    raise AssertionError("unreachable")
