@@ -73,12 +73,14 @@ class PlacedUnknownSpace(DistanceField):
         if np.isnan(spheres.ignore_below).any():
             raise ValueError("a sphere's floor is undefined")
         rolls = spheres.ignore_below >= self._floor_height
-        everything = np.full(len(spheres), -np.inf)
-        first = self._ask(self._field, spheres, everything, max_distance)
-        if not rolls.any():
-            return first
-        other = self._ask(self._over_floor, spheres, everything, max_distance)
-        return _merged(first, other, rolls)
+        answers = []
+        for field, chosen in (self._field, ~rolls), (self._over_floor, rolls):
+            index = np.flatnonzero(chosen)
+            everything = np.full(len(index), -np.inf)
+            asked = spheres.select(index)
+            answer = self._ask(field, asked, everything, max_distance)
+            answers.append(dc.replace(answer, sphere=index[answer.sphere]))
+        return _merged(answers)
 
     def _ask(
         self,
@@ -118,19 +120,13 @@ def _without_floor(
     return Coverage(lower, coverage.voxel, state)
 
 
-def _merged(
-    first: Clearances, other: Clearances, from_other: np.ndarray
-) -> Clearances:
-    """The rows of some spheres from one answer, the rest from another."""
-    rows = [
-        (first, ~from_other[first.sphere]),
-        (other, from_other[other.sphere]),
-    ]
+def _merged(answers: list[Clearances]) -> Clearances:
+    """One answer of several that are about different spheres."""
     names = "sphere", "distance", "direction_W", "p_WC"
     parts = {
-        name: np.concatenate([getattr(a, name)[keep] for a, keep in rows])
+        name: np.concatenate([getattr(answer, name) for answer in answers])
         for name in names
     }
     order = np.argsort(parts["sphere"], kind="stable")
     merged = {name: part[order] for name, part in parts.items()}
-    return Clearances(**merged, revision=first.revision)
+    return Clearances(**merged, revision=answers[0].revision)

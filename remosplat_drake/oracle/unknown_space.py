@@ -4,16 +4,17 @@ import hashlib
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
 
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.oracle.kernels.nearest_voxel import VoxelColumns, query
+from remosplat_drake.oracle.kernels.nearest_voxel import query
+from remosplat_drake.oracle.voxel_octree import (
+    VoxelOctree,
+    child_masks,
+    level_table,
+)
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.coverage import UNSEEN, Coverage
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
-
-_LONGEST = 30_000
-"""More voxels in a row have no numbers in `VoxelColumns`."""
 
 
 class UnknownSpaceField(DistanceField):
@@ -31,7 +32,7 @@ class UnknownSpaceField(DistanceField):
         lower: Lower corner of the grid in W, shape (3,) [m].
         voxel: Edge length of a voxel [m].
         prepared: The `prepared` of an equal field, to save computing the
-            columns again. Kernels trust its indices unchecked.
+            octree again. Kernels trust its indices unchecked.
 
     Raises:
         RemoSplatError: The grid is no such grid, or nothing of it was seen.
@@ -51,19 +52,19 @@ class UnknownSpaceField(DistanceField):
             raise RemoSplatError(
                 f"no grid of voxels: shape {unseen.shape}, {lower=}, {voxel=}"
             )
-        if max(unseen.shape) > _LONGEST:
-            raise RemoSplatError(f"a grid of {unseen.shape} voxels is too long")
         if unseen.all():
             raise RemoSplatError("no voxel of the grid has been seen")
         digest = hashlib.sha256(np.packbits(unseen).tobytes())
         digest.update(repr((unseen.shape, lower.tolist(), voxel)).encode())
         self.revision = f"unknown-space-{digest.hexdigest()[:16]}"
         grid = _prepare(unseen) if prepared is None else prepared
-        self._columns = VoxelColumns(
+        for array in grid.values():
+            # One signature for the kernel, wherever the arrays are from.
+            array.flags.writeable = False
+        self._octree = VoxelOctree(
             grid["unseen"],
-            grid["up"],
-            grid["down"],
-            grid["apart"],
+            grid["children"],
+            level_table(grid["unseen"].shape),
             lower - voxel,
             float(voxel),
         )
@@ -71,13 +72,15 @@ class UnknownSpaceField(DistanceField):
     @property
     def unseen(self) -> np.ndarray:
         """Which voxels no camera has seen, shape (nx, ny, nz), bool."""
-        return self._columns.unseen[1:-1, 1:-1, 1:-1]
+        return self._octree.unseen[1:-1, 1:-1, 1:-1]
 
     @property
     def prepared(self) -> dict[str, np.ndarray]:
         """The arrays that took time to compute, for the constructor."""
-        names = "unseen", "up", "down", "apart"
-        return {name: getattr(self._columns, name) for name in names}
+        return {
+            "unseen": self._octree.unseen,
+            "children": self._octree.children,
+        }
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
@@ -100,7 +103,7 @@ class UnknownSpaceField(DistanceField):
         if not finite or np.isnan(question[:, 3:]).any():
             raise ValueError("a sphere's centre, radius or floor is undefined")
         answer = np.empty((len(spheres), 8))
-        query(self._columns, question, answer)
+        query(self._octree, question, answer)
         found = np.flatnonzero(answer[:, 0] > 0)
         answer = answer[found]
         return Clearances(
@@ -132,31 +135,6 @@ def unknown_space_field(
 
 
 def _prepare(unseen: np.ndarray) -> dict[str, np.ndarray]:
-    """The arrays of `VoxelColumns`."""
+    """The arrays of a `VoxelOctree`."""
     padded = np.pad(unseen, 1, constant_values=True)
-    seen = ~padded
-    seen[..., 0] = True
-    apart = np.asarray(distance_transform_edt(seen))
-    return {
-        "unseen": padded,
-        "up": _next_change(padded),
-        "down": _previous_change(padded),
-        "apart": apart.astype(np.float32),
-    }
-
-
-def _next_change(unseen: np.ndarray) -> np.ndarray:
-    """Level of the next voxel above of the other kind; the count if none."""
-    count = unseen.shape[2]
-    result = np.full(unseen.shape, count, np.int16)
-    for level in range(count - 2, -1, -1):
-        changes = unseen[..., level] != unseen[..., level + 1]
-        above = result[..., level + 1]
-        result[..., level] = np.where(changes, level + 1, above)
-    return result
-
-
-def _previous_change(unseen: np.ndarray) -> np.ndarray:
-    """Level of the next voxel below of the other kind; -1 if none."""
-    turned = _next_change(unseen[..., ::-1])
-    return unseen.shape[2] - 1 - turned[..., ::-1]
+    return {"unseen": padded, "children": child_masks(padded)}

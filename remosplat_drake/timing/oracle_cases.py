@@ -1,25 +1,31 @@
-"""What the sphere-to-ellipsoid oracle costs: building it and asking it.
+"""What distance oracles cost: building them and asking them.
 
 The scene is a table with cylinders and a wall, made of surfels; the 77 spheres
-stand like the robot's in front of it. Everything is seeded.
+stand like the robot's in front of it. Everything is seeded. What no camera has
+seen is that of the shipped table.
 """
 
 from functools import partial
 
 import numpy as np
 
+from remosplat_drake.base import resources
 from remosplat_drake.oracle.kernels.ellipsoid_distance import CONVERGE
 from remosplat_drake.oracle.kernels.nearest_splat import query_every_splat
 from remosplat_drake.oracle.sphere_to_ellipsoid import (
     SphereToEllipsoidField,
     splat_records,
 )
+from remosplat_drake.oracle.unknown_space import unknown_space_field
+from remosplat_drake.reconstruction.seen_file import read_seen_space, seen_path
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.timing.measuring import Case
 
 MAX_DISTANCE = 0.5
 """Influence distance of the controller, up to which queries ask [m]."""
+
+_TABLE = "package://remosplat_drake/models/scenes/table/splat.ply"
 
 
 def oracle_cases() -> list[Case]:
@@ -46,9 +52,27 @@ def oracle_cases() -> list[Case]:
             "oracle: build, 60k splats",
             partial(SphereToEllipsoidField, splat),
         ),
+        *_unknown_space_cases(spheres),
         Case(
             "oracle: brute force, 60k splats, compiled",
             partial(try_every_splat, splat, spheres),
+        ),
+    ]
+
+
+def _unknown_space_cases(spheres: Spheres) -> list[Case]:
+    """Cases of the distance to what the shipped table's capture did not see."""
+    splat = resources.resolve(_TABLE)
+    coverage = read_seen_space(seen_path(splat), splat)
+    field = unknown_space_field(coverage)
+    return [
+        Case(
+            "oracle: query, unseen space",
+            partial(field.clearances, spheres, MAX_DISTANCE),
+        ),
+        Case(
+            "oracle: build, unseen space",
+            partial(unknown_space_field, coverage),
         ),
     ]
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle import unknown_space_reference as reference
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
+from remosplat_drake.oracle.voxel_octree import child_masks, level_table
 from remosplat_drake.robot.sphere_model import Spheres
 
 
@@ -126,6 +127,28 @@ def test_a_pickled_field_answers_the_same():
     np.testing.assert_array_equal(
         copied.clearances(spheres).distance, dut.clearances(spheres).distance
     )
+
+
+@pytest.mark.parametrize("shape", [(1, 1, 1), (2, 5, 3), (8, 1, 9)])
+def test_an_octree_says_which_blocks_hold_which_kind(shape):
+    unseen = np.random.default_rng(0).random(shape) < 0.3
+    unseen = np.pad(unseen, 1, constant_values=True)
+    levels, children = level_table(unseen.shape), child_masks(unseen)
+    expected = []
+    for level in range(1, len(levels)):
+        assert levels[level, 0] == len(expected)
+        half, count = 1 << (level - 1), -(-np.array(unseen.shape) >> level)
+        np.testing.assert_array_equal(levels[level, 1:], count[1:])
+        for node in np.ndindex(*count):
+            row = [0, 0]
+            for bit, child in enumerate(np.ndindex(2, 2, 2)):
+                start = half * (2 * np.array(node) + child)
+                block = unseen[tuple(slice(a, a + half) for a in start)]
+                row[0] |= int((~block).any()) << bit
+                row[1] |= int(block.any()) << bit
+            expected.append(row)
+    np.testing.assert_array_equal(children, expected)
+    assert len(children) - levels[-1, 0] == 1
 
 
 GRIDS = {

@@ -22,7 +22,7 @@ from remosplat_drake.signals.scene_map import SceneMap
 SUFFIX = ".rsmap"
 """Ending of the names of map files."""
 
-KIND = FileKind("map", b"RSMAP\r\n\0", 3)
+KIND = FileKind("map", b"RSMAP\r\n\0", 4)
 
 __all__ = ["KIND", "SUFFIX", "VersionError", "open_map", "write_map"]
 

@@ -1,45 +1,17 @@
-"""Nearest voxel of a wanted kind to many points: rings of columns.
+"""Nearest voxel of a wanted kind to many points: down an octree.
 
-A column of voxels knows, at every level, where its next voxel of the other
-kind is, upwards and downwards. So the nearest one of a column takes two
-look-ups, and columns are tried in growing square rings around the point until
-a ring is farther away than what was found.
+Nodes are visited from the nearest child on, depth first, and only those that
+hold a voxel of the kind and are nearer than what was found.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
+from remosplat_drake.oracle.voxel_octree import SEEN, UNSEEN
+
 _kernel = njit(cache=True, nogil=True)
-
-_HALF_DIAGONAL = 0.8661
-"""Half the diagonal of a voxel, rounded up [voxels]."""
-
-
-class VoxelColumns(NamedTuple):
-    """A grid of unseen and seen voxels, of which the outermost are unseen.
-
-    Attributes:
-        unseen: Which voxels are unseen, shape (nx, ny, nz), bool.
-        up: Level of the next voxel above that is of the other kind, nz without
-            one, shape (nx, ny, nz), int16.
-        down: Level of the next voxel below that is of the other kind, -1
-            without one, shape (nx, ny, nz), int16.
-        apart: Distance between the centres of a voxel and of the nearest unseen
-            one that is not in the lowest level [voxels], shape (nx, ny, nz),
-            float32. Spheres that stand on the floor do not see that level.
-        lower: Lower corner of the grid, shape (3,) [m].
-        voxel: Edge length of a voxel [m].
-    """
-
-    unseen: np.ndarray
-    up: np.ndarray
-    down: np.ndarray
-    apart: np.ndarray
-    lower: np.ndarray
-    voxel: float
 
 
 @_kernel
@@ -47,7 +19,7 @@ def query(grid, spheres, answer):
     """Finds the boundary of unseen space nearest to every sphere's centre.
 
     Args:
-        grid: The grid, a `VoxelColumns`.
+        grid: The grid, a `VoxelOctree`.
         spheres: (n, 5): centre p_WS, the distance from the centre that an
             answer must undercut, the height below which voxels with their
             centres there are seen.
@@ -55,36 +27,28 @@ def query(grid, spheres, answer):
             centre, p_WC, n_W.
     """
     nx, ny, nz = grid.unseen.shape
+    # Each level leaves at most seven nodes for later.
+    nodes = np.empty((8 * len(grid.levels), 4), np.int64)
+    squares = np.empty(len(nodes))
     for row in range(len(answer)):
         answer[row, 0] = -1.0
         p = (spheres[row, 0], spheres[row, 1], spheres[row, 2])
         limit = spheres[row, 3]
         first = _first_level(grid, spheres[row, 4])
-        cell = (
-            _level(p[0], grid.lower[0], grid.voxel, nx),
-            _level(p[1], grid.lower[1], grid.voxel, ny),
-            _level(p[2], grid.lower[2], grid.voxel, nz),
-        )
-        if cell[2] >= first and grid.unseen[cell]:
-            found = _nearest(grid, p, cell, first, False, np.inf)
+        i = _level(p[0], grid.lower[0], grid.voxel, nx)
+        j = _level(p[1], grid.lower[1], grid.voxel, ny)
+        k = _level(p[2], grid.lower[2], grid.voxel, nz)
+        if k >= first and grid.unseen[i, j, k]:
+            # The way down to what is ignored is a way out, too.
+            start = np.inf, (-1, -1, -1)
+            if first > 0:
+                start = _square(grid, p, i, j, first - 1), (i, j, first - 1)
+            found = _nearest(grid, p, 0, SEEN, start, nodes, squares)
             _write_answer(grid, p, found, -1.0, limit, answer[row])
-            continue
-        least, most = _bounds(grid, p, cell, first)
-        if limit > max(least, 0.0):
-            found = _nearest(grid, p, cell, first, True, min(limit, most))
+        elif limit > 0.0:
+            start = limit * limit, (-1, -1, -1)
+            found = _nearest(grid, p, first, UNSEEN, start, nodes, squares)
             _write_answer(grid, p, found, 1.0, limit, answer[row])
-
-
-@_kernel
-def _bounds(grid, p, cell, first):
-    """Between what the distance to unseen space is, from that of centres."""
-    apart = grid.apart[cell] * grid.voxel
-    least = apart - 2 * _HALF_DIAGONAL * grid.voxel
-    if first > 0:
-        return least, np.inf
-    height = p[2] - grid.lower[2] - grid.voxel
-    most = apart + _HALF_DIAGONAL * grid.voxel
-    return min(least, height), min(most, height + _HALF_DIAGONAL * grid.voxel)
 
 
 @_kernel
@@ -102,65 +66,75 @@ def _first_level(grid, floor):
 
 
 @_kernel
-def _nearest(grid, p, cell, first, unseen, limit):
-    """The nearest voxel of a kind that is nearer than a limit, or (-1, ...).
+def _nearest(grid, p, first, kind, best, nodes, squares):
+    """The nearest voxel of a kind, from a z index on.
 
-    Levels below the first one are seen.
+    Args:
+        grid: The grid.
+        p: The point.
+        first: Voxels below this index along z do not count.
+        kind: The kind.
+        best: Squared distance to undercut, and the voxel if none does.
+        nodes: Memory for nodes that are left: level and three indices.
+        squares: Memory for the squared distances to their boxes.
     """
-    nx, ny, _ = grid.unseen.shape
-    best = limit * limit, (-1, -1, -1)
-    for ring in range(max(nx, ny)):
-        gap = max(ring - 1, 0) * grid.voxel
-        if gap * gap >= best[0]:
-            break
-        for i in range(max(cell[0] - ring, 0), min(cell[0] + ring + 1, nx)):
-            # Inside a ring's first and last row there are only its ends.
-            step = 1 if abs(i - cell[0]) == ring else 2 * ring
-            for j in range(cell[1] - ring, cell[1] + ring + 1, max(step, 1)):
-                if 0 <= j < ny:
-                    column = (i, j, cell[2])
-                    best = _nearer(grid, p, column, first, unseen, best)
-    return best[1]
+    # Looked up once: inside the loop that takes a third of the time.
+    children, levels, voxel = grid.children, grid.levels, grid.voxel
+    x, y, z = p[0] - grid.lower[0], p[1] - grid.lower[1], p[2] - grid.lower[2]
+    least_z = max(first * voxel - z, 0.0) ** 2
+    nearest, found = best
+    nodes[0], squares[0] = (len(levels) - 1, 0, 0, 0), 0.0
+    left = 1
+    while left:
+        left -= 1
+        if squares[left] >= nearest:
+            continue
+        level = nodes[left, 0]
+        i, j, k = nodes[left, 1], nodes[left, 2], nodes[left, 3]
+        place = (i * levels[level, 1] + j) * levels[level, 2] + k
+        mask = children[levels[level, 0] + place, kind]
+        level, i, j, k = level - 1, 2 * i, 2 * j, 2 * k
+        half = voxel * (1 << level)
+        a, x0, x1 = _halves(x - i * half, half)
+        b, y0, y1 = _halves(y - j * half, half)
+        c, z0, z1 = _halves(z - k * half, half)
+        z0, z1 = max(z0, least_z), max(z1, least_z)
+        # What is put down last, the child nearest to p, is taken up first.
+        for turn in range(7, -1, -1):
+            square = (x1 if turn & 4 else x0) + (y1 if turn & 2 else y0)
+            square += z1 if turn & 1 else z0
+            child = turn ^ (4 * a + 2 * b + c)
+            if square >= nearest or not mask >> child & 1:
+                continue
+            u, v, w = i + (child >> 2), j + (child >> 1 & 1), k + (child & 1)
+            if (w + 1) << level <= first:
+                continue
+            if level == 0:
+                nearest, found = square, (u, v, w)
+                continue
+            nodes[left, 0], nodes[left, 1] = level, u
+            nodes[left, 2], nodes[left, 3] = v, w
+            squares[left] = square
+            left += 1
+    return found
 
 
 @_kernel
-def _nearer(grid, p, column, first, unseen, best):
-    """The better of `best` = (squared distance, voxel) and a column's."""
-    i, j, level = column
-    x, y = _gap(grid, p, 0, i), _gap(grid, p, 1, j)
-    apart = x * x + y * y
-    if apart >= best[0]:
-        return best
-    above, below = _around(grid, i, j, level, first, unseen)
-    for k in (below, above):
-        if 0 <= k < grid.unseen.shape[2]:
-            z = _gap(grid, p, 2, k)
-            square = apart + z * z
-            if square < best[0]:
-                best = square, (i, j, k)
-    return best
+def _halves(x, half):
+    """Which half of [0, 2 half] is nearer to x, and both squared distances.
+
+    The first distance is that of the nearer half.
+    """
+    if x < half:
+        return 0, max(-x, 0.0) ** 2, (half - x) ** 2
+    return 1, max(x - 2 * half, 0.0) ** 2, (x - half) ** 2
 
 
 @_kernel
-def _around(grid, i, j, level, first, unseen):
-    """Next levels of a kind at or above a level, and at or below it.
-
-    Outside the grid where there is none. What is sought from an unseen
-    voxel is seen, and then the level is not below the first one.
-    """
-    count = grid.unseen.shape[2]
-    if not unseen:
-        if not grid.unseen[i, j, level]:
-            return level, level
-        return grid.up[i, j, level], max(grid.down[i, j, level], first - 1)
-    start = max(level, first)
-    above = count
-    if start < count:
-        is_there = grid.unseen[i, j, start]
-        above = start if is_there else int(grid.up[i, j, start])
-    is_here = grid.unseen[i, j, level]
-    below = level if is_here else int(grid.down[i, j, level])
-    return above, below if below >= first else -1
+def _square(grid, p, i, j, k):
+    """Squared distance from a point to a voxel, 0 inside it."""
+    x, y, z = _gap(grid, p, 0, i), _gap(grid, p, 1, j), _gap(grid, p, 2, k)
+    return x * x + y * y + z * z
 
 
 @_kernel
