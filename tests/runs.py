@@ -60,7 +60,7 @@ def assert_one_line(result: subprocess.CompletedProcess[str], *mentions: str):
     """
     assert result.returncode == 2, result.stderr
     assert result.stdout == ""
-    said = ("first start: compiling", "map: ", "map error: ")
+    said = ("first start: compiling", "map: ", "map error: ", "unseen: ")
     lines = [
         line for line in result.stderr.splitlines() if not line.startswith(said)
     ]

@@ -18,6 +18,9 @@ from remosplat_drake.app.teleop_session import open_teleoperation
 from remosplat_drake.app.world import load_world
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.mapping.localization.base_localization import (
+    BaseLocalization,
+)
 from remosplat_drake.teleop.lcm_operator import LcmOperator
 from remosplat_drake.teleop.teleop_config import PoseStreamConfig
 from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
@@ -91,6 +94,7 @@ def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
         ),
         LcmOperator(config=stream, period=0.1),
         TrajectoryOperator(steps=[]),
+        BaseLocalization(n_q=10, period=0.1, speed=0.1),
     ]
     yield {type(part).__name__: part for root in roots for part in parts(root)}
     teleoperation.close()

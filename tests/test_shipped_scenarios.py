@@ -29,16 +29,7 @@ MAPPED = [n for n in shipped_scenarios() if load_scenario(n).scene.splat]
 """Their maps are there from the start."""
 
 
-FAR = pytest.mark.xfail(
-    reason="needs a path, which no guidance of today finds", strict=True
-)
-"""Of scenarios where the straight way leads nowhere."""
-
-
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(n, marks=FAR if n == "RoomReach" else ()) for n in MAPPED],
-)
+@pytest.mark.parametrize("name", MAPPED)
 def test_it_reaches_its_targets_and_touches_nothing(name):
     result = run_scenario(name)
     assert result.outcome == REACHED

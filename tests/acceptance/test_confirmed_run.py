@@ -26,6 +26,8 @@ def scenario(tmp_path) -> Path:
     """The shipped table, said to be wrong by 30 mm."""
     splat = tmp_path / "splat.ply"
     splat.write_bytes((TABLE / "splat.ply").read_bytes())
+    seen = TABLE / "splat.seen"
+    (tmp_path / seen.name).write_bytes(seen.read_bytes())
     write_report(splat, QualityReport(map_error=0.03))
     path = tmp_path / "table.yaml"
     path.write_text(

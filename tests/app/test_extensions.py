@@ -198,7 +198,9 @@ def test_a_planner_decides_what_is_tried(load):
     )
     simulator.AdvanceTo(0.1)  # The first round; a later one may arrive.
     names = [r.guidance.name for r in port.Eval(context).latest]
-    assert names == ["direct", "keep right"]
+    # Where neither arrives, a path is planned, whatever the planner tries.
+    assert names[:2] == ["direct", "keep right"]
+    assert set(names[2:]) <= {"plan"}
 
 
 def test_targets_from_outside_are_reached(load):

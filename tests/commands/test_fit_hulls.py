@@ -11,7 +11,7 @@ from remosplat_drake.commands import fit_hulls
 from remosplat_drake.robot.meshes import source_mesh
 
 FINGER = "panda_leftfinger"
-SHIPPED = resources.models_dir() / "frankie" / "collision"
+SHIPPED = resources.models_dir() / "panda" / "collision"
 
 
 def run(*flags):

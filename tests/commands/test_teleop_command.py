@@ -267,7 +267,7 @@ def test_a_map_of_format_1_is_made_anew_of_its_frames(session, script):
     data[len(KIND.magic)] = 1
     path.write_bytes(data)
     said = operate(session, script({"time": 0.1, "press": "hold"}), 1.0)
-    assert "is a map of format 1; this program reads 2" in said
+    assert "is a map of format 1; this program reads 4" in said
     again = Session.open(session)
     assert again.head == 2 and again.map_frames == made.map_frames
     assert again.head_map is not None
