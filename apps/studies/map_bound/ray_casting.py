@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.math import RigidTransform
 
-from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.capture import Capture, back_project
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 _FAR = 8.0
@@ -48,11 +48,9 @@ def cast_depth(
     scene: PrimitiveScene, K: np.ndarray, X_WC: np.ndarray, width, height
 ) -> np.ndarray:
     """Computes the depth z of each pixel's centre, (h, w) [m]; 0 for none."""
-    u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    ray_C = np.stack(
-        [(u - K[0, 2]) / K[0, 0], (v - K[1, 2]) / K[1, 1], np.ones_like(u)],
-        axis=-1,
-    ).reshape(-1, 3)
+    # Points of unit depth are rays.
+    ones = np.ones((height, width))
+    ray_C = back_project(K, ones, np.eye(4)).reshape(-1, 3)
     ray_W = ray_C @ X_WC[:3, :3].T
     depth = np.full(len(ray_W), np.inf)
     for solid in (*scene.boxes, *scene.cylinders):

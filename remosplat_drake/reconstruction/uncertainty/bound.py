@@ -17,7 +17,7 @@ from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
 from remosplat_drake.reconstruction.uncertainty.depth_noise import (
     estimate_noise,
 )
-from remosplat_drake.reconstruction.uncertainty.evidence import find_evidence
+from remosplat_drake.reconstruction.uncertainty.evidence import noise_of_means
 from remosplat_drake.reconstruction.uncertainty.gaps import close_gaps, gaps
 from remosplat_drake.reconstruction.uncertainty.measured_voxels import (
     MeasuredVoxels,
@@ -107,14 +107,14 @@ def bound_splat(
     errors = PoseErrors.none(len(capture)) if errors is None else errors
     moved, pitch = disc_errors(capture, splat_W, noise, errors)
     gap, sigma = _at_discs(splat_W, measured)
-    seen = find_evidence(capture, splat_W, noise)
+    averaged = noise_of_means(capture, splat_W, noise)
     known = np.isfinite(pitch)
     farthest = float(pitch[known].max(initial=0.0))
     pitch = np.where(known, pitch, farthest)
     # Where nothing was averaged, one pixel's noise counts.
     z = pitch * float(capture.K[:, 0, 0].mean())
     single = noise.floor + noise.growth * z**2
-    sigma = np.minimum(np.minimum(sigma, seen.sigma), single)
+    sigma = np.minimum(np.minimum(sigma, averaged), single)
     sigma = np.minimum(sigma, LARGEST_SIGMA)
     return Bounds(
         splat_W=splat_W,

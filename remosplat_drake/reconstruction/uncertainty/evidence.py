@@ -1,6 +1,4 @@
-"""`Evidence`: what all depth images say about each disc of a splat."""
-
-import dataclasses as dc
+"""How well depth images together know the place of each disc of a splat."""
 
 import numpy as np
 
@@ -22,31 +20,19 @@ _TOLERANCE = 0.004
 """Heights over a disc that belong to it whatever the noise [m]."""
 
 
-@dc.dataclass(frozen=True, eq=False)
-class Evidence:
-    """What depth images say about n discs.
-
-    Attributes:
-        height: Mean height of the measured points over each disc's plane, on
-            the side of its normal, shape (n,) [m]; 0 where nothing was
-            measured.
-        sigma: Standard deviation of that mean by the depth's noise alone,
-            shape (n,) [m]; inf where nothing was measured.
-    """
-
-    height: np.ndarray
-    sigma: np.ndarray
-
-
-def find_evidence(
+def noise_of_means(
     capture: Capture, splat_W: GaussianSplat, noise: DepthNoise
-) -> Evidence:
-    """Gathers the measured points around each disc.
+) -> np.ndarray:
+    """Computes how well the mean height of the points on each disc is known.
 
     Args:
         capture: Posed RGB-D images.
-        splat_W: Discs, in W.
+        splat_W: The n discs, in W.
         noise: Noise of the depth.
+
+    Returns:
+        Standard deviations by the depth's noise alone, shape (n,) [m]; inf
+        where nothing was measured.
     """
     R_WK = np.ascontiguousarray(splat_W.R_GK)
     patches = Patches(
@@ -61,9 +47,6 @@ def find_evidence(
         view = make_view(capture, i)
         gather_planes(patches, view, noise, _TOLERANCE, planes, colors)
     weight = planes[:, 0]
-    known = weight > 0
-    safe = np.where(known, weight, 1)
-    return Evidence(
-        height=np.where(known, planes[:, 6] / safe, 0),
-        sigma=np.where(known, 1 / np.sqrt(safe), np.inf),
+    return np.where(
+        weight > 0, 1 / np.sqrt(np.where(weight > 0, weight, 1)), np.inf
     )
