@@ -18,6 +18,9 @@ from remosplat_drake.app.scenario import DEFAULT_SCENARIO, load_scenario
 from remosplat_drake.splat.codecs.ply import write_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
+PATIENCE = 300.0
+"""Longest wait for anything, however busy the computer is [s]."""
+
 # Ctrl-C
 
 
@@ -34,7 +37,7 @@ def start(*arguments: str | Path, **environment: str) -> subprocess.Popen[str]:
 def interrupt(process: subprocess.Popen[str]) -> str:
     """Sends Ctrl-C once; returns what the process said until it ended."""
     process.send_signal(signal.SIGINT)
-    _, error = process.communicate(timeout=60)
+    _, error = process.communicate(timeout=PATIENCE)
     assert "Traceback" not in error, error
     assert process.returncode == 130, error
     return error
@@ -42,7 +45,7 @@ def interrupt(process: subprocess.Popen[str]) -> str:
 
 def wait_for_drawing(process: subprocess.Popen[str], drawing: Path):
     """Waits for what `--graphviz` writes right before the run starts."""
-    deadline = time.monotonic() + 120
+    deadline = time.monotonic() + PATIENCE
     while not drawing.exists():
         assert time.monotonic() < deadline and process.poll() is None
         time.sleep(0.05)
@@ -106,8 +109,8 @@ def test_looking_ahead_in_another_process_leaves_nothing_behind(tmp_path, end):
     shared = shared_memory({process.pid, *started})
     if end is not None:
         process.send_signal(end)
-    process.communicate(timeout=60)
-    deadline = time.monotonic() + 10
+    process.communicate(timeout=PATIENCE)
+    deadline = time.monotonic() + PATIENCE
     while any(Path(f"/proc/{child}").exists() for child in started):
         assert time.monotonic() < deadline, "a process lives on"
         time.sleep(0.05)
@@ -139,18 +142,16 @@ def test_a_taken_port_is_one_line():
 @pytest.mark.parametrize("flag", ["--output", "--save-html", "--graphviz"])
 def test_an_output_that_cannot_be_written_stops_the_start(tmp_path, flag):
     (tmp_path / "file").touch()
-    started = time.monotonic()
     result = remosplat(
         "run",
         "--headless",
         "--realtime-rate",
-        "0.02",  # A run would take minutes.
+        "0.002",  # A run would take longer than anybody waits.
         "--output",
         tmp_path / "out",
         flag,
         tmp_path / "file" / "below",
     )
-    assert time.monotonic() - started < 60
     assert_one_line(result, "file/below", "is not a folder")
     assert os.listdir(tmp_path) == ["file"]
 

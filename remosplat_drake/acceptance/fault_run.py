@@ -34,11 +34,11 @@ _SOON = 0.03
 """Time from a first fault to a second one [s]."""
 
 _PRESENT = 0.3
-"""Time from standstill to the first release, and from there to the end of
-the fault [s]."""
+"""Time from standstill to the first release, or to the end of the fault
+[s]."""
 
-_RELEASE_LIMIT = 20.0
-"""Longest time from a release to the target [s]."""
+_RELEASE_LIMIT = 60.0
+"""Longest time from a release to its refusal, or to the target [s]."""
 
 
 class FaultRun:
@@ -189,7 +189,7 @@ class FaultRun:
         self._tap.listen_for(_PRESENT)
         if case.refusal is not None:
             controller.send_signal(signal.SIGUSR2)
-            self._tap.listen_for(_PRESENT)
+            self._tap.wait(lambda: bool(self.refusal), _RELEASE_LIMIT)
         self._take_back(stack, controller, network)
         self._tap.listen_for(case.watch)
         self.commanded = self._tap.latest

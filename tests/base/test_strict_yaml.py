@@ -1,7 +1,6 @@
 """What a YAML file may say, and how its mistakes are reported."""
 
 import dataclasses as dc
-import time
 from pathlib import Path
 
 import pytest
@@ -194,10 +193,9 @@ def laughs(levels: int) -> str:
 
 
 def test_aliases_do_not_multiply_without_end(load):
-    start = time.monotonic()
+    """A list of them all would not fit into any memory."""
     with pytest.raises(FileError, match="aliases stand for more than"):
-        load(laughs(12))
-    assert time.monotonic() - start < 2.0
+        load(laughs(50))
 
 
 def test_aliases_are_welcome(load):

@@ -8,7 +8,7 @@ from drake import lcmt_image_array
 from pydrake.common.value import Value
 from pydrake.lcm import DrakeLcm
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.lcm import LcmPublisherSystem
 from pydrake.systems.primitives import ConstantValueSource
 from pydrake.systems.sensors import (
@@ -17,16 +17,16 @@ from pydrake.systems.sensors import (
     ImageToLcmImageArrayT,
     PixelType,
 )
-from robot_process import free_url
 
+from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire import channels
 
 
-def publish(url: str, rgb: ImageRgba8U, depth: ImageDepth32F) -> None:
-    """What a camera's driver does."""
+def publisher(url: str, rgb: ImageRgba8U, depth: ImageDepth32F) -> Diagram:
+    """A camera's driver, which sends its images when it is told to publish."""
     builder = DiagramBuilder()
     images = builder.AddSystem(ImageToLcmImageArrayT(do_compress=True))
     for name, pixel, image in (
@@ -38,7 +38,7 @@ def publish(url: str, rgb: ImageRgba8U, depth: ImageDepth32F) -> None:
             source.get_output_port(),
             images.DeclareImageInputPort[pixel](name=name),
         )
-    publisher = builder.AddSystem(
+    sender = builder.AddSystem(
         LcmPublisherSystem.Make(
             channels.WRIST_CAMERA,
             lcmt_image_array,
@@ -47,10 +47,9 @@ def publish(url: str, rgb: ImageRgba8U, depth: ImageDepth32F) -> None:
         )
     )
     builder.Connect(
-        images.image_array_t_msg_output_port(), publisher.get_input_port()
+        images.image_array_t_msg_output_port(), sender.get_input_port()
     )
-    diagram = builder.Build()
-    diagram.ForcedPublish(diagram.CreateDefaultContext())
+    return builder.Build()
 
 
 def test_images_arrive_as_the_simulated_camera_has_them(frankie):
@@ -65,12 +64,14 @@ def test_images_arrive_as_the_simulated_camera_has_them(frankie):
     rgb, depth = ImageRgba8U(4, 3), ImageDepth32F(4, 3)
     rgb.mutable_data[:] = np.arange(48).reshape(3, 4, 4)
     depth.mutable_data[..., 0] = 0.1 * np.arange(12).reshape(3, 4)
-    publish(url, rgb, depth)
-    deadline = time.monotonic() + 60
+    driver = publisher(url, rgb, depth)
+    sending = driver.CreateDefaultContext()
+    deadline = time.monotonic() + 120
     context = simulator.get_context()
     color = station.GetOutputPort("wrist_camera.rgb")
     while color.Eval(context).width() == 0:
         assert time.monotonic() < deadline
+        driver.ForcedPublish(sending)
         time.sleep(0.01)
         simulator.AdvanceTo(context.get_time() + 0.01)
     np.testing.assert_array_equal(color.Eval(context).data, rgb.data)

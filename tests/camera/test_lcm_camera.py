@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from drake import lcmt_panda_status
 from pydrake.lcm import DrakeLcm
-from robot_process import free_url
 
+from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.base.clock import wall_utime
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.camera import lcm_camera

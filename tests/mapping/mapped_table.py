@@ -32,6 +32,9 @@ CONFIG = MappingConfig(
     discs=2000,
 )
 
+PATIENCE = 300.0
+"""Longest wait for anything, however busy the computer is [s]."""
+
 SILENT, MISPLACED = 1000.0, 2000.0
 """Times at which this camera does not work as it should."""
 
@@ -113,7 +116,7 @@ def answers(process: MappingProcess) -> list[Event]:
 
 def until_told(process: MappingProcess) -> list[Event]:
     """The next events that come, without anything being asked."""
-    end = time.monotonic() + 60
+    end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
         if events := process.poll():
             return events

@@ -1,14 +1,18 @@
 """The live map in a diagram: swaps between ticks, and nothing in between."""
 
 import dataclasses as dc
+import os
+import signal
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
 from mapped_table import (
     CONFIG,
+    PATIENCE,
     looking_around,
     make_job,
     table_world,
@@ -125,8 +129,9 @@ class Station:
         return requests
 
     def until_quiet(self) -> None:
-        end = time.monotonic() + 60
-        while self.status.is_building and time.monotonic() < end:
+        end = time.monotonic() + PATIENCE
+        while self.status.is_building:
+            assert time.monotonic() < end, "a map is built for ever"
             self.advance()
             time.sleep(0.005)
 
@@ -191,10 +196,23 @@ def test_before_the_first_frame_the_scenario_counts(station, table):
     assert station.age == 0.0
 
 
+@contextmanager
+def paused(process: MappingProcess) -> Iterator[None]:
+    """Nothing is answered meanwhile."""
+    while process.process is None or process.process.pid is None:
+        time.sleep(0.005)
+    os.kill(process.process.pid, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        os.kill(process.process.pid, signal.SIGCONT)
+
+
 def test_a_session_from_the_first_scan_to_the_death_of_its_process(station):
-    requests = station.scan()
-    taken = station.latest
-    assert station.status.is_building
+    with paused(station.process):
+        requests = station.scan()
+        taken = station.latest
+        assert station.status.is_building
     station.until_quiet()
     first = station.status
     assert (first.scene_map.version, first.swaps, first.frames) == (1, 1, 3)
@@ -267,8 +285,9 @@ def test_a_map_that_is_damaged_leaves_the_old_one(station, folder):
 
 
 def damage_when_there(path: Path) -> None:
-    end = time.monotonic() + 60
-    while not path.exists() and time.monotonic() < end:
+    end = time.monotonic() + PATIENCE
+    while not path.exists():
+        assert time.monotonic() < end
         time.sleep(0.005)
     path.write_bytes(path.read_bytes()[:1000])
 

@@ -13,6 +13,7 @@ import pytest
 from mapped_table import (
     LARGEST,
     MISPLACED,
+    PATIENCE,
     SILENT,
     answers,
     looking_around,
@@ -183,7 +184,7 @@ def test_a_map_of_another_process_is_checked_and_written_anew(table, tmp_path):
         record_map(session, number)
     before = session.map_path(2).stat().st_ino
     process = MappingProcess(job)
-    (ready,) = until_told(process)
+    (ready,) = of_type(until_told(process), MapReady)
     assert ready.version == 2 and session.map_path(2).stat().st_ino != before
     scene_map = open_map(ready.path, ready.seal)
     assert not scene_map.field.prepared["nodes"].flags.owndata
@@ -304,7 +305,9 @@ def test_killed_while_it_works_it_loses_only_that(mapped):
     process.request(Build("full"))
     process.poll()
     send_signal(process, signal.SIGKILL)
-    assert DIED in [e.text for e in of_type(until_told(process), Trouble)]
+    events = until_told(process)
+    while Trouble(DIED) not in events:
+        events += until_told(process)
     assert process.answered == process.sent
     events = ask(process, Build())
     assert of_type(events, MapReady)[-1].version == before.next_version
@@ -332,12 +335,19 @@ def test_it_ends_with_its_parent(table, tmp_path):
         text=True,
     )
     pid = int(answer.stdout)
-    end = time.monotonic() + 30
-    while Path(f"/proc/{pid}/cmdline").exists() and time.monotonic() < end:
-        if not Path(f"/proc/{pid}/cmdline").read_bytes():
-            return  # Nobody has fetched its exit code.
+    end = time.monotonic() + PATIENCE
+    # Of one whose exit code nobody has fetched the line is empty.
+    while command_line(pid):
+        assert time.monotonic() < end, "it lives on"
         time.sleep(0.05)
-    assert not Path(f"/proc/{pid}/cmdline").exists()
+
+
+def command_line(pid: int) -> bytes:
+    """What started a process; empty if it has ended."""
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return b""
 
 
 def test_too_many_requests_are_dropped(mapped):

@@ -18,8 +18,8 @@ from typing import Any
 
 from screenshot import FLAGS, find_chromium
 
-_TIMEOUT = 60.0
-"""Longest wait for anything [s]."""
+PATIENCE = 300.0
+"""Longest wait for anything, however busy the computer is [s]."""
 
 _STEPS = 5
 """Of a mouse that drags something."""
@@ -66,7 +66,7 @@ class Browser:
 
     def wait_for(self, expression: str) -> Any:
         """Waits until an expression is true, and returns its value."""
-        end = time.monotonic() + _TIMEOUT
+        end = time.monotonic() + PATIENCE
         while not (value := self.evaluate(expression)):
             assert time.monotonic() < end, f"never true: {expression}"
             time.sleep(0.02)

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from browser import find_chromium, open_browser
+from browser import PATIENCE, find_chromium, open_browser
 from pydrake.math import RigidTransform
 
 from remosplat_drake.app.diagram import Application, build
@@ -164,8 +164,7 @@ def click_on(tab, page, what: str, name: str):
 
 
 def wait_for_click(page, name: str, before: int):
-    for _ in range(1000):
-        if page.meshcat.GetButtonClicks(name) > before:
-            return
+    end = time.monotonic() + PATIENCE
+    while page.meshcat.GetButtonClicks(name) == before:
+        assert time.monotonic() < end, "Meshcat did not hear of the click"
         time.sleep(0.02)
-    raise AssertionError("Meshcat did not hear of the click")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import Browser, find_chromium, open_browser
+from browser import PATIENCE, Browser, find_chromium, open_browser
 from runs import command_line, remosplat
 
 from remosplat_drake.mapping.store.map_file import open_map
@@ -17,9 +17,6 @@ from remosplat_drake.mapping.store.session import Session
 from remosplat_drake.recording.events import MAP, Event, read_events
 from remosplat_drake.recording.run_log import read_log
 from remosplat_drake.recording.trajectory_log import EVENTS, LOG
-
-LIMIT = 300.0
-"""Longest wait for anything; this computer may have much else to do [s]."""
 
 COARSE = (
     "{mapping: {frames: 4, voxel: 0.08, discs: 6000},"
@@ -56,7 +53,7 @@ class Operator:
 
     def until(self, condition: Callable[[], bool]):
         """Waits until something is so."""
-        end = time.monotonic() + LIMIT
+        end = time.monotonic() + PATIENCE
         while not condition():
             assert time.monotonic() < end, self.tab.evaluate(
                 "document.querySelector('.dg.main').innerText"
@@ -146,7 +143,7 @@ def test_an_operator_maps_drives_stops_and_comes_back(
         see_what_changes(operator)
         stop_and_hold(operator)
         process.send_signal(signal.SIGINT)
-        assert process.wait(LIMIT) == 0
+        assert process.wait(PATIENCE) == 0
     comes_back(session, operator.maps)
 
 

@@ -1,7 +1,7 @@
 """`HardwareSim`: a whole robot behind the wire protocol of the real one."""
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from drake import lcmt_panda_status
 from pydrake.lcm import DrakeLcmInterface
@@ -38,6 +38,7 @@ class HardwareSim:
         plant: RobotPlant,
         lcm: DrakeLcmInterface,
         schedule: Sequence[Fault] = (),
+        clock: Callable[[], int] = wall_utime,
     ):
         """Subscribes; nothing is sent before the first step.
 
@@ -45,9 +46,11 @@ class HardwareSim:
             plant: The robot's rigid bodies and motors.
             lcm: The LCM network.
             schedule: The faults that shall happen.
+            clock: The wall clock of the robot's computer [us].
         """
         self._plant = plant
         self._lcm = lcm
+        self._clock = clock
         self._inbox = Inbox(
             lcm,
             [
@@ -81,7 +84,7 @@ class HardwareSim:
         t = self.time
         self._hear(t)
         self._break(t)
-        now = self._clock()
+        now = self._now()
         base = self.base.step(now, t, TICK)
         arm = self.panda.step(now, self._measured)
         self._ticks += 1
@@ -89,10 +92,10 @@ class HardwareSim:
         self._measured = self._plant.arm
         self._tell(self.time)
 
-    def _clock(self) -> int:
-        """The wall clock of the robot's computer [us]."""
+    def _now(self) -> int:
+        """The wall clock of the robot's computer, as far off as it is [us]."""
         jump = self._faults.value("clock-jump", 0.0)
-        return wall_utime() + round(jump * MICROSECONDS)
+        return self._clock() + round(jump * MICROSECONDS)
 
     def _hear(self, t: float) -> None:
         for channel, data in self._inbox.fetch():
@@ -130,7 +133,7 @@ class HardwareSim:
             self.base.recover()
 
     def _tell(self, t: float) -> None:
-        now = self._clock()
+        now = self._now()
         if "status-stops" not in self._faults:
             status = self._arm_status(now)
             self._lcm.Publish(channels.PANDA_STATUS, status.encode())

@@ -13,6 +13,12 @@ from remosplat_drake.hardware.wire.inbox import Inbox
 from remosplat_drake.hardware.wire.messages.base_command import base_command
 from remosplat_drake.hardware.wire.messages.base_status import base_status
 
+PATIENCE = 120.0
+"""Longest wait for anything, however busy the computer is [s]."""
+
+SILENCE = 0.3
+"""Thirty times the period at which a bridge sends [s]."""
+
 
 class Station:
     """The station's end of the wire."""
@@ -50,7 +56,7 @@ def check_bridge(
     statuses: list[base_status] = []
 
     def exchange(done: Callable[[], bool], command=None) -> None:
-        end = time.monotonic() + 60
+        end = time.monotonic() + PATIENCE
         while not done():
             assert bridge.poll() is None, "the bridge ended"
             assert time.monotonic() < end, "the bridge did not do it in time"
@@ -70,7 +76,13 @@ def check_bridge(
     exchange(lambda: commands[-1] == pytest.approx((1.0, 0.4)), (2.0, 0.8))
     # The station falls silent: zeros, and then silence.
     exchange(lambda: commands[-1] == (0.0, 0.0))
-    time.sleep(0.6)
+    since, heard = time.monotonic(), len(commands)
+
+    def is_silent() -> bool:
+        nonlocal since, heard
+        if len(commands) > heard:
+            since, heard = time.monotonic(), len(commands)
+        return time.monotonic() - since > SILENCE
+
+    exchange(is_silent)
     commands.clear()
-    time.sleep(0.2)
-    assert not commands

@@ -1,14 +1,13 @@
 """The driver on panda-python: all of it but the arm itself."""
 
-from time import monotonic
 from types import SimpleNamespace as Fields
 
 import numpy as np
 import pytest
 from pydrake.lcm import DrakeLcm
-from robot_process import Client, free_url
+from robot_process import Client
 
-from remosplat_drake.base.clock import wall_utime
+from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.commands.main import main
 from remosplat_drake.hardware.drivers.panda_commands import CommandError
 from remosplat_drake.hardware.drivers.panda_driver import (
@@ -20,6 +19,7 @@ from remosplat_drake.hardware.drivers.panda_limits import TICK, JointCommand
 panda_py = pytest.importorskip("panda_py", reason="needs the extra panda")
 controllers = pytest.importorskip("panda_py.controllers")
 
+NOW = 1_700_000_000_000_000
 RATES = np.array([0.1, 0.0, -0.2, 0.0, 0.0, 0.3, 0.0])
 
 
@@ -80,47 +80,52 @@ def test_the_package_has_all_that_the_arm_needs():
     controller.set_control(RATES)
 
 
+class Wire:
+    """A driver, its arm and somebody who commands.
+
+    Time stands still, so that no command grows old on its way.
+    """
+
+    def __init__(self):
+        url = free_url()
+        self.arm, self.client = IntegratingArm(), Client(url, lambda: NOW)
+        self.driver = PandaDriver(DrakeLcm(url), self.arm)
+
+    def drive_until(self, done, velocity: np.ndarray) -> None:
+        """Repeats a command until something is so."""
+
+        def step() -> bool:
+            self.client.send_arm(velocity)
+            self.driver.step(NOW)
+            return done()
+
+        self.client.wait_for(step)
+
+
 def test_an_arm_is_driven_over_the_wire():
-    url = free_url()
-    arm, client = IntegratingArm(), Client(url)
-    driver = PandaDriver(DrakeLcm(url), arm)
-    now, end = wall_utime(), monotonic() + 60.0
-    while not (
-        client.arm
-        and np.allclose(client.latest.joint_velocity, RATES, atol=1e-2)
-    ):
-        assert monotonic() < end, "the arm does not come up to speed"
-        client.send_arm(RATES)
-        driver.step(now)
-        client.listen()
+    wire = Wire()
+    statuses = wire.client.arm
+    wire.drive_until(
+        lambda: (
+            statuses
+            and np.allclose(statuses[-1].joint_velocity, RATES, atol=1e-2)
+        ),
+        RATES,
+    )
     # Without commands: half a second later by the driver's clock.
-    late = wall_utime() + 500_000
     for _ in range(100):
-        driver.step(late)
-    assert np.abs(arm.dq).max() < 1e-3
+        wire.driver.step(NOW + 500_000)
+    assert np.abs(wire.arm.dq).max() < 1e-3
 
 
 def test_what_is_no_command_ends_the_driver_after_a_ramp():
-    url = free_url()
-    arm, client = IntegratingArm(), Client(url)
-    driver = PandaDriver(DrakeLcm(url), arm)
-
-    # For the driver time stands still, so that no command grows old while
-    # one is on its way.
-    now = wall_utime()
-
-    def drive_until_it_is_heard(velocity: np.ndarray) -> None:
-        end = monotonic() + 60.0
-        while np.abs(arm.dq).max() < 0.29 or len(velocity) < 7:
-            assert monotonic() < end, "the driver hears nothing"
-            client.send_arm(velocity)
-            driver.step(now)
-
-    drive_until_it_is_heard(RATES)
+    wire = Wire()
+    arm = wire.arm
+    wire.drive_until(lambda: np.abs(arm.dq).max() > 0.29, RATES)
     with pytest.raises(CommandError):
-        drive_until_it_is_heard(RATES[:6])
+        wire.drive_until(lambda: False, RATES[:6])
     speeds = [np.abs(arm.dq).max()]
-    while not driver.brake():
+    while not wire.driver.brake():
         speeds.append(np.abs(arm.dq).max())
     assert speeds[0] > 0.25
     assert len(speeds) > 20

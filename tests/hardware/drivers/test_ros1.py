@@ -10,10 +10,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from robot_process import free_url, running
+from robot_process import running
 from ros1_packages import Unavailable, unpacked
 from ros_robot import Station, check_bridge
 from runs import assert_one_line, remosplat
+
+from remosplat_drake.acceptance.hardware_processes import free_url
 
 BASE = Path(__file__).with_name("ros1_base.py")
 

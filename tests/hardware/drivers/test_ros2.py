@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from robot_process import free_url, running
+from robot_process import running
 from ros_robot import Station, check_bridge
 
+from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.base.clock import wall_utime
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
