@@ -30,7 +30,8 @@ def test_held_commands_lead_from_corner_to_corner(frankie, a, b, backing):
     assert np.cos(turned) == pytest.approx(1.0)
     for one, other in pairwise(corners):
         u = held_command(frankie, one, other)
-        assert frankie.advance(one, u, 1.0) == pytest.approx(other, abs=1e-9)
+        # The base does not drive for less than a micrometre.
+        assert frankie.advance(one, u, 1.0) == pytest.approx(other, abs=1e-6)
         assert u[0] >= -backing - 1e-5
 
 
