@@ -19,7 +19,8 @@ run: $(RUNTIME) ## Run the default scenario and serve its page.
 	$(BIN)/remosplat run $(ARGS)
 
 test: $(DEV) ## Run the default test suite.
-	$(BIN)/pytest -n 2 --dist loadfile -m "not slow and not gpu" $(ARGS)
+	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder \
+	  -m "not slow and not gpu" $(ARGS)
 
 test-all: $(DEV) ## Run the slow tests, too.
 	$(BIN)/pytest $(ARGS)

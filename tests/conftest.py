@@ -1,6 +1,7 @@
 """Fixtures for the whole suite."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import hypothesis
@@ -28,13 +29,54 @@ hypothesis.settings.register_profile("ci", derandomize=True)
 if os.environ.get("CI"):
     hypothesis.settings.load_profile("ci")
 
-THREE_LINK = Path(__file__).resolve().parent / "data" / "three_link.yaml"
+_TESTS = Path(__file__).resolve().parent
+THREE_LINK = _TESTS / "data" / "three_link.yaml"
 _SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 _SCENE = PrimitiveScene(
     boxes=(Box(RigidTransform([1, 0, 0.4]), np.array([0.3, 0.4, 0.03])),),
     cylinders=(Cylinder(RigidTransform([0.8, 0.1, 0.6]), 0.05, 0.2),),
     X_WE_target=RigidTransform([1, 0, 0.6]),
 ).with_floor()
+
+
+LONGEST = (
+    "commands/test_reconstruct.py",
+    "app/test_hardware_run.py",
+    "docs/test_documents.py",
+    "app/test_extensions.py",
+    "fuzz/test_campaign.py",
+    "controller/guidance/test_look_ahead_process.py",
+    "studies/test_live_map_study.py",
+    "commands/test_capture_admission.py",
+    "test_processes.py",
+    "test_trained_splats.py",
+    "studies/test_operators.py",
+    "commands/test_teleop_command.py",
+    "test_examples.py",
+    "test_shipped_scenarios.py",
+    "reconstruction/test_training.py",
+    "benchmark/test_runner.py",
+    "mapping/test_mapping_process.py",
+)
+"""Files that take longest. They come first: whoever gets a file does all of
+it, and the others would have nothing left to do beside it."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]):
+    rank = {_TESTS / name: i for i, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: rank.get(item.path, len(rank)))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def equal_niceness() -> Iterator[None]:
+    """Processes beside a loop do not wait until no other test wants to run."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (
+            "controller.guidance.look_ahead_process",
+            "mapping.mapping_process",
+        ):
+            patch.setattr(f"remosplat_drake.{module}._NICENESS", 0)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ from . import campaign
 from .formats import FORMATS, interleaved
 from .mutations import mutated
 
-SEEDS = 25
+SEEDS = 10
 """Of each format in the suite; `python -m tests.fuzz` goes on from there."""
 
 pytestmark = pytest.mark.skipif(
