@@ -14,6 +14,7 @@ from drake import (
     lcmt_schunk_wsg_command,
     lcmt_schunk_wsg_status,
 )
+from patience import PATIENCE
 from pydrake.lcm import DrakeLcm
 from runs import command_line
 
@@ -31,8 +32,6 @@ TYPES = {
 }
 
 COMMAND_PERIOD = 10_000  # [us]
-PATIENCE = 120.0
-"""Longest wait for anything, however busy the computer is [s]."""
 
 
 @contextlib.contextmanager

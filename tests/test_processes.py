@@ -12,14 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from patience import PATIENCE
 from runs import SAY_STARTED, assert_one_line, command_line, remosplat
 
 from remosplat_drake.app.scenario import DEFAULT_SCENARIO, load_scenario
 from remosplat_drake.splat.codecs.ply import write_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-
-PATIENCE = 300.0
-"""Longest wait for anything, however busy the computer is [s]."""
 
 # Ctrl-C
 

@@ -9,6 +9,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE
 
 pytest.importorskip("build", reason="needs the dev dependency `build`")
 pytest.importorskip("hatchling", reason="needs the dev dependency `hatchling`")
@@ -49,7 +50,7 @@ def run_job(python: Path | str, cwd: Path, *arguments: str) -> dict:
         env=clean_environment(),
         capture_output=True,
         text=True,
-        timeout=600,
+        timeout=2 * PATIENCE,
     )
     assert result.returncode == 0, result.stderr
     return {
@@ -133,7 +134,7 @@ def test_the_main_job_runs_from_a_clean_environment(wheel, tmp_path):
         [scripts / "remosplat", "run", "--headless"],
         cwd=elsewhere,
         env=clean_environment(),
-        timeout=120,
+        timeout=PATIENCE,
     )
     assert result.returncode == 0
     assert not list(elsewhere.iterdir())

@@ -9,7 +9,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
-from runs import command_line
+from patience import PATIENCE
+from runs import PATIENT, command_line
 
 from remosplat_drake.acceptance.hardware_processes import end, free_url, robot
 from remosplat_drake.base.resources import models_dir
@@ -65,7 +66,10 @@ def read(terminal: int, done: Callable[[bytes], bool]) -> bytes:
 
 def test_what_somebody_confirms_is_driven_and_kept(wire, scenario, tmp_path):
     url, output = free_url(), tmp_path / "out"
-    flags = "--lcm-url", url, "--output", output, "--accept", "map-error"
+    flags = (
+        *("--lcm-url", url, "--output", output, "--accept", "map-error"),
+        *("--scenario-text", PATIENT),
+    )
     with (
         robot(url) as stand_in,
         terminal("run", scenario, "--hardware", "--headless", *flags) as (
@@ -76,7 +80,7 @@ def test_what_somebody_confirms_is_driven_and_kept(wire, scenario, tmp_path):
         read(screen, lambda text: b"to drive all the same: " in text)
         os.write(screen, b"map-error\n")
         rest = read(screen, lambda text: False)
-        assert process.wait(60) == 1, rest
+        assert process.wait(PATIENCE) == 1, rest
         end(stand_in)
     assert b"accepted: map-error: controller.collision.stopping" in rest
     metrics = json.loads((output / "metrics.json").read_text())

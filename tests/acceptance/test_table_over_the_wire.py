@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from runs import remosplat
+from runs import PATIENT, remosplat
 
 from remosplat_drake.acceptance.hardware_processes import end, free_url, robot
 from remosplat_drake.acceptance.motion_judge import TrueRun, true_clearance
@@ -16,6 +16,7 @@ def test_the_table_is_reached_through_the_wire(wire, table, tmp_path):
         result = remosplat(
             *("run", "TableReach", "--hardware", "--headless"),
             *("--lcm-url", url, "--output", tmp_path),
+            *("--scenario-text", PATIENT),
         )
         end(process)
     assert result.returncode == 0, result.stderr

@@ -124,7 +124,10 @@ def first_rollout(scenario: Scenario) -> np.ndarray:
 @pytest.mark.parametrize("beside", [False, True])
 def test_a_cost_acts_in_rollouts(load, beside):
     """In the look-ahead's own process, too."""
-    text = "  controller: {guidance: {asynchronous: %s}%s}\n"
+    text = (
+        "  controller: {guidance: {asynchronous: %s, horizon: 0.5,"
+        " planning: {enabled: false}}%s}\n"
+    )
     switch = str(beside).lower()
     extra = ", extra: [!outside.cost:Drift {gain: 3}]"
     # So far away that the robot still drives when a slow process has started.

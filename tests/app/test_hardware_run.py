@@ -1,8 +1,4 @@
-"""A scenario on the robot, which is a process of its own behind the wire.
-
-The machine that runs this may be busy, so the thresholds of time are wide:
-what a late tick does is the supervisor's business and tested there.
-"""
+"""A scenario on the robot, which is a process of its own behind the wire."""
 
 import signal
 import subprocess
@@ -14,9 +10,10 @@ import lcm
 import numpy as np
 import pytest
 from drake import lcmt_panda_command
+from patience import PATIENCE
 from pydrake.lcm import DrakeLcm
 from robot_process import Client, robot_process
-from runs import command_line
+from runs import PATIENT, command_line
 
 from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.app import warm_up
@@ -51,18 +48,9 @@ from remosplat_drake.oracle.oracle_config import (
 STILL = 1e-3  # [rad/s]
 END = "END"  # The channel of a message that comes after all commands.
 
-PATIENT = """{
-  time_limit: 60,
-  hardware: {
-    connect_timeout: 60, arm_status_expiry: 0.5, base_status_expiry: 0.5,
-    frozen_after: 1},
-  supervisor: {
-    max_status_age: 0.5, max_tick_age: 0.5, max_overrun: 0.5, follow_dwell: 2},
-}"""
-
 
 def make_application(url: str, follow_dwell: float = 2.0, **hardware: float):
-    scenario = load_scenario("TableReach", PATIENT)
+    scenario = load_scenario("TableReach", f"time_limit: 60{PATIENT}")
     scenario.supervisor.follow_dwell = follow_dwell
     for name, value in hardware.items():
         setattr(scenario.hardware, name, value)
@@ -233,7 +221,7 @@ def test_ctrl_c_leaves_the_robot_at_rest(robot):
             with commands_heard(url) as heard:
                 client.wait_for(lambda: moves(client))
                 process.send_signal(signal.SIGINT)
-                _, errors = process.communicate(timeout=120)
+                _, errors = process.communicate(timeout=PATIENCE)
         finally:
             process.kill()
     assert process.returncode == 130, errors

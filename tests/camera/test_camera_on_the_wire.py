@@ -5,6 +5,7 @@ import time
 import numpy as np
 import pytest
 from drake import lcmt_image_array
+from patience import PATIENCE
 from pydrake.common.value import Value
 from pydrake.lcm import DrakeLcm
 from pydrake.systems.analysis import Simulator
@@ -66,7 +67,7 @@ def test_images_arrive_as_the_simulated_camera_has_them(frankie):
     depth.mutable_data[..., 0] = 0.1 * np.arange(12).reshape(3, 4)
     driver = publisher(url, rgb, depth)
     sending = driver.CreateDefaultContext()
-    deadline = time.monotonic() + 120
+    deadline = time.monotonic() + PATIENCE
     context = simulator.get_context()
     color = station.GetOutputPort("wrist_camera.rgb")
     while color.Eval(context).width() == 0:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from drake import lcmt_image_array, lcmt_panda_status
+from patience import PATIENCE
 from pydrake.lcm import DrakeLcm
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.lcm import LcmSubscriberSystem
@@ -25,9 +26,6 @@ from remosplat_drake.hardware.wire.channels import (
     WRIST_CAMERA,
 )
 from remosplat_drake.hardware.wire.messages.base_status import base_status
-
-PATIENCE = 120.0
-"""Longest wait for anything, however busy the computer is [s]."""
 
 
 def arm_status(joints) -> bytes:

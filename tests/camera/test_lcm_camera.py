@@ -5,6 +5,7 @@ import threading
 import numpy as np
 import pytest
 from drake import lcmt_panda_status
+from patience import PATIENCE
 from pydrake.lcm import DrakeLcm
 
 from remosplat_drake.acceptance.hardware_processes import free_url
@@ -90,7 +91,7 @@ class Robot:
 
     def __enter__(self):
         self._thread.start()
-        assert self._begun.wait(60)
+        assert self._begun.wait(PATIENCE)
         return self
 
     def __exit__(self, *_):

@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from patience import PATIENCE
 from robot_process import Client, robot_process
 
 from remosplat_drake.acceptance.hardware_processes import free_url
@@ -52,7 +53,7 @@ def test_a_robot_is_driven_broken_and_recovered_over_the_wire():
             SLOWLY,
         )
         process.terminate()
-        assert process.wait(60) == 0
+        assert process.wait(PATIENCE) == 0
     utime = [(status.utime, status.robot_utime) for status in client.arm]
     assert (np.diff(utime, axis=0) > 0).all()
 
@@ -72,7 +73,7 @@ def test_faults_on_a_schedule_and_a_record_of_the_motion(tmp_path):
         client.wait_for_robot()
         client.drive(lambda: gap() > 0.19 and moves_slowly(client), SLOWLY)
         process.terminate()
-        assert process.wait(60) == 0
+        assert process.wait(PATIENCE) == 0
     motion = np.load(record)
     assert motion["q"].shape[1] == 10
     assert motion["u"].shape == (len(motion["q"]), 9)
@@ -86,7 +87,7 @@ def test_a_message_that_is_no_command_ends_the_process():
         client = Client(url)
         client.wait_for_robot()
         client.send_arm(np.zeros(6))
-        assert process.wait(60) == 2
+        assert process.wait(PATIENCE) == 2
         assert process.stderr
         lines = process.stderr.read().splitlines()
     assert lines[-1] == (
@@ -105,4 +106,4 @@ def test_a_killed_robot_comes_back_on_the_same_wire():
             client.drive(lambda: moves_slowly(client), SLOWLY)
             before = client.time
             process.kill()
-            process.wait(60)
+            process.wait(PATIENCE)

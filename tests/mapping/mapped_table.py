@@ -10,6 +10,7 @@ from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
+from patience import PATIENCE
 
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
@@ -31,9 +32,6 @@ CONFIG = MappingConfig(
     volume_upper=[2.0, 1.0, 1.5],
     discs=2000,
 )
-
-PATIENCE = 300.0
-"""Longest wait for anything, however busy the computer is [s]."""
 
 SILENT, MISPLACED = 1000.0, 2000.0
 """Times at which this camera does not work as it should."""

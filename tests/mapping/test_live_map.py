@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from mapped_table import (
     CONFIG,
-    PATIENCE,
     looking_around,
     make_job,
     table_world,
 )
+from patience import PATIENCE
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder

@@ -13,6 +13,7 @@ import map_mutations as mutations
 import numba
 import numpy as np
 import pytest
+from patience import PATIENCE
 
 from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.mapping.store.map_file import KIND, open_map, write_map
@@ -341,7 +342,7 @@ def test_no_file_ends_the_program(path):
         [sys.executable, mutations.__file__, path, "0", "400"],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=PATIENCE,
     )
     last = child.stdout.splitlines()[-1:]
     assert child.returncode == 0, (last, child.stderr)

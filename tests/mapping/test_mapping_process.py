@@ -13,7 +13,6 @@ import pytest
 from mapped_table import (
     LARGEST,
     MISPLACED,
-    PATIENCE,
     SILENT,
     answers,
     looking_around,
@@ -22,6 +21,7 @@ from mapped_table import (
     take_frames,
     until_told,
 )
+from patience import PATIENCE
 
 from remosplat_drake.app.world import World
 from remosplat_drake.base.real_time import (
@@ -330,6 +330,7 @@ def test_it_ends_with_its_parent(table, tmp_path):
             program,
             str(tmp_path / "session"),
             str(Path(__file__).parent),
+            str(Path(__file__).parents[1]),
         ],
         capture_output=True,
         text=True,

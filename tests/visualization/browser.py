@@ -16,10 +16,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from patience import PATIENCE
 from screenshot import FLAGS, find_chromium
-
-PATIENCE = 300.0
-"""Longest wait for anything, however busy the computer is [s]."""
 
 _STEPS = 5
 """Of a mouse that drags something."""

@@ -4,7 +4,8 @@ import time
 
 import numpy as np
 import pytest
-from browser import PATIENCE, find_chromium, open_browser
+from browser import find_chromium, open_browser
+from patience import PATIENCE
 from pydrake.math import RigidTransform
 
 from remosplat_drake.app.diagram import Application, build

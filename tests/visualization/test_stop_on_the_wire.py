@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import PATIENCE, open_browser
+from browser import open_browser
+from patience import PATIENCE
 from screenshot import find_chromium
 
 from remosplat_drake.acceptance.hardware_processes import (

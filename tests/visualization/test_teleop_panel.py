@@ -6,8 +6,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from browser import PATIENCE, find_chromium, open_browser
+from browser import find_chromium, open_browser
 from page_messages import click, move_gamepad, slide
+from patience import PATIENCE
 from pydrake.common.value import Value
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.systems.analysis import Simulator

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import PATIENCE, Browser, find_chromium, open_browser
+from browser import Browser, find_chromium, open_browser
+from patience import PATIENCE
 from runs import command_line, remosplat
 
 from remosplat_drake.mapping.store.map_file import open_map

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 
 import pytest
+from patience import PATIENCE
 from pydrake.lcm import DrakeLcm
 
 from remosplat_drake.base.clock import wall_utime
@@ -12,9 +13,6 @@ from remosplat_drake.hardware.wire.channels import BASE_COMMAND, BASE_STATUS
 from remosplat_drake.hardware.wire.inbox import Inbox
 from remosplat_drake.hardware.wire.messages.base_command import base_command
 from remosplat_drake.hardware.wire.messages.base_status import base_status
-
-PATIENCE = 120.0
-"""Longest wait for anything, however busy the computer is [s]."""
 
 SILENCE = 0.3
 """Thirty times the period at which a bridge sends [s]."""

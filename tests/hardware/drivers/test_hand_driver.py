@@ -5,6 +5,7 @@ import time
 
 import pytest
 from drake import lcmt_schunk_wsg_command
+from patience import PATIENCE
 from pydrake.lcm import DrakeLcm
 from robot_process import Client
 
@@ -31,7 +32,7 @@ class SlowHand:
 
     def go_to(self, width: float, force: float) -> None:
         self.motions.append((width, force))
-        assert self.arrive.wait(60)
+        assert self.arrive.wait(PATIENCE)
         self._width = width
 
 
@@ -54,7 +55,7 @@ class Setting:
         self.client.listen(0.0)
 
     def step_until(self, done) -> None:
-        end = time.monotonic() + 60
+        end = time.monotonic() + PATIENCE
         while not done():
             assert time.monotonic() < end
             self.step()

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE
 from robot_process import running
 from ros1_packages import Unavailable, unpacked
 from ros_robot import Station, check_bridge
@@ -105,7 +106,7 @@ def test_a_base_is_driven_through_the_bridge(environment):
         listener.start()
         check_bridge(bridge, Station(url), commands, lambda x, forward: None)
         bridge.terminate()
-        assert bridge.wait(20) == 0
+        assert bridge.wait(PATIENCE) == 0
         base.terminate()
         listener.join()
     assert set(commands) == {(0.0, 0.0)}

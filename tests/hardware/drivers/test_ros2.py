@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from patience import PATIENCE
 from robot_process import running
 from ros_robot import Station, check_bridge
 
@@ -128,5 +129,5 @@ def test_a_base_is_driven_through_the_bridge():
         check_bridge(bridge, Station(url), commands, exchange)
         robot.received()
         bridge.terminate()
-        assert bridge.wait(20) == 0
+        assert bridge.wait(PATIENCE) == 0
     assert set(robot.received()) == {(0.0, 0.0)}
