@@ -10,6 +10,7 @@ from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import RunResult, run
 from remosplat_drake.app.world import load_world
+from remosplat_drake.commands.main import USER_ERROR, main
 
 
 def load_application(spec: str | Path, text: str = "") -> Application:
@@ -67,17 +68,29 @@ def remosplat(
     )
 
 
+def complaint(capsys, *arguments: str | Path) -> str:
+    """A user's mistake, made in this process: the one line that names it."""
+    assert main([*map(str, arguments)]) == USER_ERROR
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    return _only_line(captured.err)
+
+
 def assert_one_line(result: subprocess.CompletedProcess[str], *mentions: str):
     """A user's mistake: exit code 2, one line, all mentions in it.
 
     What the program says of its start and its map is no complaint.
     """
-    assert result.returncode == 2, result.stderr
+    assert result.returncode == USER_ERROR, result.stderr
     assert result.stdout == ""
+    line = _only_line(result.stderr)
+    assert all(mention in line for mention in mentions), line
+
+
+def _only_line(text: str) -> str:
+    """The one line that is a complaint."""
     said = ("first start: compiling", "map: ", "map error: ", "unseen: ")
-    lines = [
-        line for line in result.stderr.splitlines() if not line.startswith(said)
-    ]
-    assert len(lines) == 1, result.stderr
+    lines = [line for line in text.splitlines() if not line.startswith(said)]
+    assert len(lines) == 1, text
     assert lines[0].startswith("remosplat: ")
-    assert all(mention in lines[0] for mention in mentions), lines[0]
+    return lines[0]

@@ -13,7 +13,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from patience import PATIENCE
-from runs import SAY_STARTED, assert_one_line, command_line, remosplat
+from runs import (
+    SAY_STARTED,
+    assert_one_line,
+    command_line,
+    complaint,
+    remosplat,
+)
 
 from remosplat_drake.app.scenario import DEFAULT_SCENARIO, load_scenario
 from remosplat_drake.splat.codecs.ply import write_ply
@@ -138,25 +144,22 @@ def test_a_taken_port_is_one_line():
 
 
 @pytest.mark.parametrize("flag", ["--output", "--save-html", "--graphviz"])
-def test_an_output_that_cannot_be_written_stops_the_start(tmp_path, flag):
+def test_an_output_that_cannot_be_written_stops_the_start(
+    tmp_path, capsys, flag
+):
     (tmp_path / "file").touch()
-    result = remosplat(
-        "run",
-        "--headless",
-        "--realtime-rate",
-        "0.002",  # A run would take longer than anybody waits.
-        "--output",
-        tmp_path / "out",
-        flag,
-        tmp_path / "file" / "below",
+    line = complaint(
+        capsys,
+        *("run", "--headless", "--output", tmp_path / "out"),
+        *(flag, tmp_path / "file" / "below"),
     )
-    assert_one_line(result, "file/below", "is not a folder")
+    assert "file/below" in line and "is not a folder" in line
     assert os.listdir(tmp_path) == ["file"]
 
 
-def test_a_folder_cannot_be_a_page(tmp_path):
-    result = remosplat("run", "--headless", "--save-html", tmp_path)
-    assert_one_line(result, str(tmp_path), "is a folder")
+def test_a_folder_cannot_be_a_page(tmp_path, capsys):
+    line = complaint(capsys, "run", "--headless", "--save-html", tmp_path)
+    assert str(tmp_path) in line and "is a folder" in line
 
 
 # Splats that are no splats
@@ -178,12 +181,12 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("case", BROKEN)
-def test_a_broken_splat_is_one_line(tmp_path, case):
+def test_a_broken_splat_is_one_line(tmp_path, capsys, case):
     file = tmp_path / "broken.ply"
     file.write_bytes(BROKEN[case])
     text = f"{{scene: {{splat: {file}}}}}"
-    result = remosplat("run", "--headless", "--scenario-text", text)
-    assert_one_line(result, "broken.ply")
+    line = complaint(capsys, "run", "--headless", "--scenario-text", text)
+    assert "broken.ply" in line
 
 
 # Size

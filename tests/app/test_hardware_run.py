@@ -13,7 +13,7 @@ from drake import lcmt_panda_command
 from patience import PATIENCE
 from pydrake.lcm import DrakeLcm
 from robot_process import Client, robot_process
-from runs import PATIENT, command_line
+from runs import PATIENT, command_line, complaint
 
 from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.app import warm_up
@@ -33,7 +33,6 @@ from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.simulation import REACHED, STOPPED
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import FieldError
-from remosplat_drake.commands.main import USER_ERROR, main
 from remosplat_drake.controller.braking import braking_steps
 from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.hardware.hardware_config import HardwareConfig
@@ -231,20 +230,11 @@ def test_ctrl_c_leaves_the_robot_at_rest(robot):
     assert_stays_still(client)
 
 
-def complaint(capsys, *arguments: str) -> str:
-    """The line that says why a command line is not carried out."""
-    assert main(["run", *arguments]) == USER_ERROR
-    *said, line = capsys.readouterr().err.splitlines()
-    assert line.startswith("remosplat: ")
-    assert not [earlier for earlier in said if earlier.startswith("remosplat")]
-    return line
-
-
 def test_a_silent_robot_is_named(capsys):
     url = free_url()
     line = complaint(
         capsys,
-        *("--hardware", "--headless", "--lcm-url", url),
+        *("run", "--hardware", "--headless", "--lcm-url", url),
         *("--scenario-text", "{hardware: {connect_timeout: 0.2}}"),
     )
     for mention in ("PANDA_STATUS", "BASE_STATUS", url, "0.2 s"):
@@ -272,7 +262,7 @@ def test_a_silent_robot_is_named(capsys):
     ],
 )
 def test_bad_flags_are_named(capsys, arguments, mention):
-    assert mention in complaint(capsys, *arguments)
+    assert mention in complaint(capsys, "run", *arguments)
 
 
 @pytest.mark.parametrize(
