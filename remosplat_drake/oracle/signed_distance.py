@@ -196,9 +196,7 @@ answers(Primitives, query)
 
 
 @njit(cache=True)
-def _clearances(
-    p_WS, radius, ignore_below, primitives, max_distance, closest
-):
+def _clearances(p_WS, radius, ignore_below, primitives, max_distance, closest):
     n, k = len(p_WS), len(primitives.is_box)
     capacity = n if closest else n * k
     sphere = np.empty(capacity, np.int64)

@@ -58,6 +58,7 @@ def _ask_all(compiled, question, answer):
         for i in range(len(answer)):
             nearer = answer[i, 0] < 0.0 or other[i, 1] < answer[i, 1]
             if other[i, 0] >= 0.0 and nearer:
-                answer[i] = other[i]
+                for c in range(answer.shape[1]):
+                    answer[i, c] = other[i, c]
 
     return nearest

@@ -20,7 +20,11 @@ from remosplat_drake.controller.guidance.rollout import (
     step_rollout,
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
-from remosplat_drake.controller.planning.motion_planner import Plan
+from remosplat_drake.controller.planning.plan import (
+    NO_EFFORT,
+    Plan,
+    SearchEffort,
+)
 from remosplat_drake.signals.distance_field import DistanceField
 
 IDLE = 1.0
@@ -57,6 +61,7 @@ class Selection:
             arrives.
         unreachable: Why no path leads to the target as far as is known, for
             people; empty if one does or none was searched.
+        effort: What all searches since the start of the run have cost.
         finished: Finished rollouts of the present round, the first of them
             with the guidance that is followed.
         latest: Rollouts of the latest complete round.
@@ -81,6 +86,7 @@ class Selection:
     plans: tuple[Plan, ...] = ()
     failures: int = 0
     unreachable: str = ""
+    effort: SearchEffort = NO_EFFORT
     finished: tuple[Rollout, ...] = ()
     latest: tuple[Rollout, ...] = ()
     idle_until: float = -np.inf
@@ -184,11 +190,19 @@ def on_the_same_world(
     if known is None or not np.array_equal(known, X_WT):
         start = start_selection(rule)
         return dc.replace(
-            start, revision=revision, X_WT=X_WT, reason="new target"
+            start,
+            revision=revision,
+            X_WT=X_WT,
+            reason="new target",
+            effort=selection.effort,
         )
     if selection.revision != revision:
         return Selection(
-            selection.guidance, "new map", revision=revision, X_WT=X_WT
+            selection.guidance,
+            "new map",
+            revision=revision,
+            X_WT=X_WT,
+            effort=selection.effort,
         )
     return selection
 
@@ -250,7 +264,7 @@ def _planned(
     if motions is None or selection.failures >= motions.config.attempts:
         return selection, ()
     assert selection.X_WT is not None
-    guidance = None
+    guidance, effort = None, selection.effort
     while guidance is None and len(plans) < len(rule.tiers):
         guidance, plan = rule.planned(
             q,
@@ -260,8 +274,8 @@ def _planned(
             selection.failures,
             interrupted,
         )
-        plans = (*plans, plan)
-    selection = dc.replace(selection, plans=plans)
+        plans, effort = (*plans, plan), effort.with_plan(plan)
+    selection = dc.replace(selection, plans=plans, effort=effort)
     return selection, () if guidance is None else (guidance,)
 
 
@@ -316,6 +330,7 @@ def _end_round(
         idle_until=idle_until,
         hopeless_at=hopeless_at,
         **_searched(selection, arrives=hopeless_at is None),
+        effort=selection.effort,
         revision=selection.revision,
         X_WT=selection.X_WT,
     )

@@ -13,9 +13,9 @@ from remosplat_drake.controller.guidance.planner import (
 )
 from remosplat_drake.controller.planning.motion_planner import (
     MotionPlanner,
-    Plan,
     can_plan,
 )
+from remosplat_drake.controller.planning.plan import Plan
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.solvers import make_solver
 from remosplat_drake.robot.pose_error import PoseError

@@ -4,6 +4,7 @@ import dataclasses as dc
 import importlib.util
 import math
 from collections.abc import Callable
+from time import perf_counter
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from remosplat_drake.controller.planning.goal_configurations import (
     goal_configurations,
 )
 from remosplat_drake.controller.planning.path import Path
+from remosplat_drake.controller.planning.plan import Plan
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
 from remosplat_drake.controller.planning.stretches import driven_corners
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
@@ -26,23 +28,6 @@ _ROAM = 2.0
 def can_plan() -> bool:
     """Tells whether OMPL is installed, which searches the paths."""
     return importlib.util.find_spec("ompl") is not None
-
-
-@dc.dataclass(frozen=True, eq=False)
-class Plan:
-    """What a search has come to.
-
-    Attributes:
-        path: The path; None if none was found.
-        reason: Why there is none, for people; empty if there is one.
-        checks: Number of configurations and motions that were looked at.
-        goals: Number of goal configurations.
-    """
-
-    path: Path | None
-    reason: str
-    checks: int
-    goals: int
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -80,6 +65,19 @@ class MotionPlanner:
                 numbers.
             interrupted: Function that tells whether to give up at once.
         """
+        started = perf_counter()
+        plan = self._plan(q, X_WT, field, stopping, attempt, interrupted)
+        return dc.replace(plan, seconds=perf_counter() - started)
+
+    def _plan(
+        self,
+        q: np.ndarray,
+        X_WT: np.ndarray,
+        field: DistanceField,
+        stopping: float,
+        attempt: int,
+        interrupted: Callable[[], bool],
+    ) -> Plan:
         # Only who searches needs OMPL.
         from remosplat_drake.controller.planning.search import Search
         from remosplat_drake.controller.planning.stages import staged_path

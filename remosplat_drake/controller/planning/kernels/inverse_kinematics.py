@@ -52,7 +52,10 @@ def reach_from(chain, X_WT, lower, upper, seeds, steps, tolerance):
         for i in range(steps + 1):
             _place(chain, q[k], X_WF, X_WE)
             _pose_error(X_WE, X_WT, e)
-            size = math.sqrt(np.sum(e * e))
+            size = 0.0
+            for r in range(6):
+                size += e[r] * e[r]
+            size = math.sqrt(size)
             error[k] = size
             if size < tolerance or i == steps:
                 break
@@ -62,8 +65,10 @@ def reach_from(chain, X_WT, lower, upper, seeds, steps, tolerance):
             before = size
             _jacobian(chain, X_WF, X_WE, J)
             _damped_step(J, e, damping, L, step)
-            longest = np.abs(step).max()
-            scale = min(1.0, _LONGEST_STEP / longest)
+            longest = _LONGEST_STEP
+            for j in range(chain.arm):
+                longest = max(longest, abs(step[j]))
+            scale = _LONGEST_STEP / longest
             for j in range(chain.arm):
                 entry = chain.position[first + j]
                 value = q[k, entry] + scale * step[j]
@@ -142,8 +147,9 @@ def _damped_step(J, e, damping, L, step):
             for i in range(c):
                 total -= L[r, i] * L[c, i]
             L[r, c] = math.sqrt(total) if r == c else total / L[c, c]
-    x = e.copy()
+    x = np.empty(6)
     for r in range(6):
+        x[r] = e[r]
         for i in range(r):
             x[r] -= L[r, i] * x[i]
         x[r] /= L[r, r]

@@ -13,7 +13,7 @@ from remosplat_drake.controller.verification.kernels.between_looks import (
     bend_of,
     longest_way,
 )
-from remosplat_drake.robot.kinematics import advance, body_poses, sphere_points
+from remosplat_drake.robot.kinematics import advance, body_poses
 from remosplat_drake.signals.compiled_map import ask
 
 _HALVES = 10
@@ -38,12 +38,13 @@ def is_off_the_map(robot, q, level, compiled):
         compiled: The map, as `DistanceField.compiled`.
     """
     n = len(level)
-    point = _centres(robot, q)
-    wanted = np.zeros(n)
+    point = np.empty((n, 3))
+    _place(robot, q, point)
+    wanted, room = np.zeros(n), np.empty(n)
     # Mostly the hand, whose spheres are the last, is what has no room.
     for end in range(n, 0, -_SOME):
-        room = np.full(n, np.inf)
-        room[max(end - _SOME, 0) : end] = -np.inf
+        for i in range(n):
+            room[i] = -np.inf if end - _SOME <= i < end else np.inf
         if _look(robot, point, level, compiled, wanted, room) < 0.0:
             return False
     return True
@@ -65,63 +66,82 @@ def keeps_off_the_map(robot, motion, level, compiled, looks, tolerance):
     q, u, n_base = motion
     n = len(level)
     speed = np.abs(u)
-    bend = np.array([bend_of(robot[4][i], speed) for i in range(n)])
+    bend, wanted = np.empty(n), np.empty(n)
+    for i in range(n):
+        bend[i] = bend_of(robot[4][i], speed)
     # A stack, the end of the motion lowest: most that is not free ends there.
     time = np.zeros(looks + 1 + _HALVES)
     point = np.empty((len(time), n, 3))
-    room = np.full((len(time), n), -np.inf)
-    wanted = np.zeros(n)
+    room = np.empty((len(time), n))
     for k in range(looks + 1):
         time[k] = 1.0 - k / looks
-        point[k] = _centres(robot, advance(q, u, n_base, time[k]))
+        _place(robot, advance(q, u, n_base, time[k]), point[k])
     for k in range(looks + 1):
         for i in range(n):
-            way = 0.0
-            for j in range(max(k - 1, 0), min(k + 1, looks)):
-                two = point[j, i], point[j + 1, i]
-                way = max(way, longest_way(*two, bend[i], 1.0 / looks))
-            wanted[i] = max(0.5 * way - tolerance, 0.0)
+            before, way = 0.0, 0.0
+            room[k, i] = -np.inf
             if k > 0:
-                moved = apart(point[k - 1, i], point[k, i])
-                room[k, i] = room[k - 1, i] - moved
-        if _look(robot, point[k], level, compiled, wanted, room[k]) < -tolerance:
+                p, p_before = point[k, i], point[k - 1, i]
+                room[k, i] = room[k - 1, i] - apart(p_before, p)
+                before = longest_way(p_before, p, bend[i], 1.0 / looks)
+            if k < looks:
+                p, p_after = point[k, i], point[k + 1, i]
+                way = longest_way(p, p_after, bend[i], 1.0 / looks)
+            wanted[i] = max(0.5 * max(way, before) - tolerance, 0.0)
+        least = _look(robot, point[k], level, compiled, wanted, room[k])
+        if least < -tolerance:
             return False
     top = looks
     while top > 0:
         span = time[top - 1] - time[top]
-        is_open = False
-        for i in range(n):
-            two = point[top, i], point[top - 1, i]
-            way = longest_way(*two, bend[i], span)
-            wanted[i] = max(0.25 * way - tolerance, 0.0)
-            low = 0.5 * (room[top, i] + room[top - 1, i] - way)
-            if low >= -tolerance:
-                wanted[i] = -np.inf  # Nothing more is asked of this sphere.
-            else:
-                is_open = True
-        if not is_open:
+        if not _want_more(point, room, top, bend, span, tolerance, wanted):
             top -= 1
             continue
         if top + 1 == len(time):
             return False
-        time[top + 1], point[top + 1] = time[top], point[top]
-        room[top + 1] = room[top]
+        time[top + 1] = time[top]
         time[top] += 0.5 * span
-        point[top] = _centres(robot, advance(q, u, n_base, time[top]))
-        room[top] = np.where(np.isinf(wanted), np.inf, -np.inf)
-        if _look(robot, point[top], level, compiled, wanted, room[top]) < -(
-            tolerance
-        ):
+        for i in range(n):
+            room[top + 1, i] = room[top, i]
+            room[top, i] = np.inf if wanted[i] < 0.0 else -np.inf
+            for c in range(3):
+                point[top + 1, i, c] = point[top, i, c]
+        _place(robot, advance(q, u, n_base, time[top]), point[top])
+        least = _look(robot, point[top], level, compiled, wanted, room[top])
+        if least < -tolerance:
             return False
         top += 1
     return True
 
 
 @njit(cache=True, nogil=True)
-def _centres(robot, q):
-    """The spheres' centres in W, shape (n, 3) [m]."""
+def _want_more(point, room, top, bend, span, tolerance, wanted):
+    """Tells whether a room may fall too low between the topmost two looks.
+
+    Fills in what is wanted half way: -1 of spheres that are known to be clear.
+    """
+    is_open = False
+    for i in range(len(bend)):
+        p, p_next = point[top, i], point[top - 1, i]
+        way = longest_way(p, p_next, bend[i], span)
+        wanted[i] = -1.0
+        if not room[top, i] + room[top - 1, i] - way >= -2.0 * tolerance:
+            wanted[i] = max(0.25 * way - tolerance, 0.0)
+            is_open = True
+    return is_open
+
+
+@njit(cache=True, nogil=True)
+def _place(robot, q, point):
+    """Fills in the spheres' centres in W, shape (n, 3) [m]."""
     X_WB, _ = body_poses(*robot[0], q)  # pyright: ignore
-    return sphere_points(X_WB, robot[1], robot[2])[0]
+    body, p_BS = robot[1], robot[2]
+    for i in range(len(body)):
+        X = X_WB[body[i]]
+        for r in range(3):
+            point[i, r] = X[r, 3]
+            for c in range(3):
+                point[i, r] += X[r, c] * p_BS[i, c]
 
 
 @njit(cache=True, nogil=True)
@@ -131,17 +151,22 @@ def _look(robot, point, level, compiled, wanted, room):
     Puts the answers in, exact up to what is wanted, and returns the least.
     """
     radius, floor = robot[3], robot[5]
-    asked = np.flatnonzero(~(room > wanted))
-    question = np.empty((len(asked), 5))
-    for row in range(len(asked)):
+    n = len(room)
+    asked, count = np.empty(n, np.int64), 0
+    for i in range(n):
+        if not room[i] > wanted[i]:
+            asked[count] = i
+            count += 1
+    question, answer = np.empty((count, 5)), np.empty((count, 8))
+    for row in range(count):
         i = asked[row]
-        question[row, :3] = point[i]
+        for c in range(3):
+            question[row, c] = point[i, c]
         question[row, 3] = radius[i] + level[i] + wanted[i] + _MARGIN
         question[row, 4] = floor[i]
-    answer = np.empty((len(asked), 8))
     ask(compiled, question, answer)
     least = np.inf
-    for row in range(len(asked)):
+    for row in range(count):
         i = asked[row]
         room[i] = wanted[i] + _MARGIN
         if answer[row, 0] >= 0.0:
