@@ -16,6 +16,7 @@ from remosplat_drake.controller.planning.goal_configurations import (
 from remosplat_drake.controller.planning.path import Path
 from remosplat_drake.controller.planning.plan import Plan
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
+from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
 from remosplat_drake.controller.planning.stretches import driven_corners
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.robot.robot_model import RobotModel
@@ -53,6 +54,7 @@ class MotionPlanner:
         stopping: float,
         attempt: int = 0,
         interrupted: Callable[[], bool] = lambda: False,
+        roadmap: Roadmap = NO_ROADMAP,
     ) -> Plan:
         """Searches a path to a target; equal calls find equal paths.
 
@@ -64,9 +66,12 @@ class MotionPlanner:
             attempt: Number of searches before; another one draws other
                 numbers.
             interrupted: Function that tells whether to give up at once.
+            roadmap: Corners of earlier paths, which are tried first.
         """
         started = perf_counter()
-        plan = self._plan(q, X_WT, field, stopping, attempt, interrupted)
+        plan = self._plan(
+            q, X_WT, field, stopping, attempt, interrupted, roadmap
+        )
         return dc.replace(plan, seconds=perf_counter() - started)
 
     def _plan(
@@ -77,6 +82,7 @@ class MotionPlanner:
         stopping: float,
         attempt: int,
         interrupted: Callable[[], bool],
+        roadmap: Roadmap,
     ) -> Plan:
         # Only who searches needs OMPL.
         from remosplat_drake.controller.planning.search import Search
@@ -107,8 +113,8 @@ class MotionPlanner:
             seed,
             interrupted,
         )
-        corners = None
-        if self.robot.n_base:
+        corners = roadmap.path_between(space, start, goals.q)
+        if corners is None and self.robot.n_base:
             corners = staged_path(search, goals.q)
         if corners is None:
             last = space.checks + budget
