@@ -15,6 +15,7 @@ from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.controller.guidance.selection import Selection
+from remosplat_drake.controller.planning.plan import NO_EFFORT, SearchEffort
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.recording.metrics import RunMetrics, run_metrics
 from remosplat_drake.recording.trajectory import Trajectory
@@ -48,6 +49,7 @@ class RunResult:
         unreachable: Why no path leads to the present target as far as guidance
             knows, which proves nothing; empty if one does, or none was
             searched.
+        search_effort: What the searches of paths have cost.
     """
 
     outcome: str
@@ -58,6 +60,7 @@ class RunResult:
     trajectory: Trajectory
     metrics: RunMetrics
     unreachable: str = ""
+    search_effort: SearchEffort = NO_EFFORT
 
 
 ProgressCallback = Callable[[float, PoseError, TickReport | None], None]
@@ -330,7 +333,9 @@ def make_result(
     else:
         outcome = INTERRUPTED if interrupted else TIME_LIMIT
     selection = selection_of(application, root)
-    unreachable = ""
+    unreachable, effort = "", NO_EFFORT
+    if selection is not None:
+        effort = selection.effort
     if selection is not None and outcome != REACHED:
         unreachable = selection.unreachable
         planning = scenario.controller.guidance.planning
@@ -352,4 +357,5 @@ def make_result(
             world.seen and world.seen.field,
         ),
         unreachable=unreachable,
+        search_effort=effort,
     )

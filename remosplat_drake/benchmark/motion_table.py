@@ -30,6 +30,10 @@ def motion_table(comparison: Comparison, rule: str) -> Table:
             "motion time, median [s]",
             "95 % [s]",
             "times the joint path's",
+            "planned [%]",
+            "first path, median [ms]",
+            "95 % [ms]",
+            "checks, median",
             "tick p50 [ms]",
         ),
         tuple(
@@ -43,8 +47,12 @@ def motion_table(comparison: Comparison, rule: str) -> Table:
         " points between. Motion times are those of the problems that the row"
         " itself reaches; the straight path through joint space, at the"
         " velocity limits and through whatever is in its way, takes the"
-        " joint path's time to the given goal configuration. Errors are"
-        " problems that cannot be used; they count as not reached.",
+        " joint path's time to the given goal configuration. Where nothing"
+        " else arrives, a path is searched: its columns count those problems,"
+        " the time of their searches until a first path was found, beside"
+        " whatever else ran, and the configurations and motions that these"
+        " looked at. Errors are problems that cannot be used; they count as"
+        " not reached.",
     )
 
 
@@ -62,6 +70,8 @@ def _row(row: Row, family: str, rule: str) -> tuple[str, ...]:
     ratio = time / straight
     ratio = ratio[np.isfinite(ratio)]
     ticks = np.array([t.times.tick_p50 for t in trials if t.times is not None])
+    searched = [t for t in trials if t.first_checks is not None]
+    first_path = np.array([t.times.first_path for t in searched if t.times])
     collided = sum(t.outcome(rule) == COLLISION for t in trials)
     return (
         row.method,
@@ -73,9 +83,15 @@ def _row(row: Row, family: str, rule: str) -> tuple[str, ...]:
         _percentile(time, 50),
         _percentile(time, 95),
         _percentile(ratio, 50),
+        format_rate(len(searched), len(trials)),
+        _percentile(1e3 * first_path, 50, 0),
+        _percentile(1e3 * first_path, 95, 0),
+        _percentile(np.array([t.first_checks for t in searched]), 50, 0),
         _percentile(1e3 * ticks, 50),
     )
 
 
-def _percentile(values: np.ndarray, percent: float) -> str:
-    return f"{np.percentile(values, percent):.2f}" if len(values) else "–"
+def _percentile(values: np.ndarray, percent: float, digits: int = 2) -> str:
+    if not len(values):
+        return "–"
+    return f"{np.percentile(values, percent):.{digits}f}"

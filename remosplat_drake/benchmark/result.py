@@ -82,6 +82,8 @@ class WallTimes:
         tick_p50: Median of a whole control tick [s].
         tick_p99: 99th percentile of a whole control tick [s].
         trial: Duration of the whole trial [s].
+        first_path: Time of the searches until a path was found; None if none
+            was searched or found [s].
     """
 
     solve_mean: float
@@ -89,6 +91,7 @@ class WallTimes:
     tick_p50: float
     tick_p99: float
     trial: float
+    first_path: float | None = None
 
 
 @dc.dataclass(frozen=True)
@@ -120,6 +123,8 @@ class TrialResult:
         problem: Why the scene cannot be used, in one line; empty otherwise.
         joint_time: Time that the straight path of the joints to the given
             goal takes at the velocity limits; None without such a goal [s].
+        first_checks: Number of configurations and motions that were looked at
+            until a path was found; None if none was searched or found.
     """
 
     key: str
@@ -142,6 +147,7 @@ class TrialResult:
     error: str = ""
     problem: str = ""
     joint_time: float | None = None
+    first_checks: int | None = None
 
     def judged(self, rule: str) -> Judgement | None:
         """Returns the judgement by one of `RULES`; None after a crash."""

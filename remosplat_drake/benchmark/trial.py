@@ -35,6 +35,7 @@ from remosplat_drake.benchmark.result import (
     TrialResult,
     WallTimes,
 )
+from remosplat_drake.controller.planning.plan import NO_EFFORT, SearchEffort
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.recording.metrics import path_length, status_counts
 from remosplat_drake.recording.trajectory import Trajectory
@@ -45,7 +46,7 @@ from remosplat_drake.signals.tick_report import BRAKING, RELAXED
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
-TRIAL_VERSION = 2
+TRIAL_VERSION = 3
 """Version of trials, raised whenever one would end differently; part of the
 key."""
 
@@ -147,7 +148,7 @@ def run_trial(trial: Trial) -> TrialResult:
     if problem:
         where = f"{trial.case.file or trial.case.name}: {task.start_field}"
         return dc.replace(describe(trial), problem=f"{where}: {problem}")
-    trajectory = _drive(trial.method, scenario, world, task)
+    trajectory, effort = _drive(trial.method, scenario, world, task)
     judge = _Judge(world.robot, scenario, trajectory, task)
     judgements = {rule: judge.judgement(rule) for rule in RULES}
     return dc.replace(
@@ -155,8 +156,9 @@ def run_trial(trial: Trial) -> TrialResult:
         splat=origin,
         splat_count=0 if splat_W is None else len(splat_W),
         statuses=status_counts(trajectory),
-        times=_wall_times(trajectory, perf_counter() - started),
+        times=_wall_times(trajectory, perf_counter() - started, effort),
         joint_time=_joint_time(world, task),
+        first_checks=None if effort.first_path is None else effort.first_checks,
         **judgements,
     )
 
@@ -220,16 +222,17 @@ def _make_world(
 
 def _drive(
     method: Method, scenario: Scenario, world: World, task: ReachingTask
-) -> Trajectory:
+) -> tuple[Trajectory, SearchEffort]:
     """Runs the closed loop until every rule has held, or time is up."""
     until = _ArrivedByEveryRule(scenario)
     if not method.controller:
         scenario = dc.replace(scenario, targets=[_pose(task.X_WE_target)])
-        return run(build(scenario, world), until=until).trajectory
+        result = run(build(scenario, world), until=until)
+        return result.trajectory, result.search_effort
     X_WT = task.X_WE_target.GetAsMatrix4()
     dt = scenario.control_period
     make = load_controller(method.controller)
-    return drive(
+    trajectory = drive(
         make(world.robot, world.field, X_WT, dt),
         world.robot,
         world.q0,
@@ -238,6 +241,7 @@ def _drive(
         ticks=round(scenario.time_limit / dt),
         until=until,
     )
+    return trajectory, NO_EFFORT
 
 
 def _pose(X: RigidTransform) -> PoseConfig:
@@ -332,7 +336,9 @@ class _Judge:
         return LOCAL_MINIMUM if stalled else TIMEOUT
 
 
-def _wall_times(trajectory: Trajectory, seconds: float) -> WallTimes:
+def _wall_times(
+    trajectory: Trajectory, seconds: float, effort: SearchEffort
+) -> WallTimes:
     def summary(phase: str, statistic) -> float:
         durations = trajectory.timings.get(phase, np.zeros(0))
         return float(statistic(durations)) if len(durations) else 0.0
@@ -343,4 +349,5 @@ def _wall_times(trajectory: Trajectory, seconds: float) -> WallTimes:
         tick_p50=summary("total", np.nanmedian),
         tick_p99=summary("total", lambda x: np.nanpercentile(x, 99)),
         trial=seconds,
+        first_path=effort.first_path,
     )

@@ -17,9 +17,10 @@ from remosplat_drake.timing.depth_cases import depth_cases
 from remosplat_drake.timing.guidance_cases import guidance_cases
 from remosplat_drake.timing.measuring import Timing, measure
 from remosplat_drake.timing.oracle_cases import oracle_cases
+from remosplat_drake.timing.planning_cases import planning_cases
 from remosplat_drake.timing.tick_cases import tick_cases
 
-GROUPS = ("tick", "oracle", "depth", "guidance")
+GROUPS = ("tick", "oracle", "depth", "guidance", "planning")
 """Names of the groups of functions that are timed."""
 
 ON_A_WIRE = {"hardware": run_loops, "faults": run_faults}
@@ -65,6 +66,8 @@ def run(arguments: argparse.Namespace) -> int:
         cases += depth_cases()
     if arguments.group in (None, "guidance"):
         cases += guidance_cases()
+    if arguments.group in (None, "planning"):
+        cases += planning_cases()
     timings = [
         measure(case)
         for case in track(

@@ -271,6 +271,7 @@ def save_result(
         "position_error": result.position_error,
         "angle_error": result.angle_error,
         "unreachable": result.unreachable,
+        "search_effort": dc.asdict(result.search_effort),
         "map": application.world.field.revision,
         **known,
         **dc.asdict(result.metrics),

@@ -47,6 +47,12 @@ class CompositeDistanceField(DistanceField):
         parts = [part.for_planning for part in self.parts]
         return CompositeDistanceField(parts, self.rows)
 
+    @property
+    def compiled(self) -> tuple | None:
+        """The parts' own, if all have one; see `DistanceField.compiled`."""
+        parts = tuple(part.compiled for part in self.parts)
+        return None if None in parts else parts
+
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:

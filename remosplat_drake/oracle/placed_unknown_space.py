@@ -54,10 +54,16 @@ class PlacedUnknownSpace(DistanceField):
         if not self._is_upright:
             over_floor = _without_floor(coverage, X_WG, floor_height)
             self._over_floor = unknown_space_field(over_floor)
-        if not X_WG.IsExactlyIdentity():
+        self._is_in_W = X_WG.IsExactlyIdentity()
+        if not self._is_in_W:
             pose = hashlib.sha256(X_WG.GetAsMatrix34().tobytes())
             pose.update(repr(floor_height).encode())
             self.revision += f"@{pose.hexdigest()[:8]}"
+
+    @property
+    def for_planning(self) -> DistanceField:
+        """The grid itself where G is W; see `DistanceField.for_planning`."""
+        return self._field if self._is_in_W else self
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf

@@ -6,12 +6,15 @@ not unique (the centre of a box, the axis of a cylinder) a fixed choice is
 made, so that equal queries get equal answers.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.signals.compiled_map import answers
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 ROWS = ("closest", "per_primitive")
@@ -39,21 +42,12 @@ class SignedDistanceField(DistanceField):
         self.scene = scene
         self.rows = rows
         self.revision = f"signed-distance-{scene.content_hash}-{rows}"
-        primitives = scene.primitives
-        k = len(primitives)
-        self._is_box = np.array([isinstance(p, Box) for p in primitives], bool)
-        self._top = np.array([p.top for p in primitives], float)
-        self._p_WP = np.zeros((k, 3))
-        self._R_WP = np.zeros((k, 3, 3))
-        self._size = np.zeros((k, 3))
-        for i, p in enumerate(primitives):
-            self._p_WP[i] = p.X_WP.translation()
-            self._R_WP[i] = p.X_WP.rotation().matrix()
-            self._size[i] = (
-                p.half_extents
-                if isinstance(p, Box)
-                else (p.radius, p.radius, p.half_height)
-            )
+        self._primitives = _primitives(scene)
+
+    @property
+    def compiled(self) -> "Primitives":
+        """The primitives' arrays; see `DistanceField.compiled`."""
+        return self._primitives
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
@@ -63,15 +57,50 @@ class SignedDistanceField(DistanceField):
             np.ascontiguousarray(spheres.p_WS, np.float64),
             np.ascontiguousarray(spheres.radius, np.float64),
             np.ascontiguousarray(spheres.ignore_below, np.float64),
-            self._is_box,
-            self._size,
-            self._R_WP,
-            self._p_WP,
-            self._top,
+            self._primitives,
             max_distance,
             self.rows == "closest",
         )
         return Clearances(sphere, distance, direction_W, p_WC, self.revision)
+
+
+class Primitives(NamedTuple):
+    """Boxes and cylinders as kernels take them.
+
+    Attributes:
+        is_box: Which are boxes, shape (k,).
+        size: Half extents of boxes; radius, radius and half height of
+            cylinders, shape (k, 3) [m].
+        R_WP: Orientations, shape (k, 3, 3).
+        p_WP: Centres in W, shape (k, 3) [m].
+        top: Heights of their highest points in W, shape (k,) [m].
+    """
+
+    is_box: np.ndarray
+    size: np.ndarray
+    R_WP: np.ndarray
+    p_WP: np.ndarray
+    top: np.ndarray
+
+
+def _primitives(scene: PrimitiveScene) -> Primitives:
+    primitives = scene.primitives
+    size = [
+        p.half_extents
+        if isinstance(p, Box)
+        else (p.radius, p.radius, p.half_height)
+        for p in primitives
+    ]
+    k = len(primitives)
+    return Primitives(
+        np.array([isinstance(p, Box) for p in primitives], bool),
+        np.array(size, float).reshape(k, 3),
+        np.array(
+            [p.X_WP.rotation().matrix() for p in primitives], order="C"
+        ).reshape(k, 3, 3),
+        np.array([p.X_WP.translation() for p in primitives]).reshape(k, 3),
+        np.array([p.top for p in primitives], float),
+    )
 
 
 @njit(cache=True)
@@ -119,16 +148,17 @@ def cylinder_distance(x, y, z, size):
 
 
 @njit(cache=True)
-def _primitive_distance(p_WS, is_box, size, R_WP, p_WP):
+def _primitive_distance(p_WS, primitives, j):
     """Signed distance of a point to one primitive, and its gradient in W."""
+    R_WP, p_WP = primitives.R_WP[j], primitives.p_WP[j]
     x, y, z = p_WS[0] - p_WP[0], p_WS[1] - p_WP[1], p_WS[2] - p_WP[2]
     px = R_WP[0, 0] * x + R_WP[1, 0] * y + R_WP[2, 0] * z
     py = R_WP[0, 1] * x + R_WP[1, 1] * y + R_WP[2, 1] * z
     pz = R_WP[0, 2] * x + R_WP[1, 2] * y + R_WP[2, 2] * z
-    if is_box:
-        d, gx, gy, gz = box_distance(px, py, pz, size)
+    if primitives.is_box[j]:
+        d, gx, gy, gz = box_distance(px, py, pz, primitives.size[j])
     else:
-        d, gx, gy, gz = cylinder_distance(px, py, pz, size)
+        d, gx, gy, gz = cylinder_distance(px, py, pz, primitives.size[j])
     return (
         d,
         R_WP[0, 0] * gx + R_WP[0, 1] * gy + R_WP[0, 2] * gz,
@@ -137,20 +167,37 @@ def _primitive_distance(p_WS, is_box, size, R_WP, p_WP):
     )
 
 
+@njit(cache=True, nogil=True)
+def query(primitives, spheres, answer):
+    """Finds the primitive that is nearest to each sphere's centre.
+
+    Args:
+        primitives: The `Primitives`.
+        spheres: (n, 5): centre p_WS, the distance from the centre that an
+            answer must undercut, and the height below which primitives are
+            unseen.
+        answer: (n, 8); the first column is filled with the primitive's number
+            or -1, the second with its signed distance from the centre.
+    """
+    for i in range(len(answer)):
+        answer[i, 0] = -1.0
+        least = spheres[i, 3]
+        for j in range(len(primitives.is_box)):
+            if primitives.top[j] <= spheres[i, 4]:
+                continue
+            d, _, _, _ = _primitive_distance(spheres[i], primitives, j)
+            if d < least:
+                least = d
+                answer[i, 0] = j
+                answer[i, 1] = d
+
+
+answers(Primitives, query)
+
+
 @njit(cache=True)
-def _clearances(
-    p_WS,
-    radius,
-    ignore_below,
-    is_box,
-    size,
-    R_WP,
-    p_WP,
-    top,
-    max_distance,
-    closest,
-):
-    n, k = len(p_WS), len(is_box)
+def _clearances(p_WS, radius, ignore_below, primitives, max_distance, closest):
+    n, k = len(p_WS), len(primitives.is_box)
     capacity = n if closest else n * k
     sphere = np.empty(capacity, np.int64)
     distance = np.empty(capacity)
@@ -160,11 +207,9 @@ def _clearances(
     for i in range(n):
         first_of_sphere = rows
         for j in range(k):
-            if top[j] <= ignore_below[i]:
+            if primitives.top[j] <= ignore_below[i]:
                 continue
-            d, gx, gy, gz = _primitive_distance(
-                p_WS[i], is_box[j], size[j], R_WP[j], p_WP[j]
-            )
+            d, gx, gy, gz = _primitive_distance(p_WS[i], primitives, j)
             row = rows
             if closest and rows > first_of_sphere:
                 row = first_of_sphere

@@ -118,6 +118,11 @@ class SphereToEllipsoidField(DistanceField):
         return {name: getattr(self._tree, name) for name in names}
 
     @property
+    def compiled(self) -> SplatTree:
+        """The splats and their hierarchy; see `DistanceField.compiled`."""
+        return self._tree
+
+    @property
     def num_splats(self) -> int:
         """Number of splats that are opaque enough to count."""
         return len(self._tree.records)
@@ -175,8 +180,6 @@ class SphereToEllipsoidField(DistanceField):
         if not finite or np.isnan(question[:, 3:]).any():
             raise ValueError("a sphere's centre, radius or floor is undefined")
         answer = np.full((len(spheres), 8), -1.0)
-        if self.num_splats == 0:
-            return answer
         if self._num_threads == 1:
             query(self._tree, question, answer)
             return answer

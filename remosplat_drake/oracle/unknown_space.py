@@ -82,6 +82,11 @@ class UnknownSpaceField(DistanceField):
             "children": self._octree.children,
         }
 
+    @property
+    def compiled(self) -> VoxelOctree:
+        """The voxels and their octree; see `DistanceField.compiled`."""
+        return self._octree
+
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:

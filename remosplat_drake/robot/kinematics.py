@@ -208,19 +208,20 @@ def body_poses(parent, kind, axis_F, X_PF, X_MB, position, offset, q):
     X_FM = np.zeros((4, 4))
     scratch = np.zeros((4, 4))
     for i in range(1, b):
-        _compose(X_WB[parent[i]], X_PF[i], X_WF[i])
+        compose(X_WB[parent[i]], X_PF[i], X_WF[i])
         if kind[i] == FIXED:
-            _compose(X_WF[i], X_MB[i], X_WB[i])
+            compose(X_WF[i], X_MB[i], X_WB[i])
             continue
         value = q[position[i]] if position[i] >= 0 else offset[i]
-        _joint_pose(kind[i], axis_F[i], value, X_FM)
-        _compose(X_WF[i], X_FM, scratch)
-        _compose(scratch, X_MB[i], X_WB[i])
+        joint_pose(kind[i], axis_F[i], value, X_FM)
+        compose(X_WF[i], X_FM, scratch)
+        compose(scratch, X_MB[i], X_WB[i])
     return X_WB, X_WF
 
 
 @njit(cache=True)
-def _compose(X_AB, X_BC, X_AC):
+def compose(X_AB, X_BC, X_AC):
+    """Writes the product of two poses, shape (4, 4) each, into a third."""
     for r in range(3):
         for c in range(4):
             total = X_AB[r, 3] if c == 3 else 0.0
@@ -232,8 +233,15 @@ def _compose(X_AB, X_BC, X_AC):
 
 
 @njit(cache=True)
-def _joint_pose(kind, axis, value, X):
-    """Rodrigues' formula, or a slide along the axis."""
+def joint_pose(kind, axis, value, X):
+    """Writes the pose X_FM of a joint, by Rodrigues' formula or as a slide.
+
+    Args:
+        kind: REVOLUTE or PRISMATIC.
+        axis: Axis in F, a unit vector, shape (3,).
+        value: Angle or way [rad, m].
+        X: The pose, shape (4, 4), filled in.
+    """
     X[:, :] = 0.0
     X[3, 3] = 1.0
     if kind == PRISMATIC:

@@ -21,6 +21,7 @@ from remosplat_drake.robot.robot_description import (
     RobotDescription,
     load_robot_description,
 )
+from remosplat_drake.robot.serial_chain import SerialChain
 from remosplat_drake.robot.sphere_model import (
     SphereModel,
     Spheres,
@@ -338,25 +339,22 @@ class RobotModel:
 
     @cached_property
     def arrays(self) -> tuple:
-        """The arrays that kernels of verification take.
+        """The arrays that kernels of verification and planning take.
 
         They are the arguments of `kinematics.body_poses` before q; then, of
         each sphere, the body, the centre in it and the radius; then
-        `hessian_bound`.
+        `hessian_bound`; then the height below which each sphere sees nothing.
         """
         spheres = self._body_S, self._p_LS, self._radius
-        return self._tree_arrays, *spheres, self.hessian_bound
+        bound, floor = self.hessian_bound, self._ignore_below
+        return self._tree_arrays, *spheres, bound, floor
 
     @cached_property
-    def arm_arrays(self) -> tuple:
-        """The arrays that inverse kinematics of the arm take.
-
-        They are the arguments of `kinematics.body_poses` before q; the end
-        effector's body and its pose in that; and the bodies that the arm's
-        joints move.
-        """
-        joints = self._screw_body[self.n_base :]
-        return self._tree_arrays, self._body_E, self._X_LE, joints
+    def chain_to_end_effector(self) -> SerialChain:
+        """The joints that move the end effector, one after the other."""
+        return SerialChain.make(
+            self.tree, self._body_E, self._X_LE, len(self.home)
+        )
 
     @cached_property
     def jacobian_bound(self) -> np.ndarray:

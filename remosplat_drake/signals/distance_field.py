@@ -145,6 +145,14 @@ class DistanceField(ABC):
         """
         return self
 
+    @property
+    def compiled(self) -> tuple | None:
+        """What kernels ask by `compiled_map.ask`; None if only Python can.
+
+        Motions are planned several times faster where there is something.
+        """
+        return None
+
     @abstractmethod
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf

@@ -20,7 +20,12 @@ from remosplat_drake.controller.guidance.rollout import (
     step_rollout,
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
-from remosplat_drake.controller.planning.motion_planner import Plan
+from remosplat_drake.controller.planning.plan import (
+    NO_EFFORT,
+    Plan,
+    SearchEffort,
+)
+from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
 from remosplat_drake.signals.distance_field import DistanceField
 
 IDLE = 1.0
@@ -57,6 +62,10 @@ class Selection:
             arrives.
         unreachable: Why no path leads to the target as far as is known, for
             people; empty if one does or none was searched.
+        effort: What all searches since the start of the run have cost.
+        found: Corners of the paths that were found to the present target on
+            the present map.
+        roadmap: Corners of those that were found before.
         finished: Finished rollouts of the present round, the first of them
             with the guidance that is followed.
         latest: Rollouts of the latest complete round.
@@ -81,6 +90,9 @@ class Selection:
     plans: tuple[Plan, ...] = ()
     failures: int = 0
     unreachable: str = ""
+    effort: SearchEffort = NO_EFFORT
+    found: tuple[np.ndarray, ...] = ()
+    roadmap: Roadmap = NO_ROADMAP
     finished: tuple[Rollout, ...] = ()
     latest: tuple[Rollout, ...] = ()
     idle_until: float = -np.inf
@@ -182,15 +194,22 @@ def on_the_same_world(
     """
     known = selection.X_WT
     if known is None or not np.array_equal(known, X_WT):
-        start = start_selection(rule)
-        return dc.replace(
-            start, revision=revision, X_WT=X_WT, reason="new target"
-        )
-    if selection.revision != revision:
-        return Selection(
-            selection.guidance, "new map", revision=revision, X_WT=X_WT
-        )
-    return selection
+        guidance, reason = rule.start, "new target"
+    elif selection.revision != revision:
+        guidance, reason = selection.guidance, "new map"
+    else:
+        return selection
+    roadmap = selection.roadmap
+    for corners in selection.found:
+        roadmap = roadmap.with_path(corners)
+    return Selection(
+        guidance,
+        reason,
+        effort=selection.effort,
+        roadmap=roadmap,
+        revision=revision,
+        X_WT=X_WT,
+    )
 
 
 def _file(
@@ -250,7 +269,10 @@ def _planned(
     if motions is None or selection.failures >= motions.config.attempts:
         return selection, ()
     assert selection.X_WT is not None
-    guidance = None
+    guidance, effort, found = None, selection.effort, selection.found
+    # What is remembered is no news to who has tried it or failed beside it.
+    again = selection.failures or found
+    roadmap = NO_ROADMAP if again else selection.roadmap
     while guidance is None and len(plans) < len(rule.tiers):
         guidance, plan = rule.planned(
             q,
@@ -259,9 +281,12 @@ def _planned(
             len(plans),
             selection.failures,
             interrupted,
+            roadmap,
         )
-        plans = (*plans, plan)
-    selection = dc.replace(selection, plans=plans)
+        plans, effort = (*plans, plan), effort.with_plan(plan)
+        if plan.path is not None:
+            found = (*found, plan.path.q)
+    selection = dc.replace(selection, plans=plans, effort=effort, found=found)
     return selection, () if guidance is None else (guidance,)
 
 
@@ -316,6 +341,9 @@ def _end_round(
         idle_until=idle_until,
         hopeless_at=hopeless_at,
         **_searched(selection, arrives=hopeless_at is None),
+        effort=selection.effort,
+        found=selection.found,
+        roadmap=selection.roadmap,
         revision=selection.revision,
         X_WT=selection.X_WT,
     )

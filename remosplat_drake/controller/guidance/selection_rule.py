@@ -13,9 +13,10 @@ from remosplat_drake.controller.guidance.planner import (
 )
 from remosplat_drake.controller.planning.motion_planner import (
     MotionPlanner,
-    Plan,
     can_plan,
 )
+from remosplat_drake.controller.planning.plan import Plan
+from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.solvers import make_solver
 from remosplat_drake.robot.pose_error import PoseError
@@ -69,6 +70,7 @@ class SelectionRule:
         tier: int,
         attempt: int,
         interrupted: Callable[[], bool] = lambda: False,
+        roadmap: Roadmap = NO_ROADMAP,
     ) -> tuple[Guidance | None, Plan]:
         """Searches a path that keeps the stopping distance of a tier.
 
@@ -79,6 +81,7 @@ class SelectionRule:
             tier: Index of the tier.
             attempt: Number of rounds of searches before this one.
             interrupted: Function that tells whether to give up at once.
+            roadmap: Corners of earlier paths, which are tried first.
 
         Returns:
             The guidance along the path, None without one, and what the search
@@ -86,7 +89,9 @@ class SelectionRule:
         """
         assert self.motions is not None
         stopping = self.tiers[tier]
-        plan = self.motions.plan(q, X_WT, field, stopping, attempt, interrupted)
+        plan = self.motions.plan(
+            q, X_WT, field, stopping, attempt, interrupted, roadmap
+        )
         if plan.path is None:
             return None, plan
         guidance = Guidance(

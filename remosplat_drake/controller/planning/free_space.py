@@ -2,6 +2,10 @@
 
 import numpy as np
 
+from remosplat_drake.controller.planning.kernels.map_looks import (
+    is_off_the_map,
+    keeps_off_the_map,
+)
 from remosplat_drake.controller.planning.kernels.self_looks import (
     keeps_off_itself,
 )
@@ -78,6 +82,7 @@ class FreeSpace:
         self.stopping, self.backing = stopping, backing
         self.lower, self.upper = bounds
         self._own = self_clearance
+        self._compiled = field.compiled
         self._known: dict[bytes, np.ndarray] = {}
         self.checks = 0
         self._level = np.full(len(robot.spheres), stopping)
@@ -154,12 +159,11 @@ class FreeSpace:
         u = held_command(robot, a, b)
         travel = float((robot.jacobian_bound @ np.abs(u)).max())
         looks = max(1, round(travel / _LOOK))
-        times = np.linspace(0.0, 1.0, looks + 1)[1:]
-        path = StoppingPath(robot, a, u, times)
         spheres = robot.spheres_at(a)
+        motion = a, u, robot.n_base
         if own is not None and not keeps_off_itself(
             robot.arrays,
-            (a, u, robot.n_base),
+            motion,
             (
                 own.pairs.first,
                 own.pairs.second,
@@ -171,8 +175,18 @@ class FreeSpace:
             _BLINK,
         ):
             return False
+        if self._compiled is not None:
+            return keeps_off_the_map(
+                robot.arrays,
+                motion,
+                self._level,
+                self._compiled,
+                looks,
+                TOLERANCE,
+            )
+        times = np.linspace(0.0, 1.0, looks + 1)[1:]
         return keeps_off_the_scene(
-            path,
+            StoppingPath(robot, a, u, times),
             self.field,
             spheres.p_WS,
             self._clearance(a),
@@ -182,6 +196,10 @@ class FreeSpace:
 
     def _keeps_off(self, q: np.ndarray) -> bool:
         """Tells whether all spheres keep their distances from the scene."""
+        if self._compiled is not None:
+            return is_off_the_map(
+                self.robot.arrays, q, self._level, self._compiled
+            )
         if q.tobytes() in self._known:
             return bool((self._clearance(q) >= self._level).all())
         # Who asks for no more than that gets a quick answer.

@@ -75,25 +75,23 @@ def goal_configurations(
         most: Largest number of goal configurations.
         rng: Source of the seeds.
     """
-    found = np.zeros((0, len(q)))
-    rooms = np.zeros((0, len(space.robot.spheres)))
-    tried, free = 0, np.zeros(0, bool)
+    found, free = np.zeros((0, len(q))), np.zeros(0, bool)
+    tried = 0
     while tried < seeds and free.sum() < most:
         count = min(_ROUND, seeds - tried)
         more = _reaching(space, X_WT, q, count, rng, with_own=not tried)
-        more_rooms = space.rooms(more, _ENOUGH)
         found = np.concatenate([found, more])
-        rooms = np.concatenate([rooms, more_rooms])
-        more_free = (more_rooms >= 0.0).all(axis=1)
-        keeps_off = [(space.own_rooms(x) >= 0.0).all() for x in more]
-        free = np.concatenate([free, more_free & np.array(keeps_off, bool)])
+        free = np.concatenate([free, [space.is_free(x) for x in more]])
+        free = free.astype(bool)
         tried += count
     if free.any():
-        best, least = found[free], rooms[free].min(axis=1)
+        best = found[free]
+        least = space.rooms(best, _ENOUGH).min(axis=1)
         order = np.argsort(_price(space, best, least, q), kind="stable")
         return GoalConfigurations(best[order[:most]], tried, len(found))
     if not len(found):
         return GoalConfigurations(found, tried, 0)
+    rooms = space.rooms(found, _ENOUGH)
     best = int(np.argmax(rooms.min(axis=1)))
     sphere = int(np.argmin(rooms[best]))
     missing = max(-float(rooms[best, sphere]), 0.0)
@@ -145,13 +143,9 @@ def reach(
         Where each seed has led to, shape (k, n_q), and how far that is from
         the target, angles weighed by 0.3 m, shape (k,) [m].
     """
-    tree, body_E, X_LE, joints = robot.arm_arrays
     return reach_from(
-        tree,
-        body_E,
-        X_LE,
+        robot.chain_to_end_effector,
         np.ascontiguousarray(X_WT),
-        joints,
         *bounds,
         seeds,
         steps,

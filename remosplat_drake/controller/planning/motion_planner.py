@@ -4,6 +4,7 @@ import dataclasses as dc
 import importlib.util
 import math
 from collections.abc import Callable
+from time import perf_counter
 
 import numpy as np
 
@@ -13,7 +14,9 @@ from remosplat_drake.controller.planning.goal_configurations import (
     goal_configurations,
 )
 from remosplat_drake.controller.planning.path import Path
+from remosplat_drake.controller.planning.plan import Plan
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
+from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
 from remosplat_drake.controller.planning.stretches import driven_corners
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.robot.robot_model import RobotModel
@@ -26,23 +29,6 @@ _ROAM = 2.0
 def can_plan() -> bool:
     """Tells whether OMPL is installed, which searches the paths."""
     return importlib.util.find_spec("ompl") is not None
-
-
-@dc.dataclass(frozen=True, eq=False)
-class Plan:
-    """What a search has come to.
-
-    Attributes:
-        path: The path; None if none was found.
-        reason: Why there is none, for people; empty if there is one.
-        checks: Number of configurations and motions that were looked at.
-        goals: Number of goal configurations.
-    """
-
-    path: Path | None
-    reason: str
-    checks: int
-    goals: int
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -68,6 +54,7 @@ class MotionPlanner:
         stopping: float,
         attempt: int = 0,
         interrupted: Callable[[], bool] = lambda: False,
+        roadmap: Roadmap = NO_ROADMAP,
     ) -> Plan:
         """Searches a path to a target; equal calls find equal paths.
 
@@ -79,7 +66,24 @@ class MotionPlanner:
             attempt: Number of searches before; another one draws other
                 numbers.
             interrupted: Function that tells whether to give up at once.
+            roadmap: Corners of earlier paths, which are tried first.
         """
+        started = perf_counter()
+        plan = self._plan(
+            q, X_WT, field, stopping, attempt, interrupted, roadmap
+        )
+        return dc.replace(plan, seconds=perf_counter() - started)
+
+    def _plan(
+        self,
+        q: np.ndarray,
+        X_WT: np.ndarray,
+        field: DistanceField,
+        stopping: float,
+        attempt: int,
+        interrupted: Callable[[], bool],
+        roadmap: Roadmap,
+    ) -> Plan:
         # Only who searches needs OMPL.
         from remosplat_drake.controller.planning.search import Search
         from remosplat_drake.controller.planning.stages import staged_path
@@ -109,8 +113,8 @@ class MotionPlanner:
             seed,
             interrupted,
         )
-        corners = None
-        if self.robot.n_base:
+        corners = roadmap.path_between(space, start, goals.q)
+        if corners is None and self.robot.n_base:
             corners = staged_path(search, goals.q)
         if corners is None:
             last = space.checks + budget

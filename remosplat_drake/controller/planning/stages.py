@@ -77,16 +77,19 @@ def tucked_arm(space: FreeSpace, q: np.ndarray, seed: int) -> np.ndarray:
         space.lower[arm], space.upper[arm], (_DRAWS, len(robot.home))
     )
     draws[0, arm] = robot.home
-    out = [_sticks_out(space, x) for x in draws]
+    out = _stick_out(space, draws)
     for k in np.argsort(out, kind="stable"):
         if space.is_free(draws[k]):
             return draws[k, arm]
     return q[arm]
 
 
-def _sticks_out(space: FreeSpace, q: np.ndarray) -> float:
-    """Measures how far spheres are from the base's vertical axis [m]."""
-    spheres = space.robot.spheres_at(q)
-    return float(
-        (np.hypot(*(spheres.p_WS[:, :2] - q[:2]).T) + spheres.radius).max()
+def _stick_out(space: FreeSpace, q: np.ndarray) -> np.ndarray:
+    """Measures how far spheres are from the base's vertical axis, (k,) [m]."""
+    robot = space.robot
+    k, n = len(q), len(robot.spheres)
+    spheres = robot.place_spheres(
+        q, np.repeat(np.arange(k), n), np.tile(np.arange(n), k)
     )
+    away = spheres.p_WS[:, :2] - np.repeat(q[:, :2], n, axis=0)
+    return (np.hypot(*away.T) + spheres.radius).reshape(k, n).max(axis=1)

@@ -20,6 +20,7 @@ from remosplat_drake.oracle.kernels.ellipsoid_distance import (
     closest_on_disc,
     closest_on_ellipsoid,
 )
+from remosplat_drake.signals.compiled_map import answers
 from remosplat_drake.splat.bvh import MAX_DEPTH, leaf_range
 
 _SLACK = 1.0 + 1e-12
@@ -69,6 +70,9 @@ def query(tree, spheres, answer):
     _query_range(tree, spheres, answer, 0, len(answer))
 
 
+answers(SplatTree, query)
+
+
 @njit(cache=True, parallel=True)
 def query_parallel(tree, spheres, answer):
     """Finds the nearest splat of every sphere, on several threads.
@@ -107,6 +111,9 @@ def query_every_splat(records, is_surfel, steps, spheres, answer):
 
 @njit(cache=True, nogil=True)
 def _query_range(tree, spheres, answer, start, stop):
+    if len(tree.records) == 0:
+        answer[start:stop, 0] = -1.0
+        return
     stack = np.empty(MAX_DEPTH + 1, np.int64), np.empty(MAX_DEPTH + 1)
     place = -1
     for i in range(start, stop):

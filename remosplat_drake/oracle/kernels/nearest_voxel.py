@@ -9,7 +9,8 @@ import math
 import numpy as np
 from numba import njit
 
-from remosplat_drake.oracle.voxel_octree import SEEN, UNSEEN
+from remosplat_drake.oracle.voxel_octree import SEEN, UNSEEN, VoxelOctree
+from remosplat_drake.signals.compiled_map import answers
 
 _kernel = njit(cache=True, nogil=True)
 
@@ -49,6 +50,9 @@ def query(grid, spheres, answer):
             start = limit * limit, (-1, -1, -1)
             found = _nearest(grid, p, first, UNSEEN, start, nodes, squares)
             _write_answer(grid, p, found, 1.0, limit, answer[row])
+
+
+answers(VoxelOctree, query)
 
 
 @_kernel

@@ -1,21 +1,35 @@
 """What is free, held against looking very often."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.controller.verification.verify import TOLERANCE
+from remosplat_drake.signals.distance_field import DistanceField
 
 STOPPING = 0.02
 JOINTS = st.tuples(*[st.floats(-limit, limit) for limit in (1.9, 2.4, 2.9)])
 
 
-def space_of(maze, own=None) -> FreeSpace:
+class OnlyPython(DistanceField):
+    """A field whose answers no kernel can ask for, as one from outside."""
+
+    def __init__(self, field: DistanceField):
+        self._field = field
+        self.revision = field.revision
+
+    def clearances(self, spheres, max_distance=np.inf):
+        return self._field.clearances(spheres, max_distance)
+
+
+def space_of(maze, kind=None) -> FreeSpace:
     robot = maze.robot
+    field = maze.field if kind is None else kind(maze.field)
     bounds = robot.position_lower, robot.position_upper
-    return FreeSpace(robot, maze.field, STOPPING, own, bounds, maze.q)
+    return FreeSpace(robot, field, STOPPING, None, bounds, maze.q)
 
 
 def least_clearance(maze, a, b) -> float:
@@ -26,11 +40,12 @@ def least_clearance(maze, a, b) -> float:
     )
 
 
+@pytest.mark.parametrize("kind", [None, OnlyPython])
 @settings(max_examples=60, deadline=None)
 @given(a=JOINTS, b=JOINTS)
-def test_motions_are_judged_as_by_looking_very_often(maze, a, b):
+def test_motions_are_judged_as_by_looking_very_often(maze, kind, a, b):
     a, b = np.array(a), np.array(b)
-    space = space_of(maze)
+    space = space_of(maze, kind)
     if not space.is_free(a):
         assert least_clearance(maze, a, a) < STOPPING
         return

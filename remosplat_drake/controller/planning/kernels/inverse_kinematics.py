@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
-from remosplat_drake.robot.kinematics import REVOLUTE, body_poses
+from remosplat_drake.robot.kinematics import REVOLUTE, compose, joint_pose
 
 _LENGTH = 0.3
 """Length by which angles of the pose error are weighed [m]."""
@@ -18,19 +18,13 @@ _LONGEST_STEP = 0.5
 """Largest change of a joint in one step [rad, m]."""
 
 
-@njit(cache=True)
-def reach_from(
-    tree, body_E, X_LE, X_WT, joints, lower, upper, seeds, steps, tolerance
-):
+@njit(cache=True, nogil=True)
+def reach_from(chain, X_WT, lower, upper, seeds, steps, tolerance):
     """Solves for configurations that bring E to T, from each of k seeds.
 
     Args:
-        tree: The arguments of `kinematics.body_poses` before q.
-        body_E: Index of the body that carries the end effector.
-        X_LE: Pose of the end effector E in that body, shape (4, 4).
+        chain: The robot's joints as a `SerialChain`.
         X_WT: Pose of the target T in W, shape (4, 4).
-        joints: Bodies that the arm's joints move, in the order of q's last
-            entries, shape (n_arm,).
         lower: Lower bounds of q, shape (n_q,) [rad, m].
         upper: Upper bounds of q, shape (n_q,) [rad, m].
         seeds: Configurations to start from, shape (k, n_q); what carries the
@@ -45,20 +39,23 @@ def reach_from(
     """
     q = seeds.copy()
     error = np.empty(len(q))
-    n = len(joints)
-    first = q.shape[1] - n
-    J = np.empty((6, n))
+    first = len(chain.kind) - chain.arm
+    X_WF = np.zeros((len(chain.kind), 4, 4))
+    X_WE = np.zeros((4, 4))
+    J = np.empty((6, chain.arm))
     e = np.empty(6)
-    step = np.empty(n)
+    step = np.empty(chain.arm)
+    L = np.zeros((6, 6))
     for k in range(len(q)):
         damping = 0.05
         before = np.inf
         for i in range(steps + 1):
-            X_WL, X_WF = body_poses(*tree, q[k])  # pyright: ignore
-            _error_and_jacobian(
-                tree, X_WL[body_E], X_WF, X_LE, X_WT, joints, e, J
-            )
-            size = math.sqrt(np.sum(e * e))
+            _place(chain, q[k], X_WF, X_WE)
+            _pose_error(X_WE, X_WT, e)
+            size = 0.0
+            for r in range(6):
+                size += e[r] * e[r]
+            size = math.sqrt(size)
             error[k] = size
             if size < tolerance or i == steps:
                 break
@@ -66,35 +63,38 @@ def reach_from(
             damping = 0.5 * damping if size < before else 4.0 * damping
             damping = min(max(damping, 1e-4), 0.5)
             before = size
-            _damped_step(J, e, damping, step)
-            longest = np.abs(step).max()
-            scale = min(1.0, _LONGEST_STEP / longest)
-            for j in range(n):
-                value = q[k, first + j] + scale * step[j]
-                value = min(max(value, lower[first + j]), upper[first + j])
-                q[k, first + j] = value
+            _jacobian(chain, X_WF, X_WE, J)
+            _damped_step(J, e, damping, L, step)
+            longest = _LONGEST_STEP
+            for j in range(chain.arm):
+                longest = max(longest, abs(step[j]))
+            scale = _LONGEST_STEP / longest
+            for j in range(chain.arm):
+                entry = chain.position[first + j]
+                value = q[k, entry] + scale * step[j]
+                q[k, entry] = min(max(value, lower[entry]), upper[entry])
     return q, error
 
 
-@njit(cache=True)
-def _error_and_jacobian(tree, X_WL, X_WF, X_LE, X_WT, joints, e, J):
-    """Fills in the weighed pose error e and the Jacobian of the arm J."""
-    p = np.empty(3)
-    R = np.zeros((3, 3))  # From E to T, in W.
+@njit(cache=True, nogil=True)
+def _place(chain, q, X_WF, X_WE):
+    """Fills in the poses of the joints' inboard frames and of E."""
+    X_FM, X_WM = np.zeros((4, 4)), np.eye(4)
+    for j in range(len(chain.kind)):
+        compose(X_WM, chain.X_MF[j], X_WF[j])
+        joint_pose(chain.kind[j], chain.axis_F[j], q[chain.position[j]], X_FM)
+        compose(X_WF[j], X_FM, X_WM)
+    compose(X_WM, chain.X_ME, X_WE)
+
+
+@njit(cache=True, nogil=True)
+def _pose_error(X_WE, X_WT, e):
+    """Fills in the weighed pose error from E to T, in W."""
+    R = np.zeros((3, 3))
     for r in range(3):
-        p[r] = X_WL[r, 3]
         for c in range(3):
-            p[r] += X_WL[r, c] * X_LE[c, 3]
-    R_WE = np.empty((3, 3))
-    for r in range(3):
-        for c in range(3):
-            R_WE[r, c] = 0.0
             for k in range(3):
-                R_WE[r, c] += X_WL[r, k] * X_LE[k, c]
-    for r in range(3):
-        for c in range(3):
-            for k in range(3):
-                R[r, c] += X_WT[r, k] * R_WE[c, k]
+                R[r, c] += X_WT[r, k] * X_WE[c, k]
     x = 0.5 * (R[2, 1] - R[1, 2])
     y = 0.5 * (R[0, 2] - R[2, 0])
     z = 0.5 * (R[1, 0] - R[0, 1])
@@ -103,22 +103,28 @@ def _error_and_jacobian(tree, X_WL, X_WF, X_LE, X_WT, joints, e, J):
     factor = 1.0
     if sine > 1e-9:
         factor = math.atan2(sine, cosine) / sine
-    for r in range(3):
-        e[3 + r] = X_WT[r, 3] - p[r]
     e[0] = _LENGTH * factor * x
     e[1] = _LENGTH * factor * y
     e[2] = _LENGTH * factor * z
-    kind, axis_F = tree[1], tree[2]
-    for j in range(len(joints)):
-        body = joints[j]
-        X = X_WF[body]
-        a = np.empty(3)
+    for r in range(3):
+        e[3 + r] = X_WT[r, 3] - X_WE[r, 3]
+
+
+@njit(cache=True, nogil=True)
+def _jacobian(chain, X_WF, X_WE, J):
+    """Fills in the Jacobian of the arm, angles weighed as in the error."""
+    first = len(chain.kind) - chain.arm
+    a = np.empty(3)
+    for j in range(chain.arm):
+        X, axis_F = X_WF[first + j], chain.axis_F[first + j]
         for r in range(3):
             a[r] = 0.0
             for c in range(3):
-                a[r] += X[r, c] * axis_F[body, c]
-        if kind[body] == REVOLUTE:
-            dx, dy, dz = p[0] - X[0, 3], p[1] - X[1, 3], p[2] - X[2, 3]
+                a[r] += X[r, c] * axis_F[c]
+        if chain.kind[first + j] == REVOLUTE:
+            dx = X_WE[0, 3] - X[0, 3]
+            dy = X_WE[1, 3] - X[1, 3]
+            dz = X_WE[2, 3] - X[2, 3]
             for r in range(3):
                 J[r, j] = _LENGTH * a[r]
             J[3, j] = a[1] * dz - a[2] * dy
@@ -130,10 +136,9 @@ def _error_and_jacobian(tree, X_WL, X_WF, X_LE, X_WT, joints, e, J):
                 J[3 + r, j] = a[r]
 
 
-@njit(cache=True)
-def _damped_step(J, e, damping, step):
-    """Fills in J' (J J' + damping^2 I)^-1 e."""
-    L = np.zeros((6, 6))
+@njit(cache=True, nogil=True)
+def _damped_step(J, e, damping, L, step):
+    """Fills in J' (J J' + damping^2 I)^-1 e, and the Cholesky factor L."""
     for r in range(6):
         for c in range(r + 1):
             total = damping * damping if r == c else 0.0
@@ -142,8 +147,9 @@ def _damped_step(J, e, damping, step):
             for i in range(c):
                 total -= L[r, i] * L[c, i]
             L[r, c] = math.sqrt(total) if r == c else total / L[c, c]
-    x = e.copy()
+    x = np.empty(6)
     for r in range(6):
+        x[r] = e[r]
         for i in range(r):
             x[r] -= L[r, i] * x[i]
         x[r] /= L[r, r]

@@ -1,0 +1,67 @@
+"""`Plan`: what a search of a path has come to, and what it has cost."""
+
+import dataclasses as dc
+
+from remosplat_drake.controller.planning.path import Path
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Plan:
+    """What a search has come to.
+
+    Attributes:
+        path: The path; None if none was found.
+        reason: Why there is none, for people; empty if there is one.
+        checks: Number of configurations and motions that were looked at.
+        goals: Number of goal configurations.
+        seconds: Wall-clock time of the search [s].
+    """
+
+    path: Path | None
+    reason: str
+    checks: int
+    goals: int
+    seconds: float = 0.0
+
+
+@dc.dataclass(frozen=True)
+class SearchEffort:
+    """What all searches of a run have cost.
+
+    Attributes:
+        searches: Number of searches.
+        checks: Number of configurations and motions that they looked at.
+        seconds: Wall-clock time of them all [s].
+        first_path: Wall-clock time of the searches up to the first path, that
+            one included; None if none was found [s].
+        first_checks: Number of checks up to the first path.
+    """
+
+    searches: int = 0
+    checks: int = 0
+    seconds: float = 0.0
+    first_path: float | None = None
+    first_checks: int = 0
+
+    def with_plan(self, plan: Plan) -> "SearchEffort":
+        """Returns the effort with one search more.
+
+        Args:
+            plan: What the search has come to.
+        """
+        checks, seconds = self.checks + plan.checks, self.seconds + plan.seconds
+        first = {}
+        if self.first_path is None:
+            first["first_checks"] = checks
+            first["first_path"] = None if plan.path is None else seconds
+        return dc.replace(
+            self,
+            searches=self.searches + 1,
+            checks=checks,
+            seconds=seconds,
+            **first,
+        )
+
+
+NO_EFFORT = SearchEffort()
+"""Nothing has been searched."""

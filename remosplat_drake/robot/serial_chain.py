@@ -1,0 +1,72 @@
+"""`SerialChain`: the joints from the world to the end effector, in a row.
+
+Who solves inverse kinematics asks for the end effector alone, thousands of
+times: what is fixed between two joints is then one pose, and other branches of
+the tree are left out.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from remosplat_drake.robot import kinematics as kin
+
+
+class SerialChain(NamedTuple):
+    """The n joints that move an end effector E, the inmost first.
+
+    Attributes:
+        kind: `kinematics.REVOLUTE` or PRISMATIC, shape (n,).
+        position: Entry of q that each joint has, shape (n,).
+        axis_F: Axes in the joints' inboard frames F, shape (n, 3).
+        X_MF: Poses of the joints' frames F in the frame M that the joint
+            before moves, of the first in W, shape (n, 4, 4).
+        X_ME: Pose of E in the frame M of the last joint, shape (4, 4).
+        arm: Number of joints, at the end, that are the arm's.
+    """
+
+    kind: np.ndarray
+    position: np.ndarray
+    axis_F: np.ndarray
+    X_MF: np.ndarray
+    X_ME: np.ndarray
+    arm: int
+
+    @staticmethod
+    def make(
+        tree: kin.KinematicTree, body_E: int, X_LE: np.ndarray, arm: int
+    ) -> "SerialChain":
+        """Makes the chain to an end effector.
+
+        Args:
+            tree: The robot's tree.
+            body_E: Body that carries the end effector.
+            X_LE: Pose of the end effector in that body, shape (4, 4).
+            arm: Number of joints, at the end, that are the arm's.
+        """
+        outward = tree.chain(body_E)
+        joints = [body for body in outward if tree.position[body] >= 0]
+        X_MF, X = [], np.eye(4)
+        for body in outward:
+            X = X @ tree.X_PF[body]
+            if body in joints:
+                X_MF.append(X)
+                X = np.eye(4)
+            elif tree.kind[body] != kin.FIXED:
+                X_FM = np.zeros((4, 4))
+                kin.joint_pose(
+                    tree.kind[body],
+                    tree.axis_F[body],
+                    tree.offset[body],
+                    X_FM,
+                )
+                X = X @ X_FM
+            X = X @ tree.X_MB[body]
+        return SerialChain(
+            tree.kind[joints],
+            tree.position[joints],
+            tree.axis_F[joints],
+            np.array(X_MF),
+            X @ X_LE,
+            arm,
+        )

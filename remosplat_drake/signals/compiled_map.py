@@ -1,0 +1,64 @@
+"""`ask`: distances to a map, for who asks from within a compiled kernel.
+
+A `DistanceField` answers in Python: a whole kernel would come back to it for
+every look. So a field may hand out its arrays, as a named tuple, and the
+kernel that answers by them is found by the tuple's type.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numba import types
+from numba.extending import overload
+
+
+def ask(compiled, question, answer) -> None:
+    """Finds how far a map is from each of n points; for kernels only.
+
+    Args:
+        compiled: The map, as `DistanceField.compiled`.
+        question: Points in W, the distances that an answer must undercut, and
+            the heights below which nothing is seen, shape (n, 5) [m].
+        answer: Filled in, shape (n, 8): less than 0 in the first column where
+            nothing is that near, else the signed distance in the second [m].
+    """
+    raise NotImplementedError("this is called from compiled code")
+
+
+def answers(kind: type, kernel: Callable) -> None:
+    """Makes `ask` call a kernel for a kind of map.
+
+    Args:
+        kind: The named tuple of the map's arrays.
+        kernel: The kernel, with the arguments of `ask`.
+    """
+
+    @overload(ask)
+    def _ask_kind(compiled, question, answer):
+        if getattr(compiled, "instance_class", None) is kind:
+            return lambda compiled, question, answer: kernel(
+                compiled, question, answer
+            )
+
+
+@overload(ask)
+def _ask_all(compiled, question, answer):
+    """Several maps in one: the nearest of their answers."""
+    if not isinstance(compiled, types.UniTuple | types.Tuple):
+        return None
+    if len(compiled) == 1:
+        return lambda compiled, question, answer: ask(
+            compiled[0], question, answer
+        )
+
+    def nearest(compiled, question, answer):
+        ask(compiled[0], question, answer)
+        other = np.empty_like(answer)
+        ask(compiled[1:], question, other)
+        for i in range(len(answer)):
+            nearer = answer[i, 0] < 0.0 or other[i, 1] < answer[i, 1]
+            if other[i, 0] >= 0.0 and nearer:
+                for c in range(answer.shape[1]):
+                    answer[i, c] = other[i, c]
+
+    return nearest

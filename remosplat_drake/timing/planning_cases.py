@@ -1,0 +1,88 @@
+"""What a first path costs: searches on the shipped splats, to many targets.
+
+Targets lie before discs that are drawn at random, the hand pointing at them.
+Those count to which a path is found at once; who has none is not timed.
+"""
+
+import math
+from itertools import cycle
+
+import numpy as np
+
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.world import World, load_world
+from remosplat_drake.controller.planning.motion_planner import (
+    MotionPlanner,
+    can_plan,
+)
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.timing.measuring import Case
+
+SCENARIOS = ("TableReach", "BookshelfReach")
+"""Scenarios in whose splats paths are searched."""
+
+_TARGETS = 60
+"""Number of targets that are drawn in each."""
+
+_HEIGHTS = (0.15, 1.6)
+"""Least and greatest height of a disc that is pointed at [m]."""
+
+_AWAY = (0.08, 0.2)
+"""Least and greatest distance of the hand from it [m]."""
+
+_SECONDS = 15.0
+
+
+def planning_cases() -> list[Case]:
+    """Makes a case for each of `SCENARIOS`; none where OMPL is missing."""
+    return [_case(name) for name in SCENARIOS] if can_plan() else []
+
+
+def _case(name: str) -> Case:
+    scenario = load_scenario(name)
+    world = load_world(scenario)
+    law = ReactiveLaw.make(
+        scenario.controller, world.robot, scenario.control_period
+    )
+    planner = MotionPlanner(
+        world.robot, law.self_clearance, scenario.controller.guidance.planning
+    )
+
+    def plan(X_WT: np.ndarray):
+        return planner.plan(world.q0, X_WT, world.field, law.collision.stopping)
+
+    targets = [X_WT for X_WT in draw_targets(world) if plan(X_WT).path]
+    again = cycle(targets)
+    return Case(
+        f"planning: first path, {name}, {len(targets)} targets",
+        lambda: plan(next(again)),
+        _SECONDS,
+    )
+
+
+def draw_targets(world: World, count: int = _TARGETS, seed: int = 1):
+    """Draws poses of the hand before discs of a world's splat.
+
+    Args:
+        world: The world, with a splat of discs.
+        count: Number of targets.
+        seed: Seed of the draws.
+
+    Returns:
+        The poses X_WT, shape (count, 4, 4).
+    """
+    rng = np.random.default_rng(seed)
+    splat_W = world.splat_W
+    assert splat_W is not None
+    eye = np.array([*world.q0[:2], 1.0])
+    height = splat_W.p_GK[:, 2]
+    within = np.flatnonzero((height > _HEIGHTS[0]) & (height < _HEIGHTS[1]))
+    X_WT = np.tile(np.eye(4), (count, 1, 1))
+    for X, disc in zip(X_WT, rng.choice(within, count), strict=True):
+        p, n = splat_W.p_GK[disc], splat_W.R_GK[disc, :, 2]
+        n = n * math.copysign(1.0, n @ (eye - p))
+        x = np.cross(n, rng.standard_normal(3))
+        x /= np.linalg.norm(x)
+        X[:3, :3] = np.stack([x, np.cross(-n, x), -n], axis=1)
+        X[:3, 3] = p + rng.uniform(*_AWAY) * n
+    return X_WT

@@ -1,0 +1,76 @@
+"""Maps asked from compiled code, held against the same asked from Python."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numba import njit
+
+from remosplat_drake.generation.primitive_surfels import surfel_splat
+from remosplat_drake.generation.scene_generators import generate
+from remosplat_drake.oracle.composite import CompositeDistanceField
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.oracle.unknown_space import UnknownSpaceField
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.compiled_map import ask
+from remosplat_drake.signals.distance_field import DistanceField
+
+
+def fields() -> dict[str, DistanceField]:
+    scene = generate("table", 3)
+    unseen = np.random.default_rng(5).random((9, 8, 7)) < 0.3
+    parts = {
+        "octree": UnknownSpaceField(unseen, np.array([0.2, -0.8, 0.0]), 0.2),
+        "primitives": SignedDistanceField(scene),
+        "splat": SphereToEllipsoidField(surfel_splat(scene)),
+    }
+    nothing = SphereToEllipsoidField(surfel_splat(scene).select([]))
+    return parts | {
+        "all": CompositeDistanceField([*parts.values(), nothing]),
+        "empty splat": nothing,
+    }
+
+
+FIELDS = fields()
+
+
+@njit
+def asked(compiled, question, answer):
+    ask(compiled, question, answer)
+
+
+@pytest.mark.parametrize("name", sorted(FIELDS))
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10_000), reach=st.sampled_from([0.05, 0.4, 5.0]))
+def test_kernels_hear_the_distances_that_python_hears(name, seed, reach):
+    field = FIELDS[name]
+    rng = np.random.default_rng(seed)
+    n = 12
+    spheres = Spheres(
+        rng.uniform([0, -1, -0.2], [2, 1, 1.5], (n, 3)),
+        np.tile(np.eye(3), (n, 1, 1)),
+        rng.uniform(0.02, 0.2, n),
+        np.where(rng.random(n) < 0.3, 0.1, -np.inf),
+    )
+    question = np.column_stack(
+        [spheres.p_WS, spheres.radius + reach, spheres.ignore_below]
+    )
+    answer = np.empty((n, 8))
+    asked(field.compiled, question, answer)
+    distance = np.where(
+        answer[:, 0] >= 0, answer[:, 1] - spheres.radius, np.inf
+    )
+    expected = field.clearances(spheres, reach).per_sphere(n)
+    np.testing.assert_allclose(distance, expected, rtol=0, atol=1e-12)
+
+
+def test_a_composite_with_a_part_that_no_kernel_can_ask_has_none_itself():
+    class OnlyPython(DistanceField):
+        revision = "none"
+
+        def clearances(self, spheres, max_distance=np.inf):
+            raise NotImplementedError
+
+    parts = [FIELDS["splat"], OnlyPython()]
+    assert CompositeDistanceField(parts).compiled is None
