@@ -27,6 +27,9 @@ import numpy as np
 UNKNOWNS = 8
 """theta_A, t_A, s, o."""
 
+VALUES = 14
+"""Numbers that `associate` has for each point."""
+
 NEAR = 0.02
 """Least depth at which a view sees a point [m]."""
 
@@ -126,6 +129,7 @@ def associate(stack, pose, scale, offset, a, b, i, gate, least_cosine, out):
     out[10] = ax
     out[11] = ay
     out[12] = az
+    out[13] = max(2 * (1 - alike), 0.0)
     return True
 
 
@@ -148,7 +152,7 @@ def pair_residuals(
             of a in b and of b in a, shape (m, 2, s / stride, 2) [m]; NaN where
             there is none.
     """
-    values = np.empty(13)
+    values = np.empty(VALUES)
     for k in range(len(pairs)):
         out[k] = np.nan
         for side in range(2):
@@ -189,7 +193,7 @@ def pair_equations(
             matrices, shape (m, 8, 8).
         count: Receives numbers of residuals, shape (m,).
     """
-    value = np.empty(13)
+    value = np.empty(VALUES)
     for k in range(len(pairs)):
         H[k] = 0
         g[k] = 0
@@ -200,7 +204,7 @@ def pair_equations(
         ez = pose[pairs[k, 1], 2, 3] - pose[pairs[k, 0], 2, 3]
         for side in range(2):
             a, b = pairs[k, side], pairs[k, 1 - side]
-            variance = stack.tilt[b] ** 2
+            usual = stack.tilt[b] ** 2
             for point in range(stack.count[a]):
                 if not associate(
                     stack, pose, scale, offset, a, b, point, gate, least_cosine,
@@ -226,7 +230,7 @@ def pair_equations(
                     g[k, j] += v * value[0]
                     for i in range(j, 8):
                         H[k, j, i] += v * value[2 + i]
-                _add_tilt(w * variance, value, tilts[k])
+                _add_tilt(w * max(usual, value[13]), scale, value, tilts[k])
                 count[k] += 1
         for j in range(8):
             for i in range(j):
@@ -235,23 +239,24 @@ def pair_equations(
 
 
 @_kernel
-def _add_tilt(w, value, tilts):
+def _add_tilt(w, scale, value, tilts):
     """Adds w (G G^T - J J^T), the upper half, with J = G n, G = ([p] x, 1)."""
     x, y, z = value[10], value[11], value[12]
-    tilts[0, 0] += w * (y * y + z * z)
-    tilts[1, 1] += w * (x * x + z * z)
-    tilts[2, 2] += w * (x * x + y * y)
-    tilts[0, 1] -= w * x * y
-    tilts[0, 2] -= w * x * z
-    tilts[1, 2] -= w * y * z
-    tilts[0, 4] -= w * z
-    tilts[0, 5] += w * y
-    tilts[1, 3] += w * z
-    tilts[1, 5] -= w * x
-    tilts[2, 3] -= w * y
-    tilts[2, 4] += w * x
+    u = w / (scale * scale)
+    tilts[0, 0] += u * (y * y + z * z)
+    tilts[1, 1] += u * (x * x + z * z)
+    tilts[2, 2] += u * (x * x + y * y)
+    tilts[0, 1] -= u * x * y
+    tilts[0, 2] -= u * x * z
+    tilts[1, 2] -= u * y * z
+    tilts[0, 4] -= u * z
+    tilts[0, 5] += u * y
+    tilts[1, 3] += u * z
+    tilts[1, 5] -= u * x
+    tilts[2, 3] -= u * y
+    tilts[2, 4] += u * x
     for j in range(6):
         if j >= 3:
-            tilts[j, j] += w
+            tilts[j, j] += u
         for i in range(j, 6):
             tilts[j, i] -= w * value[2 + j] * value[2 + i]
