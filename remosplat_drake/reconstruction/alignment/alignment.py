@@ -24,6 +24,7 @@ from remosplat_drake.reconstruction.alignment.odometry_prior import (
     plausible_noise,
 )
 from remosplat_drake.reconstruction.alignment.pair_selection import choose_pairs
+from remosplat_drake.reconstruction.alignment.perturbation import perturbed
 from remosplat_drake.reconstruction.alignment.residual_table import (
     ResidualRow,
     distances_of_pairs,
@@ -59,6 +60,14 @@ _CORRELATION = 10.0
 
 _HELD_OUT = 7
 """Every so many pairs, in order of their distance, only judge."""
+
+_UNTOLD = np.diag([0.0015, 0.001]) ** 2
+"""Covariance of what is wrong with scale and offset [m] beside the noise: noise
+hides that surfaces are curved, and planes in their place lie too deep."""
+
+_PROVEN = 11.8
+"""Scale and offset are refined if chi^2 of two degrees of freedom exceeds this,
+as it does three times in a thousand by chance."""
 
 _CONVERGED = 2e-6
 """Steps below end a level [rad, m]."""
@@ -257,7 +266,25 @@ class _Refinement:
                 if np.abs(step[:-2]).max(initial=0.0) < _CONVERGED:
                     break
         assert result is not None
+        state = self._proven(result, state)
         return self._doubted(result, state, levels[-1]), state
+
+    def _proven(self, result: Posterior, state: State) -> State:
+        """The state, without a scale and offset that could be by chance.
+
+        The poses are then those that go with the depth as it was measured, by
+        the joint normal distribution of all unknowns.
+        """
+        found, C = result.mean[-2:], result.covariance
+        doubt = C[-2:, -2:] + _UNTOLD
+        if (
+            self.config.lengths
+            or found @ np.linalg.solve(doubt, found) > _PROVEN
+        ):
+            return state
+        gain = np.linalg.solve(C[-2:, -2:], C[-2:]).T
+        held = (result.mean - gain @ found)[:-2]
+        return State(perturbed(self.given, held.reshape(-1, 6)))
 
     def _doubted(
         self, result: Posterior, state: State, level: Level

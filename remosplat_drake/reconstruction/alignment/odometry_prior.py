@@ -1,11 +1,14 @@
 r"""What is known of given poses: an odometry with noise and drift.
 
 The error of the pose at time tau, from 0 at the capture's first view to 1 at
-its last one, is white noise, a random walk and a steady drift. Its covariance
-between views i and j is, for each coordinate,
+its last one, is white noise, a random walk, a steady drift and a smooth one,
+whose speed is a random walk (Wahba, "Improper priors, spline smoothing", 1978).
+Its covariance between views i and j is, for each coordinate,
 
-    sigma_white^2 [i = j] + sigma_walk^2 min(tau_i, tau_j)
-        + sigma_steady^2 tau_i tau_j.
+    sigma_white^2 [i = j] + sigma_walk^2 m + sigma_steady^2 tau_i tau_j
+        + sigma_smooth^2 m^2 (3 M - m) / 2
+
+with m and M the smaller and the larger of tau_i and tau_j.
 
 So white noise ties W to the mean of all cameras, and drift to the first ones.
 How large they are is told by the data: the data's equations H x = h and the
@@ -13,7 +16,7 @@ covariance C give the evidence (MacKay, "Bayesian interpolation", 1992)
 
     2 ln p = -ln |I + C H| + h^T (H + C^-1)^-1 h,
 
-which is maximised over the six deviations.
+which is maximised over the eight deviations.
 """
 
 import dataclasses as dc
@@ -25,15 +28,15 @@ from scipy.optimize import minimize
 from remosplat_drake.reconstruction.alignment.cholesky import lower_factor
 
 _KINDS = 4
-"""White noise, random walk, steady drift and smooth drift."""
+"""Of noise: white, random walk, steady drift and smooth drift."""
 
 LEAST = np.repeat([1e-6, 1e-5], _KINDS)
 MOST = np.repeat([0.5, 1.0], _KINDS)
 """Range of the eight deviations [rad, m]."""
 
 
-_REFUTED = 2.0
-"""What makes the data e^2 times less likely is refuted."""
+_REFUTED = 4.6
+"""What makes the data a hundred times less likely, by ln 100, is refuted."""
 
 
 @dc.dataclass(frozen=True)
@@ -125,8 +128,9 @@ def plausible_noise(
     """Returns the largest deviations that the evidence does not refute.
 
     The likeliest noise of few or weakly seen poses is often none at all, and
-    doubt that rests on it is too small. White noise and random walk are each
-    doubled for as long as the evidence stays within `_REFUTED`.
+    doubt that rests on it is too small: least of all do the directions that
+    the data see tell of those along which views slide. Each kind is doubled
+    for as long as the evidence stays within `_REFUTED`.
 
     Args:
         H: Matrix of data, scale and offset, shape (6n + 2, 6n + 2).
@@ -136,7 +140,7 @@ def plausible_noise(
     likeliest = _values(found)
     limit = _cost(H, h, likeliest, value_only=True)[0] + _REFUTED
     result = likeliest.copy()
-    for kind in (0, 1, 4, 5):
+    for kind in range(2 * _KINDS):
         trial = likeliest.copy()
         trial[kind] = max(trial[kind], 10 * LEAST[kind])
         while trial[kind] < MOST[kind]:

@@ -48,6 +48,8 @@ class Bounds:
         noise: Noise of the capture's depth.
         gap: Largest gaps g, shape (n,) [m].
         noise_sigma: Standard deviations by the depth's noise, shape (n,) [m].
+        shift: Expected errors of the discs' places by those of poses and scale,
+            shape (n,) [m].
         pose_sigma: Standard deviations by errors of poses and scale, shape
             (n,) [m].
         pitch: Distances a between pixels, shape (n,) [m].
@@ -57,6 +59,7 @@ class Bounds:
     noise: DepthNoise
     gap: np.ndarray
     noise_sigma: np.ndarray
+    shift: np.ndarray
     pose_sigma: np.ndarray
     pitch: np.ndarray
 
@@ -82,6 +85,7 @@ class Bounds:
         sigma = np.hypot(self.noise_sigma, self.pose_sigma)
         return (
             self.gap
+            + self.shift
             + significance * sigma
             + np.minimum(self.pitch, largest_pitch)
         )
@@ -121,7 +125,8 @@ def bound_splat(
         noise=noise,
         gap=gap,
         noise_sigma=sigma,
-        pose_sigma=np.sqrt((moved**2).mean(axis=1)),
+        shift=np.abs(moved.mean(axis=1)),
+        pose_sigma=moved.std(axis=1),
         pitch=pitch,
     )
 
