@@ -61,7 +61,7 @@ _CORRELATION = 10.0
 _HELD_OUT = 7
 """Every so many pairs, in order of their distance, only judge."""
 
-_UNTOLD = np.diag([0.0015, 0.001]) ** 2
+_UNTOLD = np.diag([0.001, 0.001]) ** 2
 """Covariance of what is wrong with scale and offset [m] beside the noise: noise
 hides that surfaces are curved, and planes in their place lie too deep."""
 
