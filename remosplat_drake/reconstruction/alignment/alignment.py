@@ -61,13 +61,9 @@ _CORRELATION = 10.0
 _HELD_OUT = 7
 """Every so many pairs, in order of their distance, only judge."""
 
-_UNTOLD = np.diag([0.001, 0.001]) ** 2
-"""Covariance of what is wrong with scale and offset [m] beside the noise: noise
-hides that surfaces are curved, and planes in their place lie too deep."""
-
-_PROVEN = 11.8
-"""Scale and offset are refined if chi^2 of two degrees of freedom exceeds this,
-as it does three times in a thousand by chance."""
+_UNTOLD = np.array([0.003, 0.003])
+"""Scale and offset [m] that are not told from none: noise hides that surfaces
+are curved, and the planes in their place lie too deep."""
 
 _CONVERGED = 2e-6
 """Steps below end a level [rad, m]."""
@@ -266,21 +262,17 @@ class _Refinement:
                 if np.abs(step[:-2]).max(initial=0.0) < _CONVERGED:
                     break
         assert result is not None
-        state = self._proven(result, state)
+        state = self._simplest(result, state)
         return self._doubted(result, state, levels[-1]), state
 
-    def _proven(self, result: Posterior, state: State) -> State:
-        """The state, without a scale and offset that could be by chance.
+    def _simplest(self, result: Posterior, state: State) -> State:
+        """The state, without a scale and offset that are next to none.
 
         The poses are then those that go with the depth as it was measured, by
         the joint normal distribution of all unknowns.
         """
         found, C = result.mean[-2:], result.covariance
-        doubt = C[-2:, -2:] + _UNTOLD
-        if (
-            self.config.lengths
-            or found @ np.linalg.solve(doubt, found) > _PROVEN
-        ):
+        if self.config.lengths or np.linalg.norm(found / _UNTOLD) > 1:
             return state
         gain = np.linalg.solve(C[-2:, -2:], C[-2:]).T
         held = (result.mean - gain @ found)[:-2]

@@ -35,8 +35,8 @@ MOST = np.repeat([0.5, 1.0], _KINDS)
 """Range of the eight deviations [rad, m]."""
 
 
-_REFUTED = 4.6
-"""What makes the data a hundred times less likely, by ln 100, is refuted."""
+_REFUTED = 3.0
+"""What makes the data e^3 times less likely is refuted."""
 
 
 @dc.dataclass(frozen=True)
