@@ -38,8 +38,9 @@ QUERIES = 5_000
 _APART = 0.1
 """Distance of the places of one map from each other [m]."""
 
-_LOWEST = 0.1
-"""Least height of such a place, that the hand can get to [m]."""
+_REACH = 0.5
+"""Distance up to which such places are from the scene's target, which the hand
+can get to [m]."""
 
 _PARTS = 3
 """Parts of a tick, between which distances are measured as well."""
@@ -152,13 +153,13 @@ def worst_places(mapped: Mapped, count: int, seed: int) -> list[Place]:
     truth = SignedDistanceField(mapped.sight.scene)
     surface = truth.clearances(Spheres.at(queries.p_W))
     excess = queries.over_estimates(SphereToEllipsoidField(mapped.splat))
-    order = np.argsort(-excess, kind="stable")
+    reachable = _is_reachable(mapped.sight, surface.p_WC, surface.direction_W)
     chosen: list[int] = []
-    for i in order.tolist():
+    for i in np.argsort(-excess, kind="stable").tolist():
         apart = np.linalg.norm(
             surface.p_WC[chosen] - surface.p_WC[i], axis=1
         ).min(initial=np.inf)
-        if apart > _APART and surface.p_WC[i, 2] > _LOWEST:
+        if apart > _APART and reachable[i]:
             chosen.append(i)
         if len(chosen) == count:
             break
@@ -171,6 +172,17 @@ def worst_places(mapped: Mapped, count: int, seed: int) -> list[Place]:
         )
         for i in chosen
     ]
+
+
+def _is_reachable(
+    sight: Sight, p_W: np.ndarray, inward_W: np.ndarray
+) -> np.ndarray:
+    """Which surface points (n, 3) the hand may get to from where it starts."""
+    target_W, start = sight.focus_W, sight.scene.X_WB_start
+    assert start is not None
+    ahead_W = target_W - [start[0], start[1], target_W[2]]
+    near = np.linalg.norm(p_W - target_W, axis=1) < _REACH
+    return near & ((inward_W @ ahead_W > 0) | (inward_W[:, 2] < 0))
 
 
 def _facing(p_W: np.ndarray, inward_W: np.ndarray) -> np.ndarray:
