@@ -45,6 +45,7 @@ from remosplat_drake.reconstruction.alignment.cameras_file import (
     cameras_path,
     write_cameras,
 )
+from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.alignment.summary import AlignmentSummary
 from remosplat_drake.reconstruction.devices import AUTO, DEVICES, choose_device
 from remosplat_drake.reconstruction.pipeline import Reconstruction, reconstruct
@@ -68,7 +69,6 @@ from remosplat_drake.reconstruction.seen_space import (
 from remosplat_drake.reconstruction.surfels.point_cloud import (
     InitialisationConfig,
 )
-from remosplat_drake.reconstruction.uncertainty.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.workspace import Workspace
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.splat.formats import format_of_name, write_splat

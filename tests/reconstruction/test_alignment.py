@@ -192,21 +192,12 @@ def test_doubt_is_as_large_as_errors_are(orbit, seed):
     assert 0.1 < (ratio**2).mean() < 3
 
 
-def test_draws_move_points_as_their_cameras_do(orbit):
+def test_draws_scatter_as_the_covariance_has_it(orbit):
     result = align(orbit)
     draws = result.draws(200)
     assert draws.shape == (200, 6 * len(orbit) + 2)
     spread = draws.std(axis=0) / np.sqrt(np.diag(result.covariance))
     assert 0.8 < np.median(spread) < 1.2
-    view = np.array([0, 3])
-    X_WC = result.capture.X_WC[view]
-    p_W = X_WC[:, :3, 3] + 2 * X_WC[:, :3, 2]
-    one = np.zeros((1, draws.shape[1]))
-    one[0, [0, 18 + 3, -2]] = 1e-3, 0.01, 0.02
-    moved_W = result.displacements(p_W, view, one)[0]
-    arm = p_W - X_WC[:, :3, 3]
-    expected = 0.02 * arm + [np.cross([1e-3, 0, 0], arm[0]), [0.01, 0, 0]]
-    np.testing.assert_allclose(moved_W, expected, atol=1e-12)
 
 
 @pytest.mark.parametrize(

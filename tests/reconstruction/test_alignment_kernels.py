@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from remosplat_drake.reconstruction.alignment.pair_kernel import (
+    VALUES,
     associate,
     pair_equations,
 )
@@ -82,7 +83,7 @@ def test_residuals_equal_the_reference(scene_capture, stack, seed):
     X = poses(scene_capture, seed)
     pose = np.ascontiguousarray(X[:, :3])
     a, b = np.random.default_rng(seed).choice(len(X), 2, replace=False)
-    out, found = np.empty(13), 0
+    out, found = np.empty(VALUES), 0
     for i in range(stack.count[a]):
         arguments = (1.01, 0.003, (a, b), i, GATE, 0.7)
         expected = compare(stack, X[a], X[b], *arguments)
@@ -102,7 +103,7 @@ def test_derivatives_equal_differences(scene_capture, stack, seed):
     """Of a small offset only the first order is meant: it is 0 here."""
     X = poses(scene_capture, seed)
     pose = np.ascontiguousarray(X[:, :3])
-    out, step, found = np.empty(13), 1e-6, 0
+    out, step, found = np.empty(VALUES), 1e-6, 0
     for a in range(len(X)):
         b = (a + 1 + seed) % len(X)
         T = pair_expansion(X, np.array([[a, b]]))[0]
@@ -143,7 +144,7 @@ def test_equations_are_sums_of_both_directions(scene_capture, stack):
     matrix, gradient = assemble(H, g, X, pairs)
     expected = np.zeros_like(matrix), np.zeros_like(gradient)
     tilt = np.zeros((6, 6))
-    out, n = np.empty(13), 0
+    out, n = np.empty(VALUES), 0
     for a, b in [*pairs, *pairs[:, ::-1]]:
         T = pair_expansion(X, np.array([[a, b]]))[0]
         rows = [*range(6 * a, 6 * a + 6), *range(6 * b, 6 * b + 6), -2, -1]

@@ -19,8 +19,8 @@ from remosplat_drake.reconstruction.alignment.alignment import (
     Alignment,
     align,
 )
+from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.pipeline import reconstruct
-from remosplat_drake.reconstruction.uncertainty.pose_errors import PoseErrors
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 QUERIES = 20_000

@@ -149,30 +149,6 @@ class Alignment:
         normal = np.random.default_rng(seed).standard_normal((count, len(root)))
         return self.error + normal @ root.T
 
-    def displacements(
-        self, p_W: np.ndarray, view: np.ndarray, draws: np.ndarray
-    ) -> np.ndarray:
-        """Tells how measured points move when the cameras err as drawn.
-
-        Args:
-            p_W: Points that were measured, shape (k, 3) [m].
-            view: Indices of the views that measured them, shape (k,).
-            draws: What `draws` returned, shape (m, 6n + 2).
-
-        Returns:
-            True minus measured position under each draw, (m, k, 3) [m].
-        """
-        X = self.capture.X_WC[view]
-        arm = p_W - X[:, :3, 3]
-        z = np.maximum((arm * X[:, :3, 2]).sum(axis=1), 1e-3)
-        motion = draws[:, :-2].reshape(len(draws), -1, 6)[:, view]
-        stretch = draws[:, -2:-1] + draws[:, -1:] / z
-        return (
-            np.cross(motion[..., :3], arm)
-            + motion[..., 3:]
-            + stretch[..., None] * arm
-        )
-
 
 def align(
     capture: Capture,

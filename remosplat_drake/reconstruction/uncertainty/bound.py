@@ -13,19 +13,17 @@ import dataclasses as dc
 import numpy as np
 
 from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
 from remosplat_drake.reconstruction.uncertainty.depth_noise import (
     estimate_noise,
 )
+from remosplat_drake.reconstruction.uncertainty.disc_errors import disc_errors
 from remosplat_drake.reconstruction.uncertainty.evidence import noise_of_means
 from remosplat_drake.reconstruction.uncertainty.gaps import close_gaps, gaps
 from remosplat_drake.reconstruction.uncertainty.measured_voxels import (
     MeasuredVoxels,
     measured_voxels,
-)
-from remosplat_drake.reconstruction.uncertainty.pose_errors import (
-    PoseErrors,
-    disc_errors,
 )
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -117,7 +115,7 @@ def bound_splat(
     pitch = np.where(known, pitch, farthest)
     # Where nothing was averaged, one pixel's noise counts.
     z = pitch * float(capture.K[:, 0, 0].mean())
-    single = noise.floor + noise.growth * z**2
+    single = noise.deviation(z)
     sigma = np.minimum(np.minimum(sigma, averaged), single)
     sigma = np.minimum(sigma, LARGEST_SIGMA)
     return Bounds(
