@@ -108,6 +108,13 @@ def test_a_scale_of_two_percent_is_found_by_metric_poses(orbit):
     assert apart(result.capture, orbit) < 1e-3
 
 
+def test_a_scale_next_to_none_is_left_and_expected(orbit):
+    """Curved surfaces pretend as much."""
+    result = align(orbit.with_depth(1.002, 0.0), FEW)
+    assert (result.scale, result.offset) == (1.0, 0.0)
+    assert result.error[-2] == pytest.approx(-0.002, abs=5e-4)
+
+
 def test_a_measured_length_tells_the_scale_where_nothing_else_does(orbit):
     """Poses and depths of one too large world agree with each other."""
     large = dc.replace(orbit.with_depth(1.03, 0.0), X_WC=orbit.X_WC.copy())

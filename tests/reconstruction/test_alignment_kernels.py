@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plane_views import looking_down
 
 from remosplat_drake.reconstruction.alignment.pair_kernel import (
     VALUES,
@@ -22,6 +23,11 @@ from remosplat_drake.reconstruction.alignment.perturbation import (
     perturbed,
 )
 from remosplat_drake.reconstruction.alignment.plane_maps import plane_map
+from remosplat_drake.reconstruction.alignment.solver import (
+    Level,
+    State,
+    equations,
+)
 from remosplat_drake.reconstruction.alignment.view_stack import stack_views
 
 K = np.array([[100.0, 0, 50], [0, 100, 40], [0, 0, 1]])
@@ -170,6 +176,21 @@ def test_equations_are_sums_of_both_directions(scene_capture, stack):
     np.testing.assert_allclose(gradient, expected[1], atol=1e-9 * scale)
     scale = np.abs(tilt).max()
     np.testing.assert_allclose(tilts[0, :6, :6], tilt, atol=1e-6 * scale)
+
+
+def test_a_wrong_normal_does_not_hold_a_view_that_slides():
+    """Two views of one plane, of which one has some normals 2 degrees off."""
+    capture = looking_down(np.array([[0, 0, 1.0], [0.1, 0, 1.0]]))
+    stack = stack_views(capture, samples=200)
+    tilt = np.deg2rad(2)
+    stack.plane[1, 30:33, 30:60, 0] = np.sin(tilt)
+    stack.plane[1, 30:33, 30:60, 2] *= np.cos(tilt)
+    level, pairs = Level(0.03, 0.0, 0.85, 1), np.array([[0, 1]])
+    data = equations(stack, State(capture.X_WC), pairs, level, 1.0, 1.0)
+    sliding, rising = data.H[3, 3], data.H[5, 5]
+    assert data.count[0] > 100
+    assert rising**-0.5 < 1e-4
+    assert sliding < 0.1**-2
 
 
 def test_no_scale_of_a_world_fits_better_than_another(scene_capture, stack):
