@@ -9,31 +9,29 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.errors import FieldError, RemoSplatError
-from remosplat_drake.capture.capture import Capture, check_reconstructible
 from remosplat_drake.commands.alignment import (
     add_alignment_arguments,
-    aligned,
     check_alignment,
 )
 from remosplat_drake.commands.capture_admission import (
     add_inspection_arguments,
-    admitted,
-    after_alignment,
     check_inspection_arguments,
 )
 from remosplat_drake.commands.flags import (
     TRUTH,
     add_capture_arguments,
-    captured,
     check_finite,
     check_positive,
     check_seed,
 )
 from remosplat_drake.commands.map_placement import (
     add_placement_arguments,
-    find_placement,
     true_scene,
     write_pose,
+)
+from remosplat_drake.commands.prepared_capture import (
+    PreparedCapture,
+    prepare_capture,
 )
 from remosplat_drake.commands.quality import print_report
 from remosplat_drake.commands.suggested_scenario import (
@@ -45,7 +43,6 @@ from remosplat_drake.reconstruction.alignment.cameras_file import (
     cameras_path,
     write_cameras,
 )
-from remosplat_drake.reconstruction.alignment.summary import AlignmentSummary
 from remosplat_drake.reconstruction.devices import AUTO, DEVICES, choose_device
 from remosplat_drake.reconstruction.pipeline import Reconstruction, reconstruct
 from remosplat_drake.reconstruction.placement import FLOOR
@@ -68,8 +65,6 @@ from remosplat_drake.reconstruction.seen_space import (
 from remosplat_drake.reconstruction.surfels.point_cloud import (
     InitialisationConfig,
 )
-from remosplat_drake.reconstruction.uncertainty.pose_errors import PoseErrors
-from remosplat_drake.reconstruction.workspace import Workspace
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.splat.formats import format_of_name, write_splat
 
@@ -151,71 +146,57 @@ def run(arguments: argparse.Namespace) -> int:
     _check(arguments)
     device = choose_device(arguments.device)
     console = Console()
-    with console.status("reading the capture"):
-        capture = captured(arguments)
-        check_reconstructible(capture)
-        capture, warnings = admitted(capture, arguments, console)
-    alignment, summary = aligned(capture, arguments, console)
-    if alignment is not None:
-        capture = alignment.capture
-        warnings = after_alignment(warnings, capture)
-    with console.status("looking for the floor"):
-        placement = find_placement(capture, arguments)
-        capture = placement.placed(capture)
-    workspace = _workspace(capture, arguments)
-    console.print(placement.words, soft_wrap=True, highlight=False)
+    prepared = prepare_capture(arguments, console)
+    capture = prepared.capture
     held_out = np.arange(len(capture)) % arguments.held_out == 0
-    errors = None
-    if alignment is not None:
-        errors = PoseErrors.of_draws(alignment.draws())
-        errors = errors.rotated(placement.X_FW.rotation().matrix())
-    result = _reconstruct(capture, device, held_out, errors, arguments, console)
+    result = _reconstruct(prepared, device, held_out, arguments, console)
     write_splat(arguments.output, result.splat)
     console.print(
         f"{len(result.splat)} splats in {result.seconds:.0f} s:"
         f" {arguments.output}"
     )
-    write_pose(placement, arguments.output)
-    write_cameras(arguments.output, alignment)
+    write_pose(prepared.placement, arguments.output)
+    write_cameras(arguments.output, prepared.alignment)
     with console.status("finding what was seen"):
-        box = seen_box(capture, workspace)
+        box = seen_box(capture, prepared.workspace)
         coverage = find_seen_space(capture, result.splat, *box)
         write_seen_space(arguments.output, coverage)
-    report = _report(
-        result,
-        capture,
-        held_out,
-        workspace,
-        warnings,
-        summary,
-        placement.moves,
-        arguments,
-        console,
-    )
-    if not placement.has_floor:
-        scenario_path(arguments.output).unlink(missing_ok=True)
+    report = _report(result, prepared, held_out, arguments, console)
+    _suggest(result, prepared, report, arguments, console)
+    return 0
+
+
+def _suggest(
+    result: Reconstruction,
+    prepared: PreparedCapture,
+    report: QualityReport,
+    arguments: argparse.Namespace,
+    console: Console,
+):
+    """Writes a scenario of the splat, or says why there is none."""
+    path = scenario_path(arguments.output)
+    if not prepared.placement.has_floor:
+        path.unlink(missing_ok=True)
         console.print(
-            f"no scenario: {placement.words} (--up capture: z is up and z = 0"
-            " the floor)",
+            f"no scenario: {prepared.placement.words} (--up capture: z is up"
+            " and z = 0 the floor)",
             soft_wrap=True,
         )
-        return 0
+        return
     try:
         text = write_scenario(
             arguments.output,
             result.splat,
-            capture,
-            workspace,
+            prepared.capture,
+            prepared.workspace,
             report.remaining_error,
             report.warnings,
             arguments.robot,
         )
     except RemoSplatError as error:
         console.print(f"no scenario: {error}")
-        return 0
-    path = scenario_path(arguments.output)
+        return
     console.print(f"\n{text}\n  remosplat run {path}", highlight=False)
-    return 0
 
 
 def _check(arguments: argparse.Namespace):
@@ -252,10 +233,9 @@ def _check(arguments: argparse.Namespace):
 
 
 def _reconstruct(
-    capture: Capture,
+    prepared: PreparedCapture,
     device: str,
     held_out: np.ndarray,
-    errors: PoseErrors | None,
     arguments: argparse.Namespace,
     console: Console,
 ) -> Reconstruction:
@@ -281,7 +261,7 @@ def _reconstruct(
             )
 
         return reconstruct(
-            capture,
+            prepared.capture,
             device,
             initialisation=InitialisationConfig(
                 method=arguments.initialisation,
@@ -294,47 +274,33 @@ def _reconstruct(
             seed=arguments.seed,
             held_out=held_out,
             bounded=True,
-            errors=errors,
+            errors=prepared.errors,
             checkpoint=arguments.output.with_suffix(".training.pt"),
             report=show,
         )
 
 
-def _workspace(capture: Capture, arguments: argparse.Namespace) -> Workspace:
-    if arguments.focus is None:
-        return Workspace.of_capture(capture)
-    workspace = Workspace.around(np.array(arguments.focus))
-    if not workspace.is_seen(capture):
-        raise FieldError(
-            "reconstruct", "--focus", "is far from all that was captured"
-        )
-    return workspace
-
-
 def _report(
     result: Reconstruction,
-    capture: Capture,
+    prepared: PreparedCapture,
     held_out: np.ndarray,
-    workspace: Workspace,
-    warnings: list[str],
-    alignment: AlignmentSummary | None,
-    moved: bool,
     arguments: argparse.Namespace,
     console: Console,
 ) -> QualityReport:
+    moved = prepared.placement.moves
     with console.status("measuring its quality") as status:
         assessment = assess(
             result.splat,
-            capture,
+            prepared.capture,
             np.flatnonzero(held_out).tolist(),
             truth=None if moved else true_scene(arguments),
-            workspace=workspace,
+            workspace=prepared.workspace,
             method=result.method,
             seed=arguments.seed,
-            warnings=warnings,
+            warnings=prepared.warnings,
             progress=status.update,
         )
-    assessment.report.alignment = alignment
+    assessment.report.alignment = prepared.summary
     page = write_assessment(arguments.output, assessment)
     print_report(console, assessment.report)
     console.print(f"pictures: {page}")

@@ -155,20 +155,23 @@ class SphereToEllipsoidField(DistanceField):
 
     def nearest_splats(
         self, spheres: Spheres, max_distance: float = np.inf
-    ) -> np.ndarray:
-        """Finds the index of each sphere's nearest splat.
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Finds each sphere's nearest splat.
 
         Args:
             spheres: The n robot spheres, placed in W.
             max_distance: Splats at or beyond this distance do not count [m].
 
         Returns:
-            Shape (n,), int64; -1 where no splat is nearer than `max_distance`.
+            Its index, shape (n,), int64, and the clearance to it, shape (n,)
+            [m]; -1 and inf where no splat is nearer than `max_distance`.
         """
-        place = self._answer(spheres, max_distance)[:, 0].astype(np.int64)
+        answer = self._answer(spheres, max_distance)
+        place = answer[:, 0].astype(np.int64)
         found = place >= 0
         place[found] = self._tree.order[place[found]]
-        return place
+        distance = np.where(found, answer[:, 1] - spheres.radius, np.inf)
+        return place, distance
 
     def _answer(self, spheres: Spheres, max_distance: float) -> np.ndarray:
         question = np.empty((len(spheres), 5))

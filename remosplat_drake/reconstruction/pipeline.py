@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from remosplat_drake.capture.capture import Capture, check_reconstructible
+from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.devices import (
     AUTO,
     CUDA,
@@ -36,7 +37,6 @@ from remosplat_drake.reconstruction.surfels.surfels import (
     splat_of_surfels,
 )
 from remosplat_drake.reconstruction.uncertainty.bound import bound_splat
-from remosplat_drake.reconstruction.uncertainty.pose_errors import PoseErrors
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _MARGIN_PER_SCATTER = 4.0

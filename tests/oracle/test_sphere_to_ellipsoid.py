@@ -177,9 +177,9 @@ def test_each_sphere_has_its_own_floor():
 def test_ties_go_to_the_lowest_index():
     splat = make_splat(np.repeat([[0, 0, 1]], 50, axis=0), [0.1, 0.1])
     field = SphereToEllipsoidField(splat)
-    np.testing.assert_array_equal(
-        field.nearest_splats(Spheres.at(np.zeros((5, 3)))), 0
-    )
+    nearest, distance = field.nearest_splats(Spheres.at(np.zeros((5, 3))))
+    np.testing.assert_array_equal(nearest, 0)
+    assert (distance == distance[0]).all()
 
 
 def every_splat(splat, spheres, max_distance, steps=CONVERGE):
@@ -205,9 +205,10 @@ def assert_equal_to_every_splat(splat, spheres, max_distance, steps=None):
         splat, spheres, max_distance, CONVERGE if steps is None else steps
     )
     found = answer[:, 0] >= 0
-    np.testing.assert_array_equal(
-        field.nearest_splats(spheres, max_distance), answer[:, 0]
-    )
+    nearest, distance = field.nearest_splats(spheres, max_distance)
+    np.testing.assert_array_equal(nearest, answer[:, 0])
+    np.testing.assert_array_equal(distance[found], clearances.distance)
+    assert np.isinf(distance[~found]).all()
     np.testing.assert_array_equal(clearances.sphere, np.flatnonzero(found))
     np.testing.assert_array_equal(
         clearances.distance, (answer[:, 1] - spheres.radius)[found]
@@ -306,7 +307,7 @@ def test_equals_the_reference(scales, most_uncertain):
     np.testing.assert_allclose(clearances.distance, distance, atol=1e-14)
     np.testing.assert_allclose(clearances.p_WC, p_WC, atol=1e-12)
     np.testing.assert_array_equal(
-        field.nearest_splats(Spheres.at(p_WS)), nearest
+        field.nearest_splats(Spheres.at(p_WS))[0], nearest
     )
 
 

@@ -108,6 +108,13 @@ def test_a_scale_of_two_percent_is_found_by_metric_poses(orbit):
     assert apart(result.capture, orbit) < 1e-3
 
 
+def test_a_scale_next_to_none_is_left_and_expected(orbit):
+    """Curved surfaces pretend as much."""
+    result = align(orbit.with_depth(1.002, 0.0), FEW)
+    assert (result.scale, result.offset) == (1.0, 0.0)
+    assert result.error[-2] == pytest.approx(-0.002, abs=5e-4)
+
+
 def test_a_measured_length_tells_the_scale_where_nothing_else_does(orbit):
     """Poses and depths of one too large world agree with each other."""
     large = dc.replace(orbit.with_depth(1.03, 0.0), X_WC=orbit.X_WC.copy())
@@ -115,7 +122,7 @@ def test_a_measured_length_tells_the_scale_where_nothing_else_does(orbit):
     pixels = ((120, 160), (200, 170))
     p_C = Length((0, 0), pixels, 1.0).points_C(orbit)
     length = Length((0, 0), pixels, float(np.linalg.norm(p_C[1] - p_C[0])))
-    loose = OdometryNoise(0.01, 0.01, 0.01, 0.1, 0.1, 0.1)
+    loose = OdometryNoise(0.01, 0.01, 0.01, 0.01, 0.1, 0.1, 0.1, 0.1)
     config = AlignmentConfig(0.05, 0.001, loose, samples=250)
     assert align(large, config).scale_std > 0.01
     told = align(large, dc.replace(config, lengths=(length,)))
@@ -164,7 +171,7 @@ def test_on_a_blank_wall_nobody_knows_who_slid():
     )
     error = np.zeros((12, 6))
     error[:, 3:] = 0.01 * rng.standard_normal((12, 3))
-    noise = OdometryNoise(0.001, 0, 0, 0.01, 0, 0)
+    noise = OdometryNoise(0.001, 0, 0, 0, 0.01, 0, 0, 0)
     result = align(moved(wall, error), dc.replace(FEW, odometry=noise))
     deviation = np.sqrt(np.diag(result.covariance)[:-2]).reshape(12, 6)
     assert result.accepted
@@ -180,7 +187,7 @@ def test_on_a_blank_wall_nobody_knows_who_slid():
 def test_doubt_is_as_large_as_errors_are(orbit, seed):
     """Normalised errors over all cameras, whose mean square is 1."""
     rng = np.random.default_rng(seed)
-    given = OdometryNoise(0.002, 0, 0, 0.005, 0, 0)
+    given = OdometryNoise(0.002, 0, 0, 0, 0.005, 0, 0, 0)
     error = rng.standard_normal((len(orbit), 6)) * np.repeat([0.002, 0.005], 3)
     noise = rng.standard_normal(orbit.depth.shape) * 0.002 * orbit.depth**2
     depth = np.where(orbit.depth > 0, orbit.depth + noise, 0)
@@ -192,31 +199,23 @@ def test_doubt_is_as_large_as_errors_are(orbit, seed):
     assert 0.1 < (ratio**2).mean() < 3
 
 
-def test_draws_move_points_as_their_cameras_do(orbit):
+def test_draws_scatter_as_the_covariance_has_it(orbit):
     result = align(orbit)
     draws = result.draws(200)
     assert draws.shape == (200, 6 * len(orbit) + 2)
     spread = draws.std(axis=0) / np.sqrt(np.diag(result.covariance))
     assert 0.8 < np.median(spread) < 1.2
-    view = np.array([0, 3])
-    X_WC = result.capture.X_WC[view]
-    p_W = X_WC[:, :3, 3] + 2 * X_WC[:, :3, 2]
-    one = np.zeros((1, draws.shape[1]))
-    one[0, [0, 18 + 3, -2]] = 1e-3, 0.01, 0.02
-    moved_W = result.displacements(p_W, view, one)[0]
-    arm = p_W - X_WC[:, :3, 3]
-    expected = 0.02 * arm + [np.cross([1e-3, 0, 0], arm[0]), [0.01, 0, 0]]
-    np.testing.assert_allclose(moved_W, expected, atol=1e-12)
 
 
 @pytest.mark.parametrize(
     "truth",
     [
-        OdometryNoise(0.003, 0, 0, 0.01, 0, 0),
-        OdometryNoise(0, 0.02, 0, 0, 0.05, 0),
+        OdometryNoise(0.003, 0, 0, 0, 0.01, 0, 0, 0),
+        OdometryNoise(0, 0.02, 0, 0, 0, 0.05, 0, 0),
+        OdometryNoise(0, 0, 0, 0.05, 0, 0, 0, 0.2),
     ],
 )
-def test_the_evidence_tells_white_noise_from_drift(truth):
+def test_the_evidence_tells_noise_and_drifts_apart(truth):
     """Poses that the data know exactly, but for where the world is."""
     n = 60
     root = np.linalg.cholesky(truth.covariance(n))
@@ -226,11 +225,14 @@ def test_the_evidence_tells_white_noise_from_drift(truth):
     H[:-2, :-2] = 1e8 * np.kron(free, np.eye(6))
     H[-2:, -2:] = np.eye(2)
     found = estimate_noise(H, H @ np.append(x, [0, 0]), OdometryNoise())
-    largest = max("white", "walk", key=lambda name: getattr(truth, name))
+    kinds = ["white", "walk", "smooth"]
+    largest = max(kinds, key=lambda name: getattr(truth, name))
     expected = getattr(truth, largest)
-    assert getattr(found, largest) == pytest.approx(expected, rel=0.3)
-    other = "walk" if largest == "white" else "white"
-    assert getattr(found, other) < 0.3 * expected
+    # A smooth drift is a handful of numbers a coordinate, not one a view.
+    tolerance = 0.5 if largest == "smooth" else 0.3
+    assert getattr(found, largest) == pytest.approx(expected, rel=tolerance)
+    for other in {"white", "walk"} - {largest}:
+        assert getattr(found, other) < 0.3 * expected
 
 
 def test_little_evidence_of_noise_is_no_evidence_of_none():
@@ -245,11 +247,11 @@ def test_the_gradient_of_the_evidence_equals_differences():
     rng = np.random.default_rng(0)
     root = rng.standard_normal((20, 20))
     H, h = 100 * root @ root.T, 10 * rng.standard_normal(20)
-    deviations = np.array([0.3, 0.2, 0.1, 0.2, 0.4, 0.3])
+    deviations = np.array([0.3, 0.2, 0.1, 0.2, 0.2, 0.4, 0.3, 0.1])
     _, gradient = _cost(H, h, deviations)
-    for kind in range(6):
+    for kind in range(8):
         ends = [
-            _cost(H, h, deviations * np.exp(sign * np.eye(6)[kind]))[0]
+            _cost(H, h, deviations * np.exp(sign * np.eye(8)[kind]))[0]
             for sign in (1e-5, -1e-5)
         ]
         numeric = (ends[0] - ends[1]) / 2e-5

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plane_views import looking_down
 
 from remosplat_drake.reconstruction.alignment.pair_kernel import (
+    VALUES,
     associate,
     pair_equations,
 )
@@ -21,6 +23,11 @@ from remosplat_drake.reconstruction.alignment.perturbation import (
     perturbed,
 )
 from remosplat_drake.reconstruction.alignment.plane_maps import plane_map
+from remosplat_drake.reconstruction.alignment.solver import (
+    Level,
+    State,
+    equations,
+)
 from remosplat_drake.reconstruction.alignment.view_stack import stack_views
 
 K = np.array([[100.0, 0, 50], [0, 100, 40], [0, 0, 1]])
@@ -82,7 +89,7 @@ def test_residuals_equal_the_reference(scene_capture, stack, seed):
     X = poses(scene_capture, seed)
     pose = np.ascontiguousarray(X[:, :3])
     a, b = np.random.default_rng(seed).choice(len(X), 2, replace=False)
-    out, found = np.empty(13), 0
+    out, found = np.empty(VALUES), 0
     for i in range(stack.count[a]):
         arguments = (1.01, 0.003, (a, b), i, GATE, 0.7)
         expected = compare(stack, X[a], X[b], *arguments)
@@ -102,7 +109,7 @@ def test_derivatives_equal_differences(scene_capture, stack, seed):
     """Of a small offset only the first order is meant: it is 0 here."""
     X = poses(scene_capture, seed)
     pose = np.ascontiguousarray(X[:, :3])
-    out, step, found = np.empty(13), 1e-6, 0
+    out, step, found = np.empty(VALUES), 1e-6, 0
     for a in range(len(X)):
         b = (a + 1 + seed) % len(X)
         T = pair_expansion(X, np.array([[a, b]]))[0]
@@ -143,7 +150,7 @@ def test_equations_are_sums_of_both_directions(scene_capture, stack):
     matrix, gradient = assemble(H, g, X, pairs)
     expected = np.zeros_like(matrix), np.zeros_like(gradient)
     tilt = np.zeros((6, 6))
-    out, n = np.empty(13), 0
+    out, n = np.empty(VALUES), 0
     for a, b in [*pairs, *pairs[:, ::-1]]:
         T = pair_expansion(X, np.array([[a, b]]))[0]
         rows = [*range(6 * a, 6 * a + 6), *range(6 * b, 6 * b + 6), -2, -1]
@@ -169,6 +176,21 @@ def test_equations_are_sums_of_both_directions(scene_capture, stack):
     np.testing.assert_allclose(gradient, expected[1], atol=1e-9 * scale)
     scale = np.abs(tilt).max()
     np.testing.assert_allclose(tilts[0, :6, :6], tilt, atol=1e-6 * scale)
+
+
+def test_a_wrong_normal_does_not_hold_a_view_that_slides():
+    """Two views of one plane, of which one has some normals 2 degrees off."""
+    capture = looking_down(np.array([[0, 0, 1.0], [0.1, 0, 1.0]]))
+    stack = stack_views(capture, samples=200)
+    tilt = np.deg2rad(2)
+    stack.plane[1, 30:33, 30:60, 0] = np.sin(tilt)
+    stack.plane[1, 30:33, 30:60, 2] *= np.cos(tilt)
+    level, pairs = Level(0.03, 0.0, 0.85, 1), np.array([[0, 1]])
+    data = equations(stack, State(capture.X_WC), pairs, level, 1.0, 1.0)
+    sliding, rising = data.H[3, 3], data.H[5, 5]
+    assert data.count[0] > 100
+    assert rising**-0.5 < 1e-4
+    assert sliding < 1
 
 
 def test_no_scale_of_a_world_fits_better_than_another(scene_capture, stack):

@@ -3,34 +3,16 @@
 import dataclasses as dc
 
 import numpy as np
+from plane_views import FOCAL, looking_down
 from scipy.spatial.transform import Rotation
 
-from remosplat_drake.capture.capture import Capture, back_project
+from remosplat_drake.capture.capture import back_project
+from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
-from remosplat_drake.reconstruction.uncertainty.pose_errors import (
-    PoseErrors,
-    disc_errors,
-)
+from remosplat_drake.reconstruction.uncertainty.disc_errors import disc_errors
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 EXACT = DepthNoise(1e-4, 0.0, 0.1, 0.1)
-FOCAL, SIZE = 100.0, 80
-
-
-def looking_down(p_WC: np.ndarray) -> Capture:
-    """Views from points p_WC (n, 3) straight down onto the plane z = 0."""
-    count = len(p_WC)
-    X_WC = np.tile(np.diag([1.0, -1.0, -1.0, 1.0]), (count, 1, 1))
-    X_WC[:, :3, 3] = p_WC
-    K = np.array([[FOCAL, 0, SIZE / 2], [0, FOCAL, SIZE / 2], [0, 0, 1]])
-    depth = np.ones((count, SIZE, SIZE), np.float32)
-    depth *= p_WC[:, 2, None, None].astype(np.float32)
-    return Capture(
-        np.tile(K, (count, 1, 1)),
-        X_WC,
-        np.zeros((count, SIZE, SIZE, 3), np.uint8),
-        depth,
-    )
 
 
 def disc_at(p_WK) -> GaussianSplat:

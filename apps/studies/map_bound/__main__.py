@@ -18,7 +18,9 @@ from rich.console import Console
 from rich.progress import Progress
 
 from apps.studies.command_line import study_main
+from apps.studies.map_bound import closed_loop
 from apps.studies.map_bound.case import Case, draw_case
+from apps.studies.map_bound.closed_loop import Aim
 from apps.studies.map_bound.disturbance import NAMED
 from apps.studies.map_bound.report import summary, table
 from apps.studies.map_bound.trial import Errors, Result, failed, run_trial
@@ -55,6 +57,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--jobs", type=int, default=2, metavar="N", help="at a time (2)"
     )
     parser.add_argument(
+        "--attacks",
+        type=int,
+        default=0,
+        metavar="N",
+        help="drive a robot to the N worst places of each map, in place of"
+        " measuring its errors (0)",
+    )
+    parser.add_argument(
         "--output",
         type=Path,
         default=Path("results/map_bound"),
@@ -85,12 +95,19 @@ def cases(split: str, first: int, count: int) -> list[Case]:
 
 def run(arguments: argparse.Namespace) -> int:
     """Runs missing trials and prints what they show."""
-    for name, least in (("count", 1), ("first", 0), ("jobs", 0)):
+    for name, least in (
+        ("count", 1),
+        ("first", 0),
+        ("jobs", 0),
+        ("attacks", 0),
+    ):
         if getattr(arguments, name) < least:
             raise FieldError(
                 "map_bound", f"--{name}", f"must be at least {least}"
             )
     wanted = cases(arguments.split, arguments.first, arguments.count)
+    if arguments.attacks:
+        return _attack(wanted, arguments)
     path = arguments.output / f"{arguments.split}.jsonl"
     known = read_results(path)
     missing = [case for case in wanted if case.key not in known]
@@ -108,6 +125,27 @@ def run(arguments: argparse.Namespace) -> int:
     console = Console()
     console.print(table(results))
     for line in summary(results):
+        console.print(line, highlight=False, soft_wrap=True)
+    return 0
+
+
+def _attack(wanted: list[Case], arguments: argparse.Namespace) -> int:
+    """Drives a robot to the worst places of the cases' maps."""
+    aims = [Aim(case, arguments.attacks) for case in wanted]
+    running = run_jobs(
+        (Job(aim, closed_loop.attack, closed_loop.failed) for aim in aims),
+        arguments.jobs,
+    )
+    path = arguments.output / f"{arguments.split}-attacks.jsonl"
+    console, attacks = Console(), []
+    with LineFile(path) as file, closing(running):
+        for results in running:
+            for result in results:
+                file.append(json.dumps(dc.asdict(result)))
+                if result.error:
+                    console.print(result.key, result.error.splitlines()[-1])
+            attacks += results
+    for line in closed_loop.summary(attacks):
         console.print(line, highlight=False, soft_wrap=True)
     return 0
 

@@ -15,9 +15,13 @@ from apps.studies.map_bound.judge import (
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.rendering.sensor_noise import sensor_noise
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
-from remosplat_drake.reconstruction.alignment.alignment import align
+from remosplat_drake.reconstruction.alignment.alignment import (
+    Alignment,
+    align,
+)
+from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.pipeline import reconstruct
-from remosplat_drake.reconstruction.uncertainty.pose_errors import PoseErrors
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 QUERIES = 20_000
 """Number of random points at which a map is judged; fewer are of use."""
@@ -82,8 +86,28 @@ def failed(case: Case, error: str) -> Result:
     return Result(case.key, error=error)
 
 
-def run_trial(case: Case) -> Result:
-    """Reconstructs the capture of a case and judges the splat by the truth.
+@dc.dataclass(frozen=True, eq=False)
+class Mapped:
+    """The map that was made of a disturbed capture, and the truth.
+
+    Attributes:
+        splat: The splat with its discs' uncertainty, in W.
+        alignment: The refined capture.
+        capture: The disturbed capture.
+        sight: The truth.
+        seconds: Time of the reconstruction, and how much of it was alignment
+            [s].
+    """
+
+    splat: GaussianSplat
+    alignment: Alignment
+    capture: Capture
+    sight: Sight
+    seconds: tuple[float, float]
+
+
+def make_map(case: Case) -> Mapped:
+    """Reconstructs the capture of a case, without the truth.
 
     Raises:
         Exception: Any error of the reconstruction.
@@ -96,22 +120,33 @@ def run_trial(case: Case) -> Result:
     aligned = perf_counter() - start
     errors = PoseErrors.of_draws(alignment.draws())
     made = reconstruct(alignment.capture, "cpu", bounded=True, errors=errors)
-    seconds = perf_counter() - start
+    seconds = perf_counter() - start, aligned
+    return Mapped(made.splat, alignment, capture, sight, seconds)
+
+
+def run_trial(case: Case) -> Result:
+    """Reconstructs the capture of a case and judges the splat by the truth.
+
+    Raises:
+        Exception: Any error of the reconstruction.
+    """
+    mapped = make_map(case)
+    sight, alignment = mapped.sight, mapped.alignment
     rng = np.random.default_rng([case.seed, 2])
-    raw = SphereToEllipsoidField(made.splat.with_uncertainty(None))
-    careful = SphereToEllipsoidField(made.splat)
+    raw = SphereToEllipsoidField(mapped.splat.with_uncertainty(None))
+    careful = SphereToEllipsoidField(mapped.splat)
     queries = random_queries(sight, QUERIES, rng)
     queries = queries.joined(worst_queries(raw, sight, rng)).well_seen()
     over, excess = queries.over_estimates(raw), queries.over_estimates(careful)
-    near = np.abs(made.splat.p_GK - sight.focus_W).max(axis=1) < 1
-    assert made.splat.uncertainty is not None
-    own = made.splat.uncertainty[near]
+    near = np.abs(mapped.splat.p_GK - sight.focus_W).max(axis=1) < 1
+    assert mapped.splat.uncertainty is not None
+    own = mapped.splat.uncertainty[near]
     return Result(
         key=case.key,
-        before=_errors(capture, perfect, case.disturbance.scale),
+        before=_errors(mapped.capture, sight.perfect, case.disturbance.scale),
         after=_errors(
             alignment.capture,
-            perfect,
+            sight.perfect,
             case.disturbance.scale * alignment.scale,
         ),
         queries=len(over),
@@ -121,7 +156,7 @@ def run_trial(case: Case) -> Result:
         bound=float(own.max(initial=0.0)),
         looseness=tuple(np.percentile(-excess, [50, 90]).tolist()),
         medium=float(np.median(own)),
-        seconds=(seconds, aligned),
+        seconds=mapped.seconds,
     )
 
 

@@ -24,6 +24,7 @@ from remosplat_drake.reconstruction.alignment.odometry_prior import (
     plausible_noise,
 )
 from remosplat_drake.reconstruction.alignment.pair_selection import choose_pairs
+from remosplat_drake.reconstruction.alignment.perturbation import perturbed
 from remosplat_drake.reconstruction.alignment.residual_table import (
     ResidualRow,
     distances_of_pairs,
@@ -59,6 +60,10 @@ _CORRELATION = 10.0
 
 _HELD_OUT = 7
 """Every so many pairs, in order of their distance, only judge."""
+
+_UNTOLD = np.array([0.003, 0.003])
+"""Scale and offset [m] that are not told from none: noise hides that surfaces
+are curved, and the planes in their place lie too deep."""
 
 _CONVERGED = 2e-6
 """Steps below end a level [rad, m]."""
@@ -143,30 +148,6 @@ class Alignment:
         root = vectors * np.sqrt(np.maximum(values, 0))
         normal = np.random.default_rng(seed).standard_normal((count, len(root)))
         return self.error + normal @ root.T
-
-    def displacements(
-        self, p_W: np.ndarray, view: np.ndarray, draws: np.ndarray
-    ) -> np.ndarray:
-        """Tells how measured points move when the cameras err as drawn.
-
-        Args:
-            p_W: Points that were measured, shape (k, 3) [m].
-            view: Indices of the views that measured them, shape (k,).
-            draws: What `draws` returned, shape (m, 6n + 2).
-
-        Returns:
-            True minus measured position under each draw, (m, k, 3) [m].
-        """
-        X = self.capture.X_WC[view]
-        arm = p_W - X[:, :3, 3]
-        z = np.maximum((arm * X[:, :3, 2]).sum(axis=1), 1e-3)
-        motion = draws[:, :-2].reshape(len(draws), -1, 6)[:, view]
-        stretch = draws[:, -2:-1] + draws[:, -1:] / z
-        return (
-            np.cross(motion[..., :3], arm)
-            + motion[..., 3:]
-            + stretch[..., None] * arm
-        )
 
 
 def align(
@@ -257,7 +238,21 @@ class _Refinement:
                 if np.abs(step[:-2]).max(initial=0.0) < _CONVERGED:
                     break
         assert result is not None
+        state = self._simplest(result, state)
         return self._doubted(result, state, levels[-1]), state
+
+    def _simplest(self, result: Posterior, state: State) -> State:
+        """The state, without a scale and offset that are next to none.
+
+        The poses are then those that go with the depth as it was measured, by
+        the joint normal distribution of all unknowns.
+        """
+        found, C = result.mean[-2:], result.covariance
+        if self.config.lengths or np.linalg.norm(found / _UNTOLD) > 1:
+            return state
+        gain = np.linalg.solve(C[-2:, -2:], C[-2:]).T
+        held = (result.mean - gain @ found)[:-2]
+        return State(perturbed(self.given, held.reshape(-1, 6)))
 
     def _doubted(
         self, result: Posterior, state: State, level: Level

@@ -1,11 +1,14 @@
 r"""What is known of given poses: an odometry with noise and drift.
 
 The error of the pose at time tau, from 0 at the capture's first view to 1 at
-its last one, is white noise, a random walk and a steady drift. Its covariance
-between views i and j is, for each coordinate,
+its last one, is white noise, a random walk, a steady drift and a smooth one,
+whose speed is a random walk (Wahba, "Improper priors, spline smoothing", 1978).
+Its covariance between views i and j is, for each coordinate,
 
-    sigma_white^2 [i = j] + sigma_walk^2 min(tau_i, tau_j)
-        + sigma_steady^2 tau_i tau_j.
+    sigma_white^2 [i = j] + sigma_walk^2 m + sigma_steady^2 tau_i tau_j
+        + sigma_smooth^2 m^2 (3 M - m) / 2
+
+with m and M the smaller and the larger of tau_i and tau_j.
 
 So white noise ties W to the mean of all cameras, and drift to the first ones.
 How large they are is told by the data: the data's equations H x = h and the
@@ -13,7 +16,7 @@ covariance C give the evidence (MacKay, "Bayesian interpolation", 1992)
 
     2 ln p = -ln |I + C H| + h^T (H + C^-1)^-1 h,
 
-which is maximised over the six deviations.
+which is maximised over the eight deviations.
 """
 
 import dataclasses as dc
@@ -24,13 +27,16 @@ from scipy.optimize import minimize
 
 from remosplat_drake.reconstruction.alignment.cholesky import lower_factor
 
-LEAST = np.array([1e-6, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5])
-MOST = np.array([0.5, 0.5, 0.5, 1.0, 1.0, 1.0])
-"""Range of the six deviations [rad, m]."""
+_KINDS = 4
+"""Of noise: white, random walk, steady drift and smooth drift."""
+
+LEAST = np.repeat([1e-6, 1e-5], _KINDS)
+MOST = np.repeat([0.5, 1.0], _KINDS)
+"""Range of the eight deviations [rad, m]."""
 
 
-_REFUTED = 2.0
-"""What makes the data e^2 times less likely is refuted."""
+_REFUTED = 3.0
+"""What makes the data e^3 times less likely is refuted."""
 
 
 @dc.dataclass(frozen=True)
@@ -41,28 +47,32 @@ class OdometryNoise:
         turn_white: White noise of each rotation [rad].
         turn_walk: Random walk of the rotation, at the end [rad].
         turn_steady: Steady drift of the rotation, at the end [rad].
+        turn_smooth: Smooth drift of the rotation, at the end [rad].
         white: White noise of each position [m].
         walk: Random walk of the position, at the end [m].
         steady: Steady drift of the position, at the end [m].
+        smooth: Smooth drift of the position, at the end [m].
     """
 
     turn_white: float = 0.01
     turn_walk: float = 0.02
     turn_steady: float = 0.0
+    turn_smooth: float = 0.01
     white: float = 0.02
     walk: float = 0.05
     steady: float = 0.05
+    smooth: float = 0.05
 
     def covariance(self, n: int) -> np.ndarray:
         """Returns the covariance of n views' errors, (6n, 6n)."""
-        turn = _kernels(n) * np.square(_values(self)[:3])[:, None, None]
-        shift = _kernels(n) * np.square(_values(self)[3:])[:, None, None]
+        turn = _kernels(n) * np.square(_values(self)[:_KINDS])[:, None, None]
+        shift = _kernels(n) * np.square(_values(self)[_KINDS:])[:, None, None]
         return _spread(turn.sum(axis=0), shift.sum(axis=0))
 
     def precision(self, n: int) -> np.ndarray:
         """Returns the inverse of `covariance`."""
-        turn = _kernels(n) * np.square(_values(self)[:3])[:, None, None]
-        shift = _kernels(n) * np.square(_values(self)[3:])[:, None, None]
+        turn = _kernels(n) * np.square(_values(self)[:_KINDS])[:, None, None]
+        shift = _kernels(n) * np.square(_values(self)[_KINDS:])[:, None, None]
         return _spread(
             np.linalg.inv(turn.sum(axis=0)), np.linalg.inv(shift.sum(axis=0))
         )
@@ -73,11 +83,11 @@ def _values(noise: OdometryNoise) -> np.ndarray:
 
 
 def _kernels(n: int) -> np.ndarray:
-    """The three covariances of unit deviation, shape (3, n, n)."""
+    """The covariances of unit deviation, shape (4, n, n)."""
     tau = np.linspace(0, 1, n) if n > 1 else np.zeros(1)
-    return np.stack(
-        [np.eye(n), np.minimum(tau, tau[:, None]), tau * tau[:, None]]
-    )
+    least, most = np.minimum(tau, tau[:, None]), np.maximum(tau, tau[:, None])
+    smooth = least**2 * (3 * most - least) / 2
+    return np.stack([np.eye(n), least, tau * tau[:, None], smooth])
 
 
 def _spread(turn: np.ndarray, shift: np.ndarray) -> np.ndarray:
@@ -118,8 +128,9 @@ def plausible_noise(
     """Returns the largest deviations that the evidence does not refute.
 
     The likeliest noise of few or weakly seen poses is often none at all, and
-    doubt that rests on it is too small. White noise and random walk are each
-    doubled for as long as the evidence stays within `_REFUTED`.
+    doubt that rests on it is too small: least of all do the directions that
+    the data see tell of those along which views slide. Each kind is doubled
+    for as long as the evidence stays within `_REFUTED`.
 
     Args:
         H: Matrix of data, scale and offset, shape (6n + 2, 6n + 2).
@@ -129,7 +140,7 @@ def plausible_noise(
     likeliest = _values(found)
     limit = _cost(H, h, likeliest, value_only=True)[0] + _REFUTED
     result = likeliest.copy()
-    for kind in (0, 1, 3, 4):
+    for kind in range(2 * _KINDS):
         trial = likeliest.copy()
         trial[kind] = max(trial[kind], 10 * LEAST[kind])
         while trial[kind] < MOST[kind]:
@@ -153,7 +164,7 @@ def _cost(
     log_P = 2 * np.log(np.diag(L)).sum()
     log_C = -np.linalg.slogdet(inverse)[1]
     value = 0.5 * (log_P + log_C - h @ x)
-    gradient = np.zeros(6)
+    gradient = np.zeros(2 * _KINDS)
     if value_only:
         return value, gradient
     # A = (C + H^-1)^-1 = C^-1 - C^-1 P^-1 C^-1 and alpha = C^-1 x, P = L L^T.
@@ -167,5 +178,6 @@ def _cost(
         sums = np.zeros((n, n))
         for axis in range(3 * group, 3 * group + 3):
             sums += inner[:, axis, :, axis]
-        gradient[3 * group : 3 * group + 3] = (kernels * sums).sum(axis=(1, 2))
+        kinds = slice(_KINDS * group, _KINDS * (group + 1))
+        gradient[kinds] = (kernels * sums).sum(axis=(1, 2))
     return value, gradient * np.square(deviations)

@@ -27,6 +27,9 @@ import numpy as np
 UNKNOWNS = 8
 """theta_A, t_A, s, o."""
 
+VALUES = 14
+"""Numbers that `associate` has for each point."""
+
 NEAR = 0.02
 """Least depth at which a view sees a point [m]."""
 
@@ -34,6 +37,43 @@ FLOOR = 1e-4
 """Least standard deviation of a residual: what no model of noise has [m]."""
 
 _kernel = numba.njit(cache=True, nogil=True, error_model="numpy")
+
+
+@_kernel
+def _turned(pose, x, y, z):
+    """Returns a vector of a camera's frame in W."""
+    return (
+        pose[0, 0] * x + pose[0, 1] * y + pose[0, 2] * z,
+        pose[1, 0] * x + pose[1, 1] * y + pose[1, 2] * z,
+        pose[2, 0] * x + pose[2, 1] * y + pose[2, 2] * z,
+    )
+
+
+@_kernel
+def _turned_back(pose, x, y, z):
+    """Returns a vector of W in a camera's frame."""
+    return (
+        pose[0, 0] * x + pose[1, 0] * y + pose[2, 0] * z,
+        pose[0, 1] * x + pose[1, 1] * y + pose[2, 1] * z,
+        pose[0, 2] * x + pose[1, 2] * y + pose[2, 2] * z,
+    )
+
+
+@_kernel
+def _plane_at(stack, b, x, y):
+    """Returns normal and distance of view b's plane on the ray (x, y, 1).
+
+    The distance is 0 where the view has no plane.
+    """
+    column = (stack.camera[b, 0] * x + stack.camera[b, 2] - 0.5) / stack.step
+    row = (stack.camera[b, 1] * y + stack.camera[b, 3] - 0.5) / stack.step
+    if not (
+        -0.5 < column < stack.plane.shape[2] - 0.5
+        and -0.5 < row < stack.plane.shape[1] - 0.5
+    ):
+        return 0.0, 0.0, 0.0, 0.0
+    plane = stack.plane[b, int(row + 0.5), int(column + 0.5)]
+    return float(plane[0]), float(plane[1]), float(plane[2]), float(plane[3])
 
 
 @_kernel
@@ -51,81 +91,61 @@ def associate(stack, pose, scale, offset, a, b, i, gate, least_cosine, out):
         gate: Largest residual [m].
         least_cosine: Least cosine between the two normals.
         out: Receives the residual [m], its standard deviation as far as known
-            [m], the derivatives by theta_A, t_A, s, o, and the point from A's
-            centre in W [m], (13,).
+            [m], the derivatives by theta_A, t_A, s, o, the point from A's
+            centre in W [m], and the square of the difference of the views'
+            normals, shape (`VALUES`,).
 
     Returns:
         Whether view b has a like surface there.
     """
-    pz = stack.point[a, i, 2]
-    stretch = scale + offset / pz
-    sx = stack.point[a, i, 0] * stretch
-    sy = stack.point[a, i, 1] * stretch
-    sz = pz * stretch
-    # Arms from the camera centres to the point, in W.
-    ax = pose[a, 0, 0] * sx + pose[a, 0, 1] * sy + pose[a, 0, 2] * sz
-    ay = pose[a, 1, 0] * sx + pose[a, 1, 1] * sy + pose[a, 1, 2] * sz
-    az = pose[a, 2, 0] * sx + pose[a, 2, 1] * sy + pose[a, 2, 2] * sz
-    bx = ax + pose[a, 0, 3] - pose[b, 0, 3]
-    by = ay + pose[a, 1, 3] - pose[b, 1, 3]
-    bz = az + pose[a, 2, 3] - pose[b, 2, 3]
-    z = pose[b, 0, 2] * bx + pose[b, 1, 2] * by + pose[b, 2, 2] * bz
+    depth = stack.point[a, i, 2]
+    stretch = scale + offset / depth
+    ax, ay, az = _turned(
+        pose[a],
+        stack.point[a, i, 0] * stretch,
+        stack.point[a, i, 1] * stretch,
+        depth * stretch,
+    )
+    x, y, z = _turned_back(
+        pose[b],
+        ax + pose[a, 0, 3] - pose[b, 0, 3],
+        ay + pose[a, 1, 3] - pose[b, 1, 3],
+        az + pose[a, 2, 3] - pose[b, 2, 3],
+    )
     if z <= NEAR:
         return False
-    x = (pose[b, 0, 0] * bx + pose[b, 1, 0] * by + pose[b, 2, 0] * bz) / z
-    y = (pose[b, 0, 1] * bx + pose[b, 1, 1] * by + pose[b, 2, 1] * bz) / z
-    column = (stack.camera[b, 0] * x + stack.camera[b, 2] - 0.5) / stack.step
-    row = (stack.camera[b, 1] * y + stack.camera[b, 3] - 0.5) / stack.step
-    if not (
-        -0.5 < column < stack.plane.shape[2] - 0.5
-        and -0.5 < row < stack.plane.shape[1] - 0.5
-    ):
-        return False
-    r, c = int(row + 0.5), int(column + 0.5)
-    d = float(stack.plane[b, r, c, 3])
-    if d == 0:
-        return False
-    px = float(stack.plane[b, r, c, 0])
-    py = float(stack.plane[b, r, c, 1])
-    pn = float(stack.plane[b, r, c, 2])
-    slope = px * x + py * y + pn  # n . r
-    if slope > -1e-2:
+    x, y = x / z, y / z
+    px, py, pz, d = _plane_at(stack, b, x, y)
+    slope = px * x + py * y + pz  # n . r
+    if d == 0 or slope > -1e-2:
         return False
     e = z * slope - (scale * d + offset * slope)
     measured = d / slope
     if abs(e) > gate or abs(z - measured) > 3 * gate + 0.02:
         return False
-    nx = pose[b, 0, 0] * px + pose[b, 0, 1] * py + pose[b, 0, 2] * pn
-    ny = pose[b, 1, 0] * px + pose[b, 1, 1] * py + pose[b, 1, 2] * pn
-    nz = pose[b, 2, 0] * px + pose[b, 2, 1] * py + pose[b, 2, 2] * pn
-    mx, my, mz = (
+    nx, ny, nz = _turned(pose[b], px, py, pz)
+    mx, my, mz = _turned(
+        pose[a],
         stack.normal[a, i, 0],
         stack.normal[a, i, 1],
         stack.normal[a, i, 2],
     )
-    alike = (
-        nx * (pose[a, 0, 0] * mx + pose[a, 0, 1] * my + pose[a, 0, 2] * mz)
-        + ny * (pose[a, 1, 0] * mx + pose[a, 1, 1] * my + pose[a, 1, 2] * mz)
-        + nz * (pose[a, 2, 0] * mx + pose[a, 2, 1] * my + pose[a, 2, 2] * mz)
-    )
+    alike = nx * mx + ny * my + nz * mz
     if alike < least_cosine:
         return False
     arm = nx * ax + ny * ay + nz * az
-    own = arm / stretch * pz * stack.deviation[a]
+    own = arm / stretch * depth * stack.deviation[a]
     other = d * measured * stack.deviation[b]
     out[0] = e / scale
     out[1] = np.sqrt(own * own + other * other + FLOOR * FLOOR)
     out[2] = (ay * nz - az * ny) / scale
     out[3] = (az * nx - ax * nz) / scale
     out[4] = (ax * ny - ay * nx) / scale
-    out[5] = nx / scale
-    out[6] = ny / scale
-    out[7] = nz / scale
+    out[5], out[6], out[7] = nx / scale, ny / scale, nz / scale
     out[8] = (arm / stretch - d - e / scale) / scale
-    out[9] = (arm / (stretch * pz) - slope) / scale
-    out[10] = ax
-    out[11] = ay
-    out[12] = az
+    out[9] = (arm / (stretch * depth) - slope) / scale
+    out[10], out[11], out[12] = ax, ay, az
+    out[13] = max(2 * (1 - alike), 0.0)
     return True
 
 
@@ -148,7 +168,7 @@ def pair_residuals(
             of a in b and of b in a, shape (m, 2, s / stride, 2) [m]; NaN where
             there is none.
     """
-    values = np.empty(13)
+    values = np.empty(VALUES)
     for k in range(len(pairs)):
         out[k] = np.nan
         for side in range(2):
@@ -186,10 +206,11 @@ def pair_equations(
         H: Receives the matrices, shape (m, 8, 8); see `UNKNOWNS`.
         g: Receives the gradients, shape (m, 8).
         tilts: Receives what the noise of the normals' direction adds to the
-            matrices, shape (m, 8, 8).
+            matrices, shape (m, 8, 8): that of view b's image, or by how much
+            the two views' normals differ, if that is more.
         count: Receives numbers of residuals, shape (m,).
     """
-    value = np.empty(13)
+    value = np.empty(VALUES)
     for k in range(len(pairs)):
         H[k] = 0
         g[k] = 0
@@ -200,7 +221,7 @@ def pair_equations(
         ez = pose[pairs[k, 1], 2, 3] - pose[pairs[k, 0], 2, 3]
         for side in range(2):
             a, b = pairs[k, side], pairs[k, 1 - side]
-            variance = stack.tilt[b] ** 2
+            usual = stack.tilt[b] ** 2
             for point in range(stack.count[a]):
                 if not associate(
                     stack, pose, scale, offset, a, b, point, gate, least_cosine,
@@ -226,7 +247,7 @@ def pair_equations(
                     g[k, j] += v * value[0]
                     for i in range(j, 8):
                         H[k, j, i] += v * value[2 + i]
-                _add_tilt(w * variance, value, tilts[k])
+                _add_tilt(w * max(usual, value[13]), scale, value, tilts[k])
                 count[k] += 1
         for j in range(8):
             for i in range(j):
@@ -235,23 +256,24 @@ def pair_equations(
 
 
 @_kernel
-def _add_tilt(w, value, tilts):
+def _add_tilt(w, scale, value, tilts):
     """Adds w (G G^T - J J^T), the upper half, with J = G n, G = ([p] x, 1)."""
     x, y, z = value[10], value[11], value[12]
-    tilts[0, 0] += w * (y * y + z * z)
-    tilts[1, 1] += w * (x * x + z * z)
-    tilts[2, 2] += w * (x * x + y * y)
-    tilts[0, 1] -= w * x * y
-    tilts[0, 2] -= w * x * z
-    tilts[1, 2] -= w * y * z
-    tilts[0, 4] -= w * z
-    tilts[0, 5] += w * y
-    tilts[1, 3] += w * z
-    tilts[1, 5] -= w * x
-    tilts[2, 3] -= w * y
-    tilts[2, 4] += w * x
+    u = w / (scale * scale)
+    tilts[0, 0] += u * (y * y + z * z)
+    tilts[1, 1] += u * (x * x + z * z)
+    tilts[2, 2] += u * (x * x + y * y)
+    tilts[0, 1] -= u * x * y
+    tilts[0, 2] -= u * x * z
+    tilts[1, 2] -= u * y * z
+    tilts[0, 4] -= u * z
+    tilts[0, 5] += u * y
+    tilts[1, 3] += u * z
+    tilts[1, 5] -= u * x
+    tilts[2, 3] -= u * y
+    tilts[2, 4] += u * x
     for j in range(6):
         if j >= 3:
-            tilts[j, j] += w
+            tilts[j, j] += u
         for i in range(j, 6):
             tilts[j, i] -= w * value[2 + j] * value[2 + i]

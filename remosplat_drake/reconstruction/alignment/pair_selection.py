@@ -8,7 +8,10 @@ loop closures are among them.
 import numba
 import numpy as np
 
-from remosplat_drake.reconstruction.alignment.pair_kernel import associate
+from remosplat_drake.reconstruction.alignment.pair_kernel import (
+    VALUES,
+    associate,
+)
 from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
 
 _POINTS = 60
@@ -29,7 +32,7 @@ def shared_fractions(stack, pose, scale, offset, gate, least_cosine, out):
 
     See `associate` for the arguments.
     """
-    values = np.empty(13)
+    values = np.empty(VALUES)
     for a in range(len(stack.count)):
         stride = max(1, stack.count[a] // _POINTS)
         for b in range(len(stack.count)):

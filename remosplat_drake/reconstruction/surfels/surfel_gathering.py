@@ -79,6 +79,10 @@ class DepthNoise(NamedTuple):
     min_cosine: float
     color_step: float
 
+    def deviation(self, z: np.ndarray) -> np.ndarray:
+        """Returns the standard deviation of depths z, alike in shape [m]."""
+        return self.floor + self.growth * z**2
+
 
 def make_view(capture: Capture, i: int) -> DepthView:
     """Makes the `DepthView` of view i of a capture."""

@@ -29,7 +29,7 @@ def gather_planes(
         z = view.depth[rows, columns].astype(float)
         rows, columns, z = rows[z > 0], columns[z > 0], z[z > 0]
         a, b, h = _points(patches, i, view, rows, columns, z).T
-        sigma = noise.floor + noise.growth * z**2
+        sigma = noise.deviation(z)
         c = np.maximum(tolerance, 3 * sigma)
         inner = 1 - (a**2 + b**2) / patches.radius[i] ** 2
         w = cosine**2 * inner / ((1 + (h / c) ** 2) ** 2 * sigma**2)
@@ -62,7 +62,7 @@ def gather_votes(
         point = _points(patches, i, view, rows, columns, z)
         ray = _rays(view, rows, columns) @ patches.R_WK[i]
         h, slope = point[:, 2], ray[:, 2]
-        sigma = noise.floor + noise.growth * z**2
+        sigma = noise.deviation(z)
         c = np.maximum(tolerance, 2 * sigma * np.abs(slope))
         steep = slope <= -0.5 * noise.min_cosine
         met = point[:, :2] - (h / slope)[:, None] * ray[:, :2]

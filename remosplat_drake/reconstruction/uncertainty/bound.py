@@ -13,19 +13,17 @@ import dataclasses as dc
 import numpy as np
 
 from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
 from remosplat_drake.reconstruction.uncertainty.depth_noise import (
     estimate_noise,
 )
+from remosplat_drake.reconstruction.uncertainty.disc_errors import disc_errors
 from remosplat_drake.reconstruction.uncertainty.evidence import noise_of_means
 from remosplat_drake.reconstruction.uncertainty.gaps import close_gaps, gaps
 from remosplat_drake.reconstruction.uncertainty.measured_voxels import (
     MeasuredVoxels,
     measured_voxels,
-)
-from remosplat_drake.reconstruction.uncertainty.pose_errors import (
-    PoseErrors,
-    disc_errors,
 )
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -48,6 +46,8 @@ class Bounds:
         noise: Noise of the capture's depth.
         gap: Largest gaps g, shape (n,) [m].
         noise_sigma: Standard deviations by the depth's noise, shape (n,) [m].
+        shift: Expected errors of the discs' places by those of poses and scale,
+            shape (n,) [m].
         pose_sigma: Standard deviations by errors of poses and scale, shape
             (n,) [m].
         pitch: Distances a between pixels, shape (n,) [m].
@@ -57,6 +57,7 @@ class Bounds:
     noise: DepthNoise
     gap: np.ndarray
     noise_sigma: np.ndarray
+    shift: np.ndarray
     pose_sigma: np.ndarray
     pitch: np.ndarray
 
@@ -82,6 +83,7 @@ class Bounds:
         sigma = np.hypot(self.noise_sigma, self.pose_sigma)
         return (
             self.gap
+            + self.shift
             + significance * sigma
             + np.minimum(self.pitch, largest_pitch)
         )
@@ -113,7 +115,7 @@ def bound_splat(
     pitch = np.where(known, pitch, farthest)
     # Where nothing was averaged, one pixel's noise counts.
     z = pitch * float(capture.K[:, 0, 0].mean())
-    single = noise.floor + noise.growth * z**2
+    single = noise.deviation(z)
     sigma = np.minimum(np.minimum(sigma, averaged), single)
     sigma = np.minimum(sigma, LARGEST_SIGMA)
     return Bounds(
@@ -121,7 +123,8 @@ def bound_splat(
         noise=noise,
         gap=gap,
         noise_sigma=sigma,
-        pose_sigma=np.sqrt((moved**2).mean(axis=1)),
+        shift=np.abs(moved.mean(axis=1)),
+        pose_sigma=moved.std(axis=1),
         pitch=pitch,
     )
 

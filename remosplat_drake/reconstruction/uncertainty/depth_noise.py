@@ -43,7 +43,7 @@ def estimate_noise(
     ray_W = p_W - capture.X_WC[:, None, :3, 3]
     p_W, z, ray_W = p_W[known], p_C[known][:, 2], ray_W[known]
     field = SphereToEllipsoidField(splat_W, min_opacity=0.0)
-    nearest = field.nearest_splats(Spheres.at(p_W))
+    nearest, _ = field.nearest_splats(Spheres.at(p_W))
     normal_W = splat_W.R_GK[nearest, :, 2]
     height = ((p_W - splat_W.p_GK[nearest]) * normal_W).sum(axis=1)
     slope = (ray_W * normal_W).sum(axis=1) / z

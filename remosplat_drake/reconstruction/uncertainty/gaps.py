@@ -56,15 +56,14 @@ def gaps(
         Distances, shape (n,) [m], and the indices of the nearest discs, (n,).
     """
     field = SphereToEllipsoidField(splat_W, min_opacity=0.0)
-    points = Spheres.at(measured.p_W)
-    distance = field.clearances(points).per_sphere(len(points))
+    nearest, distance = field.nearest_splats(Spheres.at(measured.p_W))
     open_ = np.flatnonzero(distance > _TINY)
     for step in np.linspace(-_SIGNIFICANT, _SIGNIFICANT, _STEPS):
         offset = step * measured.sigma[open_, None] * measured.ray_W[open_]
         points = Spheres.at(measured.p_W[open_] + offset)
         moved = field.clearances(points).per_sphere(len(points))
         distance[open_] = np.minimum(distance[open_], moved)
-    return distance, field.nearest_splats(Spheres.at(measured.p_W))
+    return distance, nearest
 
 
 def close_gaps(

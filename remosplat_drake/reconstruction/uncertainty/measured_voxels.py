@@ -96,7 +96,7 @@ def _rows(
     z = capture.depth[view, ::stride, ::stride].reshape(-1).astype(float)
     known = z > 0
     p_W = capture.points_W(view)[::stride, ::stride].reshape(-1, 3)[known]
-    weight = (noise.floor + noise.growth * z[known] ** 2) ** -2
+    weight = noise.deviation(z[known]) ** -2
     ray_W = p_W - capture.X_WC[view, :3, 3]
     ray_W /= np.linalg.norm(ray_W, axis=1, keepdims=True)
     number = np.full(len(p_W), view)

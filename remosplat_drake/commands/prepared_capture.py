@@ -1,0 +1,92 @@
+"""`PreparedCapture`: a capture inspected, refined and placed."""
+
+import argparse
+import dataclasses as dc
+
+import numpy as np
+from rich.console import Console
+
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.capture.capture import Capture, check_reconstructible
+from remosplat_drake.commands.alignment import aligned
+from remosplat_drake.commands.capture_admission import (
+    admitted,
+    after_alignment,
+)
+from remosplat_drake.commands.flags import captured
+from remosplat_drake.commands.map_placement import find_placement
+from remosplat_drake.reconstruction.alignment.alignment import Alignment
+from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
+from remosplat_drake.reconstruction.alignment.summary import AlignmentSummary
+from remosplat_drake.reconstruction.placement import Placement
+from remosplat_drake.reconstruction.workspace import Workspace
+
+
+@dc.dataclass(frozen=True, eq=False)
+class PreparedCapture:
+    """A capture as it is reconstructed, and what was found on the way.
+
+    Attributes:
+        capture: The capture, inspected, refined and placed.
+        warnings: What its inspection warns of.
+        alignment: The refinement of its cameras; None if none was wanted.
+        summary: What the report says of that.
+        placement: Where its frame is.
+        workspace: Where the robot works.
+    """
+
+    capture: Capture
+    warnings: list[str]
+    alignment: Alignment | None
+    summary: AlignmentSummary | None
+    placement: Placement
+    workspace: Workspace
+
+    @property
+    def errors(self) -> PoseErrors | None:
+        """Draws of the cameras' errors, in the frame of the capture."""
+        if self.alignment is None:
+            return None
+        errors = PoseErrors.of_draws(self.alignment.draws())
+        return errors.rotated(self.placement.X_FW.rotation().matrix())
+
+
+def prepare_capture(
+    arguments: argparse.Namespace, console: Console
+) -> PreparedCapture:
+    """Reads, inspects, refines and places the capture of a command line.
+
+    Args:
+        arguments: The command's flags.
+        console: Where progress, and what was found, are shown.
+
+    Raises:
+        RemoSplatError: The capture or a flag is unusable.
+    """
+    with console.status("reading the capture"):
+        capture = captured(arguments)
+        check_reconstructible(capture)
+        capture, warnings = admitted(capture, arguments, console)
+    alignment, summary = aligned(capture, arguments, console)
+    if alignment is not None:
+        capture = alignment.capture
+        warnings = after_alignment(warnings, capture)
+    with console.status("looking for the floor"):
+        placement = find_placement(capture, arguments)
+        capture = placement.placed(capture)
+    workspace = _workspace(capture, arguments)
+    console.print(placement.words, soft_wrap=True, highlight=False)
+    return PreparedCapture(
+        capture, warnings, alignment, summary, placement, workspace
+    )
+
+
+def _workspace(capture: Capture, arguments: argparse.Namespace) -> Workspace:
+    if arguments.focus is None:
+        return Workspace.of_capture(capture)
+    workspace = Workspace.around(np.array(arguments.focus))
+    if not workspace.is_seen(capture):
+        raise FieldError(
+            "reconstruct", "--focus", "is far from all that was captured"
+        )
+    return workspace

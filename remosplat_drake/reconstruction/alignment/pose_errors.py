@@ -1,0 +1,52 @@
+"""`PoseErrors`: draws of what an alignment does not know."""
+
+import dataclasses as dc
+
+import numpy as np
+
+
+@dc.dataclass(frozen=True, eq=False)
+class PoseErrors:
+    """k draws of the errors of n cameras' poses and of the depth.
+
+    The true place of what camera v measured at p_W is p_W + theta x (p_W -
+    p_WC) + t + scale (p_W - p_WC) + offset r, where r = (p_W - p_WC) / z is
+    the pixel's ray of unit depth.
+
+    Attributes:
+        theta_W: Rotation vectors, shape (k, n, 3) [rad].
+        t_W: Translations, shape (k, n, 3) [m].
+        scale: Errors of the depth's scale, shape (k,).
+        offset: Errors of the depth's offset, shape (k,) [m].
+    """
+
+    theta_W: np.ndarray
+    t_W: np.ndarray
+    scale: np.ndarray
+    offset: np.ndarray
+
+    @staticmethod
+    def of_draws(draws: np.ndarray) -> "PoseErrors":
+        """Sorts draws of `Alignment.draws`, shape (k, 6n + 2)."""
+        motion = draws[:, :-2].reshape(len(draws), -1, 2, 3)
+        return PoseErrors(
+            motion[:, :, 0], motion[:, :, 1], draws[:, -2], draws[:, -1]
+        )
+
+    def of_views(self, keep: np.ndarray) -> "PoseErrors":
+        """Returns the errors of the cameras that a mask selects."""
+        return dc.replace(
+            self, theta_W=self.theta_W[:, keep], t_W=self.t_W[:, keep]
+        )
+
+    def rotated(self, R_FW: np.ndarray) -> "PoseErrors":
+        """Returns the errors expressed in another frame F, by R_FW (3, 3)."""
+        return dc.replace(
+            self, theta_W=self.theta_W @ R_FW.T, t_W=self.t_W @ R_FW.T
+        )
+
+    @staticmethod
+    def none(views: int) -> "PoseErrors":
+        """Makes one draw of no error, for poses that are taken as exact."""
+        nothing = np.zeros((1, views, 3))
+        return PoseErrors(nothing, nothing, np.zeros(1), np.zeros(1))

@@ -1,0 +1,93 @@
+"""The bound of discs on the plane z = 0, which two views look down on."""
+
+import numpy as np
+import pytest
+from plane_views import looking_down
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
+from remosplat_drake.reconstruction.surfels.surfels import (
+    Surfels,
+    splat_of_surfels,
+)
+from remosplat_drake.reconstruction.uncertainty.bound import (
+    LARGEST_PITCH,
+    SIGNIFICANCE,
+    bound_splat,
+)
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+HEIGHT, SPACING = 1.0, 0.02
+
+
+@pytest.fixture(scope="module")
+def capture() -> Capture:
+    return looking_down(np.array([[-0.05, 0, HEIGHT], [0.05, 0, HEIGHT]]))
+
+
+def bounded(
+    capture: Capture, errors: PoseErrors | None = None
+) -> GaussianSplat:
+    """The splat of a square of discs, with its bounds."""
+    side = np.arange(-0.5, 0.5, SPACING)
+    x, y = np.meshgrid(side, side)
+    p_W = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+    up = np.tile([0.0, 0, 1], (len(p_W), 1))
+    gray = np.full((len(p_W), 3), 0.5)
+    spacing = np.full(len(p_W), SPACING)
+    plane = splat_of_surfels(Surfels(p_W, up, gray, spacing))
+    return bound_splat(capture, plane, errors).bounded_W
+
+
+def bounds(capture: Capture, errors: PoseErrors | None = None) -> np.ndarray:
+    """Bounds of the discs near the middle, which both views see."""
+    splat_W = bounded(capture, errors)
+    assert splat_W.uncertainty is not None
+    return splat_W.uncertainty[np.abs(splat_W.p_GK[:, :2]).max(axis=1) < 0.2]
+
+
+def rising(rise: np.ndarray) -> PoseErrors:
+    """Draws in which the cameras are too low by rows of `rise`, (k, 2) [m]."""
+    t_W = rise[:, :, None] * [0.0, 0, 1]
+    none = np.zeros(len(rise))
+    return PoseErrors(np.zeros_like(t_W), t_W, none, none)
+
+
+def test_exact_views_leave_the_pitch_of_their_pixels(capture):
+    exact = bounds(capture)
+    assert exact.min() >= LARGEST_PITCH
+    assert exact.max() < LARGEST_PITCH + 0.001
+
+
+def test_a_common_error_of_the_poses_is_covered_and_single_ones_average(
+    capture,
+):
+    draws = 0.005 * np.random.default_rng(0).standard_normal((64, 2))
+    common = bounds(capture, rising(np.repeat(draws[:, :1], 2, axis=1)))
+    sigma = draws[:, 0].std()
+    np.testing.assert_allclose(
+        common - bounds(capture), SIGNIFICANCE * sigma, rtol=0.1
+    )
+    each = bounds(capture, rising(draws))
+    middle = draws.mean(axis=1).std()
+    np.testing.assert_allclose(
+        each - bounds(capture), SIGNIFICANCE * middle, rtol=0.2
+    )
+
+
+def test_what_is_expected_to_be_wrong_counts_once(capture):
+    off = bounds(capture, rising(np.full((8, 2), -0.006)))
+    np.testing.assert_allclose(off - bounds(capture), 0.006, atol=1e-6)
+
+
+def test_views_that_disagree_are_both_believed(capture):
+    apart = looking_down(capture.X_WC[:, :3, 3])
+    apart.X_WC[1, 2, 3] += 0.008
+    field = SphereToEllipsoidField(bounded(apart))
+    p_W = np.random.default_rng(0).uniform(-0.2, 0.2, (200, 3))
+    for z in (0.0, 0.008):
+        p_W[:, 2] = z
+        distance = field.clearances(Spheres.at(p_W)).per_sphere(len(p_W))
+        assert distance.max() < 0
