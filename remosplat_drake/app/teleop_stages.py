@@ -182,6 +182,7 @@ def AddLiveMap(
         n_q=loop.world.robot.n_q,
         period=loop.scenario.control_period,
         latency=loop.scenario.mapping.latency,
+        tracking=loop.localization is not None,
     )
 
 

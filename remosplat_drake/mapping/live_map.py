@@ -20,10 +20,12 @@ from remosplat_drake.mapping.messages import (
     AddFrame,
     Build,
     Event,
+    Located,
     MapReady,
     Request,
     Save,
     ShowScene,
+    Track,
     Undo,
 )
 from remosplat_drake.mapping.store.map_file import open_map
@@ -34,6 +36,9 @@ from remosplat_drake.signals.scene_map import SceneMap
 
 _AHEAD = 1.0
 """Greatest time by which a camera's clock may be ahead of ours [s]."""
+
+_TRACKING_PERIOD = 0.2
+"""Time between two looks at where the base is [s]."""
 
 _ROUNDING = 1e-9
 """Time by which ticks may come too early, by rounding [s]."""
@@ -46,15 +51,18 @@ class _Memory:
     Attributes:
         status: What is shown.
         known: The requests that have been passed on.
-        due: When answers take effect: pairs (time [s], number of requests
-            answered by then); only with a fixed latency.
+        due: When answers take effect: triples (time [s], number of requests
+            answered by then, whether they make a map); only with a fixed
+            latency.
         correction: The newest correction of the base's odometry.
+        tracked: When the base was looked for last [s].
     """
 
     status: MapStatus
     known: MapRequests = dc.field(default_factory=MapRequests)
-    due: tuple[tuple[float, int], ...] = ()
+    due: tuple[tuple[float, int, bool], ...] = ()
     correction: BaseCorrection = dc.field(default_factory=BaseCorrection)
+    tracked: float = -np.inf
 
     def __deepcopy__(self, memo) -> "_Memory":
         return self
@@ -94,6 +102,7 @@ class LiveMap(LeafSystem):
         reopened: The map of a session that goes on; None for a new session.
         latency: The fixed latency [s]; None: maps count as soon as they are
             made.
+        tracking: Whether the base is looked for all the time.
     """
 
     def __init__(
@@ -105,12 +114,14 @@ class LiveMap(LeafSystem):
         period: float,
         reopened: SceneMap | None = None,
         latency: float | None = None,
+        tracking: bool = False,
     ):
         super().__init__()
         self.set_name("live_map")
         self._process = process
         self._initial = initial
         self._latency = latency
+        self._tracking = tracking
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", n_q
         )
@@ -121,7 +132,7 @@ class LiveMap(LeafSystem):
         before = _Memory(status)
         if process.sent:  # A map is being made before the first tick.
             status = dc.replace(status, is_building=True)
-            due = () if latency is None else ((latency, process.sent),)
+            due = () if latency is None else ((latency, process.sent, True),)
             before = _Memory(status, due=due)
         self._memory_index = self.DeclareAbstractState(Value(before))
         memory = self.abstract_state_ticket(self._memory_index)
@@ -217,7 +228,8 @@ class LiveMap(LeafSystem):
 
     def _tick(self, context: Context, state: State):
         before = self._memory(context)
-        memory = self._heard(context.get_time(), self._asked(context, before))
+        memory = self._followed(context, self._asked(context, before))
+        memory = self._heard(context.get_time(), memory)
         if memory is not before:
             cell = int(self._memory_index)
             state.get_mutable_abstract_state(cell).set_value(memory)
@@ -238,9 +250,24 @@ class LiveMap(LeafSystem):
             return memory
         due = memory.due
         if self._latency is not None:
-            due = (*due, (time + self._latency, self._process.sent))
+            due = (*due, (time + self._latency, self._process.sent, True))
         status = dc.replace(memory.status, is_building=True)
         return dc.replace(memory, status=status, due=due)
+
+    def _followed(self, context: Context, memory: _Memory) -> _Memory:
+        """Asks where the base is, if it is time to."""
+        time = context.get_time()
+        is_due = time >= memory.tracked + _TRACKING_PERIOD - _ROUNDING
+        if not self._tracking or not is_due:
+            return memory
+        request = Track(self._configuration_input.Eval(context), time)
+        if self._latency is None:
+            self._process.track(request)
+            return dc.replace(memory, tracked=time)
+        self._process.request(request)
+        answer = time + self._latency, self._process.sent, False
+        due = (*memory.due, answer)
+        return dc.replace(memory, tracked=time, due=due)
 
     def _heard(self, time: float, memory: _Memory) -> _Memory:
         """Takes in what the process has told."""
@@ -254,18 +281,17 @@ class LiveMap(LeafSystem):
                 due = due[1:]
         if not events:
             return memory
-        status = memory.status
+        status, correction = memory.status, memory.correction
         for event in events:
             status = self._after(status, event)
+            if isinstance(event, Located | MapReady) and event.correction:
+                version = status.scene_map.version
+                correction = dc.replace(event.correction, version=version)
         is_building = self._process.answered < self._process.sent
+        if self._latency is not None:
+            is_building = any(makes_map for *_, makes_map in due)
         status = dc.replace(status, is_building=is_building)
-        # An undo brings back an older map, but no older pose of the base.
-        newest = max(
-            memory.correction,
-            status.scene_map.correction,
-            key=lambda correction: correction.time,
-        )
-        return dc.replace(memory, status=status, due=due, correction=newest)
+        return dc.replace(memory, status=status, due=due, correction=correction)
 
     def _after(self, status: MapStatus, event: Event) -> MapStatus:
         if not isinstance(event, MapReady):
