@@ -201,7 +201,7 @@ class _Worker:
         self._session.activate(name)
         if self._aligner is not None:
             key = (name, self._session.frames.time(name))
-            tracked = self._aligner.track(one_frame(frame, q[:3]), key)
+            tracked = self._aligner.track(one_frame(frame, q[:3], key[1]), key)
             if tracked.problem:
                 self._refuse({name: f"{name} {tracked.problem}"})
                 return
@@ -212,7 +212,8 @@ class _Worker:
         assert self._aligner is not None
         try:
             frame = self._camera.frame(q, taken)
-            self._aligner.track(one_frame(frame, q[:3]))
+            time = taken if frame.time is None else frame.time
+            self._aligner.track(one_frame(frame, q[:3], time))
         finally:
             self._tell(Located(self._aligner.correction))
 

@@ -50,9 +50,8 @@ class DrivenFrames:
             X_WC=self.capture.X_WC[i],
             rgb=self.capture.rgb[i],
             depth=self.capture.depth[i] if depth is None else depth,
-            time=float(self.time[i]),
         )
-        return one_frame(image, self.X_OB[i])
+        return one_frame(image, self.X_OB[i], float(self.time[i]))
 
 
 @cache

@@ -138,20 +138,20 @@ def make_aligner(
     return FrameAligner(Drift(config.odometry_drift, config.odometry_turn))
 
 
-def one_frame(image: Frame, X_OB: np.ndarray) -> Keyframes:
+def one_frame(image: Frame, X_OB: np.ndarray, time: float) -> Keyframes:
     """Prepares a frame for alignment.
 
     Args:
-        image: The frame, posed by odometry; it has a time.
+        image: The frame, posed by odometry.
         X_OB: The base's pose by odometry, shape (3,) [m, rad].
+        time: When it was taken [s].
     """
-    assert image.time is not None
     stack = empty_stack(1, image.depth.shape, _SAMPLES)
     planes = plane_map(image.K, image.depth)
     put_view(stack, 0, planes, np.random.default_rng(0))
     X_BC = np.linalg.inv(matrix(X_OB)) @ image.X_WC
     return Keyframes(
-        stack, X_BC[None], np.array([X_OB], float), np.array([image.time])
+        stack, X_BC[None], np.array([X_OB], float), np.array([time])
     )
 
 
