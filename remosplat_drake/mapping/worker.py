@@ -219,20 +219,18 @@ class _Worker:
 
     def _resume(self) -> None:
         """Tells the aligner of frames that an earlier process has aligned."""
-        if self._aligner is None:
-            return
-        frames, names = self._session.frames, self._session.active
-        new = [n for n in names if not self._aligner.knows((n, frames.time(n)))]
-        if not new:
+        names, frames = self._session.active, self._session.frames
+        if self._aligner is None or all(
+            map(self._aligner.knows, self._keys(names))
+        ):
             return
         self._refuse(frames.load(names))
-        for name in [name for name in new if name in self._session.active]:
-            key, X_OB = (
-                (name, frames.time(name)),
-                frames.configurations((name,)),
-            )
-            frame = one_frame(frames.frame(name), X_OB[0, :3])
-            self._aligner.resume(frame, key, frames.base_pose(name))
+        names = self._session.active
+        X_OB = frames.configurations(names)[:, :3]
+        for key, pose in zip(self._keys(names), X_OB, strict=True):
+            if not self._aligner.knows(key):
+                frame = one_frame(frames.frame(key[0]), pose, key[1])
+                self._aligner.resume(frame, key, frames.base_pose(key[0]))
 
     def _undo(self) -> None:
         session = self._session

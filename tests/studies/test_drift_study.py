@@ -36,6 +36,7 @@ def test_map_and_base_stay_where_they_are(tmp_path: Path):
             again.tick()
         measured, q = again.configurations
         X_WB = measured[:3] - np.array(DRIFT) * again.time
+        assert again.status.trouble == ""
     assert again.status.scene_map.version == errors.versions
     # The other run's odometry began anew, 16 cm from where this one's is.
     assert np.hypot(*(q[:3] - X_WB)[:2]) < 0.005
