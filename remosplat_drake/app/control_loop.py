@@ -52,6 +52,7 @@ class ControlLoop:
         configuration: The output port of q in W, n_q entries.
         targets: The system that says where the end effector shall go.
         oracle: The system that measures distances to the map.
+        law: The control law.
         controller: The reactive controller.
         selector: The look-ahead beside the controller; None if the scenario
             wants no guidance.
@@ -67,6 +68,7 @@ class ControlLoop:
     configuration: OutputPort
     targets: Targets
     oracle: DistanceOracle
+    law: ReactiveLaw
     controller: ReactiveController
     selector: GuidanceSelector | None
     supervisor: SafetySupervisor | None
@@ -141,6 +143,7 @@ def AddControlLoop(
         configuration,
         targets,
         oracle,
+        law,
         controller,
         selector,
         supervisor,

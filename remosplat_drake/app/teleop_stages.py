@@ -1,6 +1,7 @@
 """How the stages of a teleoperation are made; `stages.py` has all others."""
 
 import dataclasses as dc
+from functools import partial
 from pathlib import Path
 
 from pydrake.systems.framework import (
@@ -15,6 +16,7 @@ from remosplat_drake.app.world import World
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.camera.mount import CameraMount
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
+from remosplat_drake.controller.map_change import objection
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.mapping.mapping_config import OBSTACLE
 from remosplat_drake.mapping.mapping_process import MappingProcess
@@ -175,13 +177,17 @@ def AddLiveMap(
         requests=loop.targets.GetOutputPort("map_requests"),
         oracle=loop.oracle,
         supervisor=loop.supervisor,
+        executed=loop.executed,
+        objection=partial(objection, loop.law),
         localization=loop.localization,
         process=teleoperation.mapping,
         initial=teleoperation.initial,
         reopened=teleoperation.reopened,
         n_q=loop.world.robot.n_q,
+        n_u=loop.world.robot.n_u,
         period=loop.scenario.control_period,
         latency=loop.scenario.mapping.latency,
+        tracking=loop.localization is not None,
     )
 
 

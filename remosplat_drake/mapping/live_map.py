@@ -1,6 +1,7 @@
 """`LiveMap`: swaps in the mapping process's newest map between ticks."""
 
 import dataclasses as dc
+from collections.abc import Callable
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -20,20 +21,26 @@ from remosplat_drake.mapping.messages import (
     AddFrame,
     Build,
     Event,
+    Located,
     MapReady,
     Request,
     Save,
     ShowScene,
+    Track,
     Undo,
 )
 from remosplat_drake.mapping.store.map_file import open_map
 from remosplat_drake.signals.base_correction import BaseCorrection
+from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.scene_map import SceneMap
 
 _AHEAD = 1.0
 """Greatest time by which a camera's clock may be ahead of ours [s]."""
+
+_TRACKING_PERIOD = 0.2
+"""Time between two looks at where the base is [s]."""
 
 _ROUNDING = 1e-9
 """Time by which ticks may come too early, by rounding [s]."""
@@ -46,15 +53,23 @@ class _Memory:
     Attributes:
         status: What is shown.
         known: The requests that have been passed on.
-        due: When answers take effect: pairs (time [s], number of requests
-            answered by then); only with a fixed latency.
+        due: When answers take effect: triples (time [s], number of requests
+            answered by then, whether they make a map); only with a fixed
+            latency.
         correction: The newest correction of the base's odometry.
+        tracked: When the base was looked for last [s].
+        candidate: A map that has been made and waits until it may count, and
+            where the odometry is in it; None for none.
+        hold: Why it may not; empty if nothing waits for the robot to stop.
     """
 
     status: MapStatus
     known: MapRequests = dc.field(default_factory=MapRequests)
-    due: tuple[tuple[float, int], ...] = ()
+    due: tuple[tuple[float, int, bool], ...] = ()
     correction: BaseCorrection = dc.field(default_factory=BaseCorrection)
+    tracked: float = -np.inf
+    candidate: tuple[SceneMap, BaseCorrection] | None = None
+    hold: str = ""
 
     def __deepcopy__(self, memo) -> "_Memory":
         return self
@@ -69,14 +84,20 @@ class LiveMap(LeafSystem):
         input_ports:
         - configuration
         - requests (optional)
+        - velocity_executed (optional)
         output_ports:
         - distance_field
         - map_age
         - map_status
         - correction
+        - hold
 
     Nothing here waits for the process: a new map is a file that is mapped
-    into memory at a tick, and counts from the next one on. `configuration` is
+    into memory at a tick, and counts from the next one on. Where
+    `velocity_executed` tells the command u, map and pose of the base change
+    together, half-way between the two ticks, and only if `objection` has none;
+    else `hold` gives its reason, for a supervisor that stops the robot, and it
+    is asked again at every tick. `configuration` is
     the measured q, `requests` takes `MapRequests`, `distance_field` gives the
     map's `DistanceField`, `map_status` a `MapStatus` and `correction` the
     newest `BaseCorrection` that any map brought. `map_age` tells how
@@ -94,6 +115,10 @@ class LiveMap(LeafSystem):
         reopened: The map of a session that goes on; None for a new session.
         latency: The fixed latency [s]; None: maps count as soon as they are
             made.
+        tracking: Whether the base is looked for all the time.
+        objection: Says why a field must not count while the robot is at q and
+            executes u, called with the three; None asks nobody.
+        n_u: Length of a command.
     """
 
     def __init__(
@@ -105,23 +130,32 @@ class LiveMap(LeafSystem):
         period: float,
         reopened: SceneMap | None = None,
         latency: float | None = None,
+        tracking: bool = False,
+        objection: Callable[[DistanceField, np.ndarray, np.ndarray], str]
+        | None = None,
+        n_u: int = 0,
     ):
         super().__init__()
         self.set_name("live_map")
         self._process = process
         self._initial = initial
         self._latency = latency
+        self._tracking = tracking
+        self._objection = objection
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", n_q
         )
         self._requests_input = self.DeclareAbstractInputPort(
             "requests", Value(MapRequests())
         )
+        self._executed_input = self.DeclareVectorInputPort(
+            "velocity_executed", n_u
+        )
         status = first_status(initial if reopened is None else reopened)
         before = _Memory(status)
         if process.sent:  # A map is being made before the first tick.
             status = dc.replace(status, is_building=True)
-            due = () if latency is None else ((latency, process.sent),)
+            due = () if latency is None else ((latency, process.sent, True),)
             before = _Memory(status, due=due)
         self._memory_index = self.DeclareAbstractState(Value(before))
         memory = self.abstract_state_ticket(self._memory_index)
@@ -143,7 +177,13 @@ class LiveMap(LeafSystem):
             self._calc_correction,
             {memory},
         )
+        self.DeclareAbstractOutputPort(
+            "hold", Value("").Clone, self._calc_hold, {memory}
+        )
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._tick)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            period, 0.5 * period, self._change
+        )
 
     @staticmethod
     def AddToBuilder(
@@ -153,6 +193,7 @@ class LiveMap(LeafSystem):
         requests: OutputPort | None = None,
         oracle: LeafSystem,
         supervisor: LeafSystem | None = None,
+        executed: OutputPort | None = None,
         localization: LeafSystem | None = None,
         **arguments,
     ) -> "LiveMap":
@@ -163,8 +204,10 @@ class LiveMap(LeafSystem):
             configuration: The measured configuration q, not corrected.
             requests: The `MapRequests` of operators; None for none.
             oracle: The distance oracle; it asks the live map from now on.
-            supervisor: The safety supervisor, which is told the map's age;
-                None for none.
+            supervisor: The safety supervisor, which is told the map's age and
+                what a new map waits for; None for none.
+            executed: The command u that the station gets; None where nobody is
+                asked whether a map may count.
             localization: What corrects the base's odometry; None for nothing.
             **arguments: The arguments of `LiveMap`.
         """
@@ -180,6 +223,14 @@ class LiveMap(LeafSystem):
             builder.Connect(
                 live_map.GetOutputPort("map_age"),
                 supervisor.GetInputPort("map_age"),
+            )
+            builder.Connect(
+                live_map.GetOutputPort("hold"),
+                supervisor.GetInputPort("map_hold"),
+            )
+        if executed is not None:
+            builder.Connect(
+                executed, live_map.GetInputPort("velocity_executed")
             )
         if localization is not None:
             builder.Connect(
@@ -215,9 +266,31 @@ class LiveMap(LeafSystem):
     def _calc_correction(self, context: Context, output: AbstractValue):
         output.set_value(self._memory(context).correction)
 
+    def _calc_hold(self, context: Context, output: AbstractValue):
+        output.set_value(self._memory(context).hold)
+
+    def _change(self, context: Context, state: State):
+        memory = self._memory(context)
+        if memory.candidate is None:
+            return
+        cell = state.get_mutable_abstract_state(int(self._memory_index))
+        cell.set_value(changed(memory, self._asked_whether(context, memory)))
+
+    def _asked_whether(self, context: Context, memory: _Memory) -> str:
+        """What speaks against the map that waits."""
+        if self._objection is None or memory.candidate is None:
+            return ""
+        scene_map, correction = memory.candidate
+        q = np.array(self._configuration_input.Eval(context))
+        if np.isfinite(correction.time):
+            q[:3] = correction.base_at(context.get_time(), q[:3])
+        u = self._executed_input.Eval(context)
+        return self._objection(scene_map.field, q, u)
+
     def _tick(self, context: Context, state: State):
         before = self._memory(context)
-        memory = self._heard(context.get_time(), self._asked(context, before))
+        memory = self._followed(context, self._asked(context, before))
+        memory = self._heard(context.get_time(), memory)
         if memory is not before:
             cell = int(self._memory_index)
             state.get_mutable_abstract_state(cell).set_value(memory)
@@ -238,9 +311,24 @@ class LiveMap(LeafSystem):
             return memory
         due = memory.due
         if self._latency is not None:
-            due = (*due, (time + self._latency, self._process.sent))
+            due = (*due, (time + self._latency, self._process.sent, True))
         status = dc.replace(memory.status, is_building=True)
         return dc.replace(memory, status=status, due=due)
+
+    def _followed(self, context: Context, memory: _Memory) -> _Memory:
+        """Asks where the base is, if it is time to."""
+        time = context.get_time()
+        is_due = time >= memory.tracked + _TRACKING_PERIOD - _ROUNDING
+        if not self._tracking or not is_due:
+            return memory
+        request = Track(self._configuration_input.Eval(context), time)
+        if self._latency is None:
+            self._process.track(request)
+            return dc.replace(memory, tracked=time)
+        self._process.request(request)
+        answer = time + self._latency, self._process.sent, False
+        due = (*memory.due, answer)
+        return dc.replace(memory, tracked=time, due=due)
 
     def _heard(self, time: float, memory: _Memory) -> _Memory:
         """Takes in what the process has told."""
@@ -254,24 +342,24 @@ class LiveMap(LeafSystem):
                 due = due[1:]
         if not events:
             return memory
-        status = memory.status
         for event in events:
-            status = self._after(status, event)
+            memory = self._after(memory, event)
+        if self._objection is None:
+            memory = changed(memory, "")
         is_building = self._process.answered < self._process.sent
-        status = dc.replace(status, is_building=is_building)
-        # An undo brings back an older map, but no older pose of the base.
-        newest = max(
-            memory.correction,
-            status.scene_map.correction,
-            key=lambda correction: correction.time,
-        )
-        return dc.replace(memory, status=status, due=due, correction=newest)
+        if self._latency is not None:
+            is_building = any(makes_map for *_, makes_map in due)
+        status = dc.replace(memory.status, is_building=is_building)
+        return dc.replace(memory, status=status, due=due)
 
-    def _after(self, status: MapStatus, event: Event) -> MapStatus:
+    def _after(self, memory: _Memory, event: Event) -> _Memory:
+        if isinstance(event, Located):
+            return located(memory, event.correction)
         if not isinstance(event, MapReady):
-            return noted(status, event)
-        if event.version == status.scene_map.version:
-            return status
+            return dc.replace(memory, status=noted(memory.status, event))
+        correction = event.correction or BaseCorrection()
+        if event.version == memory.status.scene_map.version:
+            return located(dc.replace(memory, candidate=None), correction)
         try:
             scene_map = (
                 self._initial
@@ -279,8 +367,47 @@ class LiveMap(LeafSystem):
                 else open_map(event.path, event.seal)
             )
         except RemoSplatError as error:
-            return dc.replace(status, trouble=f"the old map stays: {error}")
-        return swapped(status, scene_map)
+            trouble = f"the old map stays: {error}"
+            status = dc.replace(memory.status, trouble=trouble)
+            return dc.replace(memory, status=status)
+        correction = dc.replace(correction, version=event.version)
+        return dc.replace(memory, candidate=(scene_map, correction))
+
+
+def located(memory: _Memory, correction: BaseCorrection) -> _Memory:
+    """Takes in where the odometry is in the newest map that was made.
+
+    While that one waits, the pose in the map that counts stays what it was.
+    """
+    if memory.candidate is not None:
+        scene_map = memory.candidate[0]
+        correction = dc.replace(correction, version=scene_map.version)
+        return dc.replace(memory, candidate=(scene_map, correction))
+    version = memory.status.scene_map.version
+    correction = dc.replace(correction, version=version)
+    return dc.replace(memory, correction=correction)
+
+
+def changed(memory: _Memory, objection: str) -> _Memory:
+    """Lets the map that waits count, with its pose, or says why it does not.
+
+    Args:
+        memory: The state before.
+        objection: Why it must not; empty if it may.
+    """
+    if memory.candidate is None:
+        return memory
+    if objection:
+        status = dc.replace(memory.status, trouble=objection)
+        return dc.replace(memory, status=status, hold=objection)
+    scene_map, correction = memory.candidate
+    return dc.replace(
+        memory,
+        status=swapped(memory.status, scene_map),
+        correction=correction,
+        candidate=None,
+        hold="",
+    )
 
 
 def news(

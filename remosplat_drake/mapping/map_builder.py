@@ -28,7 +28,6 @@ from remosplat_drake.reconstruction.surfels.point_cloud import (
 from remosplat_drake.reconstruction.surfels.refinement import RefinementConfig
 from remosplat_drake.reconstruction.surfels.seen_through import drop_floaters
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.signals.base_correction import BaseCorrection
 from remosplat_drake.signals.coverage import UNSEEN, Coverage
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.scene_map import SceneMap
@@ -57,7 +56,6 @@ def build_map(
     effort: str = QUICK,
     base: GaussianSplat | None = None,
     robot_free: Spheres | None = None,
-    correction: BaseCorrection | None = None,
     report: Report = lambda stage, done, total: None,
 ) -> SceneMap:
     """Makes a map of frames; where they contradict, the newest counts.
@@ -75,8 +73,6 @@ def build_map(
             begins with nothing.
         robot_free: The robot's spheres where it was when frames were taken:
             it has not been inside of anything. None for none.
-        correction: Where the base's odometry was at the newest frame; None:
-            where it should be.
         report: Called with the stage, and how many of its steps are done, of
             how many.
 
@@ -112,7 +108,6 @@ def build_map(
         coverage=coverage,
         tiles=tiles,
         quality=_describe(len(capture), splat_W, coverage, seconds),
-        correction=correction or BaseCorrection(),
     )
 
 

@@ -17,7 +17,6 @@ from remosplat_drake.mapping.store.session import Session, Version
 from remosplat_drake.reconstruction.pipeline import Report
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.signals.base_correction import BaseCorrection
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -68,13 +67,11 @@ class UsableFrames:
         names: Names of the frames.
         capture: The frames, in W.
         q: The robot's configurations in W, shape (n, n_q).
-        correction: Where the odometry was at the newest one.
     """
 
     names: tuple[str, ...]
     capture: Capture
     q: np.ndarray
-    correction: BaseCorrection
 
 
 def next_map(
@@ -107,7 +104,6 @@ def next_map(
         effort=effort,
         base=job.base,
         robot_free=free_around(job, frames.q),
-        correction=frames.correction,
     )
     return partial(_make, build, session.map_path(session.next_version))
 

@@ -11,8 +11,10 @@ from remosplat_drake.mapping.mapping_job import MappingJob
 from remosplat_drake.mapping.messages import (
     Event,
     Idle,
+    Located,
     Request,
     ShowScene,
+    Track,
     Trouble,
 )
 from remosplat_drake.mapping.worker import serve
@@ -54,6 +56,7 @@ class MappingProcess:
         self._job = job
         self.sent = self.answered = 0
         self._answered_before = 0
+        self._is_tracking = False
         self._scene: ShowScene | None = None
         self._outbox: deque[Request] = deque()
         self._own_events: deque[Event] = deque()
@@ -79,6 +82,16 @@ class MappingProcess:
             self._restart()
         if isinstance(request, ShowScene):
             self._scene = request
+
+    def track(self, request: Track) -> None:
+        """Sends a request to look for the base, if the one before is done.
+
+        It does not count among those that `wait` waits for, and starts no
+        process.
+        """
+        if not self._is_tracking and not self._child.is_down:
+            self._is_tracking = True
+            self._outbox.append(request)
 
     def poll(self) -> list[Event]:
         """Returns what the process has told since the last call, at once."""
@@ -121,6 +134,8 @@ class MappingProcess:
                 event = self._child.connection.recv()
             except (EOFError, OSError):
                 return self._lost()
+        if isinstance(event, Located):
+            self._is_tracking = False
         if isinstance(event, Idle):
             self.answered = self._answered_before + event.answered
         return event
@@ -139,4 +154,5 @@ class MappingProcess:
         if self._scene is not None:
             self._outbox.appendleft(self._scene)
         self._answered_before = self.sent - len(self._outbox)
+        self._is_tracking = False
         self._child.start(self._job)

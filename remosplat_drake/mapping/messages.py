@@ -10,11 +10,25 @@ from pathlib import Path
 import numpy as np
 
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.signals.base_correction import BaseCorrection
 
 
 @dc.dataclass(frozen=True, eq=False)
 class AddFrame:
     """Request: take a picture now.
+
+    Attributes:
+        q: The robot's configuration, shape (n_q,).
+        time: Time now, by the diagram's clock [s].
+    """
+
+    q: np.ndarray
+    time: float
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Track:
+    """Request: look where the base is; the picture is not kept.
 
     Attributes:
         q: The robot's configuration, shape (n_q,).
@@ -86,6 +100,17 @@ class FrameRefused:
     reason: str
 
 
+@dc.dataclass(frozen=True, eq=False)
+class Located:
+    """Event: where the base is in the newest map that was told.
+
+    Attributes:
+        correction: Where its odometry is.
+    """
+
+    correction: BaseCorrection
+
+
 @dc.dataclass(frozen=True)
 class Building:
     """Event: how far the map that is being made has come.
@@ -109,11 +134,14 @@ class MapReady:
         path: The map's file; None for the map that the scenario began with.
         version: Number of the map.
         seal: Seal of the file, which the mapping process itself has written.
+        correction: Where the base's odometry is in this map; None where it is
+            not corrected.
     """
 
     path: Path | None
     version: int
     seal: str = ""
+    correction: BaseCorrection | None = None
 
 
 @dc.dataclass(frozen=True)
@@ -153,5 +181,14 @@ class Idle:
     frames: int | None = None
 
 
-Request = AddFrame | Build | Undo | Save | ShowScene | Close
-Event = FrameAdded | FrameRefused | Building | MapReady | Note | Trouble | Idle
+Request = AddFrame | Track | Build | Undo | Save | ShowScene | Close
+Event = (
+    FrameAdded
+    | FrameRefused
+    | Located
+    | Building
+    | MapReady
+    | Note
+    | Trouble
+    | Idle
+)

@@ -26,8 +26,11 @@ from remosplat_drake.mapping.frame_choice import (
     frames_to_keep,
 )
 from remosplat_drake.mapping.localization.frame_aligner import (
-    Aligned,
+    Graph,
+    Key,
     make_aligner,
+    one_frame,
+    vagueness,
 )
 from remosplat_drake.mapping.mapping_job import (
     MappingJob,
@@ -43,11 +46,13 @@ from remosplat_drake.mapping.messages import (
     FrameAdded,
     FrameRefused,
     Idle,
+    Located,
     MapReady,
     Note,
     Request,
     Save,
     ShowScene,
+    Track,
     Trouble,
     Undo,
 )
@@ -109,6 +114,7 @@ class _Worker:
         self._session = Session.open_to_write(job.session)
         self._camera = job.make_camera()
         self._aligner = make_aligner(job.config, job.robot)
+        self._graph: Graph | None = None
         self._builder: BuildThread[WrittenMap] = BuildThread()
         self._seals: dict[int, str] = {}
         self._wanted = ""
@@ -121,6 +127,7 @@ class _Worker:
 
     def run(self) -> None:
         """Works until the other end says so, or is closed."""
+        self._try(self._resume)
         self._try(self._tell_map)
         while True:
             self._camera.listen()
@@ -131,7 +138,8 @@ class _Worker:
                 request = self._connection.recv()
                 if isinstance(request, Close):
                     return
-                self._received += 1
+                if self._in_order or not isinstance(request, Track):
+                    self._received += 1
                 self._try(partial(self._do, request))
 
     def _tell(self, event: Event) -> None:
@@ -140,7 +148,10 @@ class _Worker:
     def _tell_map(self) -> None:
         """Tells which map counts now."""
         path, version = self._session.head_map, self._session.head
-        self._tell(MapReady(path, version, self._seal(version)))
+        correction = None
+        if self._aligner is not None:
+            correction = self._aligner.correction
+        self._tell(MapReady(path, version, self._seal(version), correction))
 
     def _seal(self, version: int) -> str:
         """The seal of a map's file; of none for the scenario's own map.
@@ -169,6 +180,8 @@ class _Worker:
         match request:
             case AddFrame(q=q, time=taken):
                 self._add_frame(q, taken)
+            case Track(q=q, time=taken):
+                self._track(q, taken)
             case Build(effort):
                 if self._wanted != "full":
                     self._wanted = effort
@@ -186,7 +199,38 @@ class _Worker:
             return
         name = self._session.frames.add(frame, q)
         self._session.activate(name)
+        if self._aligner is not None:
+            key = (name, self._session.frames.time(name))
+            tracked = self._aligner.track(one_frame(frame, q[:3], key[1]), key)
+            if tracked.problem:
+                self._refuse({name: f"{name} {tracked.problem}"})
+                return
         self._tell(FrameAdded(name, len(self._session.active)))
+
+    def _track(self, q: np.ndarray, taken: float) -> None:
+        """Looks where the base is; whatever happens, there is an answer."""
+        assert self._aligner is not None
+        try:
+            frame = self._camera.frame(q, taken)
+            time = taken if frame.time is None else frame.time
+            self._aligner.track(one_frame(frame, q[:3], time))
+        finally:
+            self._tell(Located(self._aligner.correction))
+
+    def _resume(self) -> None:
+        """Tells the aligner of frames that an earlier process has aligned."""
+        names, frames = self._session.active, self._session.frames
+        if self._aligner is None or all(
+            map(self._aligner.knows, self._keys(names))
+        ):
+            return
+        self._refuse(frames.load(names))
+        names = self._session.active
+        X_OB = frames.configurations(names)[:, :3]
+        for key, pose in zip(self._keys(names), X_OB, strict=True):
+            if not self._aligner.knows(key):
+                frame = one_frame(frames.frame(key[0]), pose, key[1])
+                self._aligner.resume(frame, key, frames.base_pose(key[0]))
 
     def _undo(self) -> None:
         session = self._session
@@ -234,6 +278,9 @@ class _Worker:
     def _take(self, made: WrittenMap) -> None:
         """Lets a map that has been made count."""
         replaced = self._offered - set(made.version.frames)
+        if self._aligner is not None and self._graph is not None:
+            poses = self._aligner.adopt(self._graph)
+            self._session.frames.note_base_poses(poses)
         self._session.record(made.version, replaced)
         self._seals[made.version.version] = made.seal
         self._tell_map()
@@ -251,49 +298,62 @@ class _Worker:
 
         Those that are damaged or in the wrong place are refused.
         """
-        session = self._session
-        self._refuse(session.frames.load(session.active))
+        session, frames = self._session, self._session.frames
+        self._resume()
+        self._refuse(frames.load(session.active))
+        self._align()
         names = session.active
-        kept = frames_to_keep(
-            session.frames.poses(names), self._job.config.max_frames
-        )
-        names = tuple(names[i] for i in kept)
-        if len(names) < MIN_VIEWS:
+        poses, residual = frames.poses(names), np.full(len(names), np.nan)
+        q = frames.configurations(names)
+        if self._graph is not None:
+            rows = self._graph.rows(self._keys(names))
+            poses, residual = self._graph.X_WC[rows], self._graph.residual[rows]
+            q[:, :3] = self._graph.X_WB[rows]
+        kept = frames_to_keep(poses, self._job.config.max_frames)
+        if len(kept) < MIN_VIEWS:
             return None
-        capture = session.frames.capture(names)
-        q = session.frames.configurations(names)
-        aligned = Aligned.as_measured(capture)
-        if self._aligner is not None:
-            keys = [(name, session.frames.time(name)) for name in names]
-            aligned = self._aligner.align(keys, capture, q[:, :3])
-            capture = dc.replace(capture, X_WC=aligned.X_WC)
-            moves = zip(aligned.corrections, q, strict=True)
-            q = np.stack([move.corrected(each) for move, each in moves])
-        right = np.setdiff1d(np.arange(len(names)), list(aligned.problems))
-        if len(right) >= MIN_VIEWS:
-            trusted = sum(names[i] in session.map_frames for i in right)
-            wrong = right[contradicting_frames(capture.select(right), trusted)]
-            problems = aligned.problems | {
-                i: contradiction(float(aligned.residual[i]))
-                for i in wrong.tolist()
-            }
-            right = np.setdiff1d(right, wrong)
-        else:
-            problems = aligned.problems
+        names = tuple(names[i] for i in kept)
+        capture = frames.capture(names)
+        if self._graph is not None:
+            capture = dc.replace(capture, X_WC=poses[kept])
+        trusted = sum(name in session.map_frames for name in names)
+        wrong = contradicting_frames(capture, trusted)
+        apart = residual[kept[wrong]].tolist()
         self._refuse(
-            {names[i]: f"{names[i]} {why}" for i, why in problems.items()}
+            {
+                names[i]: f"{names[i]} {contradiction(distance)}"
+                for i, distance in zip(wrong, apart, strict=True)
+            }
         )
+        right = np.setdiff1d(np.arange(len(names)), wrong)
         if len(right) < MIN_VIEWS:
             return None
         return UsableFrames(
             tuple(names[i] for i in right),
             capture.select(right),
-            q[right],
-            aligned.corrections[right[-1]],
+            q[kept[right]],
         )
+
+    def _align(self) -> None:
+        """Aligns all frames, and refuses those whose places stay vague."""
+        names = self._session.active
+        if self._aligner is None or not names:
+            return
+        keys = self._keys(names)
+        self._graph = self._aligner.align()
+        vague = self._graph.covariance[self._graph.rows(keys)]
+        problems = dict(zip(names, map(vagueness, vague), strict=True))
+        self._refuse(
+            {name: f"{name} {why}" for name, why in problems.items() if why}
+        )
+
+    def _keys(self, names: tuple[str, ...]) -> list[Key]:
+        return [(name, self._session.frames.time(name)) for name in names]
 
     def _refuse(self, problems: dict[str, str]) -> None:
         if problems:
+            if self._aligner is not None:
+                self._aligner.forget(set(problems))
             self._session.refuse(set(problems))
         for problem in problems.values():
             self._tell(FrameRefused(problem))

@@ -69,6 +69,7 @@ class SafetySupervisor(LeafSystem):
         - status
         - velocity_measured
         - map_age (optional)
+        - map_hold (optional)
         - operator (optional)
         output_ports:
         - velocity_commanded
@@ -83,7 +84,8 @@ class SafetySupervisor(LeafSystem):
     `velocity_commanded` is the command u on both sides, shape (n_u,) [m/s,
     rad/s]; `report` takes the controller's `TickReport`, `status` the
     `StationStatus`, `velocity_measured` the measured u, `operator` the
-    `OperatorRequests` of a stop button and `map_age` seconds. `supervision`
+    `OperatorRequests` of a stop button, `map_age` seconds and `map_hold` why a
+    new map waits for the robot to stop, empty if none does. `supervision`
     gives the `SupervisorState`. A stop is latched until it is released.
 
     Args:
@@ -116,6 +118,9 @@ class SafetySupervisor(LeafSystem):
             "velocity_measured", n_u
         )
         self._map_age_input = self.DeclareVectorInputPort("map_age", 1)
+        self._map_hold_input = self.DeclareAbstractInputPort(
+            "map_hold", Value("")
+        )
         self._operator_input = self.DeclareAbstractInputPort(
             "operator", Value(OperatorRequests())
         )
@@ -214,6 +219,9 @@ class SafetySupervisor(LeafSystem):
         map_age = 0.0
         if self._map_age_input.HasValue(context):
             map_age = float(self._map_age_input.Eval(context)[0])
+        hold = ""
+        if self._map_hold_input.HasValue(context):
+            hold = self._map_hold_input.Eval(context)
         pressed = STOP_BUTTON if operator.stops > known.stops else ""
         return _Sample(
             time=context.get_time(),
@@ -221,7 +229,7 @@ class SafetySupervisor(LeafSystem):
             u_measured=np.array(self._measured_input.Eval(context)),
             map_age=map_age,
             operator=operator,
-            stop=memory.stop or pressed,
+            stop=memory.stop or pressed or hold,
             release=memory.release or operator.releases > known.releases,
         )
 

@@ -1,6 +1,7 @@
 """`BaseCorrection`: where the frame of the base's odometry lies in the map."""
 
 import dataclasses as dc
+from typing import ClassVar
 
 import numpy as np
 
@@ -20,11 +21,19 @@ class BaseCorrection:
             frame was taken, shape (3, 3) [m^2, m rad, rad^2].
         time: When that frame was taken, by the diagram's clock [s]; -inf where
             nothing has been corrected.
+        rate: How fast x, y and yaw of the base in W leave what this correction
+            tells, because the odometry drifts, shape (3,) [m/s, rad/s].
+        version: Number of the map that it belongs to.
     """
+
+    MEMORY: ClassVar[float] = 60.0
+    """Time over which such rates stay about the same [s]."""
 
     pose: np.ndarray = dc.field(default_factory=lambda: np.zeros(3))
     covariance: np.ndarray = dc.field(default_factory=lambda: np.zeros((3, 3)))
     time: float = -np.inf
+    rate: np.ndarray = dc.field(default_factory=lambda: np.zeros(3))
+    version: int = 0
 
     def __deepcopy__(self, memo) -> "BaseCorrection":
         return self
@@ -42,3 +51,17 @@ class BaseCorrection:
         q[..., :2] = q[..., :2] @ np.array([[c, s], [-s, c]]) + [x, y]
         q[..., 2] += yaw
         return q
+
+    def base_at(self, time: float, X_OB: np.ndarray) -> np.ndarray:
+        """Returns where the base is, as the odometry has drifted since.
+
+        Args:
+            time: The time now [s].
+            X_OB: The base's pose by odometry now, shape (3,) [m, rad].
+
+        Returns:
+            x, y, yaw of X_WB, shape (3,) [m, rad].
+        """
+        waited = max(0.0, time - self.time) if np.isfinite(self.time) else 0.0
+        reach = self.MEMORY * -np.expm1(-waited / self.MEMORY)
+        return self.corrected(X_OB) + reach * self.rate

@@ -2,7 +2,6 @@
 
 import dataclasses as dc
 
-from remosplat_drake.signals.base_correction import BaseCorrection
 from remosplat_drake.signals.coverage import Coverage
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -27,7 +26,6 @@ class SceneMap:
         splat_W: The Gaussian splat in W; None if the map has none.
         coverage: Which part of the workspace the cameras saw; None if unknown.
         tiles: The splat as triangle meshes for Meshcat.
-        correction: Where the base's odometry lay in W at the newest frame.
         quality: One line on how far the map can be trusted, for operators.
     """
 
@@ -40,7 +38,6 @@ class SceneMap:
     coverage: Coverage | None = None
     tiles: tuple[SurfelTile, ...] = ()
     quality: str = ""
-    correction: BaseCorrection = dc.field(default_factory=BaseCorrection)
 
     def __deepcopy__(self, memo) -> "SceneMap":
         return self

@@ -5,17 +5,20 @@ import dataclasses as dc
 import numpy as np
 import pytest
 from drifting_base import DRIFT, DrivenFrames, drive
-from laden_table import TOP
 from mapped_table import table_world
 
+from remosplat_drake.capture.capture import Capture
 from remosplat_drake.mapping.frame_choice import contradiction
+from remosplat_drake.mapping.localization.drift import Drift
 from remosplat_drake.mapping.localization.frame_aligner import (
-    Aligned,
     FrameAligner,
+    Tracked,
     make_aligner,
 )
-from remosplat_drake.mapping.localization.keyframe_graph import Drift
-from remosplat_drake.mapping.localization.planar_pose import composed
+from remosplat_drake.mapping.localization.planar_pose import (
+    matrix,
+    relative,
+)
 from remosplat_drake.mapping.mapping_config import MappingConfig
 
 EXPECTED = Drift(0.02, 0.002)
@@ -26,64 +29,106 @@ def frames() -> DrivenFrames:
     return drive()
 
 
-def align(
-    frames: DrivenFrames, n: int, aligner: FrameAligner | None = None
-) -> Aligned:
-    """Aligns the first frames of a drive."""
-    return (aligner or FrameAligner(EXPECTED)).align(
-        frames.keys[:n], frames.capture.select(np.arange(n)), frames.X_OB[:n]
-    )
+def follow(
+    frames: DrivenFrames, aligner: FrameAligner, indices: range
+) -> list[Tracked]:
+    """Tracks frames of a drive; every fourth one may be in a map."""
+    return [
+        aligner.track(
+            frames.frame(i),
+            None if i % 4 else (f"frame {i}", float(frames.time[i])),
+        )
+        for i in indices
+    ]
 
 
-def errors(frames: DrivenFrames, aligned: Aligned) -> np.ndarray:
-    """How far cameras are from where they were [m]."""
-    n = len(aligned.X_WC)
-    return np.linalg.norm(
-        aligned.X_WC[:, :3, 3] - frames.X_WC[:n, :3, 3], axis=1
-    )
+def error(frames: DrivenFrames, i: int, X_WB: np.ndarray) -> float:
+    """How far a base is from where it was at a frame [m]."""
+    return float(np.hypot(*relative(frames.X_WB[i], X_WB)[:2]))
 
 
-def test_drift_is_found_and_taken_out(frames):
-    aligned = align(frames, 12)
-    measured = Aligned.as_measured(frames.capture)
-    assert errors(frames, measured)[-1] > 0.3
-    assert errors(frames, aligned).max() < 0.002
-    assert aligned.problems == {}
-    assert np.nanmax(aligned.residual) < 0.001
-    last = aligned.corrections[-1]
-    assert last.time == frames.keys[-1][1]
-    np.testing.assert_allclose(last.pose, DRIFT * last.time, atol=0.002)
-    X_WB = composed(last.pose, frames.X_OB[-1])
-    np.testing.assert_allclose(X_WB, frames.X_WB[-1], atol=0.002)
-    deviations = np.sqrt(np.diag(last.covariance))
-    assert (deviations > 0).all() and deviations[:2].max() < 0.01
+def test_drift_and_its_rate_are_found(frames):
+    tracked = follow(frames, FrameAligner(EXPECTED), range(24))
+    assert np.hypot(*(DRIFT * frames.time[-1])[:2]) > 0.2
+    errors = [error(frames, i, t.estimate.X_WB) for i, t in enumerate(tracked)]
+    assert max(errors) < 0.002
+    assert all(each.problem == "" for each in tracked)
+    last = tracked[-1].estimate
+    np.testing.assert_allclose(last.rate, -DRIFT, atol=2e-3)
+    assert 0 < last.deviations[:2].max() < 0.004
+    # What follows from it a second later, before there is a frame.
+    later = last.correction.base_at(last.time + 1, last.X_OB + DRIFT)
+    np.testing.assert_allclose(later, last.X_WB, atol=3e-3)
 
 
-def test_frames_may_come_one_by_one(frames):
+def test_over_a_bare_floor_the_rate_carries_on(frames):
     aligner = FrameAligner(EXPECTED)
-    for n in range(3, 9):
-        aligned = align(frames, n, aligner)
-    assert errors(frames, aligned).max() < 0.002
+    follow(frames, aligner, range(12))
+    blind = np.zeros_like(frames.capture.depth[12])
+    for i in (12, 13):
+        tracked = aligner.track(frames.frame(i, blind))
+        assert "shares nothing" in tracked.problem
+        assert error(frames, i, tracked.estimate.X_WB) < 0.006
+    again = aligner.track(frames.frame(14))
+    assert again.problem == ""
+    assert error(frames, 14, again.estimate.X_WB) < 0.002
+
+
+def test_a_map_moves_its_keyframes_and_the_base_together(frames):
+    aligner = FrameAligner(EXPECTED)
+    follow(frames, aligner, range(16))
+    graph = aligner.align()
+    keys = [(f"frame {i}", float(frames.time[i])) for i in (0, 4, 8, 12)]
+    rows = graph.rows(keys)
+    for i, row in zip((0, 4, 8, 12), rows, strict=True):
+        assert error(frames, i, graph.X_WB[row]) < 0.002
+    assert np.nanmax(graph.residual) < 0.001
+    turned = dc.replace(graph, X_WB=graph.X_WB + np.array([0.1, 0, 0]))
+    before = aligner.correction.pose
+    poses = aligner.adopt(turned)
+    assert sorted(poses) == ["frame 0", "frame 12", "frame 4", "frame 8"]
+    shift = aligner.correction.pose - before
+    np.testing.assert_allclose(shift, [0.1, 0, 0], atol=3e-3)
+
+
+def test_another_process_goes_on_where_one_has_ended(frames):
+    first = FrameAligner(EXPECTED)
+    follow(frames, first, range(9))
+    poses = first.adopt(first.align())
+    second = FrameAligner(EXPECTED)
+    for i in (0, 4, 8):
+        key = f"frame {i}", float(frames.time[i])
+        second.resume(frames.frame(i), key, poses[key[0]])
+    assert second.knows(key) and not second.knows(("frame 1", 0.5))
+    tracked = follow(frames, second, range(9, 12))
+    assert error(frames, 11, tracked[-1].estimate.X_WB) < 0.002
 
 
 def test_a_frame_that_odometry_cannot_explain_is_refused(frames):
-    shift = np.array([0.0, -0.1, 0.0])
-    X_WC, X_OB = frames.capture.X_WC.copy(), frames.X_OB.copy()
-    X_WC[5, :3, 3] += shift
-    X_OB[5] += shift
-    capture = dc.replace(frames.capture, X_WC=X_WC).select(np.arange(8))
-    careful = FrameAligner(Drift(0.007, 0.001))
-    aligned = careful.align(frames.keys[:8], capture, X_OB[:8])
-    assert list(aligned.problems) == [5]
-    # By the shift, and the drift of two seconds.
-    assert "does not fit: 127 mm and 0.1 deg" in aligned.problems[5]
-    others = np.setdiff1d(np.arange(8), 5)
-    assert errors(frames, aligned)[others].max() < 0.002
+    aligner = FrameAligner(Drift(0.002, 0.0002))
+    steady = dc.replace(frames, X_OB=frames.X_WB, capture=true_capture(frames))
+    follow(steady, aligner, range(8))
+    shift = np.array([0.0, -0.03, 0.0])
+    X_WC, X_OB = steady.capture.X_WC.copy(), steady.X_OB.copy()
+    X_WC[8, :3, 3] += shift
+    X_OB[8] += shift
+    capture = dc.replace(steady.capture, X_WC=X_WC)
+    jumped = dc.replace(steady, capture=capture, X_OB=X_OB)
+    tracked = aligner.track(jumped.frame(8))
+    assert "does not fit: its surfaces lie" in tracked.problem
+    assert "within 3 mm and 0.1 deg of where odometry has it" in tracked.problem
+
+
+def true_capture(frames: DrivenFrames) -> Capture:
+    """The frames where they were taken."""
+    X_BC = np.linalg.inv(matrix(frames.X_OB)) @ frames.capture.X_WC
+    return dc.replace(frames.capture, X_WC=matrix(frames.X_WB) @ X_BC)
 
 
 def test_who_trusts_the_odometry_aligns_nothing():
     robot = table_world().robot
-    assert make_aligner(MappingConfig(), robot) is None
+    trusting = MappingConfig(odometry_drift=0, odometry_turn=0)
+    assert make_aligner(trusting, robot) is None
     assert make_aligner(MappingConfig(odometry_turn=0.01), robot) is not None
 
 
@@ -92,27 +137,10 @@ def test_a_contradiction_says_how_far_surfaces_are_apart():
     assert "mm" not in contradiction(np.nan)
 
 
-def test_a_frame_of_a_bare_floor_does_not_say_where_the_base_was(frames):
-    depth = frames.capture.depth.copy()
-    # All that stands upright on the table is hidden.
-    p_C = unproject(frames.capture, 4)
-    upright = (frames.X_WC[4] @ p_C)[..., 2, 0] > TOP + 0.01
-    depth[4][upright] = 0
-    # So are the table's own sides.
-    depth[4][(frames.X_WC[4] @ p_C)[..., 2, 0] < TOP - 0.01] = 0
-    capture = dc.replace(frames.capture, depth=depth).select(np.arange(6))
-    aligned = FrameAligner(EXPECTED).align(
-        frames.keys[:6], capture, frames.X_OB[:6]
-    )
-    assert list(aligned.problems) == [4]
-    assert "too little that stands upright" in aligned.problems[4]
-    assert errors(frames, aligned)[[0, 1, 2, 3, 5]].max() < 0.002
-
-
-def unproject(capture, view: int) -> np.ndarray:
-    """Points of a view's pixels in its camera, shape (h, w, 4, 1) [m]."""
-    depth, K = capture.depth[view], capture.K[view]
-    v, u = np.mgrid[: depth.shape[0], : depth.shape[1]] + 0.5
-    x, y = (u - K[0, 2]) / K[0, 0], (v - K[1, 2]) / K[1, 1]
-    p = np.stack([x * depth, y * depth, depth, np.ones_like(depth)], axis=-1)
-    return p[..., None]
+def test_a_bare_floor_does_not_say_where_the_world_is(frames):
+    bare = np.where(frames.capture.depth[0] > 0, 1.0, 0).astype(np.float32)
+    aligner = FrameAligner(EXPECTED)
+    # A flat wall across the view has sides in one direction only.
+    tracked = aligner.track(frames.frame(0, bare))
+    assert "too little that stands upright" in tracked.problem
+    assert aligner.track(frames.frame(1)).problem == ""

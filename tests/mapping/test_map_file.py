@@ -1,6 +1,5 @@
 """Maps survive their files; other files are refused in one line."""
 
-import dataclasses as dc
 import os
 import pickle
 import struct
@@ -23,7 +22,6 @@ from remosplat_drake.oracle.depth_sensor import DepthSensor
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.oracle.unknown_space import unknown_space_field
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.signals.base_correction import BaseCorrection
 from remosplat_drake.signals.coverage import Coverage
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -133,16 +131,6 @@ def test_a_map_without_anything_comes_back(path, is_sealed):
     assert (after.parent, after.time, after.tiles) == (None, -np.inf, ())
     assert after.coverage is None
     assert len(after.field.clearances(SPHERES)) == 0
-
-
-def test_the_correction_of_the_base_comes_back(path):
-    covariance = np.diag([1e-6, 2e-6, 3e-6])
-    correction = BaseCorrection(np.array([0.1, -0.2, 0.3]), covariance, 7.5)
-    write_map(path, dc.replace(a_map(), correction=correction))
-    again = open_map(path).correction
-    np.testing.assert_array_equal(again.pose, correction.pose)
-    np.testing.assert_array_equal(again.covariance, covariance)
-    assert again.time == 7.5
 
 
 def turned_floor(n: int) -> GaussianSplat:

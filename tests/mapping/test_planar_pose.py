@@ -51,12 +51,11 @@ def test_jacobians_are_the_difference_quotients(a, b):
 @settings(max_examples=50)
 @given(POSES, POSES, POSES)
 def test_no_step_moves_the_base_by_more_than_allowed(pose, goal, X_OB):
-    after = stepped(pose, goal, X_OB, 0.01)
+    X_WB = composed(goal, X_OB)
+    after = stepped(pose, X_WB, X_OB, 0.01)
     moved = relative(composed(pose, X_OB), composed(after, X_OB))
     assert np.hypot(*moved[:2]) <= 0.01 + 1e-9
     assert abs(moved[2]) <= 0.01 + 1e-9
     for _ in range(1000):
-        after = stepped(after, goal, X_OB, 0.01)
-    np.testing.assert_allclose(
-        composed(after, X_OB), composed(goal, X_OB), atol=1e-9
-    )
+        after = stepped(after, X_WB, X_OB, 0.01)
+    np.testing.assert_allclose(composed(after, X_OB), X_WB, atol=1e-9)

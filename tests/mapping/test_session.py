@@ -243,3 +243,18 @@ def test_half_written_files_are_removed(session):
     Session.open_to_write(session.folder)
     assert not half.exists()
     assert all(Path(path).exists() for path in others)
+
+
+def test_where_a_map_has_the_base_comes_back(session):
+    for time in (1.0, 2.0):
+        add(session, time)
+    pose = np.array([0.1, -0.2, 0.3])
+    session.frames.note_base_poses({"frame 2": pose, "frame 9": pose})
+    again = Session.open(session.folder).frames
+    assert again.base_pose("frame 1") is None
+    np.testing.assert_array_equal(again.base_pose("frame 2"), pose)
+    path = session.folder / "frames" / "transforms.json"
+    text = path.read_text().replace("0.3\n", '"north"\n', 1)
+    path.write_text(text)
+    with pytest.raises(RemoSplatError, match="base_pose"):
+        Session.open(session.folder)

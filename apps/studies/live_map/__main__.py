@@ -19,6 +19,7 @@ from apps.studies.live_map.cases import (
     measure_periods,
     measure_unknown,
 )
+from apps.studies.live_map.drift import DriftErrors, drifting, measure_drift
 from apps.studies.live_map.memory import (
     LiveMemory,
     measure_memory,
@@ -59,6 +60,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " (%(default)g)",
     )
     parser.add_argument(
+        "--drift",
+        type=positive,
+        metavar="S",
+        help="instead, drive for so long with odometry that drifts by 2 cm/s",
+    )
+    parser.add_argument(
         "--json", type=Path, metavar="FILE", help="also write the numbers"
     )
     parser.add_argument(
@@ -77,6 +84,9 @@ def run(arguments: argparse.Namespace) -> int:
         RemoSplatError: A session cannot be begun, or makes no map.
     """
     console, spec = Console(), arguments.scenario
+    if arguments.drift:
+        console.print(drift_table(_drift(arguments.drift)))
+        return 0
     check_mappable(load_scenario(spec))
     console.print(load())
     numbers: dict = {}
@@ -170,6 +180,32 @@ def _memory(
         folder = Path(parent) / "session"
         with LiveSession(scenario, world, folder, MeshcatPage()) as session:
             return measure_memory(session, minutes, on_time=on_time)
+
+
+def _drift(seconds: float) -> DriftErrors:
+    """Drives a session whose odometry drifts, with frames of 160x120."""
+    scenario = drifting("wrist_camera: {width: 160, height: 120}")
+    scenario.mapping.latency = 0.5
+    world = load_world(scenario, blank=True)
+    assert world.truth is not None
+    with (
+        tempfile.TemporaryDirectory() as parent,
+        LiveSession(scenario, world, Path(parent) / "session") as session,
+    ):
+        return measure_drift(session, world.truth, seconds)
+
+
+def drift_table(errors: DriftErrors) -> Table:
+    """Makes a table of what is wrong with base and map."""
+    table = Table(
+        "p50/p99/max",
+        "error [mm]",
+        title=f"{errors.seconds:g} s, {1e3 * errors.drift:.0f} mm of drift,"
+        f" {errors.versions} versions",
+    )
+    table.add_row("base, in the map", _spread(errors.base, 2))
+    table.add_row("discs, from true surfaces", _spread(errors.surfaces, 2))
+    return table
 
 
 def period_table(periods: LivePeriods, name: str) -> Table:

@@ -5,6 +5,7 @@ import itertools
 from pathlib import Path
 from types import TracebackType
 
+import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context
 
@@ -122,6 +123,17 @@ class LiveSession:
     def reports(self) -> list[TickReport]:
         """Reports of the controller's latest ticks."""
         return self._application.recorder.reports
+
+    @property
+    def configurations(self) -> tuple[np.ndarray, np.ndarray]:
+        """The q that is measured, and the same in W, shape (n_q,) each."""
+        application = self._application
+        ports = application.odometry, application.configuration
+        measured, q = (
+            port.Eval(port.get_system().GetMyContextFromRoot(self._root))
+            for port in ports
+        )
+        return measured, q
 
     def scan(self) -> None:
         """Starts a scan, in which the robot looks around for its first map."""

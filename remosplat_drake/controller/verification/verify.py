@@ -114,13 +114,18 @@ def verified_command(
     brake = braking_command(u_previous, around.acceleration_limit, around.dt)
     for scale in SCALES:
         command = u if scale == 1.0 else brake + scale * (u - brake)
-        if _survives(around, command):
+        if can_stop(around, command):
             return command, scale
     return brake, 0.0
 
 
-def _survives(around: Surroundings, u: np.ndarray) -> bool:
-    """Tells whether the path of a command is allowed."""
+def can_stop(around: Surroundings, u: np.ndarray) -> bool:
+    """Tells whether the path of a command, and of its ramp, is allowed.
+
+    Args:
+        around: Robot, map and present state.
+        u: The command, shape (n_u,) [rad/s, m/s].
+    """
     path = StoppingPath.make(
         around.robot, around.state.q, u, around.acceleration_limit, around.dt
     )

@@ -34,7 +34,9 @@ class BaseLocalization(LeafSystem):
     The input is the measured q, whose base is in the odometry's frame O, the
     output is q in the map's frame W. `correction` takes a `BaseCorrection`;
     what is in effect follows it so slowly that a controller need not know of
-    it. Commands are velocities in the base's own frame, the same in both.
+    it. With another version of the map, though, its pose comes at once: map
+    and base move together. Commands are velocities in the base's own frame,
+    the same in both.
     """
 
     def __init__(self, *, n_q: int, period: float, speed: float):
@@ -52,13 +54,17 @@ class BaseLocalization(LeafSystem):
         self._correction = self.DeclareAbstractInputPort(
             "correction", Value(BaseCorrection())
         )
-        state = self.DeclareDiscreteState(3)
+        # x, y, yaw of X_WO, and the version of the map.
+        state = self.DeclareDiscreteState(4)
+        # The time matters at the instant of a new version only, when the
+        # correction changes, too.
         self.DeclareVectorOutputPort(
             "configuration",
             n_q,
             self._calc_configuration,
             {
                 self._measured.ticket(),
+                self._correction.ticket(),
                 self.discrete_state_ticket(state),
             },
         )
@@ -80,21 +86,34 @@ class BaseLocalization(LeafSystem):
         return system
 
     def _calc_configuration(self, context: Context, output: BasicVector):
-        pose = context.get_discrete_state(0).CopyToVector()
         measured = self._measured.Eval(context)
+        pose = self._in_effect(context)[:3]
         output.SetFromVector(BaseCorrection(pose).corrected(measured))
+
+    def _in_effect(self, context: Context) -> np.ndarray:
+        """X_WO and version; of a new version before the state knows of it."""
+        known = context.get_discrete_state(0).CopyToVector()
+        if not self._correction.HasValue(context):
+            return known
+        correction = self._correction.Eval(context)
+        if correction.version == known[3]:
+            return known
+        X_OB = self._measured.Eval(context)[:3]
+        X_WB = correction.base_at(context.get_time(), X_OB)
+        return np.append(odometry_frame(X_WB, X_OB), correction.version)
 
     def _step(self, context: Context, state: DiscreteValues):
         if not self._correction.HasValue(context):
             return
-        pose = context.get_discrete_state(0).CopyToVector()
-        goal = self._correction.Eval(context).pose
+        *pose, version = self._in_effect(context)
         X_OB = self._measured.Eval(context)[:3]
-        state.set_value(0, stepped(pose, goal, X_OB, self._most))
+        goal = self._correction.Eval(context).base_at(context.get_time(), X_OB)
+        after = stepped(np.array(pose), goal, X_OB, self._most)
+        state.set_value(0, np.append(after, version))
 
 
 def stepped(
-    pose: np.ndarray, goal: np.ndarray, X_OB: np.ndarray, most: float
+    pose: np.ndarray, X_WB: np.ndarray, X_OB: np.ndarray, most: float
 ) -> np.ndarray:
     """Moves the pose of the odometry's frame towards another one.
 
@@ -103,12 +122,12 @@ def stepped(
 
     Args:
         pose: The pose X_WO in effect, shape (3,) [m, rad].
-        goal: The pose to go to, shape (3,) [m, rad].
+        X_WB: Where the base is to be, shape (3,) [m, rad].
         X_OB: The base's measured pose, shape (3,) [m, rad].
         most: Greatest shift of the base [m], and greatest turn [rad].
     """
-    now, then = composed(pose, X_OB), composed(goal, X_OB)
-    turn = relative(now, then)[2]
-    shift = then[:2] - now[:2]
+    now = composed(pose, X_OB)
+    turn = relative(now, X_WB)[2]
+    shift = X_WB[:2] - now[:2]
     part = min(1.0, most / max(np.hypot(*shift), abs(turn), 1e-12))
     return odometry_frame(now + part * np.array([*shift, turn]), X_OB)

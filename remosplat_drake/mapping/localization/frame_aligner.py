@@ -1,31 +1,31 @@
-"""`FrameAligner`: aligns a session's frames, and keeps what it has prepared."""
+"""`FrameAligner`: follows the base from frame to frame, and keeps keyframes."""
 
 import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.capture.capture import Capture
-from remosplat_drake.mapping.localization.keyframe_graph import (
-    LEVELS,
-    REFINING,
+from remosplat_drake.capture.frames import Frame
+from remosplat_drake.mapping.localization.drift import (
+    BaseEstimate,
     Drift,
+    predicted,
+)
+from remosplat_drake.mapping.localization.frame_placement import (
+    Placed,
+    candidates,
+    place,
+)
+from remosplat_drake.mapping.localization.keyframe_graph import (
     Keyframes,
-    best_start,
-    misfit,
-    slides,
     solve,
 )
 from remosplat_drake.mapping.localization.planar_pose import (
     composed,
     matrix,
-    odometry_frame,
     relative,
 )
 from remosplat_drake.mapping.mapping_config import MappingConfig
-from remosplat_drake.reconstruction.alignment.plane_maps import (
-    PlaneMap,
-    plane_map,
-)
+from remosplat_drake.reconstruction.alignment.plane_maps import plane_map
 from remosplat_drake.reconstruction.alignment.view_stack import (
     empty_stack,
     put_view,
@@ -36,53 +36,89 @@ from remosplat_drake.signals.base_correction import BaseCorrection
 _SAMPLES = 300
 """Points of a frame that are compared with others."""
 
-_NEIGHBOURS = 8
-"""Keyframes that a new one is compared with before it joins the graph."""
-
 _MOST_DEVIATIONS = 4.0
-"""Corrections beyond so many standard deviations of the odometry are none."""
+"""Places beyond so many standard deviations of the prediction are none."""
 
-_FARTHEST = 0.25
-"""Greatest distance at which a frame is searched for [m]."""
+_TRUSTED, _USEFUL = 0.004, 0.015
+"""Standard deviation of a base's position that does no harm in a map, and that
+of frames by which others may be placed [m]."""
 
-_TRUSTED = 0.004
-"""Standard deviation of a base's position that does no harm [m]."""
+_LEAST_SIDES = 6.0
+"""Points on sides, in each horizontal direction, that a first frame has."""
+
+_BARE = "shows too little that stands upright to tell where the base was"
 
 _LARGEST_MISFIT = 0.01
 """Median distance of a frame's surfaces from the others' that is no noise [m].
 """
 
-_OTHER_RUN = 30.0
-"""Time whose drift stands for what happened between two runs [s]."""
+_LEAST_SHARED = 0.1
+"""A frame of which others have less of its points is not aligned to them."""
+
+_NEW = 0.7
+"""A frame of which others have less becomes a keyframe."""
+
+_MOST_KEYFRAMES = 120
+"""Greatest number of keyframes besides those that maps are made of."""
 
 Key = tuple[str, float]
 """A frame's name and time: names are given again."""
 
 
 @dc.dataclass(frozen=True, eq=False)
-class Aligned:
-    """Where a session's frames were taken.
+class Tracked:
+    """Where one frame was taken.
 
     Attributes:
-        X_WC: Poses of the cameras (OpenCV axes), shape (n, 4, 4).
-        corrections: Where the odometry's frame was at each of them.
-        residual: Median distance of each frame's surfaces from those of the
-            others, shape (n,) [m]; NaN where it shares none.
-        problems: What is wrong with frames that cannot be explained, for
-            people, by their indices.
+        estimate: Where the base was, and how well that is known.
+        residual: Median distance of the frame's surfaces from those of the
+            others [m]; NaN where it shares none.
+        problem: Why a map cannot be made of the frame, for people; empty if
+            it can.
     """
 
-    X_WC: np.ndarray
-    corrections: list[BaseCorrection]
-    residual: np.ndarray
-    problems: dict[int, str]
+    estimate: BaseEstimate
+    residual: float = np.nan
+    problem: str = ""
 
-    @staticmethod
-    def as_measured(capture: Capture) -> "Aligned":
-        """Takes the poses of a capture as they are."""
-        n = len(capture)
-        nothing = [BaseCorrection()] * n
-        return Aligned(capture.X_WC, nothing, np.full(n, np.nan), {})
+
+@dc.dataclass(frozen=True, eq=False)
+class _Keyframe:
+    """A frame that others are compared with; no key: no map is made of it."""
+
+    key: Key | None
+    tracked: BaseEstimate
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Graph:
+    """Where a map has the keyframes.
+
+    Attributes:
+        kept: The n keyframes.
+        reference: Which one is the youngest that was placed well before,
+            and is now.
+        before: The base's poses at all of them until now, shape (n, 3) [m,
+            rad].
+        X_WB: The base's poses in the map, shape (n, 3) [m, rad].
+        covariance: Their covariances, shape (n, 3, 3).
+        X_WC: Poses of the cameras in the map (OpenCV axes), shape (n, 4, 4).
+        residual: Median distance of their surfaces from those of the others,
+            shape (n,) [m]; NaN where they share none.
+    """
+
+    kept: tuple[_Keyframe, ...]
+    reference: int
+    before: np.ndarray
+    X_WB: np.ndarray
+    covariance: np.ndarray
+    X_WC: np.ndarray
+    residual: np.ndarray
+
+    def rows(self, keys: list[Key]) -> np.ndarray:
+        """Returns which keyframes some frames are, shape (m,)."""
+        index = {kept.key: i for i, kept in enumerate(self.kept)}
+        return np.array([index[key] for key in keys], int)
 
 
 def make_aligner(
@@ -102,8 +138,25 @@ def make_aligner(
     return FrameAligner(Drift(config.odometry_drift, config.odometry_turn))
 
 
+def one_frame(image: Frame, X_OB: np.ndarray, time: float) -> Keyframes:
+    """Prepares a frame for alignment.
+
+    Args:
+        image: The frame, posed by odometry.
+        X_OB: The base's pose by odometry, shape (3,) [m, rad].
+        time: When it was taken [s].
+    """
+    stack = empty_stack(1, image.depth.shape, _SAMPLES)
+    planes = plane_map(image.K, image.depth)
+    put_view(stack, 0, planes, np.random.default_rng(0))
+    X_BC = np.linalg.inv(matrix(X_OB)) @ image.X_WC
+    return Keyframes(
+        stack, X_BC[None], np.array([X_OB], float), np.array([time])
+    )
+
+
 class FrameAligner:
-    """Aligns frames within the uncertainty of the odometry.
+    """Aligns frames within the uncertainty of the odometry and its drift.
 
     Args:
         drift: How fast the odometry may go wrong.
@@ -111,121 +164,218 @@ class FrameAligner:
 
     def __init__(self, drift: Drift):
         self._drift = drift
-        self._planes: dict[Key, PlaneMap] = {}
-        self._known: dict[Key, np.ndarray] = {}
+        self._latest: BaseEstimate | None = None
+        self._kept: list[_Keyframe] = []
+        self._frames: Keyframes | None = None
+        self._X_WB = np.zeros((0, 3))
+        self._covariance = np.zeros((0, 3, 3))
 
-    def align(
-        self,
-        keys: list[Key],
-        capture: Capture,
-        X_OB: np.ndarray,
-    ) -> Aligned:
-        """Finds where frames were taken, the newest ones first by themselves.
+    def track(self, frame: Keyframes, key: Key | None = None) -> Tracked:
+        """Finds where a frame was taken, from where the one before was.
 
         Args:
-            keys: The frames' names and times, oldest first.
-            capture: The frames, with their poses by odometry.
-            X_OB: The base's poses by odometry, shape (n, 3) [m, rad].
+            frame: The frame, one row.
+            key: Its name, if a map may be made of it.
         """
-        keyframes = self._keyframes(keys, capture, X_OB)
-        X_WB = np.array(X_OB, float)
-        problems: dict[int, str] = {}
-        good = np.ones(len(keys), bool)
-        for i, key in enumerate(keys):
-            if key in self._known:
-                X_WB[i] = self._known[key]
-            elif i:
-                problem = self._place(keyframes, X_WB, i, good)
-                if problem:
-                    problems[i], good[i] = problem, False
-        free = good.copy()
-        free[0] = False  # It says where W is.
-        kept = keyframes.select(np.flatnonzero(good))
-        solution = solve(kept, X_WB[good], free[good], LEVELS)
-        X_WB[good] = solution.X_WB
-        self._known = {key: X_WB[i] for i, key in enumerate(keys) if good[i]}
-        covariance = np.zeros((len(keys), 3, 3))
-        covariance[good] = solution.covariance
-        residual = np.full(len(keys), np.nan)
-        residual[good] = solution.residual
-        return Aligned(
-            X_WC=keyframes.camera_poses(X_WB),
-            corrections=[
-                BaseCorrection(
-                    odometry_frame(X_WB[i], X_OB[i]), covariance[i], key[1]
-                )
-                for i, key in enumerate(keys)
-            ],
-            residual=residual,
-            problems=problems,
+        X_OB, time = frame.X_OB[0], float(frame.time[0])
+        if self._latest is None:
+            expected = BaseEstimate.first(time, X_OB, self._drift)
+        else:
+            expected = predicted(self._latest, X_OB, time, self._drift)
+        if self._frames is None or not self._kept:
+            return self._anchored(frame, expected, key)
+        others = candidates(self._frames, self._X_WB, frame, expected)
+        placed = Placed(expected, np.nan, 0.0)
+        if len(others):
+            shown = Keyframes.joined([self._frames.select(others), frame])
+            poses = np.vstack([self._X_WB[others], expected.X_WB])
+            placed = place(shown, poses, self._covariance[others], expected)
+        problem = misfit(placed, expected)
+        self._latest = expected if problem else placed.estimate
+        problem = problem or vagueness(self._latest.covariance, _USEFUL)
+        tracked = Tracked(self._latest, placed.residual, problem)
+        spare = sum(kept.key is None for kept in self._kept) < _MOST_KEYFRAMES
+        if not problem and (key or (spare and placed.shared < _NEW)):
+            self._keep(frame, key, self._latest)
+        return tracked
+
+    def _anchored(
+        self, frame: Keyframes, expected: BaseEstimate, key: Key | None
+    ) -> Tracked:
+        """Lets a frame say where W is, if it holds a base at all.
+
+        Over a bare floor nobody can tell; what is seen there looks the same
+        wherever it is.
+        """
+        self._latest = expected
+        if not holds(frame, expected.X_WB):
+            return Tracked(expected, problem=_BARE)
+        self._latest = expected.certain()
+        self._keep(frame, key, self._latest)
+        return Tracked(self._latest)
+
+    @property
+    def correction(self) -> BaseCorrection:
+        """Where the odometry's frame is, by the newest frame."""
+        if self._latest is None:
+            return BaseCorrection()
+        return self._latest.correction
+
+    def knows(self, key: Key) -> bool:
+        """Tells whether a frame is among the keyframes."""
+        return key in [kept.key for kept in self._kept]
+
+    def forget(self, names: set[str]) -> None:
+        """Drops keyframes of which maps must not be made.
+
+        Args:
+            names: The frames' names.
+        """
+        rows = [
+            i
+            for i, kept in enumerate(self._kept)
+            if kept.key is None or kept.key[0] not in names
+        ]
+        self._kept = [self._kept[i] for i in rows]
+        self._X_WB = self._X_WB[rows]
+        self._covariance = self._covariance[rows]
+        if self._frames is not None:
+            self._frames = self._frames.select(np.array(rows, int))
+
+    def align(self) -> Graph:
+        """Refines where all keyframes were taken, for a map of some of them.
+
+        Nothing here moves before `adopt`: until the map is made others are
+        tracked where the map in use has them.
+        """
+        assert self._frames is not None
+        tracked = [kept.tracked for kept in self._kept]
+        solution = solve(
+            self._frames,
+            self._X_WB,
+            np.stack([estimate.X_WB for estimate in tracked]),
+            np.stack([estimate.covariance[:3, :3] for estimate in tracked]),
+        )
+        doubt = np.maximum(self._covariance, solution.covariance)
+        certain = [i for i, P in enumerate(doubt) if not vagueness(P)]
+        return Graph(
+            tuple(self._kept),
+            certain[-1] if certain else 0,
+            self._X_WB.copy(),
+            solution.X_WB,
+            solution.covariance,
+            self._frames.camera_poses(solution.X_WB),
+            solution.residual,
         )
 
-    def _keyframes(
-        self, keys: list[Key], capture: Capture, X_OB: np.ndarray
-    ) -> Keyframes:
-        self._planes = {
-            key: self._planes.get(key)
-            or plane_map(capture.K[i], capture.depth[i])
-            for i, key in enumerate(keys)
+    def adopt(self, graph: Graph) -> dict[str, np.ndarray]:
+        """Moves keyframes, and the base with them, to where a map has them.
+
+        Args:
+            graph: What `align` returned. Younger keyframes move with its
+                reference.
+
+        Returns:
+            Where the map has the base at frames that have a name, by that
+            name, shape (3,) each [m, rad].
+        """
+        assert self._latest is not None
+        index = {id(kept): i for i, kept in enumerate(graph.kept)}
+        old, new = graph.before[graph.reference], graph.X_WB[graph.reference]
+        for i, kept in enumerate(self._kept):
+            if id(kept) in index:
+                row = index[id(kept)]
+                self._X_WB[i] = graph.X_WB[row]
+                self._covariance[i] = graph.covariance[row]
+            else:
+                self._X_WB[i] = composed(new, relative(old, self._X_WB[i]))
+        X_WB = composed(new, relative(old, self._latest.X_WB))
+        self._latest = dc.replace(self._latest, X_WB=X_WB)
+        return {
+            kept.key[0]: pose
+            for kept, pose in zip(self._kept, self._X_WB, strict=True)
+            if kept.key is not None
         }
-        stack = empty_stack(len(keys), capture.size, _SAMPLES)
-        for i, key in enumerate(keys):
-            put_view(stack, i, self._planes[key], np.random.default_rng(i))
-        times = np.array([time for _, time in keys])
-        waited = np.diff(times, prepend=times[0])
-        waited[waited < 0] = _OTHER_RUN
-        return Keyframes(
-            stack,
-            X_OB,
-            np.linalg.inv(matrix(X_OB)) @ capture.X_WC,
-            np.cumsum(waited),
-            self._drift,
-        )
 
-    def _place(
-        self, keyframes: Keyframes, X_WB: np.ndarray, i: int, good: np.ndarray
-    ) -> str:
-        """Finds where a new frame was taken, and what is wrong with it."""
-        X_OB = keyframes.X_OB
-        before = int(np.flatnonzero(good[:i])[-1])
-        moved = relative(X_OB[before], X_OB[i])
-        X_WB[i] = expected = composed(X_WB[before], moved)
-        p_WC = keyframes.camera_poses(X_WB)[:, :3, 3]
-        others = np.flatnonzero(good[:i])
-        others = others[others != before]
-        apart = np.linalg.norm(p_WC[others] - p_WC[i], axis=1)
-        near = np.sort(others[np.argsort(apart, kind="stable")[:_NEIGHBOURS]])
-        few = np.array([*near, before, i])
-        shown = keyframes.select(few)
-        waited = keyframes.age[i] - keyframes.age[before]
-        most = _MOST_DEVIATIONS * self._drift.deviations(waited)
-        start = X_WB[few]
-        reach = min(1.5 * most[0], _FARTHEST)
-        start[-1] = best_start(shown, start, reach)
-        solution = solve(shown, start, few == i, REFINING)
-        found = solution.X_WB
-        off = np.abs(relative(expected, found[-1]))
-        allowed = f"{1e3 * most[0]:.0f} mm and {np.rad2deg(most[2]):.1f} deg"
-        apart = misfit(shown, found, len(few) - 1)
-        if apart > _LARGEST_MISFIT:
-            return (
-                f"does not fit: its surfaces lie {1e3 * apart:.1f} mm from the"
-                f" others', within {allowed} of where odometry has it"
-            )
-        drifted = most[0] / _MOST_DEVIATIONS
-        vague = np.linalg.eigvalsh(solution.covariance[-1][:2, :2])[-1]
-        if drifted > _TRUSTED and (
-            vague > _TRUSTED**2 or slides(solution.information[-1])
-        ):
-            return (
-                "shows too little that stands upright to tell where the base"
-                f" was, which may have drifted {1e3 * drifted:.0f} mm"
-            )
-        if (off > most).any():
-            shift, turn = 1e3 * np.hypot(*off[:2]), np.rad2deg(off[2])
-            return (
-                f"does not fit: {shift:.0f} mm and {turn:.1f} deg from where"
-                f" odometry, good to {allowed}, has it"
-            )
-        X_WB[i] = found[-1]
+    def resume(
+        self, frame: Keyframes, key: Key, X_WB: np.ndarray | None
+    ) -> None:
+        """Takes a frame in that an earlier process has taken.
+
+        Args:
+            frame: The frame, one row.
+            key: Its name.
+            X_WB: Where a map has the base, shape (3,) [m, rad]; None where no
+                map has it.
+        """
+        if X_WB is None:
+            self.track(frame, key)
+            return
+        first = BaseEstimate.first(
+            float(frame.time[0]), frame.X_OB[0], self._drift
+        )
+        there = dc.replace(first, X_WB=X_WB)
+        if self._latest is None or self._latest.time < there.time:
+            self._latest = there
+        self._keep(frame, key, there)
+
+    def _keep(
+        self, frame: Keyframes, key: Key | None, estimate: BaseEstimate
+    ) -> None:
+        parts = [] if self._frames is None else [self._frames]
+        P = estimate.covariance[None, :3, :3]
+        self._kept.append(_Keyframe(key, estimate))
+        self._frames = Keyframes.joined([*parts, frame])
+        self._X_WB = np.vstack([self._X_WB, estimate.X_WB])
+        self._covariance = np.concatenate([self._covariance, P])
+
+
+def misfit(placed: Placed, expected: BaseEstimate) -> str:
+    """Says why a frame cannot be where it was placed; empty if it can.
+
+    Args:
+        placed: Where it was placed by the surfaces that it shares.
+        expected: Where the odometry and its drift have it.
+    """
+    most = _MOST_DEVIATIONS * expected.deviations
+    allowed = f"{1e3 * most[:2].max():.0f} mm and {np.rad2deg(most[2]):.1f} deg"
+    if placed.shared < _LEAST_SHARED:
+        return "shares nothing with the map: look back at what it has"
+    if placed.residual > _LARGEST_MISFIT:
+        return (
+            f"does not fit: its surfaces lie {1e3 * placed.residual:.1f} mm"
+            f" from the others', within {allowed} of where odometry has it"
+        )
+    off = np.abs(placed.estimate.X_WB - expected.X_WB)
+    if (off > most).any():
+        shift, turn = 1e3 * np.hypot(*off[:2]), np.rad2deg(off[2])
+        return (
+            f"does not fit: {shift:.0f} mm and {turn:.1f} deg from where"
+            f" odometry, good to {allowed}, has it"
+        )
+    return ""
+
+
+def vagueness(covariance: np.ndarray, most: float = _TRUSTED) -> str:
+    """Says why a frame cannot be used whose place is not known well.
+
+    Args:
+        covariance: Covariance of the base's x, y and more.
+        most: Standard deviation of its position that does no harm [m].
+    """
+    vague = float(np.sqrt(np.linalg.eigvalsh(covariance[:2, :2])[-1]))
+    if vague <= most:
         return ""
+    return f"{_BARE}, which may have drifted {1e3 * vague:.0f} mm"
+
+
+def holds(frame: Keyframes, X_WB: np.ndarray) -> bool:
+    """Tells whether a frame shows things with sides in two directions.
+
+    Args:
+        frame: The frame, one row.
+        X_WB: Where the base is about, shape (3,) [m, rad].
+    """
+    R_WC = frame.camera_poses(X_WB[None])[0, :3, :3]
+    side = (frame.stack.normal[0, : frame.stack.count[0]] @ R_WC.T)[:, :2]
+    return bool(np.linalg.eigvalsh(side.T @ side)[0] > _LEAST_SIDES)

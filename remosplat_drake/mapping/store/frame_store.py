@@ -26,6 +26,9 @@ from remosplat_drake.capture.readers.nerfstudio import (
 )
 from remosplat_drake.capture.readers.text_files import read_json
 
+_BASE_POSE = "base_pose"
+"""Field of a frame that says where a map has the base."""
+
 _NAME = re.compile("frame [0-9]{1,9}")
 
 
@@ -62,6 +65,8 @@ class FrameStore:
                 raise entry.error("name", f"expected a new name, got {name!r}")
             entry.number("time")
             sizes.add(len(entry.numbers("configuration")))
+            if entry.has(_BASE_POSE) and len(entry.numbers(_BASE_POSE)) != 3:
+                raise entry.error(_BASE_POSE, "expected x, y, yaw")
             if len(sizes) > 1:
                 raise entry.error(
                     "configuration", "differs from others in length"
@@ -162,6 +167,40 @@ class FrameStore:
     def time(self, name: str) -> float:
         """Returns when a frame was taken, by the clock of its run [s]."""
         return float(self._entry(name)["time"])
+
+    def frame(self, name: str) -> Frame:
+        """Returns a loaded frame, as it was saved; see `load`."""
+        return self._cache[name]
+
+    def base_pose(self, name: str) -> np.ndarray | None:
+        """Returns where a map has the base at a frame, x, y, yaw in W.
+
+        Args:
+            name: Name of the frame.
+
+        Returns:
+            Shape (3,) [m, rad]; None where no map has aligned the frame.
+        """
+        pose = self._entry(name).get(_BASE_POSE)
+        return None if pose is None else np.array(pose, float)
+
+    def note_base_poses(self, poses: dict[str, np.ndarray]) -> None:
+        """Notes where a map has the base at frames.
+
+        Args:
+            poses: x, y, yaw in W by the frames' names, shape (3,) [m, rad];
+                frames that are not there any more are left out.
+
+        Raises:
+            FileError: `transforms.json` cannot be written.
+        """
+        entries = [
+            entry | {_BASE_POSE: poses[entry["name"]].tolist()}
+            if entry["name"] in poses
+            else entry
+            for entry in self._document["frames"]
+        ]
+        self._write(entries)
 
     def _entry(self, name: str) -> dict:
         return self._document["frames"][self._index[name]]

@@ -24,7 +24,6 @@ from remosplat_drake.oracle.unknown_space import (
     UnknownSpaceField,
     unknown_space_field,
 )
-from remosplat_drake.signals.base_correction import BaseCorrection
 from remosplat_drake.signals.coverage import SURFACE, UNSEEN, Coverage
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.scene_map import SceneMap
@@ -63,7 +62,6 @@ def take_apart(scene_map: SceneMap) -> tuple[dict, Arrays]:
         "frames": scene_map.frames,
         "time": scene_map.time if math.isfinite(scene_map.time) else None,
         "quality": scene_map.quality,
-        "correction": _take_correction(scene_map.correction),
     }
     splat_W, coverage = scene_map.splat_W, scene_map.coverage
     if splat_W is not None:
@@ -105,24 +103,6 @@ def put_together(file: ArrayFile) -> SceneMap:
         coverage=coverage,
         tiles=_tiles(file, splat_W),
         quality=document.text("quality"),
-        correction=_correction(document.inner("correction")),
-    )
-
-
-def _take_correction(correction: BaseCorrection) -> dict:
-    return {
-        "pose": correction.pose.tolist(),
-        "covariance": correction.covariance.ravel().tolist(),
-        "time": correction.time if math.isfinite(correction.time) else None,
-    }
-
-
-def _correction(document: JsonFields) -> BaseCorrection:
-    covariance = np.array(document.numbers("covariance", 9)).reshape(3, 3)
-    return BaseCorrection(
-        np.array(document.numbers("pose", 3)),
-        covariance,
-        document.number("time") if document.has("time") else -math.inf,
     )
 
 

@@ -1,0 +1,155 @@
+r"""How an odometry drifts: at a rate that stays about the same for a while.
+
+The base's pose b = (x, y, yaw) in W and the rate v at which the odometry's
+motions fall short of it follow, from one frame to the next, after a time t,
+
+    b' = b + (R(b_yaw - o_yaw) (o'_xy - o_xy), o'_yaw - o_yaw) + r v + noise,
+    v' = a v + noise,      a = exp(-t / tau),   r = tau (1 - a),
+
+with the odometry's own poses o. The rate is an Ornstein-Uhlenbeck process of
+deviation sigma and correlation time tau, and the noise of b and v is the exact
+one of its integral (Bar-Shalom et al., "Estimation with applications to
+tracking and navigation", 2001, section 8.2.3).
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.mapping.localization.planar_pose import odometry_frame
+from remosplat_drake.signals.base_correction import BaseCorrection
+
+_WHITE = np.array([5e-4, 5e-4, 2.5e-4])
+"""Standard deviations of what else goes wrong between two frames [m, rad]."""
+
+OTHER_RUN = 30.0
+"""Time whose drift stands for what happened between two runs [s]."""
+
+
+@dc.dataclass(frozen=True)
+class Drift:
+    """How fast the odometry of a base may go wrong.
+
+    Attributes:
+        shift: Standard deviation of the rate of its position [m/s].
+        turn: Standard deviation of the rate of its heading [rad/s].
+        memory: Time tau over which the rates stay about the same [s].
+    """
+
+    shift: float
+    turn: float
+    memory: float = BaseCorrection.MEMORY
+
+    @property
+    def variances(self) -> np.ndarray:
+        """Variances of the rates of x, y and yaw, shape (3,)."""
+        return np.square([self.shift, self.shift, self.turn])
+
+    def noise(self, seconds: float) -> np.ndarray:
+        """Returns the covariance of what a time adds to (b, v), (6, 6).
+
+        Args:
+            seconds: The time [s].
+        """
+        tau, a = self.memory, np.exp(-seconds / self.memory)
+        own = tau**2 * (2 * seconds / tau - 3 + 4 * a - a**2)
+        rows = [[own, tau * (1 - a) ** 2], [tau * (1 - a) ** 2, 1 - a**2]]
+        Q = np.kron(np.array(rows), np.diag(self.variances))
+        Q[:3, :3] += np.diag(_WHITE**2)
+        return Q
+
+
+@dc.dataclass(frozen=True, eq=False)
+class BaseEstimate:
+    """Where the base was, and how its odometry drifted.
+
+    Attributes:
+        time: When, by the diagram's clock [s].
+        X_OB: The base's pose by odometry, shape (3,) [m, rad].
+        X_WB: Its pose b in W, shape (3,) [m, rad].
+        rate: The rate v, shape (3,) [m/s, rad/s].
+        covariance: Covariance of (b, v), shape (6, 6).
+    """
+
+    time: float
+    X_OB: np.ndarray
+    X_WB: np.ndarray
+    rate: np.ndarray
+    covariance: np.ndarray
+
+    @staticmethod
+    def first(time: float, X_OB: np.ndarray, drift: Drift) -> "BaseEstimate":
+        """Returns what is known at first: W is where the odometry is."""
+        P = np.kron(np.diag([0.0, 1.0]), np.diag(drift.variances))
+        X_OB = np.array(X_OB, float)
+        return BaseEstimate(time, X_OB, X_OB, np.zeros(3), P).certain()
+
+    def certain(self) -> "BaseEstimate":
+        """Returns this pose as the one that says where W is."""
+        P = np.zeros((6, 6))
+        P[:3, :3] = np.diag(_WHITE**2)
+        P[3:, 3:] = self.covariance[3:, 3:]
+        return dc.replace(self, covariance=P)
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """Standard deviations of x, y and yaw, shape (3,) [m, rad]."""
+        return np.sqrt(np.diag(self.covariance)[:3])
+
+    @property
+    def correction(self) -> BaseCorrection:
+        """Where the odometry's frame is, and how fast it goes."""
+        X_WO = odometry_frame(self.X_WB, self.X_OB)
+        covariance = self.covariance[:3, :3]
+        return BaseCorrection(X_WO, covariance, self.time, self.rate)
+
+
+def predicted(
+    before: BaseEstimate, X_OB: np.ndarray, time: float, drift: Drift
+) -> BaseEstimate:
+    """Predicts where a base is by its odometry and the odometry's drift.
+
+    Args:
+        before: What was known before.
+        X_OB: The base's pose by odometry now, shape (3,) [m, rad].
+        time: The time now [s]; before the other one: of another run.
+        drift: How fast the odometry may go wrong.
+    """
+    seconds = time - before.time if time >= before.time else OTHER_RUN
+    x, F = moved(before.X_WB, before.rate, before.X_OB, X_OB, seconds, drift)
+    P = F @ before.covariance @ F.T + drift.noise(seconds)
+    return BaseEstimate(time, np.array(X_OB, float), x[:3], x[3:], P)
+
+
+def moved(
+    X_WB: np.ndarray,
+    rate: np.ndarray,
+    X_OB: np.ndarray,
+    X_OB_after: np.ndarray,
+    seconds: float,
+    drift: Drift,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Computes the expected (b', v'), shape (6,), and its derivatives.
+
+    Args:
+        X_WB: The base's pose b, shape (3,) [m, rad].
+        rate: The rate v, shape (3,) [m/s, rad/s].
+        X_OB: The pose o by odometry then, shape (3,) [m, rad].
+        X_OB_after: The pose o' by odometry now, shape (3,) [m, rad].
+        seconds: Time between the two [s].
+        drift: How long rates stay about the same.
+
+    Returns:
+        The state, and its Jacobian by (b, v), shape (6, 6).
+    """
+    a = np.exp(-seconds / drift.memory)
+    reach = drift.memory * (1 - a)
+    turn = X_WB[2] - X_OB[2]
+    c, s = np.cos(turn), np.sin(turn)
+    x, y, yaw = X_OB_after - X_OB
+    yaw = (yaw + np.pi) % (2 * np.pi) - np.pi
+    shift = np.array([c * x - s * y, s * x + c * y])
+    state = np.concatenate([X_WB + [*shift, yaw] + reach * rate, a * rate])
+    F = np.kron([[1.0, reach], [0.0, a]], np.eye(3))
+    F[:2, 2] = -shift[1], shift[0]
+    return state, F

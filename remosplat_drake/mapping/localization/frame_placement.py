@@ -1,0 +1,304 @@
+"""Where a base was when one frame was taken, by keyframes that stay in place.
+
+The keyframes to compare with are those whose images may hold what the frame
+shows, wherever within its uncertainty the base was; so loops are closed when
+they can be, and not by luck. Point-to-plane equations and the prediction by
+odometry and drift are then solved together.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.mapping.localization.drift import BaseEstimate
+from remosplat_drake.mapping.localization.keyframe_graph import (
+    LEVELS,
+    REFINING,
+    Keyframes,
+    surface_equations,
+)
+from remosplat_drake.reconstruction.alignment.pair_kernel import pair_residuals
+from remosplat_drake.reconstruction.alignment.solver import (
+    Level,
+    State,
+    residual_spread,
+)
+
+_POINTS = 40
+"""Points of a frame that are looked for in other views."""
+
+_DEVIATIONS = 3.0
+"""Images reach so many standard deviations beyond their edges, for a base whose
+place is that uncertain."""
+
+_LEAST_OVERLAP = 0.15
+"""Views with fewer of the frame's points are not compared with it."""
+
+_NEAR, _OLD = 5, 3
+"""Views that a frame is compared with: those with most of its points, and the
+oldest ones besides."""
+
+_CLOSE = 0.012
+"""Standard deviation of the expected place up to which no search is needed [m].
+"""
+
+_SEARCH = Level(0.03, 0.01, 0.8, 1)
+_SEARCH_STEP = 0.04
+_SEARCH_STRIDE = 6
+_FARTHEST = 0.25
+"""What counts as a hit in the search for a start, its step [m], every how many
+points are looked at, and how far around the expected place it goes [m]."""
+
+_UPRIGHT, _LEAST_SIDE = 0.5, 8
+"""Cosine to the vertical below which points are on sides, and how many of them
+tell how well these fit."""
+
+_WIDE = LEVELS[0]
+"""What counts as the same surface when a frame is judged."""
+
+_SLIPPERY = 0.03
+"""Part of the information on one direction that is none on the other."""
+
+_CONVERGED = 1e-5
+"""Steps below end a level [m, rad]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Placed:
+    """Where one frame was taken, and how well it fits there.
+
+    Attributes:
+        estimate: Where the base was.
+        residual: Median distance of the frame's points from the others'
+            surfaces [m]; NaN where they share none.
+        shared: Part of its points that any of the others has.
+    """
+
+    estimate: BaseEstimate
+    residual: float
+    shared: float
+
+
+def candidates(
+    keyframes: Keyframes,
+    X_WB: np.ndarray,
+    frame: Keyframes,
+    expected: BaseEstimate,
+) -> np.ndarray:
+    """Chooses the keyframes that a frame is compared with.
+
+    Args:
+        keyframes: The keyframes.
+        X_WB: Where the base was, shape (n, 3) [m, rad].
+        frame: The frame, one row.
+        expected: Where the base is expected at the frame.
+
+    Returns:
+        Indices of keyframes, ascending.
+    """
+    seen = keyframes.stack
+    X_WC = keyframes.camera_poses(X_WB)
+    X_WF = frame.camera_poses(expected.X_WB[None])[0]
+    count = frame.stack.count[0]
+    p_F = frame.stack.point[0, : count : max(1, count // _POINTS)]
+    if not len(p_F):
+        return np.zeros(0, int)
+    p_W = p_F @ X_WF[:3, :3].T + X_WF[:3, 3]
+    arm = p_W - X_WC[:, None, :3, 3]
+    x, y, z = np.moveaxis(arm @ X_WC[:, :3, :3], -1, 0)
+    z = np.where(z > 0, z, np.nan)
+    fx, fy, cx, cy = seen.camera.T[:, :, None]
+    edge = _DEVIATIONS * expected.deviations[:2].max() * fx / z
+    column, row = fx * x / z + cx, fy * y / z + cy
+    height, width = (seen.step * size for size in seen.plane.shape[1:3])
+    inside = (
+        (column > -edge) & (column < width + edge)
+        & (row > -edge) & (row < height + edge)
+    )  # fmt: skip
+    overlap = inside.mean(axis=1)
+    usable = np.flatnonzero(overlap >= _LEAST_OVERLAP)
+    best = usable[np.argsort(-overlap[usable], kind="stable")][:_NEAR]
+    oldest = np.setdiff1d(usable, best)[:_OLD]
+    return np.union1d(best, oldest)
+
+
+def place(
+    keyframes: Keyframes,
+    X_WB: np.ndarray,
+    covariance: np.ndarray,
+    expected: BaseEstimate,
+) -> Placed:
+    """Finds where the base was at the last keyframe.
+
+    Args:
+        keyframes: The keyframes, and the frame as the last of them.
+        X_WB: Where the base was, shape (n, 3) [m, rad]; its last row does not
+            matter.
+        covariance: Covariances of these, without the last, (n - 1, 3, 3).
+        expected: Where the base is expected.
+    """
+    last = len(X_WB) - 1
+    pairs = np.array([(other, last) for other in range(last)])
+    X_WB = X_WB.copy()
+    X_WB[last] = expected.X_WB
+    vague = expected.deviations[:2].max()
+    levels = LEVELS if vague > _CLOSE else REFINING
+    if vague > _CLOSE:
+        X_WB[last] = best_start(keyframes, X_WB, min(4 * vague, _FARTHEST))
+    prior = np.linalg.inv(expected.covariance[:3, :3])
+    seen = np.zeros((3, 3))
+    for level in levels:
+        state = State(keyframes.camera_poses(X_WB))
+        spread = residual_spread(keyframes.stack, state, pairs, level)
+        for _ in range(level.steps):
+            H, g = surface_equations(keyframes, X_WB, pairs, level, spread)
+            seen, pull = without_slips(H[-3:, -3:], g[-3:])
+            off = X_WB[last] - expected.X_WB
+            step = -np.linalg.solve(seen + prior, pull + prior @ off)
+            X_WB[last] += step
+            if np.abs(step).max() < _CONVERGED:
+                break
+    residual, shared = fit(keyframes, X_WB, pairs)
+    told = [
+        surface_equations(keyframes, X_WB, pair[None], levels[-1], 1.0)[0]
+        for pair in pairs
+    ]
+    weight = np.array([H[-3, -3] + H[-2, -2] for H in told])
+    weight /= max(weight.sum(), 1e-9)
+    theirs = np.einsum("i,ijk->jk", weight, covariance)
+    estimate = updated(expected, X_WB[last], seen, theirs)
+    return Placed(estimate, residual, shared)
+
+
+def updated(
+    expected: BaseEstimate,
+    X_WB: np.ndarray,
+    information: np.ndarray,
+    theirs: np.ndarray,
+) -> BaseEstimate:
+    """Returns what is known once a frame has been placed.
+
+    The keyframes' own errors are in all frames that are placed by them, and no
+    number of frames averages them away: so their covariance is added, unless
+    more was known before.
+
+    Args:
+        expected: What was known before.
+        X_WB: Where the base was most likely, shape (3,) [m, rad].
+        information: What the frame told of that, shape (3, 3).
+        theirs: Covariance of the keyframes that told it, shape (3, 3).
+    """
+    P = expected.covariance
+    gain = P[3:, :3] @ np.linalg.inv(P[:3, :3])
+    rate = expected.rate + gain @ (X_WB - expected.X_WB)
+    told = np.zeros((6, 6))
+    told[:3, :3] = information
+    after = np.linalg.inv(np.linalg.inv(P) + told)
+    after[:3, :3] += theirs
+    if np.trace(after[:2, :2]) > np.trace(P[:2, :2]):
+        after = P
+    return dc.replace(expected, X_WB=X_WB, rate=rate, covariance=after)
+
+
+def without_slips(
+    H: np.ndarray, g: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Drops what surfaces seem to say of a direction in which the base slides.
+
+    A floor and one wall hold a base in one direction; what noise seems to say
+    of the other one is little, and wrong.
+
+    Args:
+        H: What surfaces tell of x, y and yaw, shape (3, 3).
+        g: The gradient, shape (3,).
+    """
+    turn = H[2, 2]
+    if turn <= 0:
+        return H, g
+    # Coordinates in which the yaw says nothing of x and y.
+    T = np.eye(3)
+    T[:2, 2] = H[:2, 2] / turn
+    shift = H[:2, :2] - np.outer(H[:2, 2], H[2, :2]) / turn
+    values, vectors = np.linalg.eigh(shift)
+    if values[0] > _SLIPPERY * values[1]:
+        return H, g
+    keep = np.eye(3)
+    keep[:2, :2] = np.outer(vectors[:, 1], vectors[:, 1])
+    # H = T diag(shift, turn) T^T; the slip is taken from the middle.
+    middle = np.zeros((3, 3))
+    middle[:2, :2], middle[2, 2] = shift, turn
+    inner = np.linalg.solve(T, g)
+    return T @ keep @ middle @ keep @ T.T, T @ keep @ inner
+
+
+def best_start(
+    keyframes: Keyframes, X_WB: np.ndarray, reach: float
+) -> np.ndarray:
+    """Finds from where the last keyframe is best refined.
+
+    Side faces of things farther off than they are wide are taken for others,
+    and tables look alike wherever one slides: so of many places around the
+    expected one that is taken at which most points lie on others' surfaces.
+
+    Args:
+        keyframes: The keyframes.
+        X_WB: Where the base was, shape (n, 3) [m, rad].
+        reach: Largest distance from the expected place [m].
+
+    Returns:
+        Where the base is taken to have been, shape (3,) [m, rad].
+    """
+    last = len(keyframes) - 1
+    pairs = np.array([(other, last) for other in range(last)])
+    stack, level = keyframes.stack, _SEARCH
+    kept = -(-stack.point.shape[1] // _SEARCH_STRIDE)
+    values = np.empty((len(pairs), 2, kept, 2))
+    steps = np.arange(-np.ceil(reach / _SEARCH_STEP), reach / _SEARCH_STEP + 1)
+    grid = _SEARCH_STEP * np.stack(np.meshgrid(steps, steps), -1).reshape(-1, 2)
+    grid = grid[np.argsort(np.hypot(*grid.T), kind="stable")]
+    best, most = X_WB[last], -1
+    for offset in grid:
+        tried = X_WB.copy()
+        tried[last, :2] += offset
+        pair_residuals(
+            stack, State(keyframes.camera_poses(tried)).pose, 1.0, 0.0, pairs,
+            level.gate, level.least_cosine, _SEARCH_STRIDE, values,
+        )  # fmt: skip
+        hits = np.isfinite(values[..., 0]).sum()
+        if hits > most:
+            best, most = tried[last], hits
+    return best
+
+
+def fit(
+    keyframes: Keyframes, X_WB: np.ndarray, pairs: np.ndarray
+) -> tuple[float, float]:
+    """Tells how well the last keyframe fits the others.
+
+    Args:
+        keyframes: The keyframes.
+        X_WB: Where the base was, shape (n, 3) [m, rad].
+        pairs: Indices (other, last), shape (m, 2).
+
+    Returns:
+        The median distance of its points from the others' surfaces [m], or of
+        those on sides, which alone tell of a shift, where that is larger; NaN
+        where they share none. And the part of its points that any of them has.
+    """
+    stack, level = keyframes.stack, _WIDE
+    values = np.empty((len(pairs), 2, stack.point.shape[1], 2))
+    pair_residuals(
+        stack, State(keyframes.camera_poses(X_WB)).pose, 1.0, 0.0, pairs,
+        level.gate, level.least_cosine, 1, values,
+    )  # fmt: skip
+    distance = np.abs(values[..., 0])
+    own = np.isfinite(distance[:, 1]).any(axis=0)
+    if not own.any():
+        return np.nan, 0.0
+    residual = float(np.nanmedian(distance))
+    R_WC = keyframes.camera_poses(X_WB)[-1, :3, :3]
+    upright = own & (np.abs(stack.normal[-1] @ R_WC[2]) < _UPRIGHT)
+    if upright.sum() >= _LEAST_SIDE:
+        side = float(np.nanmedian(distance[:, 1, upright]))
+        residual = max(residual, side)
+    return residual, float(own.sum() / max(stack.count[-1], 1))
