@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scenario import OBSTACLE, Scenario
 from remosplat_drake.app.scenario_text import scenario_text
+from remosplat_drake.app.seen_space import seen_file
 from remosplat_drake.app.teleop_stages import Teleoperation
 from remosplat_drake.app.world import World, true_scenes
 from remosplat_drake.base.errors import FieldError, MissingExtraError
@@ -19,8 +20,7 @@ from remosplat_drake.camera.lcm_camera import LcmCamera
 from remosplat_drake.camera.rendered_camera import RenderedCamera
 from remosplat_drake.camera.wrist_camera import WristCamera
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
-from remosplat_drake.mapping.known_space import space_around
-from remosplat_drake.mapping.mapping_config import OBSTACLE
+from remosplat_drake.mapping.known_space import in_box, space_around
 from remosplat_drake.mapping.mapping_job import MappingJob
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.mapping.messages import Build
@@ -67,12 +67,14 @@ def check_mappable(scenario: Scenario) -> None:
             "oracle",
             "!GroundTruth needs no map; set mapping.enabled to false",
         )
-    if scenario.mapping.unknown == OBSTACLE and scenario.scene.splat:
+    scene = scenario.scene
+    is_solid = scene.unknown == OBSTACLE and scene.splat
+    if is_solid and seen_file(scenario) is None:
         raise FieldError(
             scenario.source,
-            "mapping.unknown",
-            "`obstacle` needs a map that begins with nothing: a splat does not"
-            " tell what its cameras saw; leave scene.splat out, or take `free`",
+            "scene.unknown",
+            "`obstacle` needs to know what the cameras of the splat saw: name"
+            " the file in scene.seen, leave scene.splat out, or take `free`",
         )
     if not all(map(importlib.util.find_spec, _MAPPING_PACKAGES)):
         raise MissingExtraError(
@@ -144,6 +146,8 @@ def open_teleoperation(
         ),
         q0=world.q0,
         base=world.splat_W or None,
+        base_seen=initial.coverage if world.seen is not None else None,
+        unseen_is_solid=scenario.scene.unknown == OBSTACLE,
     )
     reopened, problem = _reopened(session)
     teleoperation = Teleoperation(
@@ -187,6 +191,10 @@ def _initial_map(scenario: Scenario, world: World) -> SceneMap:
         coverage = space_around(spheres, scenario.mapping)
         field = unknown_space_field(coverage)
         quality = "none yet: scan first"
+    elif scenario.mapping.enabled and world.seen is not None:
+        seen = world.seen
+        X_WG = seen.X_WG.GetAsMatrix4()
+        coverage = in_box(seen.coverage, X_WG, scenario.mapping)
     return SceneMap(
         version=0,
         parent=None,

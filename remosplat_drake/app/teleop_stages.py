@@ -11,14 +11,13 @@ from pydrake.systems.framework import (
 )
 
 from remosplat_drake.app.control_loop import ControlLoop
-from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scenario import OBSTACLE, Scenario
 from remosplat_drake.app.world import World
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.camera.mount import CameraMount
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.controller.map_change import objection
 from remosplat_drake.mapping.live_map import LiveMap
-from remosplat_drake.mapping.mapping_config import OBSTACLE
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
@@ -258,7 +257,7 @@ def AddOperatorViews(
             map_status=live_map.GetOutputPort("map_status"),
             page=page,
             initial=teleoperation.reopened or teleoperation.initial,
-            show_unseen=scenario.mapping.unknown == OBSTACLE,
+            show_unseen=scenario.scene.unknown == OBSTACLE,
         )
     config = scenario.controller
     LivePlots.AddToBuilder(

@@ -5,12 +5,12 @@ import dataclasses as dc
 import numpy as np
 
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.mapping.changes import seen_at
+from remosplat_drake.mapping.changes import coherent, seen_at
 from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.reconstruction.coverage import make_coverage
 from remosplat_drake.reconstruction.measured_space import times_looked_through
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.signals.coverage import FREE, UNSEEN, Coverage
+from remosplat_drake.signals.coverage import FREE, SURFACE, UNSEEN, Coverage
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _DEEPEST = 0.3
@@ -23,8 +23,12 @@ def known_space(
     splat_W: GaussianSplat,
     robot_free: Spheres | None,
     config: MappingConfig,
+    before: Coverage | None = None,
 ) -> Coverage:
     """Sorts the voxels of the mapped box into surface, free and unseen.
+
+    What was seen before stays known, but for what is behind things that have
+    come since.
 
     Args:
         capture: The frames, without what is out of date in them.
@@ -34,6 +38,8 @@ def known_space(
         robot_free: The robot's spheres where it was when frames were taken;
             None for none.
         config: The box, its voxels and the margin around the robot.
+        before: What was seen before the frames, in the same voxels, as
+            `in_box` returns it; None for nothing.
     """
     coverage = make_coverage(
         capture,
@@ -42,10 +48,45 @@ def known_space(
         np.array(config.volume_upper, float),
         config.voxel,
     )
+    if before is not None:
+        come = come | _come_since(before, capture)
+        unseen = coverage.state == UNSEEN
+        state = np.where(unseen, before.state, coverage.state)
+        coverage = dc.replace(coverage, state=state)
     coverage = _without_shadows(coverage, capture, come)
     if robot_free is None:
         return coverage
     return with_free(coverage, robot_free, config.robot_margin)
+
+
+def in_box(
+    coverage: Coverage, X_WG: np.ndarray, config: MappingConfig
+) -> Coverage:
+    """Says what was seen in the voxels of the mapped box.
+
+    Args:
+        coverage: What was seen, in voxels of a frame G.
+        X_WG: Pose of G in the world W, shape (4, 4).
+        config: The box and its voxels, in W.
+
+    Returns:
+        The box; a voxel of it is seen only if all that it reaches into is.
+    """
+    nothing = _nothing_seen(config)
+    places = np.indices(nothing.state.shape).reshape(3, -1).T
+    count = int(np.ceil(config.voxel / coverage.voxel)) + 1
+    steps = np.linspace(1e-6, 1 - 1e-6, count)
+    seen = np.ones(len(places), bool)
+    surface = np.zeros(len(places), bool)
+    X_GW = np.linalg.inv(X_WG)
+    for part in np.stack(np.meshgrid(steps, steps, steps), -1).reshape(-1, 3):
+        p_W = nothing.lower + config.voxel * (places + part)
+        state = _state_at(coverage, p_W @ X_GW[:3, :3].T + X_GW[:3, 3])
+        seen &= state != UNSEEN
+        surface |= state == SURFACE
+    state = np.where(seen, np.where(surface, SURFACE, FREE), UNSEEN)
+    state = state.astype(np.uint8).reshape(nothing.state.shape)
+    return dc.replace(nothing, state=state)
 
 
 def space_around(robot: Spheres, config: MappingConfig) -> Coverage:
@@ -55,10 +96,7 @@ def space_around(robot: Spheres, config: MappingConfig) -> Coverage:
         robot: The robot's spheres at the start.
         config: The box, its voxels and the margin around the robot.
     """
-    lower, upper = np.array(config.volume_lower), np.array(config.volume_upper)
-    shape = np.ceil((upper - lower) / config.voxel - 1e-9).astype(int)
-    nothing = Coverage(lower, config.voxel, np.full(shape, UNSEEN, np.uint8))
-    return with_free(nothing, robot, config.start_margin)
+    return with_free(_nothing_seen(config), robot, config.start_margin)
 
 
 def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
@@ -76,6 +114,38 @@ def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
     for *p_WS, reach in np.unique(ball, axis=0):
         _free_ball(state, coverage, np.array(p_WS), reach)
     return dc.replace(coverage, state=state)
+
+
+def _nothing_seen(config: MappingConfig) -> Coverage:
+    """The voxels of the mapped box, all unseen."""
+    lower = np.array(config.volume_lower, float)
+    size = np.array(config.volume_upper, float) - lower
+    shape = np.maximum(1, np.ceil(size / config.voxel - 1e-9)).astype(int)
+    return Coverage(lower, config.voxel, np.full(shape, UNSEEN, np.uint8))
+
+
+def _state_at(coverage: Coverage, p: np.ndarray) -> np.ndarray:
+    """States of the voxels that points (n, 3) are in; outside, unseen."""
+    cell = np.floor((p - coverage.lower) / coverage.voxel).astype(int)
+    inside = ((cell >= 0) & (cell < coverage.state.shape)).all(axis=1)
+    state = coverage.state[tuple(np.where(inside[:, None], cell, 0).T)]
+    return np.where(inside, state, UNSEEN)
+
+
+def _come_since(before: Coverage, capture: Capture) -> np.ndarray:
+    """Finds wide regions that measure something where space was free before.
+
+    Returns:
+        Their pixels, shape (n, h, w) bool.
+    """
+    come = np.zeros(capture.depth.shape, bool)
+    for view, depth in enumerate(capture.depth):
+        measured = depth > 0
+        was_free = np.zeros(depth.shape, bool)
+        p_W = capture.points_W(view)[measured]
+        was_free[measured] = _state_at(before, p_W) == FREE
+        come[view] = coherent(was_free)
+    return come
 
 
 def _without_shadows(

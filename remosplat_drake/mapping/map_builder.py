@@ -16,7 +16,7 @@ from remosplat_drake.mapping.changes import (
 )
 from remosplat_drake.mapping.depth_specks import without_specks
 from remosplat_drake.mapping.known_space import known_space
-from remosplat_drake.mapping.mapping_config import OBSTACLE, MappingConfig
+from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.unknown_space import unknown_space_field
 from remosplat_drake.reconstruction.devices import CPU
@@ -55,6 +55,8 @@ def build_map(
     make_field: Callable[[GaussianSplat], DistanceField],
     effort: str = QUICK,
     base: GaussianSplat | None = None,
+    base_seen: Coverage | None = None,
+    unseen_is_solid: bool = False,
     robot_free: Spheres | None = None,
     report: Report = lambda stage, done, total: None,
 ) -> SceneMap:
@@ -71,6 +73,9 @@ def build_map(
         effort: `QUICK` or `FULL`.
         base: A splat from before that the frames bring up to date; None
             begins with nothing.
+        base_seen: What the cameras of that splat saw, as `in_box` returns it;
+            None if nobody knows.
+        unseen_is_solid: Whether what nobody has seen is part of the map.
         robot_free: The robot's spheres where it was when frames were taken:
             it has not been inside of anything. None for none.
         report: Called with the stage, and how many of its steps are done, of
@@ -91,10 +96,12 @@ def build_map(
     if base is not None and len(base):
         splat_W = updated(base, splat_W, looks)
     report("finding what was seen", 0, 1)
-    coverage = known_space(looks, changes.come, splat_W, robot_free, config)
+    coverage = known_space(
+        looks, changes.come, splat_W, robot_free, config, base_seen
+    )
     report("finding what was seen", 1, 1)
     field = make_field(splat_W)
-    if config.unknown == OBSTACLE:
+    if unseen_is_solid:
         field = CompositeDistanceField([field, unknown_space_field(coverage)])
     tiles = make_tiles(splat_W)
     seconds = perf_counter() - start

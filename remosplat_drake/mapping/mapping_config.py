@@ -10,10 +10,6 @@ from annotated_types import Interval
 from remosplat_drake.base.ranges import Config, OneOf, Position
 from remosplat_drake.reconstruction.devices import DEVICES
 
-FREE, OBSTACLE = "free", "obstacle"
-UNKNOWN = (FREE, OBSTACLE)
-"""Choices of what space that no camera has seen counts as."""
-
 MOST_VOXELS = 2e7
 """Greatest number of voxels: more would take many seconds for each map."""
 
@@ -26,8 +22,6 @@ class MappingConfig(Config):
     enabled: bool = True
     # Number of camera frames of the first scan.
     frames: Annotated[int, Interval(ge=1, le=1000)] = 8
-    # What space that no camera has seen counts as: `free` or `obstacle`.
-    unknown: Annotated[str, OneOf(UNKNOWN)] = FREE
     # Edge length of the voxels in which seen space is kept [m].
     voxel: Annotated[float, Interval(gt=0, le=1)] = 0.04
     # Lower corner, in the world frame W, of the box in which the map keeps

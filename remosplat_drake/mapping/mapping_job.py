@@ -17,6 +17,7 @@ from remosplat_drake.mapping.store.session import Session, Version
 from remosplat_drake.reconstruction.pipeline import Report
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.coverage import Coverage
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -48,6 +49,9 @@ class MappingJob:
         q0: Configuration at the start, shape (n_q,); somebody has looked at
             the space around it, see `MappingConfig.start_margin`.
         base: The splat that the scenario begins with; None for none.
+        base_seen: What its capture saw, as `in_box` returns it; None if nobody
+            knows.
+        unseen_is_solid: Whether what nobody has seen is part of the maps.
     """
 
     session: Path
@@ -57,6 +61,8 @@ class MappingJob:
     make_field: Callable[[GaussianSplat], DistanceField]
     q0: np.ndarray
     base: GaussianSplat | None = None
+    base_seen: Coverage | None = None
+    unseen_is_solid: bool = False
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -103,6 +109,8 @@ def next_map(
         make_field=job.make_field,
         effort=effort,
         base=job.base,
+        base_seen=job.base_seen,
+        unseen_is_solid=job.unseen_is_solid,
         robot_free=free_around(job, frames.q),
     )
     return partial(_make, build, session.map_path(session.next_version))

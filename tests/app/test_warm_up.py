@@ -101,7 +101,7 @@ def test_no_tick_loads_a_kernel(oracle):
 
 def test_a_live_map_has_its_kernels_too(monkeypatch):
     """Those of what nobody has seen; its loop is another one."""
-    scenario = load_scenario("StudioLive", "mapping: {unknown: obstacle}")
+    scenario = load_scenario("StudioLive", "scene: {unknown: obstacle}")
     asked = []
     clearances = UnknownSpaceField.clearances
 

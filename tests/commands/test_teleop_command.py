@@ -133,7 +133,7 @@ def refuse(capsys, *arguments) -> str:
         (["StudioLive", "--lcm-url", "x"], "only with --hardware"),
         (
             ["TableTeleop", "--scenario-text", "mapping: {unknown: obstacle}"],
-            "mapping.unknown: `obstacle` needs a map that begins with nothing",
+            "unknown field 'unknown'",
         ),
         (["StudioLive", "--port", "80"], "port 80 is out of range"),
     ],

@@ -6,7 +6,7 @@ from laden_table import joined
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.mapping.changes import find_changes, without
-from remosplat_drake.mapping.known_space import known_space, with_free
+from remosplat_drake.mapping.known_space import in_box, known_space, with_free
 from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.oracle.unknown_space import unknown_space_field
 from remosplat_drake.reconstruction.surfels.surfels import (
@@ -73,6 +73,47 @@ def test_where_the_robot_stood_is_free(wall):
     clearance = unknown_space_field(coverage).clearances(robot).distance[0]
     # To the corners of those that it does not reach.
     assert clearance == pytest.approx(np.sqrt(3) * 0.1 - 0.1)
+
+
+@pytest.mark.parametrize("stood", [False, True])
+def test_what_was_seen_before_stays_known_but_behind_what_has_come(wall, stood):
+    config = MappingConfig(
+        volume_lower=[-0.3, -0.3, 1.0],
+        volume_upper=[0.3, 0.3, 3.0],
+        voxel=0.1,
+    )
+    state = np.full((6, 6, 20), FREE, np.uint8)
+    state[..., 18:] = UNSEEN
+    if stood:
+        state[..., 9:11] = SURFACE
+    before = Coverage(np.array(config.volume_lower), 0.1, state)
+    splat = splat_of_surfels(surfels_from_capture(wall, 2000))
+    coverage = known_space(wall, NOTHING, splat, None, config, before)
+    assert (coverage.state[..., 10] == SURFACE).all()
+    # The next 0.3 m may be the thing's inside.
+    behind = FREE if stood else UNSEEN
+    assert (coverage.state[..., 11:13] == behind).all()
+    assert (coverage.state[..., 13:18] == FREE).all()
+    assert (coverage.state[..., 18:] == UNSEEN).all()
+
+
+def test_a_voxel_of_the_box_is_seen_only_if_all_of_it_is():
+    config = MappingConfig(
+        volume_lower=[0.0, 0.0, 0.0], volume_upper=[0.4, 0.2, 0.2], voxel=0.2
+    )
+    # Of the quarter turn's columns along G's y, W's x, three of four are seen.
+    state = np.full((2, 4, 2), FREE, np.uint8)
+    state[0, 0, 0] = SURFACE
+    state[1, 3, 1] = UNSEEN
+    X_WG = np.array(
+        [[0.0, 1, 0, 0], [-1, 0, 0, 0.2], [0, 0, 1, 0], [0, 0, 0, 1]]
+    )
+    box = in_box(Coverage(np.zeros(3), 0.1, state), X_WG, config)
+    np.testing.assert_array_equal(box.state[:, 0, 0], [SURFACE, UNSEEN])
+    moved = X_WG.copy()
+    moved[0, 3] = 0.1  # Nobody has looked at the first 0.1 m.
+    box = in_box(Coverage(np.zeros(3), 0.1, state), moved, config)
+    np.testing.assert_array_equal(box.state[:, 0, 0], [UNSEEN, FREE])
 
 
 def test_a_robot_frees_no_surface():

@@ -1,5 +1,7 @@
 """Maps of a table that things come to and go from."""
 
+import dataclasses as dc
+
 import numpy as np
 import pytest
 from laden_table import THING, joined, table
@@ -11,7 +13,7 @@ from remosplat_drake.mapping.store.map_file import open_map, write_map
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.signals.coverage import FREE
+from remosplat_drake.signals.coverage import FREE, UNSEEN
 from remosplat_drake.signals.scene_map import SceneMap
 
 CONFIG = MappingConfig(
@@ -100,16 +102,27 @@ def test_a_base_is_brought_up_to_date(bare, laden):
 
 
 def test_unknown_space_is_an_obstacle_if_so_configured(laden):
-    config = MappingConfig(**(vars(CONFIG) | {"unknown": "obstacle"}))
     under_table = Spheres.at([1, 0, 0.2])
     beside = Spheres.at([1, 0.2, 0.6])
-    free, solid = a_map(laden), a_map(laden, config)
+    free, solid = a_map(laden), a_map(laden, unseen_is_solid=True)
     assert distances(free, under_table) > 0.1
     assert distances(solid, under_table) < 0
     assert distances(solid, beside) > 0.02
-    there = a_map(laden, config, robot_free=under_table)
-    assert distances(there, under_table) > config.robot_margin - 1e-9
+    there = a_map(laden, robot_free=under_table, unseen_is_solid=True)
+    assert distances(there, under_table) > CONFIG.robot_margin - 1e-9
     assert there.coverage.fraction(FREE) > solid.coverage.fraction(FREE)
+
+
+def test_what_the_base_has_seen_stays_known(bare):
+    nowhere = a_map(bare)
+    state = nowhere.coverage.state.copy()
+    state[:2] = FREE
+    base_seen = dc.replace(nowhere.coverage, state=state)
+    dut = a_map(bare, base_seen=base_seen)
+    assert (dut.coverage.state[:2] != UNSEEN).all()
+    np.testing.assert_array_equal(
+        dut.coverage.state[2:], nowhere.coverage.state[2:]
+    )
 
 
 def test_farther_surfaces_are_left_out_but_not_what_is_before_them(bare):

@@ -7,13 +7,12 @@ from remosplat_drake.mapping.mapping_config import MappingConfig
 
 
 def test_usable_values():
-    MappingConfig(unknown="obstacle", latency=0.0)
+    MappingConfig(latency=0.0)
 
 
 @pytest.mark.parametrize(
     ("field", "value", "problem"),
     [
-        ("unknown", "solid", "unknown choice 'solid'.*free, obstacle"),
         ("device", "gpu", "valid: auto, cpu, cuda, none"),
         ("frames", 0, r"\[1, 1000\], got 0"),
         ("discs", -1, r"\[1, 1e\+07\]"),

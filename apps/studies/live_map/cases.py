@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from apps.studies.live_map.session import LiveSession
-from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scenario import FREE, OBSTACLE, Scenario
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.real_time import (
     CONTROLLER_PRIORITY,
@@ -20,7 +20,6 @@ from remosplat_drake.base.real_time import (
 )
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick import run_tick
-from remosplat_drake.mapping.mapping_config import FREE, OBSTACLE
 from remosplat_drake.mapping.store.session import SESSION_FILE
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.signals.map_requests import MapRequests

@@ -19,7 +19,7 @@ from apps.studies.operators.result import (
     Touch,
 )
 from remosplat_drake.app.recorded_run import RecordedRun, load_recorded_run
-from remosplat_drake.mapping.mapping_config import OBSTACLE
+from remosplat_drake.app.scenario import OBSTACLE
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel
 
@@ -50,7 +50,7 @@ def judge(folder: Path) -> OperatorResult:
         key="",
         scenario="",
         seed=0,
-        careful=run.scenario.mapping.unknown == OBSTACLE,
+        careful=run.scenario.scene.unknown == OBSTACLE,
         ticks=len(rows),
         maps=int((np.diff(rows["map_version"]) != 0).sum()),
         frames=len(run.session.frames.names),
