@@ -65,16 +65,8 @@ class SeenSpace:
 
     def hides(self, p_W: np.ndarray) -> np.ndarray:
         """Returns which points in W, shape (n, 3) [m], no camera has seen."""
-        return self._states(p_W) == UNSEEN
-
-    def _states(self, p_W: np.ndarray) -> np.ndarray:
-        """States of the voxels that points in W are in, (n,)."""
         p_G = self.X_WG.inverse().multiply(p_W.T).T
-        grid = self.coverage
-        cell = np.floor((p_G - grid.lower) / grid.voxel).astype(int)
-        inside = ((cell >= 0) & (cell < grid.state.shape)).all(axis=1)
-        states = grid.state[tuple(np.where(inside[:, None], cell, 0).T)]
-        return np.where(inside, states, UNSEEN)
+        return self.coverage.states_at(p_G) == UNSEEN
 
 
 def load_seen_space(scenario: Scenario, start: Spheres) -> SeenSpace | None:

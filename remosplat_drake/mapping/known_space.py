@@ -81,7 +81,7 @@ def in_box(
     X_GW = np.linalg.inv(X_WG)
     for part in np.stack(np.meshgrid(steps, steps, steps), -1).reshape(-1, 3):
         p_W = nothing.lower + config.voxel * (places + part)
-        state = _state_at(coverage, p_W @ X_GW[:3, :3].T + X_GW[:3, 3])
+        state = coverage.states_at(p_W @ X_GW[:3, :3].T + X_GW[:3, 3])
         seen &= state != UNSEEN
         surface |= state == SURFACE
     state = np.where(seen, np.where(surface, SURFACE, FREE), UNSEEN)
@@ -124,14 +124,6 @@ def _nothing_seen(config: MappingConfig) -> Coverage:
     return Coverage(lower, config.voxel, np.full(shape, UNSEEN, np.uint8))
 
 
-def _state_at(coverage: Coverage, p: np.ndarray) -> np.ndarray:
-    """States of the voxels that points (n, 3) are in; outside, unseen."""
-    cell = np.floor((p - coverage.lower) / coverage.voxel).astype(int)
-    inside = ((cell >= 0) & (cell < coverage.state.shape)).all(axis=1)
-    state = coverage.state[tuple(np.where(inside[:, None], cell, 0).T)]
-    return np.where(inside, state, UNSEEN)
-
-
 def _come_since(before: Coverage, capture: Capture) -> np.ndarray:
     """Finds wide regions that measure something where space was free before.
 
@@ -143,7 +135,7 @@ def _come_since(before: Coverage, capture: Capture) -> np.ndarray:
         measured = depth > 0
         was_free = np.zeros(depth.shape, bool)
         p_W = capture.points_W(view)[measured]
-        was_free[measured] = _state_at(before, p_W) == FREE
+        was_free[measured] = before.states_at(p_W) == FREE
         come[view] = coherent(was_free)
     return come
 

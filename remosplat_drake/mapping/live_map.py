@@ -15,19 +15,19 @@ from pydrake.systems.framework import (
 )
 
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.mapping.map_status import first_status, noted, swapped
+from remosplat_drake.mapping.live_map_memory import (
+    LiveMapMemory,
+    changed,
+    located,
+    news,
+)
+from remosplat_drake.mapping.map_status import first_status, noted
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.mapping.messages import (
-    AddFrame,
-    Build,
     Event,
     Located,
     MapReady,
-    Request,
-    Save,
-    ShowScene,
     Track,
-    Undo,
 )
 from remosplat_drake.mapping.store.map_file import open_map
 from remosplat_drake.signals.base_correction import BaseCorrection
@@ -44,35 +44,6 @@ _TRACKING_PERIOD = 0.2
 
 _ROUNDING = 1e-9
 """Time by which ticks may come too early, by rounding [s]."""
-
-
-@dc.dataclass(frozen=True, eq=False)
-class _Memory:
-    """State between two ticks; copying returns the object itself.
-
-    Attributes:
-        status: What is shown.
-        known: The requests that have been passed on.
-        due: When answers take effect: triples (time [s], number of requests
-            answered by then, whether they make a map); only with a fixed
-            latency.
-        correction: The newest correction of the base's odometry.
-        tracked: When the base was looked for last [s].
-        candidate: A map that has been made and waits until it may count, and
-            where the odometry is in it; None for none.
-        hold: Why it may not; empty if nothing waits for the robot to stop.
-    """
-
-    status: MapStatus
-    known: MapRequests = dc.field(default_factory=MapRequests)
-    due: tuple[tuple[float, int, bool], ...] = ()
-    correction: BaseCorrection = dc.field(default_factory=BaseCorrection)
-    tracked: float = -np.inf
-    candidate: tuple[SceneMap, BaseCorrection] | None = None
-    hold: str = ""
-
-    def __deepcopy__(self, memo) -> "_Memory":
-        return self
 
 
 class LiveMap(LeafSystem):
@@ -152,11 +123,11 @@ class LiveMap(LeafSystem):
             "velocity_executed", n_u
         )
         status = first_status(initial if reopened is None else reopened)
-        before = _Memory(status)
+        before = LiveMapMemory(status)
         if process.sent:  # A map is being made before the first tick.
             status = dc.replace(status, is_building=True)
             due = () if latency is None else ((latency, process.sent, True),)
-            before = _Memory(status, due=due)
+            before = LiveMapMemory(status, due=due)
         self._memory_index = self.DeclareAbstractState(Value(before))
         memory = self.abstract_state_ticket(self._memory_index)
         self.DeclareAbstractOutputPort(
@@ -247,7 +218,7 @@ class LiveMap(LeafSystem):
         """
         return self._memory(context).status
 
-    def _memory(self, context: Context) -> _Memory:
+    def _memory(self, context: Context) -> LiveMapMemory:
         return context.get_abstract_state(int(self._memory_index)).get_value()
 
     def _calc_field(self, context: Context, output: AbstractValue):
@@ -276,7 +247,7 @@ class LiveMap(LeafSystem):
         cell = state.get_mutable_abstract_state(int(self._memory_index))
         cell.set_value(changed(memory, self._asked_whether(context, memory)))
 
-    def _asked_whether(self, context: Context, memory: _Memory) -> str:
+    def _asked_whether(self, context: Context, memory: LiveMapMemory) -> str:
         """What speaks against the map that waits."""
         if self._objection is None or memory.candidate is None:
             return ""
@@ -295,7 +266,7 @@ class LiveMap(LeafSystem):
             cell = int(self._memory_index)
             state.get_mutable_abstract_state(cell).set_value(memory)
 
-    def _asked(self, context: Context, memory: _Memory) -> _Memory:
+    def _asked(self, context: Context, memory: LiveMapMemory) -> LiveMapMemory:
         """Passes on what is new among the requests."""
         if not self._requests_input.HasValue(context):
             return memory
@@ -315,7 +286,9 @@ class LiveMap(LeafSystem):
         status = dc.replace(memory.status, is_building=True)
         return dc.replace(memory, status=status, due=due)
 
-    def _followed(self, context: Context, memory: _Memory) -> _Memory:
+    def _followed(
+        self, context: Context, memory: LiveMapMemory
+    ) -> LiveMapMemory:
         """Asks where the base is, if it is time to."""
         time = context.get_time()
         is_due = time >= memory.tracked + _TRACKING_PERIOD - _ROUNDING
@@ -330,7 +303,7 @@ class LiveMap(LeafSystem):
         due = (*memory.due, answer)
         return dc.replace(memory, tracked=time, due=due)
 
-    def _heard(self, time: float, memory: _Memory) -> _Memory:
+    def _heard(self, time: float, memory: LiveMapMemory) -> LiveMapMemory:
         """Takes in what the process has told."""
         due = memory.due
         if self._latency is None:
@@ -352,7 +325,7 @@ class LiveMap(LeafSystem):
         status = dc.replace(memory.status, is_building=is_building)
         return dc.replace(memory, status=status, due=due)
 
-    def _after(self, memory: _Memory, event: Event) -> _Memory:
+    def _after(self, memory: LiveMapMemory, event: Event) -> LiveMapMemory:
         if isinstance(event, Located):
             return located(memory, event.correction)
         if not isinstance(event, MapReady):
@@ -372,65 +345,3 @@ class LiveMap(LeafSystem):
             return dc.replace(memory, status=status)
         correction = dc.replace(correction, version=event.version)
         return dc.replace(memory, candidate=(scene_map, correction))
-
-
-def located(memory: _Memory, correction: BaseCorrection) -> _Memory:
-    """Takes in where the odometry is in the newest map that was made.
-
-    While that one waits, the pose in the map that counts stays what it was.
-    """
-    if memory.candidate is not None:
-        scene_map = memory.candidate[0]
-        correction = dc.replace(correction, version=scene_map.version)
-        return dc.replace(memory, candidate=(scene_map, correction))
-    version = memory.status.scene_map.version
-    correction = dc.replace(correction, version=version)
-    return dc.replace(memory, correction=correction)
-
-
-def changed(memory: _Memory, objection: str) -> _Memory:
-    """Lets the map that waits count, with its pose, or says why it does not.
-
-    Args:
-        memory: The state before.
-        objection: Why it must not; empty if it may.
-    """
-    if memory.candidate is None:
-        return memory
-    if objection:
-        status = dc.replace(memory.status, trouble=objection)
-        return dc.replace(memory, status=status, hold=objection)
-    scene_map, correction = memory.candidate
-    return dc.replace(
-        memory,
-        status=swapped(memory.status, scene_map),
-        correction=correction,
-        candidate=None,
-        hold="",
-    )
-
-
-def news(
-    known: MapRequests, wanted: MapRequests, q: np.ndarray, time: float
-) -> list[Request]:
-    """Turns what was newly asked for into requests, in the order to do them.
-
-    Args:
-        known: All that had been asked for before.
-        wanted: All that has been asked for by now.
-        q: The robot's configuration now, shape (n_q,).
-        time: Time now, by the diagram's clock [s].
-    """
-    requests: list[Request] = []
-    if wanted.scene is not None and wanted.scene is not known.scene:
-        requests.append(ShowScene(wanted.scene))
-    frames = wanted.frames - known.frames
-    requests += [AddFrame(np.array(q), time)] * frames
-    if frames > wanted.unfinished - known.unfinished:
-        requests.append(Build("quick"))
-    if wanted.refines > known.refines:
-        requests.append(Build("full"))
-    requests += [Undo()] * (wanted.undos - known.undos)
-    if wanted.saves > known.saves:
-        requests.append(Save())
-    return requests

@@ -27,6 +27,20 @@ class Coverage:
         """Returns the fraction of the voxels that are in a state."""
         return float((self.state == state).mean())
 
+    def states_at(self, p: np.ndarray) -> np.ndarray:
+        """Returns the states of the voxels that points are in.
+
+        Args:
+            p: Points in the grid's frame, shape (n, 3) [m].
+
+        Returns:
+            Shape (n,), uint8; `UNSEEN` outside of the grid.
+        """
+        cell = np.floor((p - self.lower) / self.voxel).astype(int)
+        inside = np.all((cell >= 0) & (cell < self.state.shape), axis=1)
+        states = self.state[tuple(np.where(inside[:, None], cell, 0).T)]
+        return np.where(inside, states, UNSEEN)
+
     @property
     def upper(self) -> np.ndarray:
         """Upper corner of the box, shape (3,) [m]."""

@@ -12,7 +12,11 @@ from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import supervision_of
 from remosplat_drake.app.world import load_world
 from remosplat_drake.controller.map_change import NO_WAY_TO_STOP, objection
-from remosplat_drake.mapping.live_map import _Memory, changed, located
+from remosplat_drake.mapping.live_map_memory import (
+    LiveMapMemory,
+    changed,
+    located,
+)
 from remosplat_drake.mapping.map_status import first_status
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
@@ -81,7 +85,7 @@ def test_map_and_pose_change_together():
     new = dc.replace(old, version=2)
     status = first_status(old)
     there = BaseCorrection(np.array([0.1, 0, 0]), time=1.0, version=2)
-    memory = _Memory(status, candidate=(new, there))
+    memory = LiveMapMemory(status, candidate=(new, there))
     # While it waits a look at the base counts for the new map only.
     later = BaseCorrection(np.array([0.2, 0, 0]), time=2.0)
     waiting = changed(located(memory, later), "no room")

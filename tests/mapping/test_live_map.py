@@ -23,7 +23,8 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from remosplat_drake.app.world import World
-from remosplat_drake.mapping.live_map import LiveMap, news
+from remosplat_drake.mapping.live_map import LiveMap
+from remosplat_drake.mapping.live_map_memory import news
 from remosplat_drake.mapping.mapping_process import DIED, MappingProcess
 from remosplat_drake.mapping.messages import (
     AddFrame,

@@ -1,0 +1,114 @@
+"""What the live map remembers between two ticks, and how that changes."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.mapping.map_status import swapped
+from remosplat_drake.mapping.messages import (
+    AddFrame,
+    Build,
+    Request,
+    Save,
+    ShowScene,
+    Undo,
+)
+from remosplat_drake.signals.base_correction import BaseCorrection
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.map_status import MapStatus
+from remosplat_drake.signals.scene_map import SceneMap
+
+
+@dc.dataclass(frozen=True, eq=False)
+class LiveMapMemory:
+    """State between two ticks; copying returns the object itself.
+
+    Attributes:
+        status: What is shown.
+        known: The requests that have been passed on.
+        due: When answers take effect: triples (time [s], number of requests
+            answered by then, whether they make a map); only with a fixed
+            latency.
+        correction: The newest correction of the base's odometry.
+        tracked: When the base was looked for last [s].
+        candidate: A map that has been made and waits until it may count, and
+            where the odometry is in it; None for none.
+        hold: Why it may not; empty if nothing waits for the robot to stop.
+    """
+
+    status: MapStatus
+    known: MapRequests = dc.field(default_factory=MapRequests)
+    due: tuple[tuple[float, int, bool], ...] = ()
+    correction: BaseCorrection = dc.field(default_factory=BaseCorrection)
+    tracked: float = -np.inf
+    candidate: tuple[SceneMap, BaseCorrection] | None = None
+    hold: str = ""
+
+    def __deepcopy__(self, memo) -> "LiveMapMemory":
+        return self
+
+
+def located(memory: LiveMapMemory, correction: BaseCorrection) -> LiveMapMemory:
+    """Takes in where the odometry is in the newest map that was made.
+
+    While that one waits, the pose in the map that counts stays what it was.
+
+    Args:
+        memory: The state before.
+        correction: Where the odometry is in that map.
+    """
+    if memory.candidate is not None:
+        scene_map = memory.candidate[0]
+        correction = dc.replace(correction, version=scene_map.version)
+        return dc.replace(memory, candidate=(scene_map, correction))
+    version = memory.status.scene_map.version
+    correction = dc.replace(correction, version=version)
+    return dc.replace(memory, correction=correction)
+
+
+def changed(memory: LiveMapMemory, objection: str) -> LiveMapMemory:
+    """Lets the map that waits count, with its pose, or says why it does not.
+
+    Args:
+        memory: The state before.
+        objection: Why it must not; empty if it may.
+    """
+    if memory.candidate is None:
+        return memory
+    if objection:
+        status = dc.replace(memory.status, trouble=objection)
+        return dc.replace(memory, status=status, hold=objection)
+    scene_map, correction = memory.candidate
+    return dc.replace(
+        memory,
+        status=swapped(memory.status, scene_map),
+        correction=correction,
+        candidate=None,
+        hold="",
+    )
+
+
+def news(
+    known: MapRequests, wanted: MapRequests, q: np.ndarray, time: float
+) -> list[Request]:
+    """Turns what was newly asked for into requests, in the order to do them.
+
+    Args:
+        known: All that had been asked for before.
+        wanted: All that has been asked for by now.
+        q: The robot's configuration now, shape (n_q,).
+        time: Time now, by the diagram's clock [s].
+    """
+    requests: list[Request] = []
+    if wanted.scene is not None and wanted.scene is not known.scene:
+        requests.append(ShowScene(wanted.scene))
+    frames = wanted.frames - known.frames
+    requests += [AddFrame(np.array(q), time)] * frames
+    if frames > wanted.unfinished - known.unfinished:
+        requests.append(Build("quick"))
+    if wanted.refines > known.refines:
+        requests.append(Build("full"))
+    requests += [Undo()] * (wanted.undos - known.undos)
+    if wanted.saves > known.saves:
+        requests.append(Save())
+    return requests
