@@ -15,9 +15,8 @@ from apps.studies.live_map.cases import (
 )
 from apps.studies.live_map.memory import measure_memory
 from apps.studies.live_map.session import LiveSession
-from remosplat_drake.app.scenario import Scenario, load_scenario
+from remosplat_drake.app.scenario import FREE, OBSTACLE, Scenario, load_scenario
 from remosplat_drake.app.world import load_world
-from remosplat_drake.mapping.mapping_config import FREE, OBSTACLE
 
 QUICKLY = """
 control_period: 0.05
