@@ -144,7 +144,9 @@ def test_an_operator_maps_drives_stops_and_comes_back(
         see_what_changes(operator)
         stop_and_hold(operator)
         process.send_signal(signal.SIGINT)
-        assert process.wait(PATIENCE) == 0
+        code = process.wait(PATIENCE)
+        assert process.stderr is not None
+        assert code == 0, process.stderr.read()
     comes_back(session, operator.maps)
 
 
