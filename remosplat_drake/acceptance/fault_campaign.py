@@ -12,7 +12,7 @@ import math
 import tempfile
 from pathlib import Path
 
-from remosplat_drake.acceptance.fault_cases import (
+from remosplat_drake.acceptance.fault_case import (
     GOES_ON,
     MOVES,
     REACHES,

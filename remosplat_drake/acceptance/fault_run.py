@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 from remosplat_drake.acceptance import hardware_processes as processes
-from remosplat_drake.acceptance.fault_cases import (
+from remosplat_drake.acceptance.fault_case import (
     DRIVER_STOPS,
     GOES_ON,
     REACHES,

@@ -1,0 +1,1 @@
+"""The fault campaign's cases, one file for each theme: `CASES` of each."""

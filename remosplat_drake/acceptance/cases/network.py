@@ -1,0 +1,20 @@
+"""The wire between the two delays and loses messages."""
+
+from remosplat_drake.acceptance.fault_case import (
+    GOES_ON,
+    FaultCase,
+    Part,
+)
+
+CASES = (
+    # No release is tried in between: such statuses are just as old as they
+    # may be, now on this side of the limit and now on that.
+    FaultCase(
+        "network delay 50 ms, loss 20 %",
+        Part.NETWORK,
+        delay=0.05,
+        loss=0.2,
+        reason="PANDA_STATUS",
+    ),
+    FaultCase("network loss 20 %", Part.NETWORK, loss=0.2, outcome=GOES_ON),
+)

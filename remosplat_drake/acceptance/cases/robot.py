@@ -1,0 +1,53 @@
+"""The robot and its statuses go wrong."""
+
+from remosplat_drake.acceptance.fault_case import (
+    FaultCase,
+    Part,
+    robot_fault,
+)
+
+CASES = (
+    robot_fault("status stops", "status-stops", "nothing came for"),
+    robot_fault("status freezes, stamps fresh", "status-freezes", "frozen for"),
+    robot_fault("NaN in status", "status-nan", "is nan"),
+    robot_fault("6 joints in status", "status-joints", "not 7", value=6.0),
+    robot_fault(
+        "clock jumps 1 s ahead", "clock-jump", "stamps jumped", value=1.0
+    ),
+    robot_fault(
+        "clock jumps 1 s back", "clock-jump", "stamps jumped", value=-1.0
+    ),
+    robot_fault("reflex of the arm", "reflex", "reflex"),
+    robot_fault(
+        "reflex, then status stops",
+        "reflex",
+        "reflex",
+        then="status-stops",
+    ),
+    robot_fault("user stop of the arm", "user-stop", "user_stopped"),
+    robot_fault(
+        "base status stops", "base-status-stops", "BASE_STATUS: nothing"
+    ),
+    robot_fault(
+        "base protective stop, ends by itself",
+        "base-protective-stop",
+        "protective stop",
+        watch=3.0,
+    ),
+    robot_fault(
+        "emergency stop of the base", "base-emergency-stop", "emergency"
+    ),
+    robot_fault(
+        "half of the arm's packets lost",
+        "packet-loss",
+        "commands reach the arm",
+        value=0.5,
+    ),
+    FaultCase(
+        "driver killed and restarted",
+        Part.DRIVER_KILLED,
+        reason="nothing came for",
+        refusal="nothing came for",
+        watch=2.0,
+    ),
+)

@@ -1,0 +1,107 @@
+"""`FaultCase`: what goes wrong in a run, and what shall come of it."""
+
+import dataclasses as dc
+from enum import Enum
+
+from remosplat_drake.hardware.stand_in import faults
+
+
+class Part(Enum):
+    """The part of the system in which something goes wrong."""
+
+    ROBOT = "robot"
+    """A fault of `remosplat hardware-sim`, told over the wire."""
+    CONTROLLER = "controller"
+    """A fault of `fault_controller`, begun by a signal."""
+    NETWORK = "network"
+    """The relay between the two turns bad."""
+    TARGET = "target"
+    """The scenario's own target jumps."""
+    DRIVER_KILLED = "driver killed"
+    """The robot's process is killed, and started again."""
+    CONTROLLER_KILLED = "controller killed"
+    """The controller's process is killed."""
+    INTERRUPT = "interrupt"
+    """The controller gets Ctrl-C."""
+
+
+STOPS = "stops"
+"""Outcome: the supervisor stops the robot, and only a release ends that."""
+DRIVER_STOPS = "the drivers stop"
+"""Outcome: nobody is left to give a reason; the drivers let the command
+expire."""
+ENDS = "ends"
+"""Outcome: the program brings the robot to rest, and ends."""
+GOES_ON = "goes on"
+"""Outcome: the robot may go on, is safe, and reaches its target or stands."""
+
+REACHES = "reaches the target"
+"""Resumption: after a release the robot goes on to its target."""
+MOVES = "moves"
+"""Resumption: after a release the robot moves; its target is unreachable."""
+
+
+@dc.dataclass(frozen=True)
+class FaultCase:
+    """One fault that is injected while the robot moves, and what must follow.
+
+    Attributes:
+        name: Name of the case in tables.
+        part: Part of the system in which the fault occurs.
+        fault: Name of the fault, where the part has several.
+        value: Magnitude of the fault, in its own unit, where it has one.
+        outcome: Expected outcome: STOPS, DRIVER_STOPS, ENDS or GOES_ON.
+        reason: Text that the reason of the stop must contain.
+        refusal: Text that the answer to a release must contain while the fault
+            is present; None where no release is tried.
+        resumes: Expected resumption, REACHES or MOVES, once the fault is gone
+            and the stop released.
+        then: Name of another fault that follows at once; empty for none.
+        tick_status: Status that some of the controller's ticks must have,
+            where it has to notice the fault; empty for any.
+        watch: Time to observe the robot after the fault is over [s].
+        text: YAML that overrides fields of the scenario.
+        delay: Delay of the network [s].
+        loss: Share of messages that the network loses, in [0, 1].
+    """
+
+    name: str
+    part: Part
+    fault: str = ""
+    value: float = 0.0
+    outcome: str = STOPS
+    reason: str = ""
+    refusal: str | None = None
+    resumes: str = REACHES
+    then: str = ""
+    tick_status: str = ""
+    watch: float = 1.0
+    text: str = ""
+    delay: float = 0.0
+    loss: float = 0.0
+
+
+def robot_fault(name: str, fault: str, reason: str, **more) -> FaultCase:
+    """Makes a case of `remosplat hardware-sim`: its reason refuses, too.
+
+    Args:
+        name: Name of the case in tables.
+        fault: A key of `faults.FAULTS`.
+        reason: Text that the reason and the refusal must contain.
+        more: Further fields of the case.
+    """
+    assert fault in faults.FAULTS
+    fields = {"reason": reason, "refusal": reason} | more
+    return FaultCase(name, Part.ROBOT, fault, **fields)
+
+
+def controller_fault(name: str, fault: str, reason: str, **more) -> FaultCase:
+    """Makes a case of `fault_controller`.
+
+    Args:
+        name: Name of the case in tables.
+        fault: Name of the fault there.
+        reason: Text that the reason must contain.
+        more: Further fields of the case.
+    """
+    return FaultCase(name, Part.CONTROLLER, fault, reason=reason, **more)
