@@ -32,7 +32,9 @@ class SharedRecord:
         self._memory = SharedMemory(
             name, create=self._owns, size=_COUNTER + 8 * size
         )
-        self._count = self._memory.buf[:_COUNTER].cast("q")
+        assert self._memory.buf is not None
+        self._bytes = self._memory.buf
+        self._count = self._bytes[:_COUNTER].cast("q")
         self._layout = struct.Struct(f"{size}d")
         self._latest = (0.0,) * size
 
@@ -43,14 +45,14 @@ class SharedRecord:
         """Replaces the record; only one process may do so."""
         count = self._count[0]
         self._count[0] = count + 1
-        self._layout.pack_into(self._memory.buf, _COUNTER, *values)
+        self._layout.pack_into(self._bytes, _COUNTER, *values)
         self._count[0] = count + 2
 
     def read(self) -> tuple[float, ...]:
         """Returns the latest record that is known to be whole."""
         for _ in range(_TRIES):
             count = self._count[0]
-            values = self._layout.unpack_from(self._memory.buf, _COUNTER)
+            values = self._layout.unpack_from(self._bytes, _COUNTER)
             if count % 2 == 0 and self._count[0] == count:
                 self._latest = values
                 break

@@ -73,8 +73,8 @@ class RobotState:
     dq: list[float]
     dq_d: list[float]
     ddq_d: list[float]
-    tau_J: list[float]  # noqa: N815
-    tau_J_d: list[float]  # noqa: N815
+    tau_J: list[float]
+    tau_J_d: list[float]
     tau_ext_hat_filtered: list[float]
     robot_mode: RobotMode
     control_command_success_rate: float
@@ -125,7 +125,7 @@ class Robot:
         values = (*upper_torque_thresholds, *upper_force_thresholds)
         self._ask(Request(Kind.COLLISION, values=values))
 
-    def set_joint_impedance(self, K_theta: Sequence[float]) -> None:  # noqa: N803
+    def set_joint_impedance(self, K_theta: Sequence[float]) -> None:
         """Sets the joints' stiffness [N m/rad]; the stand-in's is fixed."""
 
     def control_joint_velocity(

@@ -46,7 +46,7 @@ def test_half_a_record_is_not_read():
     assert record.read() == (1.0, 1.0)
     # What a writer that is stopped half-way leaves behind.
     record._count[0] += 1
-    struct.pack_into("d", record._memory.buf, 8, 2.0)
+    struct.pack_into("d", record._bytes, 8, 2.0)
     assert record.read() == (1.0, 1.0)
     record._count[0] += 1
     assert record.read() == (2.0, 1.0)
