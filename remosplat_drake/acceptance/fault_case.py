@@ -19,6 +19,10 @@ class Part(Enum):
     """The scenario's own target jumps."""
     DRIVER_KILLED = "driver killed"
     """The robot's process is killed, and started again."""
+    ARM_DRIVER_STALLED = "arm driver stalled"
+    """`remosplat panda-driver` is stopped (SIGSTOP)."""
+    ARM_CALLBACK_STALLED = "arm callback stalled"
+    """Its 1 kHz callback, a process of its own, is stopped."""
     CONTROLLER_KILLED = "controller killed"
     """The controller's process is killed."""
     INTERRUPT = "interrupt"
@@ -63,6 +67,8 @@ class FaultCase:
         text: YAML that overrides fields of the scenario.
         delay: Delay of the network [s].
         loss: Share of messages that the network loses, in [0, 1].
+        arm_driver: Whether the arm is driven by `remosplat panda-driver`,
+            which a new one replaces when the fault is over.
     """
 
     name: str
@@ -79,6 +85,7 @@ class FaultCase:
     text: str = ""
     delay: float = 0.0
     loss: float = 0.0
+    arm_driver: bool = False
 
 
 def robot_fault(name: str, fault: str, reason: str, **more) -> FaultCase:

@@ -13,11 +13,8 @@ from remosplat_drake.base.real_time import (
     realtime_priority,
 )
 from remosplat_drake.base.stop_signals import stop_signals
-from remosplat_drake.commands.wire import (
-    add_wire_argument,
-    open_wire,
-    positive_rate,
-)
+from remosplat_drake.commands.flags import positive
+from remosplat_drake.commands.wire import add_wire_argument, open_wire
 from remosplat_drake.hardware.drivers.callback_process import CallbackProcess
 from remosplat_drake.hardware.drivers.franka_arm import (
     LIBFRANKA,
@@ -53,14 +50,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--joint-torque-limit",
-        type=positive_rate,
+        type=positive,
         metavar="N_M",
         help="external torque on a joint that is a collision (default: 20 to"
         " 12 N m, as in libfranka's example); what Desk says does not hold",
     )
     parser.add_argument(
         "--cartesian-force-limit",
-        type=positive_rate,
+        type=positive,
         metavar="N",
         help="external force on the hand, and torque in N m, that is a"
         " collision (default: 20 N, 25 N m)",

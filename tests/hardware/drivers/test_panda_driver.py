@@ -3,7 +3,6 @@
 import contextlib
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -16,7 +15,11 @@ from fci_robot import Q_START
 from patience import PATIENCE
 from robot_process import Client, running
 
-from remosplat_drake.acceptance.hardware_processes import free_url
+from remosplat_drake.acceptance.hardware_processes import (
+    callback_of,
+    free_port,
+    free_url,
+)
 from remosplat_drake.commands.main import main
 from remosplat_drake.hardware.drivers.arm_record import (
     RECORD_SIZE,
@@ -33,12 +36,6 @@ libfranka = pytest.importorskip(LIBFRANKA)
 
 ATTEMPTS = 5
 RATES = np.array([0.4, -0.2, 0.2, 0.1, 0.0, 0.2, 0.3])
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 # What the real library has
@@ -150,18 +147,6 @@ class Rig:
         client.drive(over, RATES)
         return self.driver.poll() is None
 
-    def callback(self) -> int:
-        """The process of the callback: the driver's child that moves."""
-        children = Path(f"/proc/{self.driver.pid}/task").glob("*/children")
-        pids = [int(n) for file in children for n in file.read_text().split()]
-        (pid,) = (
-            pid
-            for pid in pids
-            if b"resource_tracker"
-            not in Path(f"/proc/{pid}/cmdline").read_bytes()
-        )
-        return pid
-
     def motion(self) -> np.ndarray:
         """Time, mode, positions and rates, shape (n, 16); ends the robot."""
         self._robot.send_signal(signal.SIGINT)
@@ -204,7 +189,7 @@ def test_ctrl_c_brings_the_arm_to_rest_and_ends_the_motion(rig):
 @pytest.mark.parametrize("way", [signal.SIGKILL, signal.SIGSTOP])
 def test_without_its_driver_the_callback_ramps_to_zero(rig, way):
     """The robot aborts nothing: the callback ends the motion itself."""
-    callback = rig.callback()
+    callback = callback_of(rig.driver)
     began = time.time()
     rig.driver.send_signal(way)
     while _is_alive(callback):
@@ -221,7 +206,7 @@ def test_without_its_driver_the_callback_ramps_to_zero(rig, way):
 @pytest.mark.slow
 def test_a_stalled_callback_ends_in_the_robots_own_abort(rig):
     began = time.time()
-    os.kill(rig.callback(), signal.SIGSTOP)
+    os.kill(callback_of(rig.driver), signal.SIGSTOP)
     assert rig.driver.wait(PATIENCE) == 2
     assert "lost packets" in rig.driver.stderr.read()
     motion = rig.motion()
