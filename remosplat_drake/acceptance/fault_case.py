@@ -2,6 +2,7 @@
 
 import dataclasses as dc
 from enum import Enum
+from typing import Any
 
 from remosplat_drake.hardware.stand_in import faults
 
@@ -98,7 +99,7 @@ def robot_fault(name: str, fault: str, reason: str, **more) -> FaultCase:
         more: Further fields of the case.
     """
     assert fault in faults.FAULTS
-    fields = {"reason": reason, "refusal": reason} | more
+    fields: dict[str, Any] = {"reason": reason, "refusal": reason} | more
     return FaultCase(name, Part.ROBOT, fault, **fields)
 
 
