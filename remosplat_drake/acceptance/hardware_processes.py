@@ -100,8 +100,8 @@ def callback_of(driver: subprocess.Popen) -> int:
     """
     tasks = Path(f"/proc/{driver.pid}/task").glob("*/children")
     children = " ".join(task.read_text() for task in tasks).split()
-    (callback,) = (int(n) for n in children if b"tracker" not in _line(n))
-    return callback
+    (callback,) = (n for n in children if b"resource_tracker" not in _line(n))
+    return int(callback)
 
 
 def _line(process: str) -> bytes:

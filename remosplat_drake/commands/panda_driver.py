@@ -15,18 +15,24 @@ from remosplat_drake.base.real_time import (
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.commands.flags import positive
 from remosplat_drake.commands.wire import add_wire_argument, open_wire
+from remosplat_drake.hardware.drivers.arm_record import (
+    arm_record,
+    panda_status,
+)
 from remosplat_drake.hardware.drivers.callback_process import CallbackProcess
 from remosplat_drake.hardware.drivers.franka_arm import (
     LIBFRANKA,
     CollisionLimits,
+    FrankaArm,
 )
 from remosplat_drake.hardware.drivers.franka_host import check_reachable
 from remosplat_drake.hardware.drivers.hand_driver import HandDriver
 from remosplat_drake.hardware.drivers.hand_messages import PERIOD
 from remosplat_drake.hardware.drivers.panda_driver import PandaDriver
-from remosplat_drake.hardware.drivers.panda_limits import TICK
+from remosplat_drake.hardware.drivers.panda_limits import AT_REST, TICK
 from remosplat_drake.hardware.drivers.panda_python_hand import PandaPythonHand
 from remosplat_drake.hardware.stand_in import fci_library
+from remosplat_drake.hardware.wire.channels import PANDA_STATUS
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -49,6 +55,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="drive the stand-in's arm, which aborts as a real one does",
     )
     parser.add_argument(
+        "--status-only",
+        action="store_true",
+        help="publish the arm's statuses, whatever its mode, and command"
+        " nothing",
+    )
+    parser.add_argument(
         "--joint-torque-limit",
         type=positive,
         metavar="N_M",
@@ -67,6 +79,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Drives the arm or the hand until Ctrl-C."""
     drive = _drive_hand if arguments.hand else _drive_arm
+    if arguments.status_only:
+        drive = _watch_arm
     # Before there are threads. The arm's callback, in its own process, goes
     # before this one.
     with realtime_priority(DRIVER_PRIORITY - 1):
@@ -75,11 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _drive_arm(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
-    library = LIBFRANKA
-    if arguments.simulated:
-        library = fci_library.__name__
-    else:
-        check_reachable(arguments.host)
+    library = _library(arguments)
     arm = CallbackProcess(library, arguments.host, _limits(arguments))
     driver = PandaDriver(lcm, arm)
     pacer = Pacer(TICK)
@@ -103,6 +113,23 @@ def _release(arm: CallbackProcess, driver: PandaDriver, pacer: Pacer) -> None:
     while not arm.problem() and not driver.brake():
         pacer.wait()
     arm.close()
+
+
+def _watch_arm(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
+    arm = FrankaArm(_library(arguments), arguments.host)
+    with stop_signals() as request:
+        _announce(arguments)
+        while not request.made:
+            record = arm_record(arm.state(), AT_REST, wall_utime())
+            lcm.Publish(PANDA_STATUS, panda_status(record).encode())
+
+
+def _library(arguments: argparse.Namespace) -> str:
+    """Names the module with libfranka's interface; its arm answers."""
+    if arguments.simulated:
+        return fci_library.__name__
+    check_reachable(arguments.host)
+    return LIBFRANKA
 
 
 def _limits(arguments: argparse.Namespace) -> CollisionLimits:

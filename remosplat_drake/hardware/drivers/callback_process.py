@@ -122,7 +122,8 @@ def _control(
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     try:
         with realtime_priority(DRIVER_PRIORITY), garbage_collection_disabled():
-            arm = FrankaArm(library, host, limits)
+            arm = FrankaArm(library, host)
+            arm.take(limits)
             servo = VelocityServo()
             callback = VelocityCallback(
                 servo, setpoints, states, arm.library.JointVelocities
@@ -147,7 +148,7 @@ def _tell_of_abort(
 ) -> None:
     """Lets the wire know the arm's mode, which says who has stopped it."""
     end = time.monotonic() + _AFTERWARDS
-    with suppress(RuntimeError):
+    with suppress(RemoSplatError):
         while time.monotonic() < end:
             record = arm_record(arm.state(), servo.command, wall_utime())
             states.write(record)

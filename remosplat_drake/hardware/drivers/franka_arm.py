@@ -36,39 +36,63 @@ class CollisionLimits:
 
 
 class FrankaArm:
-    """An arm that is ready for joint velocity control."""
+    """A connection to an arm: states out and, once it is taken, rates in."""
 
-    def __init__(self, library: str, host: str, limits: CollisionLimits):
-        """Connects and sets collision limits and impedance.
+    def __init__(self, library: str, host: str):
+        """Connects; nothing is changed.
 
         Args:
             library: Name of the module to use: `LIBFRANKA`, or one with the
                 same interface.
             host: Name or address of the arm's controller.
-            limits: What the arm shall take for a collision.
 
         Raises:
-            RemoSplatError: The library is absent, it cannot connect, or the
-                arm is not ready to move.
+            RemoSplatError: The library is absent, or it cannot connect.
         """
         try:
             self.library: Any = importlib.import_module(library)
         except ImportError as error:
             raise MissingExtraError("the Panda driver", "panda") from error
+        self._host = host
         try:
             self._robot = self.library.Robot(
                 host, self.library.RealtimeConfig.kIgnore
             )
-            _check_idle(host, self._robot.read_once().robot_mode)
-            torque, force = list(limits.torque), list(limits.force)
+        except RuntimeError as error:
+            raise self._error(error) from error
+
+    def take(self, limits: CollisionLimits) -> None:
+        """Prepares the arm for `move`: collision limits and impedance.
+
+        Args:
+            limits: What the arm shall take for a collision.
+
+        Raises:
+            RemoSplatError: The arm is not ready to move, or says no.
+        """
+        mode = self.state().robot_mode.name
+        if mode != "kIdle":
+            raise RemoSplatError(
+                f"{self._host}: the arm is not idle but {mode[1:]}: release its"
+                " stops, unlock its joints and recover from errors in Desk"
+            )
+        torque, force = list(limits.torque), list(limits.force)
+        try:
             self._robot.set_collision_behavior(torque, torque, force, force)
             self._robot.set_joint_impedance(IMPEDANCE)
         except RuntimeError as error:
-            raise RemoSplatError(f"{host}: {one_line(error)}") from error
+            raise self._error(error) from error
 
     def state(self) -> Any:
-        """Returns a `RobotState` of now, while nothing is controlled."""
-        return self._robot.read_once()
+        """Waits for the next `RobotState`, while nothing is controlled.
+
+        Raises:
+            RemoSplatError: The connection is lost.
+        """
+        try:
+            return self._robot.read_once()
+        except RuntimeError as error:
+            raise self._error(error) from error
 
     def move(self, callback: Callable[[Any, Any], Any]) -> str:
         """Lets a callback control the joint rates until the motion ends.
@@ -90,10 +114,5 @@ class FrankaArm:
             return one_line(error)
         return ""
 
-
-def _check_idle(host: str, mode: Any) -> None:
-    if mode.name != "kIdle":
-        raise RemoSplatError(
-            f"{host}: the arm is not idle but {mode.name[1:]}: release its"
-            " stops, unlock its joints and recover from errors in Desk"
-        )
+    def _error(self, error: RuntimeError) -> RemoSplatError:
+        return RemoSplatError(f"{self._host}: {one_line(error)}")
