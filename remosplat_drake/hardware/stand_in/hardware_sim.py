@@ -10,6 +10,7 @@ from remosplat_drake.base.clock import MICROSECONDS, wall_utime
 from remosplat_drake.hardware.drivers.panda_limits import TICK
 from remosplat_drake.hardware.stand_in import faults
 from remosplat_drake.hardware.stand_in.faults import Fault, FaultSchedule
+from remosplat_drake.hardware.stand_in.fci_arm import FciArm
 from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
 from remosplat_drake.hardware.stand_in.simulated_base import SimulatedBase
 from remosplat_drake.hardware.stand_in.simulated_hand import SimulatedHand
@@ -39,6 +40,7 @@ class HardwareSim:
         lcm: DrakeLcmInterface,
         schedule: Sequence[Fault] = (),
         clock: Callable[[], int] = wall_utime,
+        fci: FciArm | None = None,
     ):
         """Subscribes; nothing is sent before the first step.
 
@@ -47,6 +49,8 @@ class HardwareSim:
             lcm: The LCM network.
             schedule: The faults that shall happen.
             clock: The wall clock of the robot's computer [us].
+            fci: Where the arm obeys a driver of its own in place of the
+                wire; None for the simulated driver.
         """
         self._plant = plant
         self._lcm = lcm
@@ -54,7 +58,7 @@ class HardwareSim:
         self._inbox = Inbox(
             lcm,
             [
-                channels.PANDA_COMMAND,
+                *([] if fci else [channels.PANDA_COMMAND]),
                 channels.BASE_COMMAND,
                 channels.PANDA_HAND_COMMAND,
                 faults.CHANNEL,
@@ -62,6 +66,7 @@ class HardwareSim:
         )
         self._faults = FaultSchedule(schedule)
         self.panda = SimulatedPanda()
+        self._fci = fci
         self.base = SimulatedBase()
         self.hand = SimulatedHand(plant.hand[0])
         self._measured = plant.arm
@@ -86,7 +91,10 @@ class HardwareSim:
         self._break(t)
         now = self._now()
         base = self.base.step(now, t, TICK)
-        arm = self.panda.step(now, self._measured)
+        if self._fci is None:
+            arm = self.panda.step(now, self._measured)
+        else:
+            arm = self._fci.step(self._measured)
         self._ticks += 1
         self._plant.step(self.time, base, arm, self.hand.command)
         self._measured = self._plant.arm
@@ -120,21 +128,22 @@ class HardwareSim:
 
     def _trip(self, fault: Fault, t: float) -> None:
         """Carries out a fault that is an event."""
+        arm = self._fci or self.panda
         if fault.name == "reflex":
-            self.panda.stop(RobotMode.REFLEX)
+            arm.stop(RobotMode.REFLEX)
         elif fault.name == "user-stop":
-            self.panda.stop(RobotMode.USER_STOPPED)
+            arm.stop(RobotMode.USER_STOPPED)
         elif fault.name == "base-protective-stop":
             self.base.protective_stop(t)
         elif fault.name == "base-emergency-stop":
             self.base.emergency_stop = True
         elif fault.name == faults.RECOVER:
-            self.panda.recover()
+            arm.recover()
             self.base.recover()
 
     def _tell(self, t: float) -> None:
         now = self._now()
-        if "status-stops" not in self._faults:
+        if self._fci is None and "status-stops" not in self._faults:
             status = self._arm_status(now)
             self._lcm.Publish(channels.PANDA_STATUS, status.encode())
         base = self.base.status(
