@@ -15,7 +15,7 @@ from remosplat_drake.mapping.localization.frame_aligner import (
     Tracked,
     make_aligner,
 )
-from remosplat_drake.mapping.localization.planar_pose import (
+from remosplat_drake.robot.planar_pose import (
     matrix,
     relative,
 )

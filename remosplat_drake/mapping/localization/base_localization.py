@@ -11,10 +11,11 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from remosplat_drake.mapping.localization.planar_pose import (
+from remosplat_drake.robot.planar_pose import (
     composed,
     odometry_frame,
     relative,
+    stepped,
 )
 from remosplat_drake.signals.base_correction import BaseCorrection
 
@@ -110,24 +111,3 @@ class BaseLocalization(LeafSystem):
         goal = self._correction.Eval(context).base_at(context.get_time(), X_OB)
         after = stepped(np.array(pose), goal, X_OB, self._most)
         state.set_value(0, np.append(after, version))
-
-
-def stepped(
-    pose: np.ndarray, X_WB: np.ndarray, X_OB: np.ndarray, most: float
-) -> np.ndarray:
-    """Moves the pose of the odometry's frame towards another one.
-
-    A turn of a far frame swings the base; so it is the base whose motion is
-    limited.
-
-    Args:
-        pose: The pose X_WO in effect, shape (3,) [m, rad].
-        X_WB: Where the base is to be, shape (3,) [m, rad].
-        X_OB: The base's measured pose, shape (3,) [m, rad].
-        most: Greatest shift of the base [m], and greatest turn [rad].
-    """
-    now = composed(pose, X_OB)
-    turn = relative(now, X_WB)[2]
-    shift = X_WB[:2] - now[:2]
-    part = min(1.0, most / max(np.hypot(*shift), abs(turn), 1e-12))
-    return odometry_frame(now + part * np.array([*shift, turn]), X_OB)

@@ -19,7 +19,7 @@ from remosplat_drake.mapping.localization.keyframe_graph import (
     Keyframes,
     solve,
 )
-from remosplat_drake.mapping.localization.planar_pose import (
+from remosplat_drake.robot.planar_pose import (
     composed,
     matrix,
     relative,

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from remosplat_drake.mapping.localization.planar_pose import (
+from remosplat_drake.robot.planar_pose import (
     matrix,
     relative,
     relative_jacobians,
