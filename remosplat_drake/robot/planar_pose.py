@@ -68,3 +68,22 @@ def stepped(
     shift = X_WB[:2] - now[:2]
     part = min(1.0, most / max(np.hypot(*shift), abs(turn), 1e-12))
     return odometry_frame(now + part * np.array([*shift, turn]), X_OB)
+
+
+def largest_error(
+    covariance: np.ndarray, sigmas: float, X_WB: np.ndarray, told: np.ndarray
+) -> np.ndarray:
+    """Bounds how far a told pose is from where something may really be.
+
+    Args:
+        covariance: Covariance of the pose X_WB by W's axes, shape (3, 3).
+        sigmas: Number of standard deviations that count.
+        X_WB: Where it is expected, shape (3,) [m, rad].
+        told: The pose that somebody relies on instead, shape (3,) [m, rad].
+
+    Returns:
+        Distance and angle, shape (2,) [m, rad].
+    """
+    x, y, turn = relative(told, X_WB)
+    spread = np.linalg.eigvalsh(covariance[:2, :2])[1], covariance[2, 2]
+    return sigmas * np.sqrt(spread) + [np.hypot(x, y), abs(turn)]

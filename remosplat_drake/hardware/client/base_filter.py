@@ -26,6 +26,7 @@ from remosplat_drake.hardware.localization_config import LocalizationConfig
 from remosplat_drake.hardware.wire.localization import BaseFix
 from remosplat_drake.robot.planar_pose import (
     composed,
+    largest_error,
     odometry_frame,
     relative,
     stepped,
@@ -85,12 +86,12 @@ class BaseFilter:
         """How far off the base may be: shift and turn, (2,) [m, rad]."""
         if self.X_WO is None or self.in_effect is None:
             return np.full(2, np.inf)
-        P = self.P[-1] + self.R
-        deviation = np.sqrt([np.linalg.eigvalsh(P[:2, :2])[1], P[2, 2]])
-        told = composed(self.in_effect, self.X_OB[-1])
-        x, y, turn = relative(told, composed(self.X_WO, self.X_OB[-1]))
-        pending = np.array([np.hypot(x, y), abs(turn)])
-        return self.config.sigmas * deviation + pending
+        return largest_error(
+            self.P[-1] + self.R,
+            self.config.sigmas,
+            composed(self.X_WO, self.X_OB[-1]),
+            composed(self.in_effect, self.X_OB[-1]),
+        )
 
 
 def with_odometry(

@@ -13,11 +13,15 @@ from pydrake.systems.framework import (
 
 from remosplat_drake.robot.planar_pose import (
     composed,
+    largest_error,
     odometry_frame,
     relative,
     stepped,
 )
 from remosplat_drake.signals.base_correction import BaseCorrection
+
+SIGMAS = 3.0
+"""Number of standard deviations by which the base may be off."""
 
 
 class BaseLocalization(LeafSystem):
@@ -29,15 +33,20 @@ class BaseLocalization(LeafSystem):
         input_ports:
         - configuration
         - correction (optional)
+        - base_uncertainty (optional)
         output_ports:
         - configuration
+        - base_uncertainty
 
     The input is the measured q, whose base is in the odometry's frame O, the
     output is q in the map's frame W. `correction` takes a `BaseCorrection`;
     what is in effect follows it so slowly that a controller need not know of
     it. With another version of the map, though, its pose comes at once: map
     and base move together. Commands are velocities in the base's own frame,
-    the same in both.
+    the same in both. `base_uncertainty` is how far the base's pose may be off,
+    shift and turn [m, rad]: on the input that of the measured one, on the
+    output with what the correction's covariance adds, and with what is still
+    to be corrected.
     """
 
     def __init__(self, *, n_q: int, period: float, speed: float):
@@ -55,19 +64,24 @@ class BaseLocalization(LeafSystem):
         self._correction = self.DeclareAbstractInputPort(
             "correction", Value(BaseCorrection())
         )
+        self._uncertainty = self.DeclareVectorInputPort("base_uncertainty", 2)
         # x, y, yaw of X_WO, and the version of the map.
         state = self.DeclareDiscreteState(4)
         # The time matters at the instant of a new version only, when the
         # correction changes, too.
+        known = {
+            self._measured.ticket(),
+            self._correction.ticket(),
+            self.discrete_state_ticket(state),
+        }
         self.DeclareVectorOutputPort(
-            "configuration",
-            n_q,
-            self._calc_configuration,
-            {
-                self._measured.ticket(),
-                self._correction.ticket(),
-                self.discrete_state_ticket(state),
-            },
+            "configuration", n_q, self._calc_configuration, known
+        )
+        self.DeclareVectorOutputPort(
+            "base_uncertainty",
+            2,
+            self._calc_uncertainty,
+            {*known, self._uncertainty.ticket()},
         )
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._step)
 
@@ -90,6 +104,19 @@ class BaseLocalization(LeafSystem):
         measured = self._measured.Eval(context)
         pose = self._in_effect(context)[:3]
         output.SetFromVector(BaseCorrection(pose).corrected(measured))
+
+    def _calc_uncertainty(self, context: Context, output: BasicVector):
+        bound = np.zeros(2)
+        if self._uncertainty.HasValue(context):
+            bound = self._uncertainty.Eval(context)
+        if self._correction.HasValue(context):
+            correction = self._correction.Eval(context)
+            X_OB = self._measured.Eval(context)[:3]
+            X_WB = correction.base_at(context.get_time(), X_OB)
+            told = composed(self._in_effect(context)[:3], X_OB)
+            own = largest_error(correction.covariance, SIGMAS, X_WB, told)
+            bound = bound + own
+        output.SetFromVector(bound)
 
     def _in_effect(self, context: Context) -> np.ndarray:
         """X_WO and version; of a new version before the state knows of it."""
