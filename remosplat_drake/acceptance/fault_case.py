@@ -61,6 +61,7 @@ class FaultCase:
             where it has to notice the fault; empty for any.
         watch: Time to observe the robot after the fault is over [s].
         text: YAML that overrides fields of the scenario.
+        robot: Further arguments of `remosplat hardware-sim`.
         delay: Delay of the network [s].
         loss: Share of messages that the network loses, in [0, 1].
     """
@@ -77,6 +78,7 @@ class FaultCase:
     tick_status: str = ""
     watch: float = 1.0
     text: str = ""
+    robot: tuple[str, ...] = ()
     delay: float = 0.0
     loss: float = 0.0
 

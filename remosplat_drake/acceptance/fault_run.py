@@ -65,7 +65,7 @@ class FaultRun:
         self.commanded = math.nan
         self._case = case
         self._log = folder / "log.jsonl"
-        self._record = ("--record", str(self.motion))
+        self._robot = ("--record", str(self.motion), *case.robot)
         self._near = processes.free_url()
         networked = case.part is Part.NETWORK
         self._far = processes.free_url() if networked else self._near
@@ -117,7 +117,7 @@ class FaultRun:
                     )
                 )
             robot = stack.enter_context(
-                processes.robot(self._far, *self._record)
+                processes.robot(self._far, *self._robot)
             )
             controller = stack.enter_context(
                 processes.controller(self._near, self._log, *arguments)
@@ -205,7 +205,7 @@ class FaultRun:
         """Ends the fault, unless it ends by itself."""
         case = self._case
         if case.part is Part.DRIVER_KILLED:
-            stack.enter_context(processes.robot(self._far, *self._record))
+            stack.enter_context(processes.robot(self._far, *self._robot))
             gone = time.time()
             self._tap.wait(lambda: self._tap.heard > gone, _START_UP)
         elif case.part is Part.ROBOT and case.fault != "base-protective-stop":

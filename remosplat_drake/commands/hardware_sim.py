@@ -58,6 +58,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f" command; may be repeated; one of {', '.join(FAULTS)}",
     )
     parser.add_argument(
+        "--localization",
+        action="store_true",
+        help="tell where the base is by a localisation, too, 10 times a second;"
+        " its odometry then begins elsewhere",
+    )
+    parser.add_argument(
         "--record",
         type=Path,
         metavar="FILE",
@@ -74,7 +80,12 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario)
     world = load_world(scenario, blank=True)
     plant = _plant(scenario, world)
-    robot = HardwareSim(plant, open_wire(arguments.lcm_url), schedule)
+    robot = HardwareSim(
+        plant,
+        open_wire(arguments.lcm_url),
+        schedule,
+        localizes=arguments.localization,
+    )
     motion = TrueMotion(plant) if arguments.record else None
     pacer = Pacer(TICK / arguments.realtime_rate)
     console.print(f"the robot is on {arguments.lcm_url}; Ctrl-C ends")
