@@ -1,4 +1,4 @@
-"""`LocalizationConfig`: who tells where the base is, and how far to trust it."""
+"""`LocalizationConfig`: who says where the base is, and how sure that is."""
 
 import dataclasses as dc
 from collections.abc import Iterator

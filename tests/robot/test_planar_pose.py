@@ -5,12 +5,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from remosplat_drake.robot.planar_pose import (
-    stepped,
     composed,
     matrix,
     odometry_frame,
     relative,
     relative_jacobians,
+    stepped,
 )
 from remosplat_drake.signals.base_correction import BaseCorrection
 

@@ -40,6 +40,7 @@ CASES = (
         "does not follow its command",
         value=0.02,
         refusal=None,
+        watch=3.0,
     ),
     robot_fault(
         "clock of the base 0.2 s behind",

@@ -116,9 +116,7 @@ def with_odometry(
         P = F @ known.P[-1] @ F.T + noise
         R = F @ R @ F.T
         most = known.config.correction_speed * min(seconds, MEMORY)
-        in_effect = stepped(
-            in_effect, composed(known.X_WO, X_OB), X_OB, most
-        )
+        in_effect = stepped(in_effect, composed(known.X_WO, X_OB), X_OB, most)
     first = np.searchsorted(known.stamp, stamp - MEMORY)
     return dc.replace(
         known,

@@ -108,7 +108,9 @@ class CommandedPath:
         i = np.searchsorted(rows[:, 0], time, "right") - 1
         before = rows[np.maximum(i, 0)]
         held = np.clip(time - before[..., 0], 0.0, COMMAND_EXPIRY)
-        return _relative(*_extrapolated(before[..., 1:4], before[..., 4:], held))
+        return _relative(
+            *_extrapolated(before[..., 1:4], before[..., 4:], held)
+        )
 
 
 def follow_problem(

@@ -1,8 +1,8 @@
 """`BaseTrack`: where the base has been, and whether that can be believed.
 
 Whoever measures the base's pose may be wrong: odometry jumps when something
-corrects it, a clock is off, wheels turn in the air, a bridge hides that the base
-has stopped. Each shows in what came over the last seconds.
+corrects it, a clock is off, wheels turn in the air, a bridge hides that the
+base has stopped. Each shows in what came over the last seconds.
 """
 
 import dataclasses as dc
@@ -122,6 +122,8 @@ def with_base_sample(
     off = np.zeros(3)
     if track.samples:
         off = _unexplained(track.samples[-1], sample)
+    if off.any():
+        kept = ()  # What a jump has done is no disobedience.
     close = len(kept) > 1 and kept[-1].stamp - kept[-2].stamp < _SPACING
     samples = (*(kept[:-1] if close else kept), sample)
     disobeys = ""
@@ -157,7 +159,9 @@ def with_localization(
     try:
         fix = decode_localization(data)
     except BrokenMessage as error:
-        return dc.replace(track, fixes=broken(track.fixes, received, str(error)))
+        return dc.replace(
+            track, fixes=broken(track.fixes, received, str(error))
+        )
     fusion = with_fix(track.filter, fix)
     fixes = advanced(track.fixes, fix.stamp, received, True, math.inf)
     return dc.replace(track, filter=fusion, fixes=fixes)

@@ -1,4 +1,4 @@
-"""`BaseSenses`: where the stand-in's base takes itself to be, rightly or not."""
+"""`BaseSenses`: where the stand-in's base takes itself to be."""
 
 import numpy as np
 
@@ -58,7 +58,9 @@ class BaseSenses:
         """Turns the true pose in a status into the odometry's, in place."""
         off = self._drifts["base-drift"] + faults.value("base-jump", 0.0)
         pose = np.array(status.pose) + off * AWAY
-        status.pose = (relative(X_WO, pose) if self._localizes else pose).tolist()
+        status.pose = (
+            relative(X_WO, pose) if self._localizes else pose
+        ).tolist()
         status.utime += round(faults.value("base-clock", 0.0) * MICROSECONDS)
         if "base-mute" in faults:
             status.protective_stop = status.emergency_stop = 0

@@ -15,7 +15,6 @@ from remosplat_drake.robot.planar_pose import (
     composed,
     largest_error,
     odometry_frame,
-    relative,
     stepped,
 )
 from remosplat_drake.signals.base_correction import BaseCorrection
