@@ -37,10 +37,10 @@ class LocalizationConfig(Config):
     least_turn: Annotated[float, Interval(gt=0, le=0.1)] = 0.002
     # Standard deviation of the position by odometry after a metre [m]; it
     # grows with the root of the way.
-    odometry_drift: Annotated[float, Interval(gt=0, le=0.2)] = 0.01
+    odometry_drift: Annotated[float, Interval(gt=0, le=0.2)] = 0.005
     # Standard deviation of the heading by odometry after a metre, and after a
     # radian [rad]; it grows with the root of either.
-    odometry_turn: Annotated[float, Interval(gt=0, le=0.2)] = 0.01
+    odometry_turn: Annotated[float, Interval(gt=0, le=0.2)] = 0.005
     # Greatest distance by which the base may be off while the robot moves [m].
     max_shift: Annotated[float, Interval(gt=0, le=1)] = 0.1
     # Greatest angle by which it may be off [rad].

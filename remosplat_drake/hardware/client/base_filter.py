@@ -14,6 +14,10 @@ for good; what it takes from P then, F takes from P now.
 Fixes of one localisation share their errors, so that many of them are no better
 than one: P is how well they agree, and P + R how far the base may be off.
 
+A localisation that drifts takes the estimate with it, a little with each fix.
+So a fix is held against estimates of some seconds ago, too, which odometry
+alone has brought here; and by how much they differ the base may be off.
+
 What the robot is told follows the estimate slowly. The part that is still to
 come counts as uncertain; so nobody notices a correction but by its margin.
 """
@@ -39,8 +43,33 @@ hundred million is (chi-squared, 3 degrees of freedom)."""
 MEMORY = 2.0
 """Age of the oldest odometry that a late fix may still meet [s]."""
 
+_ANCHOR_PERIOD = 2.0
+"""Time between two estimates that later fixes are held against [s]."""
+
+_ANCHORS = 2
+"""Number of such estimates."""
+
+_AHEAD = 0.1
+"""Time by which a fix may be ahead of the odometry [s]; /tf may be dated into
+the future on purpose."""
+
 _WAITING = np.array([1e-3, 1e-3, 5e-4])
 """How far the odometry may go wrong in a second of standing [m, rad]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Anchor:
+    """An estimate of some time ago, without the fixes since then.
+
+    Attributes:
+        stamp: When it was the estimate [s].
+        X_WO: The estimate, shape (3,) [m, m, rad].
+        P: Covariance of the base's present x, y, yaw by it, shape (3, 3).
+    """
+
+    stamp: float
+    X_WO: np.ndarray
+    P: np.ndarray
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -59,6 +88,7 @@ class BaseFilter:
         R: Covariance of the latest fix, as an error of the base's present
             pose, shape (3, 3).
         fixed: Stamp of the latest fix that was taken in [s].
+        anchors: Estimates that fixes are held against besides.
         refusal: Why the latest fix was not taken in; empty if it was.
     """
 
@@ -70,6 +100,7 @@ class BaseFilter:
     in_effect: np.ndarray | None = None
     R: np.ndarray = dc.field(default_factory=lambda: np.zeros((3, 3)))
     fixed: float = -np.inf
+    anchors: tuple[Anchor, ...] = ()
     refusal: str = ""
 
     def __deepcopy__(self, memo) -> "BaseFilter":
@@ -86,12 +117,18 @@ class BaseFilter:
         """How far off the base may be: shift and turn, (2,) [m, rad]."""
         if self.X_WO is None or self.in_effect is None:
             return np.full(2, np.inf)
-        return largest_error(
-            self.P[-1] + self.R,
-            self.config.sigmas,
-            composed(self.X_WO, self.X_OB[-1]),
-            composed(self.in_effect, self.X_OB[-1]),
+        X_OB = self.X_OB[-1]
+        X_WB = composed(self.X_WO, X_OB)
+        told = composed(self.in_effect, X_OB)
+        bound = largest_error(
+            self.P[-1] + self.R, self.config.sigmas, X_WB, told
         )
+        strays = [
+            relative(X_WB, composed(anchor.X_WO, X_OB))
+            for anchor in self.anchors
+        ]
+        sizes = [(np.hypot(x, y), abs(turn)) for x, y, turn in strays]
+        return bound + np.max(sizes, axis=0, initial=0.0)
 
 
 def with_odometry(
@@ -108,13 +145,17 @@ def with_odometry(
     if len(known.stamp) and not stamp > known.stamp[-1]:
         return known
     P = np.zeros((3, 3))
-    R, in_effect = known.R, known.in_effect
+    R, in_effect, anchors = known.R, known.in_effect, known.anchors
     if len(known.stamp) and known.X_WO is not None and in_effect is not None:
         seconds = stamp - known.stamp[-1]
         F = _swing(known.X_WO, known.X_OB[-1], X_OB)
         noise = _noise(known.config, known.X_OB[-1], X_OB, seconds)
         P = F @ known.P[-1] @ F.T + noise
         R = F @ R @ F.T
+        anchors = tuple(
+            dc.replace(anchor, P=F @ anchor.P @ F.T + noise)
+            for anchor in anchors
+        )
         most = known.config.correction_speed * min(seconds, MEMORY)
         in_effect = stepped(in_effect, composed(known.X_WO, X_OB), X_OB, most)
     first = np.searchsorted(known.stamp, stamp - MEMORY)
@@ -125,6 +166,7 @@ def with_odometry(
         P=np.concatenate([known.P[first:], P[None]]),
         R=R,
         in_effect=in_effect,
+        anchors=anchors,
     )
 
 
@@ -138,7 +180,7 @@ def doubted(known: BaseFilter, shift: float, turn: float) -> BaseFilter:
     """
     P = known.P.copy()
     P[-1] += np.diag(np.square([shift, shift, turn]))
-    return dc.replace(known, P=P)
+    return dc.replace(known, P=P, anchors=())
 
 
 def with_fix(known: BaseFilter, fix: BaseFix) -> BaseFilter:
@@ -168,13 +210,14 @@ def with_fix(known: BaseFilter, fix: BaseFix) -> BaseFilter:
         known = dc.replace(known, in_effect=X_WO)
     else:
         expected = composed(known.X_WO, X_OB)
-        # Both by W's axes, which `relative` is not.
-        error = X_WB - expected
-        error[2] = (error[2] + np.pi) % (2 * np.pi) - np.pi
-        S = known.P[i] + R
-        distance = error @ np.linalg.solve(S, error)
-        if not distance <= GATE:
-            return dc.replace(known, refusal=_jump(error))
+        error, S = _error(expected, X_WB), known.P[i] + R
+        for anchor in (
+            Anchor(fix.stamp, known.X_WO, known.P[i]),
+            *known.anchors,
+        ):
+            off = _error(composed(anchor.X_WO, X_OB), X_WB)
+            if not off @ np.linalg.solve(anchor.P + R, off) <= GATE:
+                return dc.replace(known, refusal=_jump(off))
         gain = np.linalg.solve(S, known.P[i]).T
         X_WO = odometry_frame(expected + gain @ error, X_OB)
         change = -gain @ known.P[i]
@@ -189,8 +232,25 @@ def with_fix(known: BaseFilter, fix: BaseFix) -> BaseFilter:
         X_WO=X_WO,
         R=swings[-1] @ R @ swings[-1].T,
         fixed=fix.stamp,
+        anchors=_with_anchor(known.anchors, Anchor(fix.stamp, X_WO, P[-1])),
         refusal="",
     )
+
+
+def _with_anchor(
+    anchors: tuple[Anchor, ...], estimate: Anchor
+) -> tuple[Anchor, ...]:
+    """Adds an estimate if it is time to, and lets the oldest go."""
+    if anchors and estimate.stamp - anchors[-1].stamp < _ANCHOR_PERIOD:
+        return anchors
+    return (*anchors, estimate)[-_ANCHORS:]
+
+
+def _error(expected: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    """How far a measured pose is off, by W's axes, shape (3,)."""
+    error = measured - expected
+    error[2] = (error[2] + np.pi) % (2 * np.pi) - np.pi
+    return error
 
 
 def _swing(
@@ -219,14 +279,17 @@ def _noise(
 
 
 def _odometry_at(known: BaseFilter, stamp: float, i: int) -> np.ndarray:
-    """The odometry at a time between the i-th and the next, shape (3,)."""
-    if i + 1 == len(known.stamp):
-        return known.X_OB[i]
-    span = known.stamp[i + 1] - known.stamp[i]
-    share = (stamp - known.stamp[i]) / span
-    return composed(
-        known.X_OB[i], share * relative(known.X_OB[i], known.X_OB[i + 1])
-    )
+    """The odometry at a time between the i-th and the next, shape (3,).
+
+    After the latest one the base goes on as before.
+    """
+    later = min(i + 1, len(known.stamp) - 1)
+    if later == 0:
+        return known.X_OB[0]
+    step = relative(known.X_OB[later - 1], known.X_OB[later])
+    span = known.stamp[later] - known.stamp[later - 1]
+    ahead = min(stamp - known.stamp[i], _AHEAD if later == i else span)
+    return composed(known.X_OB[i], ahead / span * step)
 
 
 def _wrong_frame(config: LocalizationConfig, fix: BaseFix) -> str:
