@@ -21,7 +21,7 @@ TOP = np.array([0.5, 0.87])
 
 
 def random_commands(random: np.random.Generator, n: int) -> np.ndarray:
-    """Makes n commands that go from one random speed to the next, shape (n, 2)."""
+    """Makes n commands from one random speed to the next, shape (n, 2)."""
     u, goal, commands = np.zeros(2), np.zeros(2), []
     for _ in range(n):
         if random.random() < PERIOD / 1.5:
