@@ -66,6 +66,7 @@ class FaultCase:
             where it has to notice the fault; empty for any.
         watch: Time to observe the robot after the fault is over [s].
         text: YAML that overrides fields of the scenario.
+        robot: Further arguments of `remosplat hardware-sim`.
         delay: Delay of the network [s].
         loss: Share of messages that the network loses, in [0, 1].
         arm_driver: Whether the arm is driven by `remosplat panda-driver`,
@@ -84,6 +85,7 @@ class FaultCase:
     tick_status: str = ""
     watch: float = 1.0
     text: str = ""
+    robot: tuple[str, ...] = ()
     delay: float = 0.0
     loss: float = 0.0
     arm_driver: bool = False

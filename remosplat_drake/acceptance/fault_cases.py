@@ -2,6 +2,7 @@
 
 from remosplat_drake.acceptance.cases import (
     arm,
+    base,
     controller,
     network,
     robot,
@@ -11,6 +12,7 @@ from remosplat_drake.acceptance.cases import (
 CASES = (
     *robot.CASES,
     *arm.CASES,
+    *base.CASES,
     *controller.CASES,
     *network.CASES,
     *target.CASES,

@@ -66,7 +66,7 @@ class FaultRun:
         self.commanded = math.nan
         self._case = case
         self._log = folder / "log.jsonl"
-        self._record = ("--record", str(self.motion))
+        self._robot = ("--record", str(self.motion), *case.robot)
         self._near = processes.free_url()
         networked = case.part is Part.NETWORK
         self._far = processes.free_url() if networked else self._near
@@ -135,7 +135,7 @@ class FaultRun:
         """Starts the stand-in, with a driver of its arm where there is one."""
         options = ["--fci", str(self._fci)] if self._case.arm_driver else []
         robot = stack.enter_context(
-            processes.robot(self._far, *self._record, *options)
+            processes.robot(self._far, *self._robot, *options)
         )
         if self._case.arm_driver:
             self._tap.wait(self._arm_answers, _START_UP)
@@ -233,7 +233,7 @@ class FaultRun:
         """Ends the fault, unless it ends by itself."""
         case = self._case
         if case.part is Part.DRIVER_KILLED:
-            stack.enter_context(processes.robot(self._far, *self._record))
+            stack.enter_context(processes.robot(self._far, *self._robot))
             gone = time.time()
             self._tap.wait(lambda: self._tap.heard > gone, _START_UP)
         elif case.part is Part.ROBOT and case.fault != "base-protective-stop":

@@ -66,6 +66,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " place of the wire",
     )
     parser.add_argument(
+        "--localization",
+        action="store_true",
+        help="tell where the base is by a localisation, too, 10 times a second;"
+        " its odometry then begins elsewhere",
+    )
+    parser.add_argument(
         "--record",
         type=Path,
         metavar="FILE",
@@ -83,7 +89,13 @@ def run(arguments: argparse.Namespace) -> int:
     world = load_world(scenario, blank=True)
     plant = _plant(scenario, world)
     fci = None if arguments.fci is None else FciArm(arguments.fci)
-    robot = HardwareSim(plant, open_wire(arguments.lcm_url), schedule, fci=fci)
+    robot = HardwareSim(
+        plant,
+        open_wire(arguments.lcm_url),
+        schedule,
+        fci=fci,
+        localizes=arguments.localization,
+    )
     motion = TrueMotion(plant) if arguments.record else None
     pacer = Pacer(TICK / arguments.realtime_rate)
     console.print(f"the robot is on {arguments.lcm_url}; Ctrl-C ends")

@@ -9,6 +9,7 @@ from pydrake.lcm import DrakeLcmInterface
 from remosplat_drake.base.clock import MICROSECONDS, wall_utime
 from remosplat_drake.hardware.drivers.panda_limits import TICK
 from remosplat_drake.hardware.stand_in import faults
+from remosplat_drake.hardware.stand_in.base_senses import BaseSenses
 from remosplat_drake.hardware.stand_in.faults import Fault, FaultSchedule
 from remosplat_drake.hardware.stand_in.fci_arm import FciArm
 from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
@@ -40,7 +41,9 @@ class HardwareSim:
         lcm: DrakeLcmInterface,
         schedule: Sequence[Fault] = (),
         clock: Callable[[], int] = wall_utime,
+        *,
         fci: FciArm | None = None,
+        localizes: bool = False,
     ):
         """Subscribes; nothing is sent before the first step.
 
@@ -51,6 +54,8 @@ class HardwareSim:
             clock: The wall clock of the robot's computer [us].
             fci: Where the arm obeys a driver of its own in place of the
                 wire; None for the simulated driver.
+            localizes: Whether something besides its wheels tells where the
+                base is; the odometry then begins elsewhere.
         """
         self._plant = plant
         self._lcm = lcm
@@ -68,6 +73,7 @@ class HardwareSim:
         self.panda = SimulatedPanda()
         self._fci = fci
         self.base = SimulatedBase()
+        self._senses = BaseSenses(localizes)
         self.hand = SimulatedHand(plant.hand[0])
         self._measured = plant.arm
         self._ticks = 0
@@ -146,11 +152,15 @@ class HardwareSim:
         if self._fci is None and "status-stops" not in self._faults:
             status = self._arm_status(now)
             self._lcm.Publish(channels.PANDA_STATUS, status.encode())
-        base = self.base.status(
-            now, t, self._plant.q[:3], self._plant.base_velocity
-        )
+        pose = self._plant.q[:3]
+        self._senses.advance(t, self._faults)
+        base = self.base.status(now, t, pose, self._plant.base_velocity)
         if base is not None and "base-status-stops" not in self._faults:
+            self._senses.spoil(base, self._faults)
             self._lcm.Publish(channels.BASE_STATUS, base.encode())
+        fix = self._senses.fix(now, t, pose, self._faults)
+        if fix is not None:
+            self._lcm.Publish(channels.BASE_LOCALIZATION, fix)
         hand = self.hand.status(now, t, self._plant.hand)
         if hand is not None:
             self._lcm.Publish(channels.PANDA_HAND_STATUS, hand.encode())
