@@ -16,7 +16,7 @@ def _unnoticed(what: str, fault: str, speed: float) -> FaultCase:
     return robot_fault(
         f"{what} through ROS at {speed:g} m/s",
         "base-mute",
-        "does not follow its command",
+        "by its commands",
         then=fault,
         # A base that is told to stand, and stands, is as it should be.
         refusal=None,
@@ -37,7 +37,7 @@ CASES = (
     robot_fault(
         "odometry drifts 2 cm/s",
         "base-drift",
-        "does not follow its command",
+        "does not move as it should",
         value=0.02,
         refusal=None,
         watch=3.0,

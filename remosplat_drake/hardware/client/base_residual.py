@@ -5,6 +5,9 @@ A base that stops by itself does not say so on ROS. Its speed tells little: at
 while the base speeds up. How far it came over a while tells much: the errors of
 speed even out, and a base that stands falls behind by 5 cm a second.
 
+The same goes for the speeds that the base measures itself: a pose that drifts
+leaves them behind.
+
 What it should have done is what it was told, some delay ago. That delay is
 known roughly: of all delays up to the longest the one counts with which the
 motion fits best, and what neighbouring delays differ by is no error.
@@ -13,7 +16,7 @@ motion fits best, and what neighbouring delays differ by is no error.
 import dataclasses as dc
 import math
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -31,6 +34,18 @@ SHARE = 0.06
 """Share of its way by which a motion may differ besides: wheels slip, and no
 base is calibrated perfectly."""
 
+OWN_SHARE = 0.02
+"""The same between a base's pose and its own speeds, which wheels tell both."""
+
+OWN_DELAY = 0.15
+"""Longest time by which a base tells its speeds late [s]."""
+
+_OWN_HELD = 0.25
+"""Longest time for which a measured speed stands for the next ones [s]."""
+
+Motions = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""Motions between pairs of times, as `CommandedPath.motions` has them."""
+
 _DELAYS = 6
 """Number of delays that are tried, from none to the longest."""
 
@@ -47,12 +62,27 @@ class BaseSample:
         received: When it was heard, by ours [s].
         pose: x, y, yaw by odometry, shape (3,) [m, m, rad].
         velocity: Speed forward and turning rate, shape (2,) [m/s, rad/s].
+        driven: x, y, yaw by the speeds alone, from (0, 0, 0) at the first
+            sample, shape (3,) [m, m, rad].
     """
 
     stamp: float
     received: float
     pose: np.ndarray
     velocity: np.ndarray
+    driven: np.ndarray = dc.field(default_factory=lambda: np.zeros(3))
+
+    def then(
+        self,
+        stamp: float,
+        received: float,
+        pose: np.ndarray,
+        velocity: np.ndarray,
+    ) -> "BaseSample":
+        """Returns the next sample; the arguments are its attributes."""
+        held = min(max(stamp - self.stamp, 0.0), _OWN_HELD)
+        driven = extrapolated_pose(self.driven, self.velocity, held)
+        return BaseSample(stamp, received, pose, velocity, driven)
 
 
 class CommandedPath:
@@ -103,14 +133,28 @@ class CommandedPath:
             x, y, yaw at the end as seen from the start, shape (..., 3)
             [m, m, rad].
         """
-        rows = self._rows[: self._n]
-        time = np.stack([start, end])
-        i = np.searchsorted(rows[:, 0], time, "right") - 1
-        before = rows[np.maximum(i, 0)]
-        held = np.clip(time - before[..., 0], 0.0, COMMAND_EXPIRY)
-        return _relative(
-            *_extrapolated(before[..., 1:4], before[..., 4:], held)
-        )
+        return _motions(self._rows[: self._n], start, end, COMMAND_EXPIRY)
+
+
+def speed_problem(samples: Sequence[BaseSample]) -> str:
+    """Says that a base's pose is not where its own speeds put it.
+
+    Args:
+        samples: Where it was, the latest last.
+
+    Returns:
+        In words; empty if it is.
+    """
+    rows = np.array([(s.stamp, *s.driven, *s.velocity) for s in samples])
+    found = _compared(
+        lambda start, end: _motions(rows, start, end, _OWN_HELD),
+        samples,
+        # Of earlier motions the speeds are forgotten.
+        samples[0].stamp + OWN_DELAY,
+        OWN_DELAY,
+        OWN_SHARE,
+    )
+    return found and f"{found} by its speeds"
 
 
 def follow_problem(
@@ -123,34 +167,99 @@ def follow_problem(
         samples: Where it was, the latest last.
         delay: Longest time from a command to its effect in the odometry [s].
     """
-    latest = samples[-1]
     # The first command follows whatever others had the base do.
-    began = [max(latest.stamp - window, commanded.began) for window in WINDOWS]
-    first = [bisect_right(samples, t, key=lambda s: s.stamp) for t in began]
+    found = _compared(commanded.motions, samples, commanded.began, delay, SHARE)
+    return found and f"{found} by its commands"
+
+
+def _compared(
+    motions: Motions,
+    samples: Sequence[BaseSample],
+    began: float,
+    delay: float,
+    share: float,
+) -> str:
+    """Says how motions differ from what they should be, empty if they do not.
+
+    Args:
+        motions: The motions that should be.
+        samples: Where the base was, the latest last.
+        began: Since when that is known [s].
+        delay: Longest delay [s].
+        share: Share of its way by which a motion may differ.
+    """
+    latest = samples[-1]
+    since = [max(latest.stamp - window, began) for window in WINDOWS]
+    first = [bisect_right(samples, t, key=lambda s: s.stamp) for t in since]
     if max(first) >= len(samples) - 1:
         return ""
-    since = np.array([samples[i].stamp for i in first])
+    start = np.array([samples[i].stamp for i in first])
     moved = _relative(np.array([samples[i].pose for i in first]), latest.pose)
-    # Windows, delays.
-    late = np.linspace(0.0, delay, _DELAYS)
-    start = since[:, None] - late
-    end = np.broadcast_to(latest.stamp - late, start.shape)
-    told = commanded.motions(start, end)
-    error = _size(_relative(told, moved[:, None]))
-    spread = 0.5 * _size(_relative(told[:, :-1], told[:, 1:])).max(axis=1)
-    way = np.maximum(_size(told).max(axis=1), _size(moved))
-    allowed = SLACK + SHARE * way + spread
-    # A heading that is off swings the way.
-    allowed[:, 0] += 0.5 * allowed[:, 1] * way[:, 0]
-    excess = (error / allowed[:, None]).max(axis=2)
-    wrong = np.flatnonzero(~(excess.min(axis=1) <= 1.0))
+    meant, excess = residuals(motions, start, latest.stamp, moved, delay, share)
+    wrong = np.flatnonzero(~(excess <= 1.0))
     if not len(wrong):
         return ""
     i = wrong[0]
     return (
-        f"it moved by {_words(moved[i])} in {latest.stamp - since[i]:.1f} s"
-        f" where it was told {_words(told[i, excess[i].argmin()])}"
+        f"it moved by {_words(moved[i])} in {latest.stamp - start[i]:.1f} s,"
+        f" not by {_words(meant[i])}"
     )
+
+
+def residuals(
+    motions: Motions,
+    start: np.ndarray,
+    end: np.ndarray | float,
+    moved: np.ndarray,
+    delay: float,
+    share: float = SHARE,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Compares n motions of a base with those that should be.
+
+    Args:
+        motions: The motions that should be, between pairs of times.
+        start: Times at which the motions began, shape (n,) [s].
+        end: Times at which they ended, shape (n,) or one for all [s].
+        moved: The motions, by their own axes, shape (n, 3) [m, m, rad].
+        delay: Longest delay of what should be [s].
+        share: Share of its way by which a motion may differ.
+
+    Returns:
+        The motion that should be and fits each best, shape (n, 3), and how far
+        it differs, relative to what is allowed, shape (n,).
+    """
+    late = np.linspace(0.0, delay, _DELAYS)
+    ends = np.broadcast_to(end, start.shape)[:, None] - late
+    told = motions(start[:, None] - late, ends)
+    error = _size(_relative(told, moved[:, None]))
+    spread = 0.5 * _size(_relative(told[:, :-1], told[:, 1:])).max(axis=1)
+    way = np.maximum(_size(told).max(axis=1), _size(moved))
+    allowed = SLACK + share * way + spread
+    # A heading that is off swings the way.
+    allowed[:, 0] += 0.5 * allowed[:, 1] * way[:, 0]
+    excess = (error / allowed[:, None]).max(axis=2)
+    best = excess.argmin(axis=1)
+    each = np.arange(len(best))
+    return told[each, best], excess[each, best]
+
+
+def _motions(
+    rows: np.ndarray, start: np.ndarray, end: np.ndarray, held: float
+) -> np.ndarray:
+    """Motions between times along a path of arcs, shape (..., 3).
+
+    Args:
+        rows: Time, x, y, yaw, speed forward and turning rate at each arc's
+            beginning, shape (k, 6).
+        start: Times at which the motions begin, shape (...) [s].
+        end: Times at which they end, shape (...) [s].
+        held: Longest time for which a speed counts [s].
+    """
+    time = np.stack([start, end])
+    i = np.searchsorted(rows[:, 0], time, "right") - 1
+    before = rows[np.maximum(i, 0)]
+    late = np.clip(time - before[..., 0], 0.0, held)
+    return _relative(*_extrapolated(before[..., 1:4], before[..., 4:], late))
 
 
 def _extrapolated(

@@ -21,13 +21,18 @@ from remosplat_drake.hardware.client.base_residual import (
     BaseSample,
     CommandedPath,
     follow_problem,
+    speed_problem,
 )
 from remosplat_drake.hardware.client.stream import Stream, advanced, broken
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire.base import BaseState, extrapolated_pose
 from remosplat_drake.hardware.wire.localization import decode_localization
 from remosplat_drake.hardware.wire.packets import BrokenMessage
-from remosplat_drake.robot.planar_pose import composed, relative
+from remosplat_drake.robot.planar_pose import (
+    composed,
+    odometry_frame,
+    relative,
+)
 
 _KEPT = max(WINDOWS) + 0.5
 """Age at which samples are forgotten [s]."""
@@ -55,9 +60,10 @@ class BaseTrack:
 
     Attributes:
         samples: The statuses of the last seconds, the latest last.
-        jumped: Where the pose was put by jumps since the first status: x, y
-            and yaw by the base's axes, shape (3,) [m, m, rad].
-        disobeys: How the base differs from its commands; empty if it follows.
+        jumped: The pose of the odometry's frame, as jumps have moved it, in
+            the frame of the first status, shape (3,) [m, m, rad].
+        disobeys: How the base's motion differs from its commands, or from its
+            own speeds; empty if it does not.
         filter: The fusion with a localisation; None without one.
         fixes: Timing and faults of the localisation's channel.
     """
@@ -115,20 +121,27 @@ def with_base_sample(
         commanded: What the base was told; None if nobody knows.
         config: The longest delay of commands, and how far to trust fixes.
     """
-    sample = BaseSample(state.stamp, received, state.pose, state.velocity)
+    values = state.stamp, received, state.pose, state.velocity
+    sample = BaseSample(*values)
+    if track.samples:
+        sample = track.samples[-1].then(*values)
     kept = tuple(
         s for s in track.samples if 0 < sample.stamp - s.stamp <= _KEPT
     )
-    off = np.zeros(3)
+    expected = state.pose
     if track.samples:
-        off = _unexplained(track.samples[-1], sample)
+        expected = _expected(track.samples[-1], sample)
+    off = relative(expected, state.pose)
+    jumped = composed(odometry_frame(state.pose, expected), track.jumped)
     if off.any():
         kept = ()  # What a jump has done is no disobedience.
     close = len(kept) > 1 and kept[-1].stamp - kept[-2].stamp < _SPACING
     samples = (*(kept[:-1] if close else kept), sample)
-    disobeys = ""
+    disobeys = speed_problem(samples)
     if commanded is not None:
-        disobeys = follow_problem(commanded, samples, config.base_delay)
+        disobeys = (
+            follow_problem(commanded, samples, config.base_delay) or disobeys
+        )
     fusion = track.filter
     if fusion is None and config.localization is not None:
         fusion = BaseFilter(config.localization)
@@ -138,7 +151,7 @@ def with_base_sample(
     return dc.replace(
         track,
         samples=samples,
-        jumped=composed(track.jumped, off),
+        jumped=jumped,
         disobeys=disobeys,
         filter=fusion,
     )
@@ -181,14 +194,16 @@ def track_problem(track: BaseTrack, config: HardwareConfig) -> str:
         late = 1e3 * track.latency
         kind = "before it comes" if late > 0 else "in the future"
         return f"{status}: stamped {abs(late):.0f} ms {kind}: set the clocks"
-    if track.filter is None and (_sizes(track.jumped) > _STEP).any():
-        shift, turn = _sizes(track.jumped)
+    X_OB = track.samples[-1].pose
+    shift, turn = _sizes(relative(relative(track.jumped, X_OB), X_OB))
+    is_far = shift > _STEP[0] or turn > _STEP[1]
+    if track.filter is None and is_far:
         return (
             f"the base's pose jumped by {1e3 * shift:.0f} mm and"
             f" {np.degrees(turn):.1f} deg, and has not come back"
         )
     if track.disobeys:
-        return f"the base does not follow its command: {track.disobeys}"
+        return f"the base does not move as it should: {track.disobeys}"
     if track.filter is None or config.localization is None:
         return ""
     problem = _fix_problem(track, track.filter)
@@ -222,19 +237,17 @@ def _doubt(track: BaseTrack) -> str:
     )
 
 
-def _unexplained(before: BaseSample, after: BaseSample) -> np.ndarray:
-    """How far a pose is off where the one before and the speed put it.
+def _expected(before: BaseSample, after: BaseSample) -> np.ndarray:
+    """Where a pose should be after the one before, shape (3,).
 
-    Returns:
-        By the axes of the expected pose, shape (3,) [m, m, rad]; zeros for
-        what noise and a change of speed explain.
+    It is where it is, if noise and a change of speed explain that.
     """
     seconds = max(after.stamp - before.stamp, 0.0)
     velocity = 0.5 * (before.velocity + after.velocity)
     expected = extrapolated_pose(before.pose, velocity, seconds)
-    off = relative(expected, after.pose)
-    is_small = (_sizes(off) <= _STEP + _STEP_RATE * seconds).all()
-    return np.zeros(3) if is_small else off
+    off = _sizes(relative(expected, after.pose))
+    is_near = (off <= _STEP + _STEP_RATE * seconds).all()
+    return after.pose if is_near else expected
 
 
 def _sizes(motion: np.ndarray) -> np.ndarray:
