@@ -33,7 +33,7 @@ def test_a_robot_within_what_was_seen_is_found_out():
 def test_an_attack_on_an_exact_map_comes_near_and_touches_nothing():
     (attack,) = closed_loop.attack(Aim(CASE, 1))
     assert not attack.error and attack.depth == 0
-    assert 0 < attack.clearance and attack.nearest < 0.5
+    assert attack.clearance > 0 and attack.nearest < 0.5
     assert attack.excess < attack.over < 0.02
     lines = closed_loop.summary([attack, Attack("", error="broken")])
     assert lines[0].startswith("1 runs") and "touches: 0" in lines[1]
