@@ -20,7 +20,7 @@ from remosplat_drake.hardware.drivers.panda_limits import (
     next_command,
 )
 from remosplat_drake.hardware.wire.channels import PANDA_COMMAND, PANDA_STATUS
-from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 
 
 class FrankaArm(Protocol):
@@ -42,16 +42,22 @@ class FrankaArm(Protocol):
 class PandaDriver:
     """Hears commands, sets joint rates and publishes statuses, at 1 kHz."""
 
-    def __init__(self, lcm: DrakeLcmInterface, arm: FrankaArm):
+    def __init__(
+        self,
+        lcm: DrakeLcmInterface,
+        arm: FrankaArm,
+        inbox: CommandSource | None = None,
+    ):
         """Subscribes; nothing moves before a command comes.
 
         Args:
             lcm: The LCM network.
             arm: The arm under control.
+            inbox: Where commands come from; None obeys everybody.
         """
         self._lcm = lcm
         self._arm = arm
-        self._inbox = Inbox(lcm, [PANDA_COMMAND])
+        self._inbox = inbox or Inbox(lcm, [PANDA_COMMAND])
         self._commands = PandaCommands()
         self._command: JointCommand = AT_REST
 
@@ -60,9 +66,6 @@ class PandaDriver:
 
         Args:
             now: Wall clock [us].
-
-        Raises:
-            CommandError: A message was no velocity command; stop the arm.
         """
         for _, data in self._inbox.fetch():
             self._commands.receive(data)

@@ -12,7 +12,7 @@ from remosplat_drake.hardware.drivers.base_commands import (
 )
 from remosplat_drake.hardware.drivers.ros_conversion import Odometry, status_of
 from remosplat_drake.hardware.wire.channels import BASE_COMMAND, BASE_STATUS
-from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 
 PERIOD = 0.01
 """Period of the bridge's loop [s]."""
@@ -62,6 +62,7 @@ class RosBase:
         lcm: DrakeLcmInterface,
         link: RosLink,
         maxima: BaseMaxima | None = None,
+        inbox: CommandSource | None = None,
     ):
         """Subscribes; nothing is sent before a command comes.
 
@@ -70,11 +71,12 @@ class RosBase:
             link: The connection to the base's ROS topics.
             maxima: Greatest velocities that are asked of the base; None
                 takes the LD-60's.
+            inbox: Where commands come from; None obeys everybody.
         """
         self._lcm = lcm
         self._link = link
         self._commands = BaseCommands(maxima)
-        self._inbox = Inbox(lcm, [BASE_COMMAND])
+        self._inbox = inbox or Inbox(lcm, [BASE_COMMAND])
         self._last_motion = -math.inf
 
     def step(self, now: int, t: float) -> None:

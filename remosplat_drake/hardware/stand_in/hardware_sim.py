@@ -18,7 +18,14 @@ from remosplat_drake.hardware.stand_in.simulated_panda import (
     SimulatedPanda,
 )
 from remosplat_drake.hardware.wire import channels
-from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
+
+COMMANDED = (
+    channels.PANDA_COMMAND,
+    channels.BASE_COMMAND,
+    channels.PANDA_HAND_COMMAND,
+)
+"""Channels of the commands that the robot hears."""
 
 
 class HardwareSim:
@@ -39,6 +46,7 @@ class HardwareSim:
         lcm: DrakeLcmInterface,
         schedule: Sequence[Fault] = (),
         clock: Callable[[], int] = wall_utime,
+        inbox: CommandSource | None = None,
     ):
         """Subscribes; nothing is sent before the first step.
 
@@ -47,19 +55,13 @@ class HardwareSim:
             lcm: The LCM network.
             schedule: The faults that shall happen.
             clock: The wall clock of the robot's computer [us].
+            inbox: Where messages on `COMMANDED` and of faults come from; None
+                obeys everybody.
         """
         self._plant = plant
         self._lcm = lcm
         self._clock = clock
-        self._inbox = Inbox(
-            lcm,
-            [
-                channels.PANDA_COMMAND,
-                channels.BASE_COMMAND,
-                channels.PANDA_HAND_COMMAND,
-                faults.CHANNEL,
-            ],
-        )
+        self._inbox = inbox or Inbox(lcm, [*COMMANDED, faults.CHANNEL])
         self._faults = FaultSchedule(schedule)
         self.panda = SimulatedPanda()
         self.base = SimulatedBase()
@@ -75,12 +77,7 @@ class HardwareSim:
         return self._ticks * TICK
 
     def step(self) -> None:
-        """Runs one millisecond of the robot.
-
-        Raises:
-            CommandError: A message to the arm was no velocity command, at
-                which the real driver exits.
-        """
+        """Runs one millisecond of the robot."""
         t = self.time
         self._hear(t)
         self._break(t)
