@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 from remosplat_drake.acceptance import hardware_processes as processes
+from remosplat_drake.acceptance.consent import Consent
 from remosplat_drake.acceptance.fault_case import (
     DRIVER_STOPS,
     GOES_ON,
@@ -19,7 +20,7 @@ from remosplat_drake.acceptance.fault_case import (
 )
 from remosplat_drake.acceptance.wire_tap import WireTap
 from remosplat_drake.hardware.stand_in import faults
-from remosplat_drake.signals.supervisor_state import LATCHED, STOPPED
+from remosplat_drake.signals.supervisor_state import LATCHED, STOPPED, UNARMED
 
 STOP_LIMIT = 4.0
 """Longest time to a standstill that still counts as a stop [s]."""
@@ -70,6 +71,7 @@ class FaultRun:
         networked = case.part is Part.NETWORK
         self._far = processes.free_url() if networked else self._near
         self._tap = WireTap(self._far)
+        self._consent = Consent(self._near)
 
     @property
     def events(self) -> list[dict]:
@@ -132,12 +134,13 @@ class FaultRun:
 
     def _set_out(self, controller: subprocess.Popen) -> str:
         """Waits until the robot is under way; says why it is not."""
-        self._tap.wait(
-            lambda: (
-                self._tap.moving_at is not None or controller.poll() is not None
-            ),
-            _START_UP,
-        )
+
+        def is_under_way() -> bool:
+            self._consent.give()
+            moves = self._tap.moving_at is not None
+            return moves or controller.poll() is not None
+
+        self._tap.wait(is_under_way, _START_UP)
         if self._tap.moving_at is None or controller.poll() is not None:
             return f"the robot never moved: {self.reason}"
         self._tap.listen_for(_UNDER_WAY)
@@ -227,8 +230,12 @@ class FaultRun:
             self._tap.listen_for(self._case.watch)
 
     def _has_stopped(self) -> bool:
-        return any(event.get("mode") == STOPPED for event in self.events)
+        return any(
+            _is_latched(event) and event["mode"] == STOPPED
+            for event in self.events
+        )
 
 
 def _is_latched(event: dict) -> bool:
-    return event.get("mode") in LATCHED
+    """Whether something went wrong: before it is armed, nothing has."""
+    return event.get("mode") in LATCHED and event["reason"] != UNARMED

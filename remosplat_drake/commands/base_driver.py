@@ -9,10 +9,15 @@ from rich.console import Console
 from remosplat_drake.base.clock import Pacer, wall_utime
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.stop_signals import stop_signals
-from remosplat_drake.commands.wire import add_wire_argument, open_wire
+from remosplat_drake.commands.wire import (
+    add_wire_argument,
+    leased_inbox,
+    open_wire,
+)
 from remosplat_drake.hardware.drivers.ros1_link import Ros1Link
 from remosplat_drake.hardware.drivers.ros2_link import Ros2Link
 from remosplat_drake.hardware.drivers.ros_base import PERIOD, RosBase, RosLink
+from remosplat_drake.hardware.wire.channels import BASE_COMMAND
 
 ROS1, ROS2 = "ros1", "ros2"
 
@@ -51,10 +56,12 @@ def run(arguments: argparse.Namespace) -> int:
     """Bridges wire and ROS until Ctrl-C, and then tells the base to stop."""
     lcm = open_wire(arguments.lcm_url)
     link = _link(arguments)
-    bridge = RosBase(lcm, link)
+    console = Console(stderr=True)
+    inbox = leased_inbox(lcm, [BASE_COMMAND], "base-driver", console)
+    bridge = RosBase(lcm, link, inbox=inbox)
     pacer = Pacer(PERIOD)
     with stop_signals() as request:
-        Console(stderr=True).print(
+        console.print(
             f"{arguments.lcm_url} <-> {arguments.command_topic},"
             f" {arguments.odometry_topic}; Ctrl-C ends"
         )

@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
+from remosplat_drake.app.arming import HINT
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.hardware_run import run_on_hardware
 from remosplat_drake.app.simulation import RunResult
@@ -55,7 +56,9 @@ def drive(
         def tell(supervision: SupervisorState):
             if supervision.mode == STOPPED:
                 console.print(f"[bold red]stopped:[/] {supervision.reason}")
-                if patience > 0:
+                if rate is None:
+                    console.print(HINT)
+                elif patience > 0:
                     console.print("the page's release button lets it go on")
 
         def explain(reason: str):

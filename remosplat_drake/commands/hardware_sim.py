@@ -15,12 +15,21 @@ from remosplat_drake.base.real_time import DRIVER_PRIORITY, realtime_priority
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.commands.wire import (
     add_wire_argument,
+    leased_inbox,
     open_wire,
     positive_rate,
 )
 from remosplat_drake.hardware.drivers.panda_limits import TICK
-from remosplat_drake.hardware.stand_in.faults import FAULTS, parse_fault
-from remosplat_drake.hardware.stand_in.hardware_sim import HardwareSim
+from remosplat_drake.hardware.hardware_config import REHEARSAL_URL
+from remosplat_drake.hardware.stand_in.faults import (
+    CHANNEL,
+    FAULTS,
+    parse_fault,
+)
+from remosplat_drake.hardware.stand_in.hardware_sim import (
+    COMMANDED,
+    HardwareSim,
+)
 from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
 from remosplat_drake.hardware.stand_in.true_motion import TrueMotion
 from remosplat_drake.station.station_config import DynamicStation
@@ -34,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="NAME, FILE or FILE:NAME (see `remosplat scenarios`):"
         " where the robot stands and what it may bump into",
     )
-    add_wire_argument(parser)
+    add_wire_argument(parser, REHEARSAL_URL)
     parser.add_argument(
         "--realtime-rate",
         type=positive_rate,
@@ -74,7 +83,11 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario)
     world = load_world(scenario, blank=True)
     plant = _plant(scenario, world)
-    robot = HardwareSim(plant, open_wire(arguments.lcm_url), schedule)
+    lcm = open_wire(arguments.lcm_url)
+    inbox = leased_inbox(
+        lcm, COMMANDED, "hardware-sim", console, open_channels=[CHANNEL]
+    )
+    robot = HardwareSim(plant, lcm, schedule, inbox=inbox)
     motion = TrueMotion(plant) if arguments.record else None
     pacer = Pacer(TICK / arguments.realtime_rate)
     console.print(f"the robot is on {arguments.lcm_url}; Ctrl-C ends")
@@ -100,7 +113,8 @@ def run(arguments: argparse.Namespace) -> int:
     commands = robot.panda.commands
     console.print(
         f"{commands.received} commands to the arm,"
-        f" {commands.expired} times expired"
+        f" {commands.expired} times expired, {commands.broken} broken"
+        + (f" ({commands.complaint})" if commands.broken else "")
     )
     return 0
 

@@ -10,13 +10,21 @@ from remosplat_drake.base.clock import Pacer, wall_utime
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.real_time import DRIVER_PRIORITY, realtime_priority
 from remosplat_drake.base.stop_signals import stop_signals
-from remosplat_drake.commands.wire import add_wire_argument, open_wire
+from remosplat_drake.commands.wire import (
+    add_wire_argument,
+    leased_inbox,
+    open_wire,
+)
 from remosplat_drake.hardware.drivers.hand_driver import HandDriver
 from remosplat_drake.hardware.drivers.hand_messages import PERIOD
 from remosplat_drake.hardware.drivers.panda_driver import PandaDriver
 from remosplat_drake.hardware.drivers.panda_limits import TICK
 from remosplat_drake.hardware.drivers.panda_python_arm import PandaPythonArm
 from remosplat_drake.hardware.drivers.panda_python_hand import PandaPythonHand
+from remosplat_drake.hardware.wire.channels import (
+    PANDA_COMMAND,
+    PANDA_HAND_COMMAND,
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,7 +50,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _drive_arm(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
     arm = PandaPythonArm(arguments.host)
-    driver = PandaDriver(lcm, arm)
+    inbox = leased_inbox(
+        lcm, [PANDA_COMMAND], "panda-driver", Console(stderr=True)
+    )
+    driver = PandaDriver(lcm, arm, inbox)
     pacer = Pacer(TICK)
     gc.collect()
     gc.freeze()
@@ -70,7 +81,13 @@ def _release(arm: PandaPythonArm, driver: PandaDriver, pacer: Pacer) -> None:
 
 
 def _drive_hand(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
-    driver = HandDriver(lcm, PandaPythonHand(arguments.host))
+    inbox = leased_inbox(
+        lcm,
+        [PANDA_HAND_COMMAND],
+        "panda-driver --hand",
+        Console(stderr=True),
+    )
+    driver = HandDriver(lcm, PandaPythonHand(arguments.host), inbox)
     pacer = Pacer(PERIOD)
     with stop_signals() as request:
         _announce(arguments)
