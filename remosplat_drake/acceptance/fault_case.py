@@ -19,6 +19,12 @@ class Part(Enum):
     """The scenario's own target jumps."""
     DRIVER_KILLED = "driver killed"
     """The robot's process is killed, and started again."""
+    SECOND_ROBOT = "second robot"
+    """A second `remosplat hardware-sim` joins the wire."""
+    SECOND_CONTROLLER = "second controller"
+    """A second `remosplat run --hardware` tries to drive the robot."""
+    STRANGER = "stranger"
+    """A process of `stranger` joins the wire."""
     CONTROLLER_KILLED = "controller killed"
     """The controller's process is killed."""
     INTERRUPT = "interrupt"
@@ -32,6 +38,9 @@ DRIVER_STOPS = "the drivers stop"
 expire."""
 ENDS = "ends"
 """Outcome: the program brings the robot to rest, and ends."""
+JOINING = (Part.SECOND_ROBOT, Part.SECOND_CONTROLLER, Part.STRANGER)
+"""Parts that are processes of their own, besides robot and controller."""
+
 GOES_ON = "goes on"
 """Outcome: the robot may go on, is safe, and reaches its target or stands."""
 

@@ -9,10 +9,12 @@ import time
 from pathlib import Path
 
 from remosplat_drake.acceptance import hardware_processes as processes
+from remosplat_drake.acceptance.company import Company
 from remosplat_drake.acceptance.consent import Consent
 from remosplat_drake.acceptance.fault_case import (
     DRIVER_STOPS,
     GOES_ON,
+    JOINING,
     REACHES,
     STOPS,
     FaultCase,
@@ -50,6 +52,7 @@ class FaultRun:
         began: Wall-clock time of the fault [s].
         released: Wall-clock time of the first release after the end of the
             fault [s]; infinite where there was none.
+        company: Who joins the wire, where that is the fault.
         commanded: Wall-clock time of the latest motion command before that
             [s].
     """
@@ -72,6 +75,7 @@ class FaultRun:
         self._far = processes.free_url() if networked else self._near
         self._tap = WireTap(self._far)
         self._consent = Consent(self._near)
+        self.company = Company(case, self._near, folder)
 
     @property
     def events(self) -> list[dict]:
@@ -128,6 +132,11 @@ class FaultRun:
             if problem:
                 return problem
             self._begin(robot, controller, network)
+            if case.part in JOINING:
+                self.company.join(stack)
+                self.began = self.company.began
+                if self.first_stop < self.began:
+                    return f"the robot was stopped too early: {self.reason}"
             self._look_on(stack, controller, network)
             processes.end(controller)
         return ""
@@ -213,6 +222,8 @@ class FaultRun:
             self._tap.wait(lambda: self._tap.heard > gone, _START_UP)
         elif case.part is Part.ROBOT and case.fault != "base-protective-stop":
             self._tap.inject(faults.RECOVER)
+        elif case.part in JOINING:
+            self.company.leave()
         elif network is not None and case.outcome == STOPS:
             network.send_signal(signal.SIGUSR1)
         elif case.part is Part.CONTROLLER and case.refusal is not None:
