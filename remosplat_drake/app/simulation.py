@@ -189,7 +189,7 @@ class RunMonitor:
             on_progress: Called with the time since the start [s], the pose
                 error and the latest tick report.
             on_supervision: Called with the supervisor's state whenever its
-                mode has changed.
+                mode has changed, or a release was refused.
             on_unreachable: Called with the reason when guidance has found no
                 path to a target.
             until: Function that ends the run in place of the arrival at the
@@ -211,7 +211,7 @@ class RunMonitor:
         self._progressed = -math.inf
         self._start = start
         self._time = start
-        self._mode = ""
+        self._told = "", ""
         self._waited = 0.0
         self._paused = 0.0
         self.is_finished = False
@@ -284,8 +284,8 @@ class RunMonitor:
         self._waited = self._waited + step if waits else 0.0
         patient = waits and self._patience > 0
         self._paused += step if patient or unarmed else 0.0
-        if supervision.mode != self._mode:
-            self._mode = supervision.mode
+        if (supervision.mode, supervision.refusal) != self._told:
+            self._told = supervision.mode, supervision.refusal
             if self._on_supervision is not None:
                 self._on_supervision(supervision)
 

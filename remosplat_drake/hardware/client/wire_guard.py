@@ -80,6 +80,8 @@ class Watch:
         own: Our address, once our own lease came back; empty before.
         requested_by: Who has asked for motion since `take_request`.
         broken: Number of leases, reports and requests that were none.
+        strange: Number of messages of strangers on channels of commands and
+            statuses, and the latest of them by channel and address.
     """
 
     def __init__(
@@ -96,6 +98,7 @@ class Watch:
         self.own = ""
         self.requested_by: str | None = None
         self.broken = 0
+        self.strange = 0, ""
         self._commands = {name: Senders() for name in commands}
         self._statuses = {name: Senders() for name in statuses}
         self._drivers: dict[str, Report] = {}
@@ -113,6 +116,9 @@ class Watch:
         senders = self._statuses.get(channel) or self._commands.get(channel)
         if senders is not None:
             senders.hear(sender, now)
+            ours = self.own if channel in self._commands else senders.first
+            if sender != ours:
+                self.strange = self.strange[0] + 1, f"{channel} from {sender}"
             return
         try:
             if channel == DRIVER_REPORT:
@@ -274,3 +280,13 @@ class WireGuard:
     def take_request(self) -> str:
         """Returns who has asked for motion; empty for nobody."""
         return self._watch.take_request()
+
+    def summary(self) -> str:
+        """Says how many messages should not have been there; empty if none."""
+        (strange, latest), broken = self._watch.strange, self._watch.broken
+        said = []
+        if strange and not self._shadow:
+            said.append(f"{strange} messages of strangers, lately {latest}")
+        if broken:
+            said.append(f"{broken} broken leases, reports or requests")
+        return "; ".join(said)

@@ -65,6 +65,15 @@ def test_a_foreign_command_is_named_by_address_and_lease():
     assert "b:2 (theirs, pid 20 on lab)" in known.problem(0.0)
 
 
+def test_messages_of_strangers_are_counted_and_named():
+    heard = watch(
+        (COMMAND, b"", OUR), (STATUS, b"", ARM), (COMMAND, b"", THEIR)
+    )
+    assert heard.strange == (1, f"{COMMAND} from {THEIR}")
+    heard.hear(Packet(STATUS, b"", ARM_2), 0.1)
+    assert heard.strange == (2, f"{STATUS} from {ARM_2}")
+
+
 def test_a_problem_lasts_as_long_as_somebody_is_there():
     stranger = watch((COMMAND, b"", THEIR))
     assert stranger.problem(PRESENT)
