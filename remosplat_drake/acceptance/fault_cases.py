@@ -1,6 +1,8 @@
 """All cases of the fault campaign, from the files of their themes."""
 
 from remosplat_drake.acceptance.cases import (
+    arm,
+    base,
     controller,
     master,
     network,
@@ -10,6 +12,8 @@ from remosplat_drake.acceptance.cases import (
 
 CASES = (
     *robot.CASES,
+    *arm.CASES,
+    *base.CASES,
     *controller.CASES,
     *master.CASES,
     *network.CASES,

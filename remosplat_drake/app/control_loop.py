@@ -18,6 +18,7 @@ from remosplat_drake.app.stages import (
     AddLocalization,
     AddOracle,
     AddSupervisor,
+    ConnectUncertainty,
     MakeStation,
 )
 from remosplat_drake.app.world import World
@@ -126,6 +127,8 @@ def AddControlLoop(
         configuration = localization.GetOutputPort("configuration")
     targets = add_targets(configuration)
     oracle = AddOracle(builder, scenario, world, configuration)
+    if robot.n_base:
+        ConnectUncertainty(builder, station, localization, oracle)
     law = ReactiveLaw.make(
         scenario.controller, robot, scenario.control_period, ingredients
     )

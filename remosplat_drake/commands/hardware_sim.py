@@ -26,9 +26,10 @@ from remosplat_drake.hardware.stand_in.faults import (
     FAULTS,
     parse_fault,
 )
+from remosplat_drake.hardware.stand_in.fci_arm import FciArm
 from remosplat_drake.hardware.stand_in.hardware_sim import (
-    COMMANDED,
     HardwareSim,
+    commanded,
 )
 from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
 from remosplat_drake.hardware.stand_in.true_motion import TrueMotion
@@ -67,6 +68,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f" command; may be repeated; one of {', '.join(FAULTS)}",
     )
     parser.add_argument(
+        "--fci",
+        type=int,
+        metavar="PORT",
+        help="let the arm obey `remosplat panda-driver --simulated PORT` in"
+        " place of the wire",
+    )
+    parser.add_argument(
+        "--localization",
+        action="store_true",
+        help="tell where the base is by a localisation, too, 10 times a second;"
+        " its odometry then begins elsewhere",
+    )
+    parser.add_argument(
         "--record",
         type=Path,
         metavar="FILE",
@@ -83,11 +97,23 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario)
     world = load_world(scenario, blank=True)
     plant = _plant(scenario, world)
+    fci = None if arguments.fci is None else FciArm(arguments.fci)
     lcm = open_wire(arguments.lcm_url)
     inbox = leased_inbox(
-        lcm, COMMANDED, "hardware-sim", console, open_channels=[CHANNEL]
+        lcm,
+        commanded(fci is not None),
+        "hardware-sim",
+        console,
+        open_channels=[CHANNEL],
     )
-    robot = HardwareSim(plant, lcm, schedule, inbox=inbox)
+    robot = HardwareSim(
+        plant,
+        lcm,
+        schedule,
+        fci=fci,
+        localizes=arguments.localization,
+        inbox=inbox,
+    )
     motion = TrueMotion(plant) if arguments.record else None
     pacer = Pacer(TICK / arguments.realtime_rate)
     console.print(f"the robot is on {arguments.lcm_url}; Ctrl-C ends")

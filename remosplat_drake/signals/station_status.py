@@ -27,6 +27,8 @@ class StationStatus:
             time, 0 to 1 (libfranka's control_command_success_rate).
         protective_stop: Whether the base's safety scanner holds it. The base
             lifts that stop by itself.
+        base_uncertainty: How far the base's pose on the ports may be off:
+            shift and turn [m, rad]; 0 in simulated stations.
     """
 
     age: float = 0.0
@@ -35,6 +37,7 @@ class StationStatus:
     robot_mode: str = MOVE
     success_rate: float = 1.0
     protective_stop: bool = False
+    base_uncertainty: tuple[float, float] = (0.0, 0.0)
 
     def __deepcopy__(self, memo) -> "StationStatus":
         return self

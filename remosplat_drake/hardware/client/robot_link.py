@@ -8,6 +8,8 @@ import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.ranges import check_ranges
+from remosplat_drake.hardware.client.base_residual import CommandedPath
+from remosplat_drake.hardware.client.base_track import with_localization
 from remosplat_drake.hardware.client.mailbox import Mailbox
 from remosplat_drake.hardware.client.measurement import (
     Measurement,
@@ -50,6 +52,9 @@ class RobotLink:
         base: Mailbox of the base's statuses; None for a fixed robot.
         hand: Mailbox of the gripper's statuses; None for a robot without
             one.
+        localization: Mailbox of the base's localisation; None where none is
+            configured.
+        commanded: The commands to the base so far.
         u: The command that was sent last, shape (n_u,) [m/s, rad/s].
         sent: When it was sent, by our wall clock [s]; -inf before the first.
     """
@@ -77,9 +82,12 @@ class RobotLink:
         self.lcm = config.open_lcm()
         description, names = robot.description, config.channels
         self.arm = Mailbox(self.lcm, names.arm_status)
-        self.base = self.hand = None
+        self.base = self.hand = self.localization = None
         if description.base:
             self.base = Mailbox(self.lcm, names.base_status)
+            if config.localization is not None:
+                self.localization = Mailbox(self.lcm, names.localization)
+        self.commanded = CommandedPath()
         if description.hand:
             self.hand = Mailbox(self.lcm, names.hand_status)
         self.is_armed = True
@@ -139,7 +147,7 @@ class RobotLink:
         self.take_out()
         silent = {
             box.channel: (box, box.count)
-            for box in (self.arm, self.base)
+            for box in (self.arm, self.base, self.localization)
             if box
         }
         deadline = time.monotonic() + self._config.connect_timeout
@@ -162,7 +170,7 @@ class RobotLink:
     def updated(self, measurement: Measurement) -> Measurement:
         """Adds the packets that a measurement does not know yet to it."""
         n = len(self._robot.description.arm.joints)
-        boxes = (self.arm, self.base, self.hand)
+        boxes = (self.arm, self.base, self.hand, self.localization)
         counts = tuple(box.count if box else 0 for box in boxes)
         intruder = self.guard.problem() if self.guard else ""
         known = (
@@ -189,8 +197,13 @@ class RobotLink:
                 )
             elif box is self.base:
                 measurement = with_base_status(
-                    measurement, data, received, self._config
+                    measurement, data, received, self._config, self.commanded
                 )
+            elif box is self.localization:
+                track = with_localization(
+                    measurement.base_track, data, received
+                )
+                measurement = dc.replace(measurement, base_track=track)
             else:
                 measurement = with_hand_status(measurement, data)
         return dc.replace(
@@ -234,6 +247,9 @@ class RobotLink:
         if n_base:
             base = encode_base_command(u[:n_base], now)
             self._publish(names.base_command, base)
+            # A shadow's commands move nothing.
+            told = np.zeros(n_base) if self._config.shadow else u[:n_base]
+            self.commanded.append(now, told)
         self.u, self.sent = u, now
         if not (np.abs(u[n_base:]) > _MOVING).any():
             self._moving_since = math.inf

@@ -219,7 +219,12 @@ class WireGuard:
         self._watch = Watch(
             Identity.of_this_process(name),
             (names.arm_command, names.base_command, names.hand_command),
-            (names.arm_status, names.base_status, names.hand_status),
+            (
+                names.arm_status,
+                names.base_status,
+                names.hand_status,
+                names.localization,
+            ),
         )
         self._commands = False
         self._leased = self._tidied = -math.inf

@@ -34,11 +34,28 @@ FAULTS = {
     "base-status-stops": "the base's statuses stop; the base goes on",
     "base-protective-stop": "the base stops, and returns after 2 s",
     "base-emergency-stop": "the base stops until `recover`",
+    "base-mute": "the base's statuses tell of no stop, as odometry on ROS does",
+    "base-clock": "the base's stamps are VALUE seconds ahead (default -0.2)",
+    "base-jump": "the base's odometry jumps by VALUE metres (default 0.3)",
+    "base-drift": "it drifts by VALUE metres a second (default 0.02)",
+    "localization-stops": "the base's localisation falls silent",
+    "localization-frame": "it tells the pose in another frame",
+    "localization-jump": "it jumps by VALUE metres (default 0.3)",
+    "localization-drift": "it drifts by VALUE metres a second (default 0.02)",
     RECOVER: "ends every fault and releases every stop",
 }
 """Names of all faults, and what each does, in words for `--help`."""
 
-_DEFAULTS = {"status-joints": 6.0, "clock-jump": 1.0, "packet-loss": 0.5}
+_DEFAULTS = {
+    "status-joints": 6.0,
+    "clock-jump": 1.0,
+    "packet-loss": 0.5,
+    "base-clock": -0.2,
+    "base-jump": 0.3,
+    "base-drift": 0.02,
+    "localization-jump": 0.3,
+    "localization-drift": 0.02,
+}
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _PATTERN = re.compile(

@@ -9,7 +9,9 @@ from pydrake.lcm import DrakeLcmInterface
 from remosplat_drake.base.clock import MICROSECONDS, wall_utime
 from remosplat_drake.hardware.drivers.panda_limits import TICK
 from remosplat_drake.hardware.stand_in import faults
+from remosplat_drake.hardware.stand_in.base_senses import BaseSenses
 from remosplat_drake.hardware.stand_in.faults import Fault, FaultSchedule
+from remosplat_drake.hardware.stand_in.fci_arm import FciArm
 from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
 from remosplat_drake.hardware.stand_in.simulated_base import SimulatedBase
 from remosplat_drake.hardware.stand_in.simulated_hand import SimulatedHand
@@ -20,12 +22,15 @@ from remosplat_drake.hardware.stand_in.simulated_panda import (
 from remosplat_drake.hardware.wire import channels
 from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 
-COMMANDED = (
-    channels.PANDA_COMMAND,
-    channels.BASE_COMMAND,
-    channels.PANDA_HAND_COMMAND,
-)
-"""Channels of the commands that the robot hears."""
+
+def commanded(has_arm_driver: bool = False) -> list[str]:
+    """Returns the channels of the commands that the robot hears.
+
+    Args:
+        has_arm_driver: Whether the arm obeys a driver of its own.
+    """
+    arm = [] if has_arm_driver else [channels.PANDA_COMMAND]
+    return [*arm, channels.BASE_COMMAND, channels.PANDA_HAND_COMMAND]
 
 
 class HardwareSim:
@@ -46,6 +51,9 @@ class HardwareSim:
         lcm: DrakeLcmInterface,
         schedule: Sequence[Fault] = (),
         clock: Callable[[], int] = wall_utime,
+        *,
+        fci: FciArm | None = None,
+        localizes: bool = False,
         inbox: CommandSource | None = None,
     ):
         """Subscribes; nothing is sent before the first step.
@@ -55,16 +63,23 @@ class HardwareSim:
             lcm: The LCM network.
             schedule: The faults that shall happen.
             clock: The wall clock of the robot's computer [us].
-            inbox: Where messages on `COMMANDED` and of faults come from; None
+            fci: Where the arm obeys a driver of its own in place of the
+                wire; None for the simulated driver.
+            localizes: Whether something besides its wheels tells where the
+                base is; the odometry then begins elsewhere.
+            inbox: Where messages on `commanded` and of faults come from; None
                 obeys everybody.
         """
         self._plant = plant
         self._lcm = lcm
         self._clock = clock
-        self._inbox = inbox or Inbox(lcm, [*COMMANDED, faults.CHANNEL])
+        heard = [*commanded(fci is not None), faults.CHANNEL]
+        self._inbox = inbox or Inbox(lcm, heard)
         self._faults = FaultSchedule(schedule)
         self.panda = SimulatedPanda()
+        self._fci = fci
         self.base = SimulatedBase()
+        self._senses = BaseSenses(localizes)
         self.hand = SimulatedHand(plant.hand[0])
         self._measured = plant.arm
         self._ticks = 0
@@ -83,7 +98,10 @@ class HardwareSim:
         self._break(t)
         now = self._now()
         base = self.base.step(now, t, TICK)
-        arm = self.panda.step(now, self._measured)
+        if self._fci is None:
+            arm = self.panda.step(now, self._measured)
+        else:
+            arm = self._fci.step(self._measured)
         self._ticks += 1
         self._plant.step(self.time, base, arm, self.hand.command)
         self._measured = self._plant.arm
@@ -117,28 +135,33 @@ class HardwareSim:
 
     def _trip(self, fault: Fault, t: float) -> None:
         """Carries out a fault that is an event."""
+        arm = self._fci or self.panda
         if fault.name == "reflex":
-            self.panda.stop(RobotMode.REFLEX)
+            arm.stop(RobotMode.REFLEX)
         elif fault.name == "user-stop":
-            self.panda.stop(RobotMode.USER_STOPPED)
+            arm.stop(RobotMode.USER_STOPPED)
         elif fault.name == "base-protective-stop":
             self.base.protective_stop(t)
         elif fault.name == "base-emergency-stop":
             self.base.emergency_stop = True
         elif fault.name == faults.RECOVER:
-            self.panda.recover()
+            arm.recover()
             self.base.recover()
 
     def _tell(self, t: float) -> None:
         now = self._now()
-        if "status-stops" not in self._faults:
+        if self._fci is None and "status-stops" not in self._faults:
             status = self._arm_status(now)
             self._lcm.Publish(channels.PANDA_STATUS, status.encode())
-        base = self.base.status(
-            now, t, self._plant.q[:3], self._plant.base_velocity
-        )
+        pose = self._plant.q[:3]
+        self._senses.advance(t, self._faults)
+        base = self.base.status(now, t, pose, self._plant.base_velocity)
         if base is not None and "base-status-stops" not in self._faults:
+            self._senses.spoil(base, self._faults)
             self._lcm.Publish(channels.BASE_STATUS, base.encode())
+        fix = self._senses.fix(now, t, pose, self._faults)
+        if fix is not None:
+            self._lcm.Publish(channels.BASE_LOCALIZATION, fix)
         hand = self.hand.status(now, t, self._plant.hand)
         if hand is not None:
             self._lcm.Publish(channels.PANDA_HAND_STATUS, hand.encode())
