@@ -19,6 +19,8 @@ from pydrake.lcm import DrakeLcm
 from runs import command_line
 
 from remosplat_drake.base.clock import wall_utime
+from remosplat_drake.hardware.client.wire_guard import WireGuard
+from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.stand_in import faults
 from remosplat_drake.hardware.wire import channels
 from remosplat_drake.hardware.wire.inbox import Inbox
@@ -74,6 +76,10 @@ class Client:
         self._lcm = DrakeLcm(wire) if isinstance(wire, str) else wire
         self._clock = clock
         self._inbox = Inbox(self._lcm, list(TYPES))
+        self._guard = None
+        if isinstance(wire, str):
+            config = HardwareConfig(lcm_url=wire)
+            self._guard = WireGuard(self._lcm, config, "a test")
         self.arm: list[lcmt_panda_status] = []
         self.base: list[base_status] = []
         self.hand: list[lcmt_schunk_wsg_status] = []
@@ -87,6 +93,8 @@ class Client:
 
     def listen(self, timeout: float = 0.001) -> None:
         """Takes what has come, or waits for it [s]."""
+        if self._guard is not None:
+            self._guard.listen()
         for channel, data in self._inbox.fetch(timeout):
             message = TYPES[channel].decode(data)
             if channel == channels.PANDA_STATUS:
@@ -131,6 +139,7 @@ class Client:
             base: Forward speed and yaw rate; None sends none.
         """
         due = -math.inf
+        self.take_command()
 
         def done() -> bool:
             nonlocal due
@@ -147,8 +156,14 @@ class Client:
 
         self.wait_for(done)
 
+    def take_command(self) -> None:
+        """Makes the drivers obey: they obey nobody without a lease."""
+        if self._guard is not None:
+            self._guard.take_command(0.0)
+
     def send_arm(self, velocity: np.ndarray, age: float = 0.0) -> None:
         """Sends one command, stamped `age` seconds ago."""
+        self.take_command()
         message = lcmt_panda_command()
         message.utime = self._clock() - round(1e6 * age)
         message.num_joint_velocity = len(velocity)
@@ -158,6 +173,7 @@ class Client:
 
     def send_base(self, forward: float, yaw_rate: float, age: float = 0.0):
         """Sends one command, stamped `age` seconds ago."""
+        self.take_command()
         message = base_command()
         message.utime = self._clock() - round(1e6 * age)
         message.forward, message.yaw_rate = forward, yaw_rate
@@ -165,6 +181,7 @@ class Client:
 
     def send_hand(self, width: float, force: float) -> None:
         """Sends one command [m, N]."""
+        self.take_command()
         message = lcmt_schunk_wsg_command()
         message.utime = self._clock()
         message.target_position_mm, message.force = 1e3 * width, force

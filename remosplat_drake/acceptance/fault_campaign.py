@@ -94,7 +94,11 @@ def _judged(run: FaultRun, case: FaultCase, world: World) -> FaultResult:
     if case.outcome != GOES_ON:
         stop = _judged_stop(run, case, true_run.until(run.released), world)
         result = dc.replace(result, **vars(stop))
-    problem = _without_effect(run, case) or _problem(result)
+    problem = (
+        _without_effect(run, case)
+        or run.company.problem(robot)
+        or _problem(result)
+    )
     return dc.replace(result, problem=problem)
 
 

@@ -24,6 +24,12 @@ class Part(Enum):
     """`remosplat panda-driver` is stopped (SIGSTOP)."""
     ARM_CALLBACK_STALLED = "arm callback stalled"
     """Its 1 kHz callback, a process of its own, is stopped."""
+    SECOND_ROBOT = "second robot"
+    """A second `remosplat hardware-sim` joins the wire."""
+    SECOND_CONTROLLER = "second controller"
+    """A second `remosplat run --hardware` tries to drive the robot."""
+    STRANGER = "stranger"
+    """A process of `stranger` joins the wire."""
     CONTROLLER_KILLED = "controller killed"
     """The controller's process is killed."""
     INTERRUPT = "interrupt"
@@ -37,6 +43,9 @@ DRIVER_STOPS = "the drivers stop"
 expire."""
 ENDS = "ends"
 """Outcome: the program brings the robot to rest, and ends."""
+JOINING = (Part.SECOND_ROBOT, Part.SECOND_CONTROLLER, Part.STRANGER)
+"""Parts that are processes of their own, besides robot and controller."""
+
 GOES_ON = "goes on"
 """Outcome: the robot may go on, is safe, and reaches its target or stands."""
 

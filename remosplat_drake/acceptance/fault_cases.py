@@ -4,6 +4,7 @@ from remosplat_drake.acceptance.cases import (
     arm,
     base,
     controller,
+    master,
     network,
     robot,
     target,
@@ -14,6 +15,7 @@ CASES = (
     *arm.CASES,
     *base.CASES,
     *controller.CASES,
+    *master.CASES,
     *network.CASES,
     *target.CASES,
 )

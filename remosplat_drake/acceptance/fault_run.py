@@ -10,9 +10,12 @@ import time
 from pathlib import Path
 
 from remosplat_drake.acceptance import hardware_processes as processes
+from remosplat_drake.acceptance.company import Company
+from remosplat_drake.acceptance.consent import Consent
 from remosplat_drake.acceptance.fault_case import (
     DRIVER_STOPS,
     GOES_ON,
+    JOINING,
     REACHES,
     STOPS,
     FaultCase,
@@ -20,7 +23,7 @@ from remosplat_drake.acceptance.fault_case import (
 )
 from remosplat_drake.acceptance.wire_tap import WireTap
 from remosplat_drake.hardware.stand_in import faults, fci_library
-from remosplat_drake.signals.supervisor_state import LATCHED, STOPPED
+from remosplat_drake.signals.supervisor_state import LATCHED, STOPPED, UNARMED
 
 STOP_LIMIT = 4.0
 """Longest time to a standstill that still counts as a stop [s]."""
@@ -50,6 +53,7 @@ class FaultRun:
         began: Wall-clock time of the fault [s].
         released: Wall-clock time of the first release after the end of the
             fault [s]; infinite where there was none.
+        company: Who joins the wire, where that is the fault.
         commanded: Wall-clock time of the latest motion command before that
             [s].
     """
@@ -71,6 +75,8 @@ class FaultRun:
         networked = case.part is Part.NETWORK
         self._far = processes.free_url() if networked else self._near
         self._tap = WireTap(self._far)
+        self._consent = Consent(self._near)
+        self.company = Company(case, self._near, folder)
         self._fci = processes.free_port()
         self._arm_driver: subprocess.Popen | None = None
 
@@ -127,6 +133,11 @@ class FaultRun:
             if problem:
                 return problem
             self._begin(robot, controller, network)
+            if case.part in JOINING:
+                self.company.join(stack)
+                self.began = self.company.began
+                if self.first_stop < self.began:
+                    return f"the robot was stopped too early: {self.reason}"
             self._look_on(stack, controller, network)
             processes.end(controller)
         return ""
@@ -156,12 +167,13 @@ class FaultRun:
 
     def _set_out(self, controller: subprocess.Popen) -> str:
         """Waits until the robot is under way; says why it is not."""
-        self._tap.wait(
-            lambda: (
-                self._tap.moving_at is not None or controller.poll() is not None
-            ),
-            _START_UP,
-        )
+
+        def is_under_way() -> bool:
+            self._consent.give()
+            moves = self._tap.moving_at is not None
+            return moves or controller.poll() is not None
+
+        self._tap.wait(is_under_way, _START_UP)
         if self._tap.moving_at is None or controller.poll() is not None:
             return f"the robot never moved: {self.reason}"
         self._tap.listen_for(_UNDER_WAY)
@@ -238,6 +250,8 @@ class FaultRun:
             self._tap.wait(lambda: self._tap.heard > gone, _START_UP)
         elif case.part is Part.ROBOT and case.fault != "base-protective-stop":
             self._tap.inject(faults.RECOVER)
+        elif case.part in JOINING:
+            self.company.leave()
         elif network is not None and case.outcome == STOPS:
             network.send_signal(signal.SIGUSR1)
         elif case.part is Part.CONTROLLER and case.refusal is not None:
@@ -262,8 +276,12 @@ class FaultRun:
             self._tap.listen_for(self._case.watch)
 
     def _has_stopped(self) -> bool:
-        return any(event.get("mode") == STOPPED for event in self.events)
+        return any(
+            _is_latched(event) and event["mode"] == STOPPED
+            for event in self.events
+        )
 
 
 def _is_latched(event: dict) -> bool:
-    return event.get("mode") in LATCHED
+    """Whether something went wrong: before it is armed, nothing has."""
+    return event.get("mode") in LATCHED and event["reason"] != UNARMED

@@ -80,6 +80,27 @@ def robot(url: str, *arguments: str) -> Iterator[subprocess.Popen]:
 
 
 @contextlib.contextmanager
+def second_controller(url: str) -> Iterator[subprocess.Popen]:
+    """Runs `remosplat run --hardware`, as somebody else in the lab would."""
+    line = [sys.executable, "-c", _COMMAND, "run", "TableReach"]
+    flags = ["--hardware", "--headless", "--lcm-url", url]
+    with _running([*line, *flags], subprocess.DEVNULL) as process:
+        yield process
+
+
+@contextlib.contextmanager
+def stranger(url: str, what: str) -> Iterator[subprocess.Popen]:
+    """Runs `stranger` on a wire until the context ends.
+
+    Args:
+        url: LCM URL of the wire.
+        what: A key of `stranger.STRANGERS`.
+    """
+    line = [sys.executable, "-m", "remosplat_drake.acceptance.stranger"]
+    with _running([*line, url, what], subprocess.DEVNULL) as process:
+        yield process
+
+
 def arm_driver(url: str, port: int) -> Iterator[subprocess.Popen]:
     """Runs `remosplat panda-driver` between a wire and the stand-in's arm.
 

@@ -8,8 +8,10 @@ import time
 from pathlib import Path
 
 from remosplat_drake.acceptance import hardware_processes as processes
+from remosplat_drake.acceptance.consent import Consent
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.real_time import LoopQuality, Spread
+from remosplat_drake.signals.supervisor_state import UNARMED
 
 RATES = {100.0: "", 500.0: "controller: {solver: active_set}\n"}
 """Control rates to measure [Hz], each with the YAML that overrides the
@@ -41,6 +43,7 @@ def measure_loop(rate: float, text: str = "") -> LoopQuality:
     """
     text = f"control_period: {1.0 / rate}{TOUR}{text}"
     url = processes.free_url()
+    consent = Consent(url)
     with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as at:
         log = Path(folder) / "log.jsonl"
         at.enter_context(processes.robot(url))
@@ -49,10 +52,12 @@ def measure_loop(rate: float, text: str = "") -> LoopQuality:
         )
         end = time.monotonic() + _START_UP + _DURATION
         while run.poll() is None and time.monotonic() < end:
+            consent.give()
             time.sleep(0.1)
         processes.end(run)
         events = [json.loads(line) for line in log.read_text().splitlines()]
     reasons = [event["reason"] for event in events if event.get("reason")]
+    reasons = [reason for reason in reasons if reason != UNARMED]
     if reasons or not events or "loop" not in events[-1]:
         raise RemoSplatError(
             f"the run at {rate:g} Hz did not end: {', '.join(reasons)}"

@@ -17,16 +17,19 @@ from pydrake.lcm import DrakeLcm
 
 from remosplat_drake.hardware.wire import channels
 from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.lease import DRIVER_REPORT, SESSION_LEASE
 
 COMMANDS = [
     channels.PANDA_COMMAND,
     channels.BASE_COMMAND,
     channels.PANDA_HAND_COMMAND,
+    SESSION_LEASE,
 ]
 STATUSES = [
     channels.PANDA_STATUS,
     channels.BASE_STATUS,
     channels.PANDA_HAND_STATUS,
+    DRIVER_REPORT,
     channels.WRIST_CAMERA,
 ]
 

@@ -136,7 +136,14 @@ def AddControlLoop(
     selector = AddGuidance(
         builder, scenario, law, configuration, targets, oracle, controller
     )
-    supervisor = AddSupervisor(builder, scenario, robot, controller, station)
+    supervisor = AddSupervisor(
+        builder,
+        scenario,
+        robot,
+        controller,
+        station,
+        armed=not hardware or scenario.hardware.shadow,
+    )
     loop = ControlLoop(
         scenario,
         world,

@@ -93,7 +93,7 @@ def build(
     check_ranges(scenario, scenario.source)
     world = world or load_world(scenario)
     builder = DiagramBuilder()
-    panel = AddPanel(builder, scenario, world.robot, page)
+    panel = AddPanel(builder, scenario, world.robot, page, hardware=hardware)
     if teleoperation is None:
         add_targets = partial(AddTargets, builder, scenario, world)
     else:
@@ -103,7 +103,8 @@ def build(
             scenario,
             world,
             teleoperation=teleoperation,
-            page=page,
+            # Whoever finds a real robot's page must not steer it.
+            page=None if hardware else page,
         )
     loop = AddControlLoop(
         builder,

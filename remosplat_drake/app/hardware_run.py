@@ -10,6 +10,7 @@ import numpy as np
 from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context
 
+from remosplat_drake.app.arming import Arming
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.hardware_limits import check_for_hardware
 from remosplat_drake.app.scenario import OBSTACLE, Scenario
@@ -66,7 +67,9 @@ class HardwareResult:
     loop: LoopQuality
 
 
-def prepare_for_hardware(scenario: Scenario, lcm_url: str | None) -> None:
+def prepare_for_hardware(
+    scenario: Scenario, lcm_url: str | None, *, shadow: bool = False
+) -> None:
     """Sets in a scenario what the real robot needs besides another station.
 
     Guidance looks ahead in a process of its own, so that ticks do not wait
@@ -77,6 +80,7 @@ def prepare_for_hardware(scenario: Scenario, lcm_url: str | None) -> None:
     Args:
         scenario: The scenario, which is changed in place.
         lcm_url: LCM URL at which the drivers are; None takes the scenario's.
+        shadow: Whether nothing is sent, whatever the scenario says.
 
     Raises:
         FieldError: The scenario disarms a safety check, for example has no
@@ -89,6 +93,7 @@ def prepare_for_hardware(scenario: Scenario, lcm_url: str | None) -> None:
         scenario.hardware.lcm_url = lcm_url
         if scenario.hardware.lcm is not None:
             scenario.hardware.lcm.lcm_url = ""
+    scenario.hardware.shadow |= shadow
     scenario.scene.unknown = scenario.scene.unknown or OBSTACLE
     hardware, controller = scenario.hardware, scenario.controller
     controller.guidance.asynchronous = True
@@ -116,7 +121,9 @@ def run_on_hardware(
 ) -> HardwareResult:
     """Runs the real robot until the last target is reached or time is up.
 
-    It waits for the drivers, rehearses without sending anything, and then
+    It waits for the drivers, rehearses without sending anything, takes the
+    drivers' command unless somebody else has it, and begins stopped: an
+    operator lets the robot go, see `Arming`. A shadow does not wait. Then it
     ticks on the robot's statuses, with a real-time priority (SCHED_RR) where
     the computer grants one and with automatic garbage collection off. However
     it ends, by Ctrl-C or by an exception, too, the robot is brought to rest
@@ -139,7 +146,7 @@ def run_on_hardware(
             run ends [s].
 
     Raises:
-        RemoSplatError: A driver keeps silent.
+        RemoSplatError: A driver keeps silent, or somebody else commands it.
     """
     loop = HardwareLoop(application)
     loop.rehearse()
@@ -147,6 +154,7 @@ def run_on_hardware(
         try:
             with garbage_collection_disabled():
                 loop.start()
+                arming = Arming(application, loop.link)
                 monitor = RunMonitor(
                     application,
                     start=loop.context.get_time(),
@@ -161,15 +169,18 @@ def run_on_hardware(
                         break
                     loop.tick()
                     monitor(loop.context)
+                    arming(loop.context)
                     if between_ticks is not None:
                         between_ticks(loop.context)
         finally:
             request.is_heeded = True
-            bring_to_rest(
-                loop.link,
-                application.world.robot.acceleration_limit,
-                application.scenario.control_period,
-            )
+            # Who has never commanded must not interfere even with zeros.
+            if math.isfinite(loop.link.sent):
+                bring_to_rest(
+                    loop.link,
+                    application.world.robot.acceleration_limit,
+                    application.scenario.control_period,
+                )
     result = make_result(application, loop.context, request.made)
     return HardwareResult(result, loop.log.quality())
 
@@ -228,9 +239,12 @@ class HardwareLoop:
         before it has moved.
 
         Raises:
-            RemoSplatError: A driver keeps silent.
+            RemoSplatError: A driver keeps silent, or somebody else commands
+                it.
         """
         self._initialize()
+        self.link.is_armed = self._application.scenario.hardware.shadow
+        self.link.take_command()
         # Drawing everything for the first time takes a while; and the first
         # command is zero.
         self._application.diagram.ForcedPublish(self.context)

@@ -20,7 +20,11 @@ from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.recording.metrics import RunMetrics, run_metrics
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.pose_error import PoseError
-from remosplat_drake.signals.supervisor_state import STOPPED, SupervisorState
+from remosplat_drake.signals.supervisor_state import (
+    STOPPED,
+    UNARMED,
+    SupervisorState,
+)
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.station.station_config import kinematic_simulator_config
 
@@ -185,7 +189,7 @@ class RunMonitor:
             on_progress: Called with the time since the start [s], the pose
                 error and the latest tick report.
             on_supervision: Called with the supervisor's state whenever its
-                mode has changed.
+                mode has changed, or a release was refused.
             on_unreachable: Called with the reason when guidance has found no
                 path to a target.
             until: Function that ends the run in place of the arrival at the
@@ -207,7 +211,7 @@ class RunMonitor:
         self._progressed = -math.inf
         self._start = start
         self._time = start
-        self._mode = ""
+        self._told = "", ""
         self._waited = 0.0
         self._paused = 0.0
         self.is_finished = False
@@ -244,6 +248,7 @@ class RunMonitor:
             self._watch(root.get_time(), supervision)
         if supervision is not None and supervision.is_latched:
             stands = supervision.mode == STOPPED
+            stands = stands and supervision.reason != UNARMED
             self.is_finished = stands and self._waited >= self._patience
         elif self._until is None:
             self.is_finished = targets.progress(context).finished
@@ -273,10 +278,14 @@ class RunMonitor:
         """Counts how long the robot stands stopped; tells of changes."""
         step, self._time = time - self._time, time
         stands = supervision.mode == STOPPED
-        self._waited = self._waited + step if stands else 0.0
-        self._paused += step if stands and self._patience > 0 else 0.0
-        if supervision.mode != self._mode:
-            self._mode = supervision.mode
+        # However long it takes until somebody lets the robot go.
+        unarmed = stands and supervision.reason == UNARMED
+        waits = stands and not unarmed
+        self._waited = self._waited + step if waits else 0.0
+        patient = waits and self._patience > 0
+        self._paused += step if patient or unarmed else 0.0
+        if (supervision.mode, supervision.refusal) != self._told:
+            self._told = supervision.mode, supervision.refusal
             if self._on_supervision is not None:
                 self._on_supervision(supervision)
 

@@ -4,6 +4,7 @@
 arguments.
 """
 
+import dataclasses as dc
 import math
 from functools import partial
 from typing import cast
@@ -297,6 +298,8 @@ def AddSupervisor(
     robot: RobotModel,
     controller: ReactiveController,
     station: Diagram,
+    *,
+    armed: bool = True,
 ) -> SafetySupervisor | None:
     """Adds the supervisor between controller and station, if wanted.
 
@@ -306,6 +309,7 @@ def AddSupervisor(
         robot: The robot, for its limits.
         controller: The controller whose commands are supervised.
         station: The robot, simulated or real, as a system.
+        armed: Whether the robot may start without an operator's consent.
 
     Returns:
         The supervisor; None if the scenario wants none.
@@ -313,16 +317,22 @@ def AddSupervisor(
     if not scenario.supervisor.enabled:
         return None
     config = scenario.controller
+    law = SupervisorLaw.make(
+        scenario.supervisor,
+        robot,
+        scenario.control_period,
+        smallest_stopping=config.smallest_stopping,
+        bounded_start=config.velocity_limits.acceleration,
+    )
+    if scenario.hardware.shadow:
+        # Nobody follows a shadow's commands.
+        thresholds = dc.replace(law.config, max_follow_error=math.inf)
+        law = dc.replace(law, config=thresholds)
     supervisor = SafetySupervisor.AddToBuilder(
         builder,
-        law=SupervisorLaw.make(
-            scenario.supervisor,
-            robot,
-            scenario.control_period,
-            smallest_stopping=config.smallest_stopping,
-            bounded_start=config.velocity_limits.acceleration,
-        ),
+        law=law,
         controller=controller,
+        armed=armed,
     )
     builder.Connect(
         AddMeasuredVelocity(builder, robot, station),
@@ -372,6 +382,8 @@ def AddPanel(
     scenario: Scenario,
     robot: RobotModel,
     page: MeshcatPage | None,
+    *,
+    hardware: bool = False,
 ) -> SafetyPanel | None:
     """Adds the stop button, if there is a supervisor to obey it.
 
@@ -383,10 +395,13 @@ def AddPanel(
         scenario: The scenario.
         robot: The robot, for the length of u.
         page: The browser page; None has no button.
+        hardware: Whether a real robot moves: no page may set it going.
 
     Returns:
         The panel; None without a page or a supervisor.
     """
     if page is None or not scenario.supervisor.enabled:
         return None
-    return builder.AddSystem(SafetyPanel(page=page, n_u=robot.n_u))
+    return builder.AddSystem(
+        SafetyPanel(page=page, n_u=robot.n_u, releases=not hardware)
+    )

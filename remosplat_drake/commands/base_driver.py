@@ -13,7 +13,11 @@ from rich.console import Console
 from remosplat_drake.base.clock import Pacer, wall_utime
 from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.base.stop_signals import stop_signals
-from remosplat_drake.commands.wire import add_wire_argument, open_wire
+from remosplat_drake.commands.wire import (
+    add_wire_argument,
+    leased_inbox,
+    open_wire,
+)
 from remosplat_drake.hardware.drivers.arcl_monitor import (
     ArclMonitor,
     split_address,
@@ -26,6 +30,7 @@ from remosplat_drake.hardware.drivers.ros_base import (
     RosLink,
     RosTopics,
 )
+from remosplat_drake.hardware.wire.channels import BASE_COMMAND
 
 ROS1, ROS2 = "ros1", "ros2"
 
@@ -134,9 +139,10 @@ def run(arguments: argparse.Namespace) -> int:
     lcm = open_wire(arguments.lcm_url)
     link = _link(arguments)
     console = Console(stderr=True)
+    inbox = leased_inbox(lcm, [BASE_COMMAND], "base-driver", console)
     pacer = Pacer(PERIOD)
     with stop_signals() as request, _arcl(arguments, console) as sources:
-        bridge = RosBase(lcm, link, sources=sources)
+        bridge = RosBase(lcm, link, sources=sources, inbox=inbox)
         console.print(
             f"{arguments.lcm_url} <-> {arguments.command_topic},"
             f" {arguments.odometry_topic}; Ctrl-C ends"

@@ -20,6 +20,7 @@ from remosplat_drake.commands.wire import (
     open_wire,
     positive_rate,
 )
+from remosplat_drake.hardware.hardware_config import REHEARSAL_URL
 from remosplat_drake.hardware.wire.channels import BASE_STATUS, PANDA_STATUS
 from remosplat_drake.hardware.wire.inbox import Inbox
 
@@ -34,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="NAME, FILE or FILE:NAME (see `remosplat scenarios`):"
         " the camera and what it sees",
     )
-    add_wire_argument(parser)
+    add_wire_argument(parser, REHEARSAL_URL)
     parser.add_argument(
         "--rate",
         type=positive_rate,

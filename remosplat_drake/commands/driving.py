@@ -7,11 +7,13 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
+from remosplat_drake.app.arming import HINT
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.hardware_run import run_on_hardware
 from remosplat_drake.app.simulation import RunResult
 from remosplat_drake.app.simulation import run as simulate
 from remosplat_drake.base.real_time import LoopQuality
+from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.supervisor_state import STOPPED, SupervisorState
 from remosplat_drake.signals.tick_report import TickReport
@@ -53,9 +55,13 @@ def drive(
                 live.update(line, refresh=True)
 
         def tell(supervision: SupervisorState):
-            if supervision.mode == STOPPED:
+            if supervision.refusal:
+                console.print(f"[bold red]{supervision.refusal}[/]")
+            elif supervision.mode == STOPPED:
                 console.print(f"[bold red]stopped:[/] {supervision.reason}")
-                if patience > 0:
+                if rate is None:
+                    console.print(HINT)
+                elif patience > 0:
                     console.print("the page's release button lets it go on")
 
         def explain(reason: str):
@@ -68,11 +74,20 @@ def drive(
         }
         if rate is None:
             done = run_on_hardware(application, patience=patience, **watchers)
+            console.print(strangers(application), highlight=False, end="")
             return done.run, done.loop
         done = simulate(
             application, realtime_rate=rate, patience=patience, **watchers
         )
         return done, None
+
+
+def strangers(application: Application) -> str:
+    """Says who else was on a real robot's wire, in a line; empty if nobody."""
+    assert isinstance(application.station, HardwareStation)
+    guard = application.station.link.guard
+    said = guard.summary() if guard else ""
+    return f"on the wire: {said}\n" if said else ""
 
 
 def progress_line(t: float, error: PoseError, report: TickReport) -> Text:

@@ -15,13 +15,22 @@ from remosplat_drake.base.real_time import DRIVER_PRIORITY, realtime_priority
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.commands.wire import (
     add_wire_argument,
+    leased_inbox,
     open_wire,
     positive_rate,
 )
 from remosplat_drake.hardware.drivers.panda_limits import TICK
-from remosplat_drake.hardware.stand_in.faults import FAULTS, parse_fault
+from remosplat_drake.hardware.hardware_config import REHEARSAL_URL
+from remosplat_drake.hardware.stand_in.faults import (
+    CHANNEL,
+    FAULTS,
+    parse_fault,
+)
 from remosplat_drake.hardware.stand_in.fci_arm import FciArm
-from remosplat_drake.hardware.stand_in.hardware_sim import HardwareSim
+from remosplat_drake.hardware.stand_in.hardware_sim import (
+    HardwareSim,
+    commanded,
+)
 from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
 from remosplat_drake.hardware.stand_in.true_motion import TrueMotion
 from remosplat_drake.station.station_config import DynamicStation
@@ -35,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="NAME, FILE or FILE:NAME (see `remosplat scenarios`):"
         " where the robot stands and what it may bump into",
     )
-    add_wire_argument(parser)
+    add_wire_argument(parser, REHEARSAL_URL)
     parser.add_argument(
         "--realtime-rate",
         type=positive_rate,
@@ -89,12 +98,21 @@ def run(arguments: argparse.Namespace) -> int:
     world = load_world(scenario, blank=True)
     plant = _plant(scenario, world)
     fci = None if arguments.fci is None else FciArm(arguments.fci)
+    lcm = open_wire(arguments.lcm_url)
+    inbox = leased_inbox(
+        lcm,
+        commanded(fci is not None),
+        "hardware-sim",
+        console,
+        open_channels=[CHANNEL],
+    )
     robot = HardwareSim(
         plant,
-        open_wire(arguments.lcm_url),
+        lcm,
         schedule,
         fci=fci,
         localizes=arguments.localization,
+        inbox=inbox,
     )
     motion = TrueMotion(plant) if arguments.record else None
     pacer = Pacer(TICK / arguments.realtime_rate)
@@ -121,7 +139,8 @@ def run(arguments: argparse.Namespace) -> int:
     commands = robot.panda.commands
     console.print(
         f"{commands.received} commands to the arm,"
-        f" {commands.expired} times expired"
+        f" {commands.expired} times expired, {commands.broken} broken"
+        + (f" ({commands.complaint})" if commands.broken else "")
     )
     return 0
 

@@ -14,7 +14,11 @@ from remosplat_drake.base.real_time import (
 )
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.commands.flags import positive
-from remosplat_drake.commands.wire import add_wire_argument, open_wire
+from remosplat_drake.commands.wire import (
+    add_wire_argument,
+    leased_inbox,
+    open_wire,
+)
 from remosplat_drake.hardware.drivers.arm_record import (
     arm_record,
     panda_status,
@@ -32,7 +36,11 @@ from remosplat_drake.hardware.drivers.panda_driver import PandaDriver
 from remosplat_drake.hardware.drivers.panda_limits import AT_REST, TICK
 from remosplat_drake.hardware.drivers.panda_python_hand import PandaPythonHand
 from remosplat_drake.hardware.stand_in import fci_library
-from remosplat_drake.hardware.wire.channels import PANDA_STATUS
+from remosplat_drake.hardware.wire.channels import (
+    PANDA_COMMAND,
+    PANDA_HAND_COMMAND,
+    PANDA_STATUS,
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -91,7 +99,10 @@ def run(arguments: argparse.Namespace) -> int:
 def _drive_arm(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
     library = _library(arguments)
     arm = CallbackProcess(library, arguments.host, _limits(arguments))
-    driver = PandaDriver(lcm, arm)
+    inbox = leased_inbox(
+        lcm, [PANDA_COMMAND], "panda-driver", Console(stderr=True)
+    )
+    driver = PandaDriver(lcm, arm, inbox)
     pacer = Pacer(TICK)
     with garbage_collection_disabled(), stop_signals() as request:
         _announce(arguments)
@@ -145,7 +156,13 @@ def _limits(arguments: argparse.Namespace) -> CollisionLimits:
 
 
 def _drive_hand(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
-    driver = HandDriver(lcm, PandaPythonHand(arguments.host))
+    inbox = leased_inbox(
+        lcm,
+        [PANDA_HAND_COMMAND],
+        "panda-driver --hand",
+        Console(stderr=True),
+    )
+    driver = HandDriver(lcm, PandaPythonHand(arguments.host), inbox)
     pacer = Pacer(PERIOD)
     with stop_signals() as request:
         _announce(arguments)

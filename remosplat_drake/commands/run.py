@@ -13,7 +13,6 @@ from rich.text import Text
 
 from remosplat_drake.app import warm_up
 from remosplat_drake.app.diagram import Application, build
-from remosplat_drake.app.hardware_run import prepare_for_hardware
 from remosplat_drake.app.map_knowledge import examine_map, target_places
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import INTERRUPTED, REACHED, RunResult
@@ -28,6 +27,10 @@ from remosplat_drake.commands.gate_keeping import (
     check_accepted,
 )
 from remosplat_drake.commands.hold import add_page_arguments, hold, is_held
+from remosplat_drake.commands.wire import (
+    add_robot_arguments,
+    prepare_robot,
+)
 from remosplat_drake.recording.metrics import RunMetrics
 from remosplat_drake.recording.trajectory import save_trajectory
 from remosplat_drake.visualization.page import MeshcatPage
@@ -55,17 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="pace against the wall clock, 0 = unlimited"
         " (default: the scenario's, else 1 with the page, 0 headless)",
     )
-    parser.add_argument(
-        "--hardware",
-        action="store_true",
-        help="drive the real robot in place of a simulated one",
-    )
-    parser.add_argument(
-        "--lcm-url",
-        metavar="URL",
-        help="where the robot's drivers are (default: the scenario's"
-        " hardware.lcm_url)",
-    )
+    add_robot_arguments(parser)
     parser.add_argument(
         "--output",
         type=Path,
@@ -107,12 +100,9 @@ def run(arguments: argparse.Namespace) -> int:
     _check_outputs(arguments)
     check_accepted(arguments)
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
-    if arguments.hardware:
-        if arguments.realtime_rate is not None:
-            raise RemoSplatError("--realtime-rate: not with --hardware")
-        prepare_for_hardware(scenario, arguments.lcm_url)
-    elif arguments.lcm_url:
-        raise RemoSplatError("--lcm-url: only with --hardware")
+    if arguments.hardware and arguments.realtime_rate is not None:
+        raise RemoSplatError("--realtime-rate: not with --hardware")
+    prepare_robot(arguments, scenario, console)
     warm_up.announce(console)
     world = load_world(scenario)
     knowledge = examine_map(scenario, world, target_places(scenario, world))

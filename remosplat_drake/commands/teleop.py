@@ -11,7 +11,6 @@ from rich.console import Console
 
 from remosplat_drake.app import warm_up
 from remosplat_drake.app.diagram import Application, build
-from remosplat_drake.app.hardware_run import prepare_for_hardware
 from remosplat_drake.app.map_knowledge import examine_map, saved_places
 from remosplat_drake.app.scenario import LONGEST_RUN, Scenario, load_scenario
 from remosplat_drake.app.simulation import INTERRUPTED, TIME_LIMIT
@@ -32,6 +31,10 @@ from remosplat_drake.commands.gate_keeping import (
     add_accept_argument,
     admit,
     check_accepted,
+)
+from remosplat_drake.commands.wire import (
+    add_robot_arguments,
+    prepare_robot,
 )
 from remosplat_drake.mapping.store.session import SCENARIO_FILE
 from remosplat_drake.visualization.page import MeshcatPage
@@ -59,17 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="begin a session there, or go on with it (default: a new folder"
         " in sessions/)",
     )
-    parser.add_argument(
-        "--hardware",
-        action="store_true",
-        help="drive the real robot in place of a simulated one",
-    )
-    parser.add_argument(
-        "--lcm-url",
-        metavar="URL",
-        help="where the robot's drivers are (default: the scenario's"
-        " hardware.lcm_url)",
-    )
+    add_robot_arguments(parser)
     parser.add_argument(
         "--trajectory",
         type=Path,
@@ -112,10 +105,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_accepted(arguments)
     scenario = _load_scenario(arguments)
     folder = arguments.session or _new_folder(scenario)
-    if arguments.hardware:
-        prepare_for_hardware(scenario, arguments.lcm_url)
-    elif arguments.lcm_url:
-        raise RemoSplatError("--lcm-url: only with --hardware")
+    prepare_robot(arguments, scenario, console)
     check_mappable(scenario)
     warm_up.announce(console)
     world = load_world(scenario, blank=scenario.mapping.enabled)
@@ -229,6 +219,12 @@ def _load_scenario(arguments: argparse.Namespace) -> Scenario:
     scenario = load_scenario(spec or DEFAULT_SCENARIO, arguments.scenario_text)
     operator = scenario.teleop
     sources = arguments.trajectory, operator.trajectory, operator.pose_stream
+    if arguments.hardware and not any(sources):
+        raise RemoSplatError(
+            "--hardware: the page of a real robot only stops it; somebody else"
+            " must move the target: --trajectory FILE, or teleop.pose_stream"
+            " in the scenario"
+        )
     if arguments.headless and not any(sources):
         raise RemoSplatError(
             "--headless: without the page somebody else must move the target:"

@@ -2,24 +2,133 @@
 
 import argparse
 import math
+from collections.abc import Collection
 
 from pydrake.lcm import DrakeLcm
+from rich.console import Console
 
+from remosplat_drake.app.hardware_run import prepare_for_hardware
+from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.hardware.hardware_config import check_lcm_url
+from remosplat_drake.hardware.drivers.leased_inbox import LeasedInbox
+from remosplat_drake.hardware.hardware_config import (
+    REHEARSAL_URL,
+    ROBOT_URL,
+    check_lcm_url,
+    leaves_computer,
+)
 
-LOCAL_URL = "udpm://239.255.76.67:7667?ttl=0"
-"""LCM's default address, within one computer."""
 
+def add_wire_argument(
+    parser: argparse.ArgumentParser, url: str = ROBOT_URL
+) -> None:
+    """Declares the flag `--lcm-url`.
 
-def add_wire_argument(parser: argparse.ArgumentParser) -> None:
-    """Declares the flag `--lcm-url`."""
+    Args:
+        parser: The command's parser.
+        url: The default.
+    """
     parser.add_argument(
         "--lcm-url",
-        default=LOCAL_URL,
+        default=url,
         metavar="URL",
         help="the station's wire (default: %(default)s; ttl=1 reaches"
         " other computers)",
+    )
+
+
+def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the flags that say which robot a controller drives, and how."""
+    parser.add_argument(
+        "--hardware",
+        action="store_true",
+        help="drive a real robot, or its stand-in, over LCM; it stands until"
+        " somebody arms it",
+    )
+    parser.add_argument(
+        "--lcm-url",
+        metavar="URL",
+        help="where the robot's drivers are (default: the scenario's"
+        " hardware.lcm_url)",
+    )
+    parser.add_argument(
+        "--rehearsal",
+        action="store_true",
+        help="with --hardware: drive the stand-in robot, `remosplat"
+        f" hardware-sim`, at {REHEARSAL_URL}",
+    )
+    parser.add_argument(
+        "--shadow",
+        action="store_true",
+        help="with --hardware: compute, show and record everything, and send"
+        " nothing",
+    )
+
+
+def prepare_robot(
+    arguments: argparse.Namespace, scenario: Scenario, console: Console
+) -> None:
+    """Readies a scenario for the robot that the flags name.
+
+    Args:
+        arguments: Those of `add_robot_arguments`.
+        scenario: The scenario, which is changed in place.
+        console: Console that says when messages leave this computer.
+
+    Raises:
+        RemoSplatError: The flags contradict each other, name no robot, or the
+            scenario is unfit for a real one.
+    """
+    if not arguments.hardware:
+        for flag in ("lcm_url", "rehearsal", "shadow"):
+            if getattr(arguments, flag):
+                name = flag.replace("_", "-")
+                raise RemoSplatError(f"--{name}: only with --hardware")
+        return
+    if arguments.rehearsal and arguments.lcm_url:
+        raise RemoSplatError("--rehearsal: not with --lcm-url")
+    url = REHEARSAL_URL if arguments.rehearsal else arguments.lcm_url
+    prepare_for_hardware(scenario, url, shadow=arguments.shadow)
+    if url is None and scenario.hardware.url == REHEARSAL_URL:
+        raise RemoSplatError(
+            "--hardware: say which robot: --rehearsal drives the stand-in,"
+            f" --lcm-url URL a real one, for example {ROBOT_URL}"
+        )
+    announce_wire(scenario.hardware.url, console)
+
+
+def announce_wire(url: str, console: Console) -> None:
+    """Says so where messages leave this computer."""
+    if leaves_computer(url):
+        console.print(
+            f"[bold yellow]{url} leaves this computer[/]: every robot that"
+            " listens there hears this program"
+        )
+
+
+def leased_inbox(
+    lcm: DrakeLcm,
+    channels: Collection[str],
+    name: str,
+    console: Console,
+    *,
+    open_channels: Collection[str] = (),
+) -> LeasedInbox:
+    """Makes the inbox of a driver that obeys one session, and says whom.
+
+    Args:
+        lcm: The wire.
+        channels: Channels of commands.
+        name: What the driver is.
+        console: Console for whom it obeys and whom it refuses.
+        open_channels: Channels that anybody may use.
+    """
+    return LeasedInbox(
+        lcm,
+        channels,
+        name=name,
+        open_channels=open_channels,
+        on_news=lambda news: console.print(f"{name} {news}", highlight=False),
     )
 
 
@@ -42,6 +151,7 @@ def open_wire(url: str) -> DrakeLcm:
         RemoSplatError: The URL is unusable.
     """
     check_lcm_url(url)
+    announce_wire(url, Console(stderr=True))
     try:
         return DrakeLcm(url)
     except RuntimeError as error:

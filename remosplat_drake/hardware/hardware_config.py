@@ -17,6 +17,13 @@ from remosplat_drake.hardware.wire import channels as wire
 _LONGEST_NAME = 63
 """LCM takes no longer names of channels."""
 
+REHEARSAL_URL = "udpm://239.255.76.67:7670?ttl=0"
+"""Where the stand-in robot is: within this computer, on a port that no real
+robot's driver listens to."""
+
+ROBOT_URL = "udpm://239.255.76.67:7667?ttl=0"
+"""Where a real robot's drivers are: LCM's own default, within this computer."""
+
 ChannelName = Annotated[str, Len(1, _LONGEST_NAME)]
 """Name of an LCM channel: 1 to 63 characters."""
 
@@ -54,12 +61,15 @@ class ChannelNames(Config):
 class HardwareConfig(Config):
     """The real robot: the LCM wire to its drivers, and limits on commands."""
 
-    # URL of the LCM network. The multicast time to live decides how far
-    # messages go: ttl=1 reaches the local network, ttl=0 this machine only.
-    lcm_url: str = "udpm://239.255.76.67:7667?ttl=1"
+    # URL of the LCM network; the default is that of the stand-in robot. The
+    # multicast time to live decides how far messages go: ttl=1 reaches the
+    # local network, ttl=0 this machine only.
+    lcm_url: str = REHEARSAL_URL
     # Drake's settings of LCM: its URL goes in place of `lcm_url`, and its
     # `channel_suffix` behind the names of all channels.
     lcm: DrakeLcmParams | None = None
+    # Whether to compute, show and record everything, and send nothing.
+    shadow: bool = False
     # Names of the LCM channels.
     channels: ChannelNames = dc.field(default_factory=ChannelNames)
     # Longest wait for the first status of each driver [s].
@@ -129,10 +139,22 @@ class HardwareConfig(Config):
         """URL of the LCM network, from `lcm` or from `lcm_url`."""
         return (self.lcm and self.lcm.lcm_url) or self.lcm_url
 
+    @property
+    def suffix(self) -> str:
+        """Text behind the names of all channels."""
+        return "" if self.lcm is None else self.lcm.channel_suffix
+
     def open_lcm(self) -> DrakeLcm:
         """Opens the LCM network, which appends the suffix to channel names."""
-        suffix = "" if self.lcm is None else self.lcm.channel_suffix
-        return DrakeLcm(DrakeLcmParams(lcm_url=self.url, channel_suffix=suffix))
+        return DrakeLcm(
+            DrakeLcmParams(lcm_url=self.url, channel_suffix=self.suffix)
+        )
+
+
+def leaves_computer(url: str) -> bool:
+    """Tells whether messages at an LCM URL reach other computers."""
+    match = re.search(r"[?&]ttl=(\d+)", url)
+    return match is not None and int(match[1]) > 0
 
 
 def check_lcm_url(url: str) -> None:

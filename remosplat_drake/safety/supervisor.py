@@ -30,6 +30,7 @@ from remosplat_drake.signals.supervisor_state import (
     STARTING,
     STOPPED,
     STOPPING,
+    UNARMED,
     SupervisorState,
 )
 
@@ -162,6 +163,9 @@ def _rest(
 ) -> SupervisorState:
     """Only a release ends a stop, and only where nothing is wrong."""
     if not now.release:
+        # What else is wrong with a robot that nobody has let go yet is news.
+        if state.reason == UNARMED and now.stop:
+            return dc.replace(state, reason=now.stop)
         return state
     obstacle = now.stop or (found and found[0].message)
     if obstacle:

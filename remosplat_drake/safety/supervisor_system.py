@@ -17,7 +17,11 @@ from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.safety.supervisor import supervise
 from remosplat_drake.signals.operator_requests import OperatorRequests
 from remosplat_drake.signals.station_status import StationStatus
-from remosplat_drake.signals.supervisor_state import SupervisorState
+from remosplat_drake.signals.supervisor_state import (
+    STOPPED,
+    UNARMED,
+    SupervisorState,
+)
 from remosplat_drake.signals.tick_report import TickReport
 
 STOP_BUTTON = "stop button"
@@ -90,6 +94,8 @@ class SafetySupervisor(LeafSystem):
 
     Args:
         law: The thresholds and limits; its `dt` is the control period [s].
+        armed: Whether the robot may start without a release. If not, it
+            begins stopped, and waits for somebody to arm it.
 
     Attributes:
         law: The thresholds and limits.
@@ -100,7 +106,7 @@ class SafetySupervisor(LeafSystem):
         >>> stops = application.supervisor.GetOutputPort("supervision")
     """
 
-    def __init__(self, *, law: SupervisorLaw):
+    def __init__(self, *, law: SupervisorLaw, armed: bool = True):
         super().__init__()
         self.set_name("supervisor")
         self.law = law
@@ -125,6 +131,8 @@ class SafetySupervisor(LeafSystem):
             "operator", Value(OperatorRequests())
         )
         start = SupervisorState(np.zeros(n_u))
+        if not armed:
+            start = dc.replace(start, mode=STOPPED, reason=UNARMED)
         self._memory_index = self.DeclareAbstractState(Value(_Memory(start)))
         self._supervision = self.DeclareCacheEntry(
             "supervision",
@@ -151,7 +159,11 @@ class SafetySupervisor(LeafSystem):
 
     @staticmethod
     def AddToBuilder(
-        builder: DiagramBuilder, *, law: SupervisorLaw, controller: LeafSystem
+        builder: DiagramBuilder,
+        *,
+        law: SupervisorLaw,
+        controller: LeafSystem,
+        armed: bool = True,
     ) -> "SafetySupervisor":
         """Adds a supervisor to a diagram, and connects it with a controller.
 
@@ -160,8 +172,9 @@ class SafetySupervisor(LeafSystem):
             law: The thresholds and limits.
             controller: A `ReactiveController`; it is told which command was
                 executed.
+            armed: Whether the robot may start without a release.
         """
-        supervisor = builder.AddSystem(SafetySupervisor(law=law))
+        supervisor = builder.AddSystem(SafetySupervisor(law=law, armed=armed))
         for name in ("velocity_commanded", "report"):
             builder.Connect(
                 controller.GetOutputPort(name), supervisor.GetInputPort(name)

@@ -15,6 +15,9 @@ STOPPING = "stopping"
 STOPPED = "stopped"
 """Mode in which the command is zero until an explicit release."""
 
+UNARMED = "waiting for an operator to arm"
+"""Reason of the stop that a real robot begins with."""
+
 LATCHED = (STOPPING, STOPPED)
 """Modes that only a release ends."""
 

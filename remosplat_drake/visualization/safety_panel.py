@@ -52,14 +52,19 @@ class SafetyPanel(LeafSystem):
     Args:
         page: The page that gets the buttons.
         n_u: Length of the command.
+        releases: Whether the page releases stops, too. Meshcat asks nobody
+            who they are, and any web page may press its buttons: a real robot
+            is stopped here, and set going elsewhere.
     """
 
-    def __init__(self, *, page: MeshcatPage, n_u: int):
+    def __init__(self, *, page: MeshcatPage, n_u: int, releases: bool = True):
         super().__init__()
         self.set_name("safety_panel")
         self._page = page
         page.meshcat.AddButton(STOP, STOP_KEY)
-        page.meshcat.AddButton(RELEASE)
+        self._releases = releases
+        if releases:
+            page.meshcat.AddButton(RELEASE)
         self._report_input = self.DeclareAbstractInputPort(
             "report", Value(TickReport.before_first(0, n_u))
         )
@@ -114,7 +119,8 @@ class SafetyPanel(LeafSystem):
 
     def _calc_requests(self, context: Context, output: Value):
         clicks = self._page.meshcat.GetButtonClicks
-        output.set_value(OperatorRequests(clicks(STOP), clicks(RELEASE)))
+        released = clicks(RELEASE) if self._releases else 0
+        output.set_value(OperatorRequests(clicks(STOP), released))
 
     def _publish(self, context: Context):
         status = self._status_input.Eval(context)

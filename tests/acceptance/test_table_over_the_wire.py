@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from consenting import consenting
 from runs import PATIENT, remosplat
 
 from remosplat_drake.acceptance.hardware_processes import end, free_url, robot
@@ -12,7 +13,10 @@ from remosplat_drake.acceptance.motion_judge import TrueRun, true_clearance
 @pytest.mark.smoke
 def test_the_table_is_reached_through_the_wire(wire, table, tmp_path):
     url, motion = free_url(), tmp_path / "motion.npz"
-    with robot(url, "--record", str(motion)) as process:
+    with (
+        consenting(url),
+        robot(url, "--record", str(motion)) as process,
+    ):
         result = remosplat(
             *("run", "TableReach", "--hardware", "--headless"),
             *("--lcm-url", url, "--output", tmp_path),

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 import lcm
 import numpy as np
 import pytest
+from consenting import consenting
 from drake import lcmt_panda_command
 from patience import PATIENCE
 from pydrake.lcm import DrakeLcm
@@ -64,7 +65,7 @@ def make_application(url: str, follow_dwell: float = 2.0, **hardware: float):
 def robot() -> Iterator[tuple[str, Client]]:
     """The wire to a robot at the start of the scenario, and a listener."""
     url = free_url()
-    with robot_process(url, "TableReach"):
+    with robot_process(url, "TableReach"), consenting(url):
         client = Client(url)
         client.wait_for_robot()
         yield url, client
@@ -247,6 +248,10 @@ def test_a_silent_robot_is_named(capsys):
     [
         (["--lcm-url", "udpm://239.255.76.67:7667?ttl=0"], "--hardware"),
         (["--hardware", "--lcm-url", "nowhere"], "'nowhere'"),
+        (["--hardware"], "--rehearsal"),
+        (["--hardware", "--rehearsal", "--lcm-url", "x"], "--lcm-url"),
+        (["--rehearsal"], "--hardware"),
+        (["--shadow"], "--hardware"),
         (["--hardware", "--realtime-rate", "2"], "--realtime-rate"),
         (
             ["--hardware", "--scenario-text", "{hardware: {frozen_after: 0}}"],

@@ -17,6 +17,7 @@ from remosplat_drake.reconstruction.report.quality_report import (
 )
 from remosplat_drake.splat.codecs.ply import read_ply, write_ply
 
+REHEARSED = ("--hardware", "--rehearsal")
 TABLE = models_dir() / "scenes" / "table"
 
 
@@ -120,18 +121,18 @@ def refused(capsys) -> str:
 
 def test_no_real_robot_moves_by_an_empty_map(table, capsys):
     fade(table, 0.05)
-    assert drive(table, "--hardware") == USER_ERROR
+    assert drive(table, *REHEARSED) == USER_ERROR
     line = refused(capsys)
     assert "--accept empty-map" in line and "47,607 too faint" in line
 
 
 def test_no_real_robot_moves_by_a_map_that_nobody_has_measured(table, capsys):
-    assert drive(table, "--hardware") == USER_ERROR
+    assert drive(table, *REHEARSED) == USER_ERROR
     assert "--accept unknown-map-error" in refused(capsys)
 
 
 def test_all_that_is_wrong_is_said_at_once(table, capsys):
-    assert drive(table, "--hardware", scene=FAR) == USER_ERROR
+    assert drive(table, *REHEARSED, scene=FAR) == USER_ERROR
     line = refused(capsys)
     assert "--accept empty-map --accept unknown-map-error" in line
 
@@ -139,7 +140,7 @@ def test_all_that_is_wrong_is_said_at_once(table, capsys):
 def test_without_a_terminal_nobody_can_confirm(table, capsys, monkeypatch):
     """Not even by a pipe that says yes."""
     monkeypatch.setattr("sys.stdin", io.StringIO("unknown-map-error\n"))
-    flags = "--hardware", "--accept", "unknown-map-error"
+    flags = *REHEARSED, "--accept", "unknown-map-error"
     assert drive(table, *flags) == USER_ERROR
     assert "terminal" in capsys.readouterr().err.splitlines()[-1]
 
@@ -217,7 +218,7 @@ def test_an_operator_is_told_what_the_given_map_knows(table, capsys):
     ("flags", "gate"),
     [
         ([], "map-error"),
-        (["--hardware"], "map-error"),
+        ([*REHEARSED], "map-error"),
         (["--accept", "x"], "x"),
     ],
 )

@@ -25,6 +25,7 @@ from remosplat_drake.signals.supervisor_state import (
     STARTING,
     STOPPED,
     STOPPING,
+    UNARMED,
     SupervisorState,
 )
 from remosplat_drake.signals.tick_report import BRAKING, RELAXED
@@ -434,3 +435,20 @@ def test_whatever_happens(history):
     speed = drive.state.command
     drive.ticks(math.ceil(braking_steps(speed, ACCELERATION, DT)) + 1, stop="x")
     assert drive.state.mode == STOPPED
+
+
+def test_an_unarmed_robot_stands_until_it_is_released():
+    law, u = make_law(), (0.001, 0.0, 0.0)
+    unarmed = SupervisorState(np.zeros(3), STOPPED, UNARMED)
+    state = unarmed
+    for i in range(100):
+        state = supervise(law, state, make_observation(state, DT * i, u))
+    assert (state.mode, state.reason) == (STOPPED, UNARMED)
+    assert not state.command.any()
+    near = make_observation(state, 1.0, u, release=True, clearance=0.0)
+    refused = supervise(law, state, near)
+    assert refused.mode == STOPPED and "clearance" in refused.refusal
+    armed = supervise(law, state, make_observation(state, 1.0, u, release=True))
+    assert armed.mode == STARTING
+    told = supervise(law, state, make_observation(state, 1.0, u, stop="why"))
+    assert (told.mode, told.reason) == (STOPPED, "why")

@@ -25,17 +25,17 @@ def move_gamepad(
 
 
 def _send(meshcat: Meshcat, message: dict):
-    meshcat._InjectWebsocketMessage(_packed(message))
+    meshcat._InjectWebsocketMessage(packed(message))
 
 
-def _packed(value) -> bytes:
+def packed(value) -> bytes:
     """MessagePack: https://github.com/msgpack/msgpack/blob/master/spec.md."""
     if isinstance(value, dict):
         items = [part for item in value.items() for part in item]
-        return bytes([0x80 + len(value)]) + b"".join(map(_packed, items))
+        return bytes([0x80 + len(value)]) + b"".join(map(packed, items))
     if isinstance(value, list):
         head = struct.pack(">BH", 0xDC, len(value))
-        return head + b"".join(map(_packed, value))
+        return head + b"".join(map(packed, value))
     if isinstance(value, str):
         text = value.encode()
         return struct.pack(">BH", 0xDA, len(text)) + text

@@ -15,7 +15,11 @@ from remosplat_drake.app.world import load_world
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi
 from remosplat_drake.signals.supervisor_state import RUNNING, STOPPED
-from remosplat_drake.visualization.safety_panel import RELEASE, STOP
+from remosplat_drake.visualization.safety_panel import (
+    RELEASE,
+    STOP,
+    SafetyPanel,
+)
 
 FAR = """
 Far:
@@ -113,6 +117,17 @@ def test_a_release_without_a_stop_does_nothing(page, application, click):
         application, Steps((1.0, lambda: click(page.meshcat, RELEASE)))
     )
     assert changes[-1][1] == RUNNING
+
+
+def test_a_real_robots_page_has_a_stop_and_no_release(page, click):
+    panel = SafetyPanel(page=page, n_u=9, releases=False)
+    context = panel.CreateDefaultContext()
+    with pytest.raises(RuntimeError, match="elease"):
+        page.meshcat.GetButtonClicks(RELEASE)
+    click(page.meshcat, RELEASE)
+    click(page.meshcat, STOP)
+    requests = panel.GetOutputPort("operator").Eval(context)
+    assert (requests.stops, requests.releases) == (1, 0)
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ from remosplat_drake.hardware.client.base_track import (
     BaseTrack,
     with_base_sample,
 )
+from remosplat_drake.hardware.client.plausibility import arm_jump
 from remosplat_drake.hardware.client.stream import Stream, advanced, broken
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire.base import BaseState, decode_base_status
@@ -36,6 +37,7 @@ class Measurement:
             localisation.
         moving_since: Since when the arm has been told to move, by our wall
             clock [s]; infinite while it is told to stand.
+        intruder: Who is on the wire and must not be; empty for nobody.
     """
 
     arm: PandaState | None = None
@@ -46,6 +48,7 @@ class Measurement:
     hand: HandState | None = None
     counts: tuple[int, ...] = (0, 0, 0, 0)
     moving_since: float = math.inf
+    intruder: str = ""
 
     def __deepcopy__(self, memo) -> "Measurement":
         return self
@@ -57,8 +60,12 @@ def with_arm_status(
     received: float,
     n: int,
     config: HardwareConfig,
+    rate_limit: np.ndarray | None = None,
 ) -> Measurement:
     """Returns the measurement after a status packet from the arm.
+
+    One that says what no arm can do counts, too: whichever of the two was
+    wrong, the robot stops, and the next message is compared with this one.
 
     Args:
         measurement: The measurement before.
@@ -66,6 +73,8 @@ def with_arm_status(
         received: When it came, by our wall clock [s].
         n: Number of the arm's joints.
         config: The expiry times.
+        rate_limit: Bounds on the joints' speeds, shape (n,) [rad/s]; None for
+            any.
     """
     stream, before = measurement.arm_stream, measurement.arm
     try:
@@ -74,9 +83,14 @@ def with_arm_status(
         stream = broken(stream, received, str(error))
         return dc.replace(measurement, arm_stream=stream)
     changed = before is None or _arm_changed(before, arm)
+    last = stream
     stream = advanced(
         stream, arm.stamp, received, changed, config.arm_status_expiry
     )
+    if before is not None and rate_limit is not None:
+        duration = max(arm.stamp - last.stamp, received - last.received)
+        jump = arm_jump(before, arm, duration, rate_limit)
+        stream = dc.replace(stream, broken=jump)
     return dc.replace(measurement, arm=arm, arm_stream=stream)
 
 

@@ -17,6 +17,7 @@ from remosplat_drake.hardware.client.measurement import (
     with_base_status,
     with_hand_status,
 )
+from remosplat_drake.hardware.client.wire_guard import WireGuard
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire.base import encode_base_command
 from remosplat_drake.hardware.wire.command_limits import (
@@ -25,6 +26,7 @@ from remosplat_drake.hardware.wire.command_limits import (
     scaled_command,
 )
 from remosplat_drake.hardware.wire.hand import encode_hand_command
+from remosplat_drake.hardware.wire.lease import LEASE_EXPIRY
 from remosplat_drake.hardware.wire.panda import encode_panda_command
 from remosplat_drake.robot.robot_model import RobotModel
 
@@ -43,6 +45,9 @@ class RobotLink:
 
     Attributes:
         lcm: The LCM network.
+        guard: What watches who else is there; None within one process.
+        is_armed: Whether an operator has let the robot go; before, the hand
+            stands, too.
         arm: Mailbox of the arm's statuses.
         base: Mailbox of the base's statuses; None for a fixed robot.
         hand: Mailbox of the gripper's statuses; None for a robot without
@@ -54,12 +59,19 @@ class RobotLink:
         sent: When it was sent, by our wall clock [s]; -inf before the first.
     """
 
-    def __init__(self, config: HardwareConfig, robot: RobotModel):
+    def __init__(
+        self,
+        config: HardwareConfig,
+        robot: RobotModel,
+        *,
+        name: str = "remosplat",
+    ):
         """Subscribes to the drivers' statuses; nothing is sent.
 
         Args:
             config: LCM URL, channels, expiry times and the base's limits.
             robot: The robot.
+            name: What we are, for those who hear us.
 
         Raises:
             FieldError: A value of the configuration is unusable.
@@ -78,6 +90,10 @@ class RobotLink:
         self.commanded = CommandedPath()
         if description.hand:
             self.hand = Mailbox(self.lcm, names.hand_status)
+        self.is_armed = True
+        self.guard = None
+        if not config.url.startswith("memq:"):
+            self.guard = WireGuard(self.lcm, config, name)
         self.u = np.zeros(robot.n_u)
         self.sent = -math.inf
         self._moving_since = math.inf
@@ -92,6 +108,8 @@ class RobotLink:
     def take_out(self) -> None:
         """Empties Drake's subscriptions, so that they keep newer packets."""
         self.lcm.HandleSubscriptions(0)
+        if self.guard is not None:
+            self.guard.listen()
 
     def flush(self, timeout: float) -> bool:
         """Fetches the newest packets into the mailboxes.
@@ -116,6 +134,8 @@ class RobotLink:
             if left <= 0:
                 return False
             self.lcm.HandleSubscriptions(math.ceil(1e3 * left))
+        if self.guard is not None:
+            self.guard.listen()
         return True
 
     def wait_for_statuses(self) -> None:
@@ -139,6 +159,8 @@ class RobotLink:
                     " is the driver running?"
                 )
             self.lcm.HandleSubscriptions(50)
+            if self.guard is not None:
+                self.guard.listen()
             silent = {
                 channel: (box, count)
                 for channel, (box, count) in silent.items()
@@ -150,8 +172,13 @@ class RobotLink:
         n = len(self._robot.description.arm.joints)
         boxes = (self.arm, self.base, self.hand, self.localization)
         counts = tuple(box.count if box else 0 for box in boxes)
-        known = measurement.counts, measurement.moving_since
-        if known == (counts, self._moving_since):
+        intruder = self.guard.problem() if self.guard else ""
+        known = (
+            measurement.counts,
+            measurement.moving_since,
+            measurement.intruder,
+        )
+        if known == (counts, self._moving_since, intruder):
             return measurement
         for box, count, seen in zip(
             boxes, counts, measurement.counts, strict=True
@@ -161,7 +188,12 @@ class RobotLink:
             data, received = box.data, box.received
             if box is self.arm:
                 measurement = with_arm_status(
-                    measurement, data, received, n, self._config
+                    measurement,
+                    data,
+                    received,
+                    n,
+                    self._config,
+                    self._robot.velocity_limit[self._robot.n_base :],
                 )
             elif box is self.base:
                 measurement = with_base_status(
@@ -175,7 +207,10 @@ class RobotLink:
             else:
                 measurement = with_hand_status(measurement, data)
         return dc.replace(
-            measurement, counts=counts, moving_since=self._moving_since
+            measurement,
+            counts=counts,
+            moving_since=self._moving_since,
+            intruder=intruder,
         )
 
     def command_problem(self, u: np.ndarray) -> str:
@@ -208,11 +243,13 @@ class RobotLink:
         n_base, names = self._robot.n_base, self._config.channels
         now = time.time()
         arm = encode_panda_command(u[n_base:], now)
-        self.lcm.Publish(names.arm_command, arm)
+        self._publish(names.arm_command, arm)
         if n_base:
             base = encode_base_command(u[:n_base], now)
-            self.lcm.Publish(names.base_command, base)
-            self.commanded.append(now, u[:n_base])
+            self._publish(names.base_command, base)
+            # A shadow's commands move nothing.
+            told = np.zeros(n_base) if self._config.shadow else u[:n_base]
+            self.commanded.append(now, told)
         self.u, self.sent = u, now
         if not (np.abs(u[n_base:]) > _MOVING).any():
             self._moving_since = math.inf
@@ -227,9 +264,37 @@ class RobotLink:
             force: Bound on the gripping force [N].
         """
         now = time.time()
-        if now - self._hand_sent >= self._config.hand_period:
+        is_due = now - self._hand_sent >= self._config.hand_period
+        if is_due and self.is_armed:
             self._hand_sent = now
-            self.lcm.Publish(
+            self._publish(
                 self._config.channels.hand_command,
                 encode_hand_command(width, force, now),
             )
+
+    def _publish(self, channel: str, data: bytes) -> None:
+        """Sends a packet; as a shadow, nothing."""
+        if self._config.shadow:
+            return
+        self.lcm.Publish(channel, data)
+        if self.guard is not None:
+            self.guard.sent += 1
+
+    def take_command(self) -> None:
+        """Tells the drivers to obey us, once nobody else commands them.
+
+        Raises:
+            RemoSplatError: Somebody does, or two robots answer.
+        """
+        problem = self.guard.take_command(LEASE_EXPIRY) if self.guard else ""
+        if problem:
+            raise RemoSplatError(f"{self._config.url}: {problem}")
+
+    def take_request(self) -> str:
+        """Returns which operator has asked for motion; empty for none."""
+        return self.guard.take_request() if self.guard else ""
+
+    def tell(self, mode: str, reason: str) -> None:
+        """Lets those on the wire know what the supervisor does, and why."""
+        if self.guard is not None:
+            self.guard.mode, self.guard.reason = mode, reason

@@ -39,7 +39,8 @@ def station_status(
         now: Our wall clock [s].
     """
     arm, base = measurement.arm, measurement.base
-    reason = _arm_problem(measurement, config, now)
+    reason = measurement.intruder
+    reason = reason or _arm_problem(measurement, config, now)
     if has_base:
         reason = reason or _base_problem(measurement, config, now)
     if arm is None or (has_base and base is None):

@@ -15,7 +15,7 @@ from remosplat_drake.hardware.wire.channels import (
     PANDA_HAND_COMMAND,
     PANDA_HAND_STATUS,
 )
-from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 
 
 class FrankaHand(Protocol):
@@ -45,16 +45,22 @@ class HandDriver:
     those that come during a motion the last one counts.
     """
 
-    def __init__(self, lcm: DrakeLcmInterface, hand: FrankaHand):
+    def __init__(
+        self,
+        lcm: DrakeLcmInterface,
+        hand: FrankaHand,
+        inbox: CommandSource | None = None,
+    ):
         """Subscribes; the fingers stay where they are.
 
         Args:
             lcm: The LCM network.
             hand: The hand under control.
+            inbox: Where commands come from; None obeys everybody.
         """
         self._lcm = lcm
         self._hand = hand
-        self._inbox = Inbox(lcm, [PANDA_HAND_COMMAND])
+        self._inbox = inbox or Inbox(lcm, [PANDA_HAND_COMMAND])
         self._wanted: tuple[float, float] | None = None
         self._done: tuple[float, float] | None = None
         self._motion: threading.Thread | None = None

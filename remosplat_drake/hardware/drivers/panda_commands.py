@@ -3,7 +3,8 @@
 They are those of drake-franka-driver. A command counts while its stamp is
 within the expiry time of the driver's clock, into the past and into the
 future; without one that counts the arm is told to stand still. A message
-that is no velocity command at all ends the driver.
+that is no velocity command at all, at which drake-franka-driver exits, is
+counted and left aside: a stray packet must not end a motion.
 """
 
 import numpy as np
@@ -23,7 +24,7 @@ JOINTS = 7
 
 
 class CommandError(RemoSplatError):
-    """A command that makes the driver exit, as drake-franka-driver does."""
+    """What is no command to an arm in velocity mode."""
 
     def __init__(self, field: str, problem: str):
         super().__init__(f"{PANDA_COMMAND}: {field}: {problem}")
@@ -63,6 +64,8 @@ class PandaCommands:
 
     Attributes:
         received: Number of commands so far.
+        broken: Number of messages that were none.
+        complaint: What was wrong with the latest of those; empty for nothing.
         expired: How often a command has expired without a successor.
     """
 
@@ -77,14 +80,19 @@ class PandaCommands:
         self._velocity: np.ndarray | None = None
         self._utime = 0
         self.received = 0
+        self.broken = 0
+        self.complaint = ""
         self.expired = 0
 
     def receive(self, data: bytes) -> None:
-        """Takes in an encoded lcmt_panda_command.
+        """Takes in an encoded lcmt_panda_command; a broken one is counted."""
+        try:
+            self._take(data)
+        except CommandError as error:
+            self.broken += 1
+            self.complaint = str(error)
 
-        Raises:
-            CommandError: The message is no velocity command.
-        """
+    def _take(self, data: bytes) -> None:
         try:
             message = decode(lcmt_panda_command, data)
         except BrokenMessage as error:

@@ -17,7 +17,7 @@ from remosplat_drake.hardware.drivers.panda_commands import (
 )
 from remosplat_drake.hardware.drivers.velocity_servo import AT_REST_BELOW
 from remosplat_drake.hardware.wire.channels import PANDA_COMMAND, PANDA_STATUS
-from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 
 
 class ControlledArm(Protocol):
@@ -35,16 +35,22 @@ class ControlledArm(Protocol):
 class PandaDriver:
     """Hears commands, hands them on and publishes statuses."""
 
-    def __init__(self, lcm: DrakeLcmInterface, arm: ControlledArm):
+    def __init__(
+        self,
+        lcm: DrakeLcmInterface,
+        arm: ControlledArm,
+        inbox: CommandSource | None = None,
+    ):
         """Subscribes; nothing moves before a command comes.
 
         Args:
             lcm: The LCM network.
             arm: The arm under control.
+            inbox: Where commands come from; None obeys everybody.
         """
         self._lcm = lcm
         self._arm = arm
-        self._inbox = Inbox(lcm, [PANDA_COMMAND])
+        self._inbox = inbox or Inbox(lcm, [PANDA_COMMAND])
         self._commands = PandaCommands()
 
     def step(self, now: int) -> None:
@@ -52,9 +58,6 @@ class PandaDriver:
 
         Args:
             now: Wall clock [us].
-
-        Raises:
-            CommandError: A message was no velocity command; stop the arm.
         """
         for _, data in self._inbox.fetch():
             self._commands.receive(data)

@@ -24,7 +24,7 @@ from remosplat_drake.hardware.wire.channels import (
     BASE_LOCALIZATION,
     BASE_STATUS,
 )
-from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 from remosplat_drake.hardware.wire.localization import (
     BaseFix,
     encode_localization,
@@ -163,6 +163,7 @@ class RosBase:
         link: RosLink,
         maxima: BaseMaxima | None = None,
         sources: Sequence[StopSource] = (),
+        inbox: CommandSource | None = None,
     ):
         """Subscribes; nothing is sent before a command comes.
 
@@ -172,12 +173,13 @@ class RosBase:
             maxima: Greatest velocities that are asked of the base; None
                 takes the LD-60's.
             sources: What else says whether the base may move.
+            inbox: Where commands come from; None obeys everybody.
         """
         self._lcm = lcm
         self._link = link
         self._commands = BaseCommands(maxima)
         self._sources = (link, *sources)
-        self._inbox = Inbox(lcm, [BASE_COMMAND])
+        self._inbox = inbox or Inbox(lcm, [BASE_COMMAND])
         self._last_motion = -math.inf
 
     def step(self, now: int, t: float) -> None:

@@ -20,7 +20,17 @@ from remosplat_drake.hardware.stand_in.simulated_panda import (
     SimulatedPanda,
 )
 from remosplat_drake.hardware.wire import channels
-from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
+
+
+def commanded(has_arm_driver: bool = False) -> list[str]:
+    """Returns the channels of the commands that the robot hears.
+
+    Args:
+        has_arm_driver: Whether the arm obeys a driver of its own.
+    """
+    arm = [] if has_arm_driver else [channels.PANDA_COMMAND]
+    return [*arm, channels.BASE_COMMAND, channels.PANDA_HAND_COMMAND]
 
 
 class HardwareSim:
@@ -44,6 +54,7 @@ class HardwareSim:
         *,
         fci: FciArm | None = None,
         localizes: bool = False,
+        inbox: CommandSource | None = None,
     ):
         """Subscribes; nothing is sent before the first step.
 
@@ -56,19 +67,14 @@ class HardwareSim:
                 wire; None for the simulated driver.
             localizes: Whether something besides its wheels tells where the
                 base is; the odometry then begins elsewhere.
+            inbox: Where messages on `commanded` and of faults come from; None
+                obeys everybody.
         """
         self._plant = plant
         self._lcm = lcm
         self._clock = clock
-        self._inbox = Inbox(
-            lcm,
-            [
-                *([] if fci else [channels.PANDA_COMMAND]),
-                channels.BASE_COMMAND,
-                channels.PANDA_HAND_COMMAND,
-                faults.CHANNEL,
-            ],
-        )
+        heard = [*commanded(fci is not None), faults.CHANNEL]
+        self._inbox = inbox or Inbox(lcm, heard)
         self._faults = FaultSchedule(schedule)
         self.panda = SimulatedPanda()
         self._fci = fci
@@ -86,12 +92,7 @@ class HardwareSim:
         return self._ticks * TICK
 
     def step(self) -> None:
-        """Runs one millisecond of the robot.
-
-        Raises:
-            CommandError: A message to the arm was no velocity command, at
-                which the real driver exits.
-        """
+        """Runs one millisecond of the robot."""
         t = self.time
         self._hear(t)
         self._break(t)

@@ -1,6 +1,23 @@
 """`Inbox`: the LCM packets that a driver has not looked at yet."""
 
+from typing import Protocol
+
 from pydrake.lcm import DrakeLcmInterface
+
+
+class CommandSource(Protocol):
+    """Where a driver takes its commands from."""
+
+    def fetch(self, timeout: float = 0.0) -> list[tuple[str, bytes]]:
+        """Takes out the messages that have arrived.
+
+        Args:
+            timeout: Longest wait for the first message [s].
+
+        Returns:
+            Pairs of a channel's name and an encoded message, oldest first.
+        """
+        ...
 
 
 class Inbox:

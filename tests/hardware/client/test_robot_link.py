@@ -290,3 +290,35 @@ def test_drakes_lcm_settings_choose_network_and_channels(url, frankie):
         drivers.Publish("MARK_2", b"to us")
         link.lcm.HandleSubscriptions(100)
     del mark
+
+
+def test_a_shadow_sends_nothing(url, drivers, frankie):
+    shadow = RobotLink(HardwareConfig(lcm_url=url, shadow=True), frankie)
+    shadow.take_command()
+    shadow.send(np.full(9, 0.1))
+    shadow.send_hand(0.04, 10.0)
+    assert drivers.hear(shadow) == {}
+    np.testing.assert_allclose(shadow.u, 0.1)
+
+
+def test_the_hand_stands_until_the_robot_is_armed(link, drivers):
+    link.is_armed = False
+    link.send_hand(0.04, 10.0)
+    assert drivers.hear(link) == {}
+    link.is_armed = True
+    link.send_hand(0.04, 10.0)
+    assert channels.PANDA_HAND_COMMAND in drivers.hear(link)
+
+
+def test_who_else_commands_is_the_stations_problem(link, drivers, url):
+    drivers.tell_arm(time.time())
+    drivers.tell_base(time.time())
+    stranger = DrakeLcm(url)
+    stranger.Publish(channels.PANDA_COMMAND, b"")
+    heard, end = Measurement(), time.monotonic() + 5.0
+    while not heard.intruder and time.monotonic() < end:
+        link.take_out()
+        heard = link.updated(heard)
+    assert heard.intruder.startswith(f"{channels.PANDA_COMMAND}: ")
+    assert link.guard is not None
+    assert "commands, too" in link.guard.take_command(0.0)

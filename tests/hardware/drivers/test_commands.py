@@ -14,7 +14,6 @@ from remosplat_drake.hardware.drivers.base_commands import (
     clamped,
 )
 from remosplat_drake.hardware.drivers.panda_commands import (
-    CommandError,
     PandaCommands,
 )
 from remosplat_drake.hardware.wire.messages.base_command import base_command
@@ -84,15 +83,22 @@ def test_a_fresh_command_after_an_expired_one_counts():
         ({"joint_velocity": [math.nan] * 7}, "not finite"),
     ],
 )
-def test_what_is_no_velocity_command_ends_the_driver(fields, mention):
-    with pytest.raises(CommandError, match=mention):
-        PandaCommands().receive(arm_message(**fields))
+def test_what_is_no_velocity_command_is_counted_and_named(fields, mention):
+    commands = PandaCommands()
+    commands.receive(arm_message(**fields))
+    assert (commands.received, commands.broken) == (0, 1)
+    assert mention in commands.complaint
+    assert not commands.velocity(NOW).any()
 
 
-def test_bytes_that_are_no_command_end_the_driver():
-    for data in (b"", b"nonsense", arm_message()[:-3]):
-        with pytest.raises(CommandError, match="message"):
-            PandaCommands().receive(data)
+def test_a_stray_packet_ends_neither_the_driver_nor_a_motion():
+    commands = PandaCommands()
+    commands.receive(arm_message())
+    for data in (b"", b"nonsense", bytes(40), arm_message()[:-3]):
+        commands.receive(data)
+        assert "message" in commands.complaint
+    assert commands.broken == 4
+    assert commands.velocity(NOW)[0] == pytest.approx(0.1)
 
 
 # The base

@@ -1,0 +1,56 @@
+"""Somebody else commands the robot, or answers in its place."""
+
+from remosplat_drake.acceptance.fault_case import (
+    GOES_ON,
+    MOVES,
+    FaultCase,
+    Part,
+)
+from remosplat_drake.acceptance.stranger import (
+    ARM,
+    BASE,
+    COMMANDS,
+    GARBAGE,
+    STRANGERS,
+)
+
+_TOUR = "time_limit: 600\ntargets:" + 20 * (
+    "\n- {translation: [1.15, 0.0, 0.66], rpy_deg: [180, 0, 0]}"
+    "\n- {translation: [0.95, 0.45, 0.95], rpy_deg: [180, 0, 0]}"
+)
+"""Up and down, for longer than another process takes to start."""
+
+
+def _stranger(name: str, what: str, reason: str) -> FaultCase:
+    assert what in STRANGERS
+    return FaultCase(
+        name,
+        Part.STRANGER,
+        what,
+        reason=reason,
+        refusal=reason,
+        resumes=MOVES,
+        text=_TOUR,
+    )
+
+
+CASES = (
+    FaultCase(
+        "second controller",
+        Part.SECOND_CONTROLLER,
+        outcome=GOES_ON,
+        text=_TOUR,
+    ),
+    FaultCase(
+        "second robot",
+        Part.SECOND_ROBOT,
+        reason="comes from",
+        refusal="comes from",
+        resumes=MOVES,
+        text=_TOUR,
+    ),
+    _stranger("foreign commands", COMMANDS, "commands, too"),
+    _stranger("foreign statuses of the arm", ARM, "PANDA_STATUS: comes from"),
+    _stranger("foreign statuses of the base", BASE, "BASE_STATUS: comes from"),
+    _stranger("garbage on every channel", GARBAGE, "commands, too"),
+)

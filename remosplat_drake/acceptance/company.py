@@ -1,0 +1,115 @@
+"""Who joins a robot and its controller on their wire, uninvited.
+
+Such a process takes seconds to start. What counts begins when its first
+packet is on the wire, which the packets' senders tell.
+"""
+
+import contextlib
+import math
+import subprocess
+import time
+from pathlib import Path
+
+from remosplat_drake.acceptance import hardware_processes as processes
+from remosplat_drake.acceptance.fault_case import FaultCase, Part
+from remosplat_drake.acceptance.motion_judge import (
+    CREEP,
+    TrueRun,
+    distance_moved,
+)
+from remosplat_drake.hardware.wire import channels
+from remosplat_drake.hardware.wire.multicast import MulticastListener
+from remosplat_drake.robot.robot_model import RobotModel
+
+REFUSED = 2
+"""Exit code of a controller that finds another one there."""
+
+_START_UP = 60.0
+"""Longest time until somebody has joined, or has been refused [s]."""
+
+
+class Company:
+    """One process that joins, and what has become of it.
+
+    Attributes:
+        began: Wall-clock time of its first packet [s]; infinite before.
+        motion: Record of the second robot's true motion.
+    """
+
+    def __init__(self, case: FaultCase, url: str, folder: Path):
+        """Prepares; nobody joins yet.
+
+        Args:
+            case: Who joins.
+            url: LCM URL of the wire.
+            folder: Folder for the run's files.
+        """
+        self._case, self._url = case, url
+        self.motion = folder / "second_motion.npz"
+        self.began = math.inf
+        self._process: subprocess.Popen | None = None
+
+    def join(self, stack: contextlib.ExitStack) -> None:
+        """Starts the process, and waits until it is there or has gone."""
+        listener = MulticastListener(self._url)
+        stack.callback(listener.close)
+        known = _senders(listener, 0.3)
+        starts = {
+            Part.SECOND_ROBOT: lambda: processes.robot(
+                self._url, "--record", str(self.motion)
+            ),
+            Part.SECOND_CONTROLLER: lambda: processes.second_controller(
+                self._url
+            ),
+            Part.STRANGER: lambda: processes.stranger(
+                self._url, self._case.fault
+            ),
+        }
+        self._process = stack.enter_context(starts[self._case.part]())
+        end = time.monotonic() + _START_UP
+        while self._process.poll() is None and time.monotonic() < end:
+            if self._case.part is not Part.SECOND_CONTROLLER and (
+                _senders(listener, 0.005) - known
+            ):
+                self.began = time.time()
+                return
+
+    def leave(self) -> None:
+        """Ends the process."""
+        if self._process is not None:
+            processes.end(self._process)
+
+    def problem(self, robot: RobotModel) -> str:
+        """Returns a complaint if the process has done what it must not.
+
+        Args:
+            robot: The robot whose motion is judged.
+        """
+        if self._process is None:
+            return ""
+        if self._case.part is Part.SECOND_CONTROLLER:
+            code = self._process.returncode
+            refused = code == REFUSED
+            return "" if refused else f"the second controller ended with {code}"
+        if math.isinf(self.began):
+            return "nobody joined"
+        if self._case.part is Part.SECOND_ROBOT:
+            moved = distance_moved(TrueRun.read(self.motion), robot)
+            if not moved < CREEP:
+                return f"the second robot moved by {1e3 * moved:.1f} mm"
+        return ""
+
+
+def _senders(listener: MulticastListener, duration: float) -> set[str]:
+    """Addresses of who sends commands or statuses now."""
+    end, heard = time.monotonic() + duration, set()
+    names = {
+        channels.PANDA_COMMAND,
+        channels.PANDA_STATUS,
+        channels.BASE_STATUS,
+    }
+    while True:
+        heard |= {p.sender for p in listener.fetch() if p.channel in names}
+        if time.monotonic() >= end:
+            return heard
+        time.sleep(1e-3)

@@ -1,0 +1,55 @@
+"""`Arming`: an operator's consent, from the terminal or over the wire.
+
+A real robot stands until a person lets it go: types `arm` at the program's
+terminal, or sends a request for this very session (`remosplat arm`). Any
+other line stops it. The page cannot: Meshcat knows no clients.
+"""
+
+from pydrake.systems.framework import Context
+
+from remosplat_drake.app.diagram import Application
+from remosplat_drake.base.terminal import TerminalLines
+from remosplat_drake.hardware.client.robot_link import RobotLink
+
+ARM = "arm"
+"""What a person types to let the robot go."""
+
+TERMINAL_STOP = "Enter in the terminal"
+"""Reason of a stop by any other line."""
+
+HINT = f"type `{ARM}` and Enter, or call `remosplat {ARM}`; Enter alone stops"
+"""How to let the robot go, and to stop it."""
+
+
+class Arming:
+    """Passes an operator's requests to the supervisor, between two ticks."""
+
+    def __init__(self, application: Application, link: RobotLink):
+        """Starts without consent.
+
+        Args:
+            application: The diagram, with its supervisor.
+            link: The link to the robot, which hears requests and tells what
+                the supervisor does.
+        """
+        assert application.supervisor is not None
+        self._supervisor = application.supervisor
+        self._link = link
+        self._terminal = TerminalLines()
+
+    def __call__(self, root: Context) -> None:
+        """Serves the requests since the last call.
+
+        Args:
+            root: Context of the whole diagram.
+        """
+        context = self._supervisor.GetMyMutableContextFromRoot(root)
+        line = self._terminal.fetch()
+        if line is not None and line != ARM:
+            self._supervisor.request_stop(context, TERMINAL_STOP)
+        if line == ARM or self._link.take_request():
+            self._supervisor.request_release(context)
+        state = self._supervisor.supervision(context)
+        self._link.is_armed |= not state.is_latched
+        said = ": ".join(filter(None, [state.reason, state.refusal]))
+        self._link.tell(state.mode, said)

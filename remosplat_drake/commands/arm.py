@@ -1,0 +1,64 @@
+"""`remosplat arm`: let a real robot go that waits for an operator."""
+
+import argparse
+
+from rich.console import Console
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.commands.wire import add_wire_argument, open_wire
+from remosplat_drake.hardware.client.operator import Operator
+from remosplat_drake.hardware.hardware_config import REHEARSAL_URL
+from remosplat_drake.hardware.wire.lease import LEASE_EXPIRY, Lease
+from remosplat_drake.signals.supervisor_state import STOPPED
+
+_STAYS = 1
+_PATIENCE = 1.0
+"""Time for the controller to answer [s]."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's flags."""
+    add_wire_argument(parser)
+    parser.add_argument(
+        "--rehearsal",
+        action="store_true",
+        help=f"on the stand-in's wire, {REHEARSAL_URL}",
+    )
+    parser.add_argument(
+        "--session",
+        type=int,
+        metavar="N",
+        help="which one, where several controllers wait",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Arms one session; returns 1 if its robot stays stopped."""
+    console = Console(highlight=False)
+    url = REHEARSAL_URL if arguments.rehearsal else arguments.lcm_url
+    operator = Operator(open_wire(url))
+    lease = _chosen(operator.listen_for(LEASE_EXPIRY), arguments.session, url)
+    console.print(f"{lease.who}: {lease.mode}: {lease.reason}")
+    operator.arm(lease.who.session)
+    answers = {a.who: a for a in operator.listen_for(_PATIENCE)}
+    answer = answers.get(lease.who, lease)
+    console.print(": ".join(filter(None, (answer.mode, answer.reason))))
+    return _STAYS if answer.mode == STOPPED else 0
+
+
+def _chosen(leases: list[Lease], session: int | None, url: str) -> Lease:
+    """Returns the session to arm.
+
+    Raises:
+        RemoSplatError: There is none, or there are several.
+    """
+    if session is not None:
+        leases = [lease for lease in leases if lease.who.session == session]
+    if not leases:
+        raise RemoSplatError(f"no controller waits on {url}")
+    if len(leases) > 1:
+        names = "; ".join(f"{a.who.session}: {a.who}" for a in leases)
+        raise RemoSplatError(
+            f"several controllers are on {url}, give one to --session: {names}"
+        )
+    return leases[0]

@@ -1,0 +1,71 @@
+"""`Operator`: a person beside a robot, who lets a session move it."""
+
+import getpass
+import socket
+import time
+
+from pydrake.lcm import DrakeLcm
+
+from remosplat_drake.hardware.wire.lease import (
+    LEASE_EXPIRY,
+    OPERATOR_REQUEST,
+    SESSION_LEASE,
+    Lease,
+    decode_lease,
+    encode_request,
+)
+from remosplat_drake.hardware.wire.multicast import MulticastListener
+from remosplat_drake.hardware.wire.packets import BrokenMessage
+
+_YIELD = 5e-3
+"""Period at which the wire is looked at [s]."""
+
+
+class Operator:
+    """Hears who commands a robot, and arms whom a person has named."""
+
+    def __init__(self, lcm: DrakeLcm):
+        """Joins the wire.
+
+        Args:
+            lcm: The network of the controllers.
+
+        Raises:
+            RemoSplatError: The wire has no addresses.
+        """
+        self._lcm = lcm
+        self._listener = MulticastListener(lcm.get_lcm_url())
+        self._heard: dict[int, tuple[float, Lease]] = {}
+
+    def leases(self) -> list[Lease]:
+        """Returns what the sessions that are there have said last."""
+        now = time.monotonic()
+        for channel, data, _ in self._listener.fetch():
+            if channel == SESSION_LEASE:
+                try:
+                    lease = decode_lease(data)
+                except BrokenMessage:
+                    continue
+                self._heard[lease.who.session] = now, lease
+        return [
+            lease
+            for heard, lease in self._heard.values()
+            if now - heard <= LEASE_EXPIRY
+        ]
+
+    def listen_for(self, duration: float) -> list[Lease]:
+        """Listens for some time [s], and returns who is there then."""
+        end = time.monotonic() + duration
+        while time.monotonic() < end:
+            self.leases()
+            time.sleep(_YIELD)
+        return self.leases()
+
+    def arm(self, session: int) -> None:
+        """Lets a session move its robot, or go on after a stop.
+
+        Args:
+            session: The session, as its lease has it.
+        """
+        name = f"{getpass.getuser()}@{socket.gethostname()}"
+        self._lcm.Publish(OPERATOR_REQUEST, encode_request(session, name))

@@ -1,0 +1,297 @@
+"""`WireGuard`: who else is on the wire; one master, one robot.
+
+It hears who sends what, by address. Commands that are not ours, or statuses
+that come from two senders at once, are a problem for as long as they have
+been heard in the last half second. The same addresses' leases and reports
+give them names. That needs no cooperation: strangers and stock drivers, which
+know no lease, are found out, too.
+"""
+
+import dataclasses as dc
+import math
+import time
+from collections.abc import Mapping, Sequence
+
+from pydrake.lcm import DrakeLcm
+
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.wire.lease import (
+    DRIVER_REPORT,
+    LEASE_EXPIRY,
+    OPERATOR_REQUEST,
+    PERIOD,
+    SESSION_LEASE,
+    Identity,
+    Lease,
+    Report,
+    decode_lease,
+    decode_report,
+    decode_request,
+    encode_lease,
+)
+from remosplat_drake.hardware.wire.multicast import MulticastListener, Packet
+from remosplat_drake.hardware.wire.packets import BrokenMessage
+
+PRESENT = 0.5
+"""Time since a sender's last message for which it counts as there [s]."""
+
+_FORGOTTEN = 60.0
+"""Time since a sender's last message after which it is forgotten [s]."""
+
+
+@dc.dataclass
+class Senders:
+    """The senders of one channel, by address.
+
+    Attributes:
+        heard: When each was heard last [s].
+        first: The one that was heard first of those that are there.
+    """
+
+    heard: dict[str, float] = dc.field(default_factory=dict)
+    first: str = ""
+
+    def hear(self, sender: str, now: float) -> None:
+        """Notes a message."""
+        first = self.heard.get(self.first, -math.inf)
+        self.heard[sender] = now
+        if not now - first <= LEASE_EXPIRY:
+            self.first = sender
+
+    def present(self, now: float) -> list[str]:
+        """Returns those that are there, the first one first."""
+        there = [s for s, t in self.heard.items() if now - t <= PRESENT]
+        return sorted(there, key=lambda sender: sender != self.first)
+
+    def forget(self, now: float) -> None:
+        """Forgets who has been silent for long."""
+        for sender, heard in list(self.heard.items()):
+            if now - heard > _FORGOTTEN:
+                del self.heard[sender]
+
+
+class Watch:
+    """What has been heard on the wire, and what is wrong with it.
+
+    It knows neither clock nor socket.
+
+    Attributes:
+        who: Our identity.
+        own: Our address, once our own lease came back; empty before.
+        requested_by: Who has asked for motion since `take_request`.
+        broken: Number of leases, reports and requests that were none.
+        strange: Number of messages of strangers on channels of commands and
+            statuses, and the latest of them by channel and address.
+    """
+
+    def __init__(
+        self, who: Identity, commands: Sequence[str], statuses: Sequence[str]
+    ):
+        """Starts before anything is heard.
+
+        Args:
+            who: Our identity.
+            commands: Channels on which only we may send.
+            statuses: Channels on which one driver each may send.
+        """
+        self.who = who
+        self.own = ""
+        self.requested_by: str | None = None
+        self.broken = 0
+        self.strange = 0, ""
+        self._commands = {name: Senders() for name in commands}
+        self._statuses = {name: Senders() for name in statuses}
+        self._drivers: dict[str, Report] = {}
+        self._sessions: dict[str, Lease] = {}
+        self._claims = Senders()
+
+    def hear(self, packet: Packet, now: float) -> None:
+        """Notes a packet.
+
+        Args:
+            packet: Any packet of the wire.
+            now: Our wall clock [s].
+        """
+        channel, data, sender = packet
+        senders = self._statuses.get(channel) or self._commands.get(channel)
+        if senders is not None:
+            senders.hear(sender, now)
+            ours = self.own if channel in self._commands else senders.first
+            if sender != ours:
+                self.strange = self.strange[0] + 1, f"{channel} from {sender}"
+            return
+        try:
+            if channel == DRIVER_REPORT:
+                _keep(self._drivers, sender, decode_report(data))
+            elif channel == SESSION_LEASE:
+                self._hear_lease(decode_lease(data), sender, now)
+            elif channel == OPERATOR_REQUEST:
+                who = decode_request(data, self.who.session, now)
+                self.requested_by = who or self.requested_by
+        except BrokenMessage:
+            self.broken += 1
+
+    def _hear_lease(self, lease: Lease, sender: str, now: float) -> None:
+        if lease.who == self.who:
+            self.own = sender
+            return
+        _keep(self._sessions, sender, lease)
+        if set(lease.drivers) & set(self.drivers(now)):
+            self._claims.hear(sender, now)
+
+    def drivers(self, now: float) -> tuple[int, ...]:
+        """Returns the sessions of the drivers that our statuses come from."""
+        sessions = (
+            self._drivers[senders.present(now)[0]].who.session
+            for senders in self._statuses.values()
+            if senders.present(now) and senders.present(now)[0] in self._drivers
+        )
+        return tuple(dict.fromkeys(sessions))
+
+    def take_request(self) -> str:
+        """Returns who asks for motion since the last call; empty for nobody."""
+        who, self.requested_by = self.requested_by, None
+        return who or ""
+
+    def problem(self, now: float, *, listens_only: bool = False) -> str:
+        """Says who must not be there, by name and address; empty if nobody.
+
+        Args:
+            now: Our wall clock [s].
+            listens_only: Whether we command nothing, and others may.
+        """
+        if not listens_only:
+            channels: Mapping = {**self._commands, SESSION_LEASE: self._claims}
+            for channel, senders in channels.items():
+                others = [s for s in senders.present(now) if s != self.own]
+                if others:
+                    return f"{channel}: {self._named(others[0])} commands, too"
+        for channel, senders in self._statuses.items():
+            there = senders.present(now)
+            if len(there) > 1:
+                first, second = map(self._named, there[:2])
+                return f"{channel}: comes from {second}, too, besides {first}"
+        return ""
+
+    def _named(self, sender: str) -> str:
+        known = self._drivers.get(sender) or self._sessions.get(sender)
+        return f"{sender} ({known.who})" if known else sender
+
+    def tidy(self, now: float) -> None:
+        """Forgets senders that have been silent for long."""
+        for senders in (
+            *self._commands.values(),
+            *self._statuses.values(),
+            self._claims,
+        ):
+            senders.forget(now)
+
+
+def _keep(known: dict, sender: str, what) -> None:
+    if sender in known or len(known) < 100:
+        known[sender] = what
+
+
+class WireGuard:
+    """Watches the wire beside a robot's link, and keeps our lease.
+
+    Attributes:
+        sent: Number of messages that we have sent so far.
+        mode: Mode of our supervisor, which the lease tells.
+        reason: Why that mode.
+    """
+
+    def __init__(self, lcm: DrakeLcm, config: HardwareConfig, name: str):
+        """Joins the wire a second time, to hear who sends.
+
+        Args:
+            lcm: The network on which our commands go out.
+            config: The names of the channels, and whether we are a shadow,
+                which sends nothing, not even a lease.
+            name: What we are, for people.
+
+        Raises:
+            RemoSplatError: The wire has no addresses.
+        """
+        self._lcm, self._shadow = lcm, config.shadow
+        self._listener = MulticastListener(config.url)
+        names, self._suffix = config.channels, config.suffix
+        self._watch = Watch(
+            Identity.of_this_process(name),
+            (names.arm_command, names.base_command, names.hand_command),
+            (
+                names.arm_status,
+                names.base_status,
+                names.hand_status,
+                names.localization,
+            ),
+        )
+        self._commands = False
+        self._leased = self._tidied = -math.inf
+        self.sent = 0
+        self.mode = self.reason = ""
+
+    def listen(self) -> None:
+        """Takes in what has arrived, and renews the lease when it is due."""
+        now = time.time()
+        for channel, data, sender in self._listener.fetch():
+            # Another suffix is another robot.
+            if channel.endswith(self._suffix):
+                name = channel.removesuffix(self._suffix)
+                self._watch.hear(Packet(name, data, sender), now)
+        if not self._shadow and not 0 <= now - self._leased < PERIOD:
+            self._renew(now)
+        if not 0 <= now - self._tidied < _FORGOTTEN:
+            self._tidied = now
+            self._watch.tidy(now)
+
+    def _renew(self, now: float) -> None:
+        self._leased = now
+        drivers = self._watch.drivers(now) if self._commands else ()
+        lease = Lease(
+            self._watch.who, self.sent, self.mode, self.reason, drivers
+        )
+        self._lcm.Publish(SESSION_LEASE, encode_lease(lease))
+
+    def take_command(self, patience: float) -> str:
+        """Claims the drivers, once nobody else commands them.
+
+        Args:
+            patience: Longest wait until the wire is ours [s].
+
+        Returns:
+            Why it is not; empty once the drivers are told to obey us.
+        """
+        end = time.monotonic() + patience
+        while problem := self._objection():
+            if time.monotonic() > end:
+                return problem
+            time.sleep(1e-3)
+        self._commands = True
+        if not self._shadow:
+            self._renew(time.time())
+        return ""
+
+    def _objection(self) -> str:
+        self.listen()
+        if not self._shadow and not self._watch.own:
+            return "hears nothing of what it sends: is multicast set up?"
+        return self.problem()
+
+    def problem(self) -> str:
+        """Says who must not be on the wire; empty if nobody."""
+        return self._watch.problem(time.time(), listens_only=self._shadow)
+
+    def take_request(self) -> str:
+        """Returns who has asked for motion; empty for nobody."""
+        return self._watch.take_request()
+
+    def summary(self) -> str:
+        """Says how many messages should not have been there; empty if none."""
+        (strange, latest), broken = self._watch.strange, self._watch.broken
+        said = []
+        if strange and not self._shadow:
+            said.append(f"{strange} messages of strangers, lately {latest}")
+        if broken:
+            said.append(f"{broken} broken leases, reports or requests")
+        return "; ".join(said)

@@ -1,0 +1,185 @@
+"""`LeasedInbox`: a driver's commands, from the one session that it obeys.
+
+A driver obeys nobody before a session's lease has named it. Then it obeys
+that session alone, by the address that lease and commands come from, until
+the session names it no more or is silent for `LEASE_EXPIRY`. What others
+command is refused, counted and reported.
+"""
+
+import dataclasses as dc
+import math
+import time
+from collections.abc import Callable, Collection
+
+from pydrake.lcm import DrakeLcm
+
+from remosplat_drake.hardware.wire.lease import (
+    DRIVER_REPORT,
+    LEASE_EXPIRY,
+    PERIOD,
+    SESSION_LEASE,
+    Identity,
+    Lease,
+    Report,
+    decode_lease,
+    encode_report,
+)
+from remosplat_drake.hardware.wire.multicast import MulticastListener
+from remosplat_drake.hardware.wire.packets import BrokenMessage
+
+_YIELD = 5e-4
+"""Period at which a waiting inbox looks [s]."""
+
+
+@dc.dataclass(frozen=True)
+class Hold:
+    """The session that a driver obeys; without a lease it obeys nobody.
+
+    Attributes:
+        lease: The session's latest lease; None while there is none.
+        sender: Address that its lease and its commands come from.
+        heard: When it was heard last, by a clock that never jumps [s].
+    """
+
+    lease: Lease | None = None
+    sender: str = ""
+    heard: float = -math.inf
+
+    def after_lease(
+        self, lease: Lease, sender: str, driver: int, now: float
+    ) -> "Hold":
+        """Returns the hold after a lease has been heard.
+
+        Args:
+            lease: The lease.
+            sender: Address that it came from.
+            driver: The driver's own session.
+            now: Time now, by a clock that never jumps [s].
+        """
+        current = self.at(now).lease
+        is_same = current is not None and current.who == lease.who
+        if driver in lease.drivers and (current is None or is_same):
+            return Hold(lease, sender, now)
+        return Hold() if is_same else self
+
+    def after_command(self, sender: str, now: float) -> "Hold":
+        """Returns the hold after a command from an address."""
+        if self.admits(sender, now):
+            return dc.replace(self, heard=now)
+        return self
+
+    def at(self, now: float) -> "Hold":
+        """Returns the hold at a time: a silent session loses it."""
+        return self if now - self.heard <= LEASE_EXPIRY else Hold()
+
+    def admits(self, sender: str, now: float) -> bool:
+        """Tells whether a command from an address is to be carried out."""
+        return self.at(now).lease is not None and sender == self.sender
+
+
+class LeasedInbox:
+    """The messages that a driver is to carry out; it reports on the others.
+
+    It takes the place of an `Inbox`, and must be looked into all the time:
+    its reports go out as it is.
+    """
+
+    def __init__(
+        self,
+        lcm: DrakeLcm,
+        channels: Collection[str],
+        *,
+        name: str,
+        open_channels: Collection[str] = (),
+        on_news: Callable[[str], None] = lambda news: None,
+        clock: Callable[[], float] = time.monotonic,
+    ):
+        """Joins the wire.
+
+        Args:
+            lcm: The LCM network, on which the driver's statuses go out, too.
+            channels: Channels of commands, which need a lease.
+            name: What the driver is, for people.
+            open_channels: Channels that anybody may use.
+            on_news: Called with a line for people when the driver obeys
+                somebody else, and when it refuses somebody first.
+            clock: A clock that never jumps [s].
+
+        Raises:
+            RemoSplatError: The wire has no addresses.
+        """
+        self.who = Identity.of_this_process(name)
+        self._lcm = lcm
+        self._listener = MulticastListener(lcm.get_lcm_url())
+        self._channels, self._open = set(channels), set(open_channels)
+        self._on_news, self._clock = on_news, clock
+        self._hold = Hold()
+        self._report = Report(self.who)
+        self._reported = -math.inf
+        self._strangers: set[str] = set()
+
+    def fetch(self, timeout: float = 0.0) -> list[tuple[str, bytes]]:
+        """Takes out the messages that are to be carried out.
+
+        Args:
+            timeout: Longest wait for the first message [s].
+
+        Returns:
+            Pairs of a channel's name and an encoded message, oldest first.
+        """
+        end = self._clock() + timeout
+        while True:
+            messages = self._look()
+            if messages or self._clock() >= end:
+                return messages
+            time.sleep(_YIELD)
+
+    def _look(self) -> list[tuple[str, bytes]]:
+        now, messages = self._clock(), []
+        for channel, data, sender in self._listener.fetch():
+            if channel == SESSION_LEASE:
+                self._hear(data, sender, now)
+            elif channel in self._open:
+                messages.append((channel, data))
+            elif channel in self._channels:
+                self._hold = self._hold.after_command(sender, now)
+                if self._hold.admits(sender, now):
+                    messages.append((channel, data))
+                else:
+                    self._refuse(channel, sender)
+        self._tell(now, len(messages))
+        return messages
+
+    def _hear(self, data: bytes, sender: str, now: float) -> None:
+        try:
+            lease = decode_lease(data)
+        except BrokenMessage:
+            self._refuse(SESSION_LEASE, sender)
+            return
+        before = self._hold.at(now)
+        hold = before.after_lease(lease, sender, self.who.session, now)
+        self._hold = hold
+        if hold.lease and (before.lease is None):
+            self._on_news(f"obeys {hold.lease.who}, at {sender}")
+
+    def _refuse(self, channel: str, sender: str) -> None:
+        self._report = dc.replace(
+            self._report,
+            refused=self._report.refused + 1,
+            refused_from=sender,
+        )
+        if sender not in self._strangers and len(self._strangers) < 100:
+            self._strangers.add(sender)
+            self._on_news(f"refuses {channel} from {sender}")
+
+    def _tell(self, now: float, obeyed: int) -> None:
+        """Says ten times a second who drives, and whom it obeys."""
+        lease = self._hold.at(now).lease
+        self._report = dc.replace(
+            self._report,
+            holder=lease.who.session if lease else 0,
+            obeyed=self._report.obeyed + obeyed,
+        )
+        if now - self._reported >= PERIOD:
+            self._reported = now
+            self._lcm.Publish(DRIVER_REPORT, encode_report(self._report))

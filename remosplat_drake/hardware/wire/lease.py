@@ -1,0 +1,195 @@
+"""Who commands a robot and who drives it: identities beside the messages.
+
+The stock messages have no room for them. A session says ten times a second
+who it is and which drivers shall obey it; a driver says who it is and which
+session it obeys. Both come from the same UDP port as their commands and
+statuses: that address ties them together.
+"""
+
+import dataclasses as dc
+import os
+import secrets
+import socket
+import time
+
+from remosplat_drake.hardware.wire.messages.driver_report import driver_report
+from remosplat_drake.hardware.wire.messages.operator_request import (
+    operator_request,
+)
+from remosplat_drake.hardware.wire.messages.session_lease import session_lease
+from remosplat_drake.hardware.wire.packets import decode, is_expired, to_utime
+
+SESSION_LEASE = "SESSION_LEASE"
+"""Channel of session_lease: who commands the robot."""
+DRIVER_REPORT = "DRIVER_REPORT"
+"""Channel of driver_report: who drives it."""
+OPERATOR_REQUEST = "OPERATOR_REQUEST"
+"""Channel of operator_request: a person arms a session."""
+
+PERIOD = 0.1
+"""Time between two leases, and between two reports of a driver [s]."""
+
+LEASE_EXPIRY = 1.0
+"""Silence of a session after which its lease ends [s]."""
+
+REQUEST_EXPIRY = 1.0
+"""Difference between an operator's clock and ours at which a request no longer
+counts [s]."""
+
+
+@dc.dataclass(frozen=True)
+class Identity:
+    """One process on the wire.
+
+    Attributes:
+        session: Drawn at random when the process joins; never 0.
+        pid: Number of the process.
+        host: Name of its computer.
+        name: What it is.
+    """
+
+    session: int
+    pid: int
+    host: str
+    name: str
+
+    @staticmethod
+    def of_this_process(name: str) -> "Identity":
+        """Returns a new identity of this process, as `name`."""
+        session = secrets.randbits(62) + 1
+        return Identity(session, os.getpid(), socket.gethostname(), name)
+
+    def __str__(self) -> str:
+        return f"{self.name}, pid {self.pid} on {self.host}"
+
+
+@dc.dataclass(frozen=True)
+class Lease:
+    """What a session says of itself.
+
+    Attributes:
+        who: Who commands.
+        sent: Number of commands sent so far.
+        mode: Mode of its supervisor.
+        reason: Why that mode.
+        drivers: Sessions of the drivers that shall obey.
+    """
+
+    who: Identity
+    sent: int = 0
+    mode: str = ""
+    reason: str = ""
+    drivers: tuple[int, ...] = ()
+
+
+@dc.dataclass(frozen=True)
+class Report:
+    """What a driver says of itself.
+
+    Attributes:
+        who: Who drives.
+        holder: Session that it obeys; 0 for none.
+        obeyed: Number of messages that it carried out.
+        refused: Number of messages that it refused.
+        refused_from: Address whose message it refused last; empty for none.
+    """
+
+    who: Identity
+    holder: int = 0
+    obeyed: int = 0
+    refused: int = 0
+    refused_from: str = ""
+
+
+def encode_lease(lease: Lease) -> bytes:
+    """Encodes a lease, stamped now."""
+    message = session_lease()
+    _sign(message, lease.who)
+    message.sent = lease.sent
+    message.mode, message.reason = lease.mode, lease.reason
+    message.num_drivers = len(lease.drivers)
+    message.drivers = list(lease.drivers)
+    return message.encode()
+
+
+def decode_lease(data: bytes) -> Lease:
+    """Decodes a lease.
+
+    Raises:
+        BrokenMessage: The packet is no lease.
+    """
+    message = decode(session_lease, data)
+    return Lease(
+        _signed(message),
+        message.sent,
+        message.mode,
+        message.reason,
+        tuple(message.drivers),
+    )
+
+
+def encode_report(report: Report) -> bytes:
+    """Encodes a driver's report, stamped now."""
+    message = driver_report()
+    _sign(message, report.who)
+    message.holder = report.holder
+    message.obeyed, message.refused = report.obeyed, report.refused
+    message.refused_from = report.refused_from
+    return message.encode()
+
+
+def decode_report(data: bytes) -> Report:
+    """Decodes a driver's report.
+
+    Raises:
+        BrokenMessage: The packet is no report.
+    """
+    message = decode(driver_report, data)
+    return Report(
+        _signed(message),
+        message.holder,
+        message.obeyed,
+        message.refused,
+        message.refused_from,
+    )
+
+
+def encode_request(session: int, operator: str) -> bytes:
+    """Encodes an operator's request that a session may move its robot.
+
+    Args:
+        session: The session.
+        operator: Who asks.
+    """
+    message = operator_request()
+    message.utime = to_utime(time.time())
+    message.session, message.operator = session, operator
+    return message.encode()
+
+
+def decode_request(data: bytes, session: int, now: float) -> str | None:
+    """Returns who asks a session to move; None where the request is void.
+
+    Args:
+        data: The encoded packet.
+        session: Our session; requests to others are void.
+        now: Our wall clock; a request that is stamped elsewhen is void [s].
+
+    Raises:
+        BrokenMessage: The packet is no request.
+    """
+    message = decode(operator_request, data)
+    expired = is_expired(message.utime, to_utime(now), REQUEST_EXPIRY)
+    if expired or message.session != session:
+        return None
+    return message.operator
+
+
+def _sign(message, who: Identity) -> None:
+    message.utime = to_utime(time.time())
+    message.session, message.pid = who.session, who.pid
+    message.host, message.name = who.host, who.name
+
+
+def _signed(message) -> Identity:
+    return Identity(message.session, message.pid, message.host, message.name)

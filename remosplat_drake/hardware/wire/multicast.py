@@ -1,0 +1,137 @@
+"""`MulticastListener`: LCM's packets with the addresses of their senders.
+
+LCM tells nobody who sent a message. Its packets do: each comes from the UDP
+port of one process. The format is LCM's own (`lcm_udpm.c`), big-endian: the
+magic LC02, a sequence number, the channel's name, which a zero ends, and the
+message. Messages of more than 64 kB come in fragments (LC03); commands and
+statuses are smaller, and the kernel drops fragments before they get here.
+"""
+
+import contextlib
+import ctypes
+import re
+import socket
+import struct
+from typing import NamedTuple
+
+from remosplat_drake.base.errors import RemoSplatError
+
+_MAGIC = 0x4C433032  # LC02.
+_HEADER = struct.Struct(">II")
+
+_LARGEST = 1 << 16
+_BUFFER = 1 << 21
+"""Wanted size of the kernel's buffer; it grants what it may [bytes]."""
+
+_MOST = 1000
+"""Number of packets of one call: a flood must not hold up who listens."""
+
+_UDP_HEADER = 8
+_ATTACH_FILTER = getattr(socket, "SO_ATTACH_FILTER", 26)
+
+
+class Packet(NamedTuple):
+    """An LCM message, and where it came from.
+
+    Attributes:
+        channel: Name of its channel, with any suffix.
+        data: The encoded message.
+        sender: Address of the process that sent it, `IP:PORT`.
+    """
+
+    channel: str
+    data: bytes
+    sender: str
+
+
+class MulticastListener:
+    """Hears all small messages of an LCM network."""
+
+    def __init__(self, url: str):
+        """Joins the multicast group.
+
+        Args:
+            url: For example `udpm://239.255.76.67:7667?ttl=0`.
+
+        Raises:
+            RemoSplatError: It is no such URL, or the group cannot be joined.
+        """
+        match = re.match(r"udpm://([\d.]+):(\d+)", url)
+        if match is None:
+            raise RemoSplatError(f"LCM URL {url!r}: senders have no addresses")
+        try:
+            self._socket = _joined(match[1], int(match[2]))
+        except OSError as error:
+            raise RemoSplatError(f"LCM URL {url!r}: {error}") from error
+        # Every sender comes again and again.
+        self._names: dict[tuple, str] = {}
+
+    def fetch(self) -> list[Packet]:
+        """Takes out the packets that have arrived, oldest first."""
+        packets = []
+        for _ in range(_MOST):
+            try:
+                datagram, address = self._socket.recvfrom(_LARGEST)
+            except (BlockingIOError, InterruptedError):
+                break
+            message = parsed(datagram)
+            if message is not None:
+                packets.append(Packet(*message, self._name(address)))
+        return packets
+
+    def close(self) -> None:
+        """Leaves the group."""
+        self._socket.close()
+
+    def _name(self, address: tuple) -> str:
+        if address not in self._names:
+            if len(self._names) > _MOST:
+                self._names.clear()
+            self._names[address] = "{}:{}".format(*address)
+        return self._names[address]
+
+
+def parsed(datagram: bytes) -> tuple[str, bytes] | None:
+    """Returns channel and message of a datagram; None if it is none of LCM's.
+
+    Args:
+        datagram: The content of a UDP packet.
+    """
+    end = datagram.find(b"\0", _HEADER.size)
+    if end < 0 or _HEADER.unpack_from(datagram)[0] != _MAGIC:
+        return None
+    channel = datagram[_HEADER.size : end].decode("ascii", "replace")
+    return channel, datagram[end + 1 :]
+
+
+def _joined(group: str, port: int) -> socket.socket:
+    """Opens a socket that hears a multicast group and does not block."""
+    joined = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    joined.setblocking(False)
+    joined.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    joined.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER)
+    _drop_fragments(joined)
+    joined.bind((group, port))
+    member = struct.pack(
+        "4s4s", socket.inet_aton(group), socket.inet_aton("0.0.0.0")
+    )
+    joined.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
+    return joined
+
+
+def _drop_fragments(joined: socket.socket) -> None:
+    """Lets the kernel keep images away: packets that do not start with LC02.
+
+    Where it knows no such filters, everything is heard and nothing breaks.
+    """
+    instructions = (
+        (0x20, 0, 0, _UDP_HEADER),  # Load the word behind the UDP header;
+        (0x15, 0, 1, _MAGIC),  # if it is the magic,
+        (0x06, 0, 0, _LARGEST),  # keep the packet,
+        (0x06, 0, 0, 0),  # else drop it.
+    )
+    program = b"".join(struct.pack("=HBBI", *i) for i in instructions)
+    code = ctypes.create_string_buffer(program)
+    header = struct.pack("@HP", len(instructions), ctypes.addressof(code))
+    with contextlib.suppress(OSError):
+        joined.setsockopt(socket.SOL_SOCKET, _ATTACH_FILTER, header)
