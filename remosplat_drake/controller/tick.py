@@ -70,7 +70,9 @@ def run_tick(
         )
         program = build_program(tick, law.ingredients)
         after_build = perf_counter()
-        decision = decide(tick, law.ingredients, law.solver, program)
+        decision = decide(
+            tick, law.ingredients, law.solver, program, strict=law.strict
+        )
     else:
         after_build = perf_counter()
         decision = brake(law.robot, u_previous, law.dt, "target is not finite")

@@ -25,6 +25,8 @@ class SupervisorLaw:
             bounds either.
         velocity: Bounds on |u|, shape (n_u,) [m/s, rad/s].
         min_clearance: Clearance below which the robot must stop [m].
+        strict: Whether a command beyond the bounds on |u| and |du/dt| stops
+            the robot instead of being passed on.
     """
 
     config: SupervisorConfig
@@ -33,6 +35,7 @@ class SupervisorLaw:
     start_acceleration: np.ndarray
     velocity: np.ndarray
     min_clearance: float
+    strict: bool = False
 
     @staticmethod
     def make(
@@ -42,6 +45,7 @@ class SupervisorLaw:
         *,
         smallest_stopping: float,
         bounded_start: bool = True,
+        strict: bool = False,
     ) -> "SupervisorLaw":
         """Makes the law for a robot.
 
@@ -53,6 +57,7 @@ class SupervisorLaw:
                 design [m].
             bounded_start: Whether the first commands must respect the
                 robot's acceleration limits.
+            strict: Whether no command beyond the robot's limits is passed on.
 
         Raises:
             FieldError: A threshold is unusable.
@@ -66,6 +71,7 @@ class SupervisorLaw:
             limit if bounded_start else np.full_like(limit, np.inf),
             robot.velocity_limit,
             smallest_stopping - config.clearance_margin,
+            strict,
         )
 
 

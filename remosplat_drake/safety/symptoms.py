@@ -8,7 +8,10 @@ import numpy as np
 
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.signals import station_status, tick_report
-from remosplat_drake.signals.supervisor_state import SupervisorState
+from remosplat_drake.signals.supervisor_state import RUNNING, SupervisorState
+
+_SOLVER = 1e-3
+"""How far solvers may leave a command beyond a bound, relative to it."""
 
 
 @dc.dataclass(frozen=True)
@@ -44,6 +47,7 @@ def symptoms(
         *_of_station(law, now),
         *_of_motion(law, state, now),
         *_of_tick(law, now),
+        *_of_bounds(law, state, now),
         *_of_clearance(law, state, now),
         *_of_target_and_map(law, state, now),
     ]
@@ -124,6 +128,26 @@ def _of_tick(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
             f"no command for {config.max_braking_time:g} s: {report.reason}",
             config.max_braking_time,
         )
+
+
+def _of_bounds(
+    law: SupervisorLaw, state: SupervisorState, now: Observation
+) -> Iterator[Symptom]:
+    if not law.strict or state.mode != RUNNING:
+        return
+    step = law.acceleration * law.dt
+    for what, value, bound in (
+        ("is", now.command, law.velocity),
+        ("changes by", now.command - state.command, step),
+    ):
+        share = np.abs(value) / bound
+        if share.max() > 1.0 + _SOLVER:
+            i = int(share.argmax())
+            yield Symptom(
+                "bounds",
+                f"the command is out of bounds: u[{i}] {what} {value[i]:.3f},"
+                f" beyond {bound[i]:.3f}",
+            )
 
 
 def _of_clearance(

@@ -1,5 +1,6 @@
 """The supervisor's state machine, rule by rule and for any history."""
 
+import dataclasses as dc
 import math
 
 import numpy as np
@@ -288,6 +289,22 @@ def test_optional_rules():
     drive.ticks(100)
     assert drive.tick(map_age=1.1).mode == STOPPING
     assert drive.state.reason == "the map is 1.1 s old"
+
+
+@pytest.mark.parametrize(
+    ("u", "what"),
+    [(FAST + [0, 0, 0.2], "changes by"), (1.3 * FAST, "is")],
+)
+def test_a_strict_supervisor_passes_nothing_beyond_the_bounds(u, what):
+    drive = Drive(dc.replace(make_law(), strict=True))
+    assert drive.ticks(100).mode == RUNNING
+    before = drive.state.command
+    after = drive.tick(u)
+    assert after.mode == STOPPING
+    assert (
+        f"out of bounds: u[{2 if what != 'is' else 0}] {what}" in after.reason
+    )
+    assert (np.abs(after.command) <= np.abs(before)).all()
 
 
 def test_a_clock_that_goes_back_stops_the_robot(running):
