@@ -11,6 +11,10 @@ from collections.abc import Callable, Sequence
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
+from remosplat_drake.app.prediction_stage import (
+    AddPrediction,
+    ConnectPrediction,
+)
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.stages import (
     AddController,
@@ -125,13 +129,19 @@ def AddControlLoop(
     if localization is not None:
         configuration = localization.GetOutputPort("configuration")
     targets = add_targets(configuration)
-    oracle = AddOracle(builder, scenario, world, configuration)
+    predictor = AddPrediction(
+        builder, scenario, robot, station, hardware=hardware
+    )
+    planned = configuration
+    if predictor is not None:
+        planned = predictor.GetOutputPort("configuration")
+    oracle = AddOracle(builder, scenario, world, planned)
     law = ReactiveLaw.make(
         scenario.controller, robot, scenario.control_period, ingredients
     )
-    controller = AddController(builder, law, configuration, targets, oracle)
+    controller = AddController(builder, law, planned, targets, oracle)
     selector = AddGuidance(
-        builder, scenario, law, configuration, targets, oracle, controller
+        builder, scenario, law, planned, targets, oracle, controller
     )
     supervisor = AddSupervisor(builder, scenario, robot, controller, station)
     loop = ControlLoop(
@@ -149,4 +159,6 @@ def AddControlLoop(
         supervisor,
     )
     ConnectCommand(builder, robot, loop.executed, station)
+    if predictor is not None:
+        ConnectPrediction(builder, loop, predictor)
     return loop

@@ -74,7 +74,12 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario)
     world = load_world(scenario, blank=True)
     plant = _plant(scenario, world)
-    robot = HardwareSim(plant, open_wire(arguments.lcm_url), schedule)
+    robot = HardwareSim(
+        plant,
+        open_wire(arguments.lcm_url),
+        schedule,
+        actuators=world.robot.description.actuators,
+    )
     motion = TrueMotion(plant) if arguments.record else None
     pacer = Pacer(TICK / arguments.realtime_rate)
     console.print(f"the robot is on {arguments.lcm_url}; Ctrl-C ends")

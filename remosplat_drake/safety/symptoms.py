@@ -8,6 +8,7 @@ import numpy as np
 
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.signals import station_status, tick_report
+from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.supervisor_state import RUNNING, SupervisorState
 
 _SOLVER = 1e-3
@@ -102,14 +103,29 @@ def _of_motion(
     if not np.isfinite(now.u_measured).all():
         yield Symptom("measurement", "measured velocities are not finite")
         return
-    error = np.abs(state.command - now.u_measured) / law.velocity
+    expected, motion = state.command, now.motion
+    if motion is not None:
+        expected = motion.v_measured
+        yield from _of_tracking(motion)
+    error = np.abs(expected - now.u_measured) / law.velocity
     if error.max() > law.config.max_follow_error:
         i = int(error.argmax())
         yield Symptom(
             "follow",
             "the robot does not follow its command:"
-            f" u[{i}] is {now.u_measured[i]:.2f}, not {state.command[i]:.2f}",
+            f" u[{i}] is {now.u_measured[i]:.2f}, not {expected[i]:.2f}",
             law.config.follow_dwell,
+        )
+
+
+def _of_tracking(motion: Motion) -> Iterator[Symptom]:
+    if not (motion.residual <= motion.bound).all():
+        i = int((motion.residual / np.maximum(motion.bound, 1e-9)).argmax())
+        yield Symptom(
+            "tracking",
+            "the robot does not move as its actuator model says:"
+            f" q[{i}] is off by {motion.residual[i]:.3f}, beyond"
+            f" {motion.bound[i]:.3f}; `remosplat identify` measures the model",
         )
 
 

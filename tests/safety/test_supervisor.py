@@ -293,7 +293,7 @@ def test_optional_rules():
 
 @pytest.mark.parametrize(
     ("u", "what"),
-    [(FAST + [0, 0, 0.2], "changes by"), (1.3 * FAST, "is")],
+    [(FAST + np.array([0, 0, 0.2]), "changes by"), (1.3 * FAST, "is")],
 )
 def test_a_strict_supervisor_passes_nothing_beyond_the_bounds(u, what):
     drive = Drive(dc.replace(make_law(), strict=True))

@@ -34,11 +34,21 @@ FAULTS = {
     "base-status-stops": "the base's statuses stop; the base goes on",
     "base-protective-stop": "the base stops, and returns after 2 s",
     "base-emergency-stop": "the base stops until `recover`",
+    "base-command-delay": "the base obeys VALUE seconds late (default 0.15)",
+    "base-status-delay": "the base's statuses are told VALUE seconds late"
+    " (default 0.05)",
+    "panda-py": "the arm follows by panda-py's IntegratedVelocity, which lags",
     RECOVER: "ends every fault and releases every stop",
 }
 """Names of all faults, and what each does, in words for `--help`."""
 
-_DEFAULTS = {"status-joints": 6.0, "clock-jump": 1.0, "packet-loss": 0.5}
+_DEFAULTS = {
+    "status-joints": 6.0,
+    "clock-jump": 1.0,
+    "packet-loss": 0.5,
+    "base-command-delay": 0.15,
+    "base-status-delay": 0.05,
+}
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _PATTERN = re.compile(

@@ -1,14 +1,18 @@
 """`HardwareSim`: a whole robot behind the wire protocol of the real one."""
 
 import copy
+from collections import deque
 from collections.abc import Callable, Sequence
 
+import numpy as np
 from drake import lcmt_panda_status
 from pydrake.lcm import DrakeLcmInterface
 
 from remosplat_drake.base.clock import MICROSECONDS, wall_utime
+from remosplat_drake.hardware.drivers.panda_commands import JOINTS
 from remosplat_drake.hardware.drivers.panda_limits import TICK
 from remosplat_drake.hardware.stand_in import faults
+from remosplat_drake.hardware.stand_in.actuated_axes import ActuatedAxes
 from remosplat_drake.hardware.stand_in.faults import Fault, FaultSchedule
 from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
 from remosplat_drake.hardware.stand_in.simulated_base import SimulatedBase
@@ -19,6 +23,7 @@ from remosplat_drake.hardware.stand_in.simulated_panda import (
 )
 from remosplat_drake.hardware.wire import channels
 from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.robot.actuators import Actuator, panda_py_actuators
 
 
 class HardwareSim:
@@ -39,6 +44,7 @@ class HardwareSim:
         lcm: DrakeLcmInterface,
         schedule: Sequence[Fault] = (),
         clock: Callable[[], int] = wall_utime,
+        actuators: Sequence[Actuator] = (),
     ):
         """Subscribes; nothing is sent before the first step.
 
@@ -47,6 +53,8 @@ class HardwareSim:
             lcm: The LCM network.
             schedule: The faults that shall happen.
             clock: The wall clock of the robot's computer [us].
+            actuators: How base and arm follow what their drivers tell them,
+                in the order of u; none: at once.
         """
         self._plant = plant
         self._lcm = lcm
@@ -64,6 +72,10 @@ class HardwareSim:
         self.panda = SimulatedPanda()
         self.base = SimulatedBase()
         self.hand = SimulatedHand(plant.hand[0])
+        self._described = list(actuators)
+        self._slow = (0.0, False)
+        self._axes = ActuatedAxes(actuators, TICK) if actuators else None
+        self._late: deque[tuple[float, bytes]] = deque()
         self._measured = plant.arm
         self._ticks = 0
         self._first_command: float | None = None
@@ -87,10 +99,26 @@ class HardwareSim:
         now = self._now()
         base = self.base.step(now, t, TICK)
         arm = self.panda.step(now, self._measured)
+        self._change_actuators()
+        if self._axes is not None:
+            velocity = self._axes.step(np.concatenate([base, arm]))
+            base, arm = velocity[:2], velocity[2:]
         self._ticks += 1
         self._plant.step(self.time, base, arm, self.hand.command)
         self._measured = self._plant.arm
         self._tell(self.time)
+
+    def _change_actuators(self) -> None:
+        """Puts other actuators in place while a fault wants them."""
+        late = self._faults.value("base-command-delay", 0.0)
+        slow = late, "panda-py" in self._faults
+        if slow == self._slow:
+            return
+        self._slow = slow
+        actuators = self._described or [Actuator()] * (2 + JOINTS)
+        base = [Actuator(delay=late)] * 2 if late else actuators[:2]
+        arm = panda_py_actuators() if slow[1] else actuators[2:]
+        self._axes = ActuatedAxes([*base, *arm], TICK)
 
     def _now(self) -> int:
         """The wall clock of the robot's computer, as far off as it is [us]."""
@@ -141,7 +169,10 @@ class HardwareSim:
             now, t, self._plant.q[:3], self._plant.base_velocity
         )
         if base is not None and "base-status-stops" not in self._faults:
-            self._lcm.Publish(channels.BASE_STATUS, base.encode())
+            late = self._faults.value("base-status-delay", 0.0)
+            self._late.append((t + late, base.encode()))
+        while self._late and self._late[0][0] <= t:
+            self._lcm.Publish(channels.BASE_STATUS, self._late.popleft()[1])
         hand = self.hand.status(now, t, self._plant.hand)
         if hand is not None:
             self._lcm.Publish(channels.PANDA_HAND_STATUS, hand.encode())
