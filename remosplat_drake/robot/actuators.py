@@ -130,15 +130,16 @@ class ActuatorModel:
 def default_actuators(n_base: int, n_arm: int) -> list[Actuator]:
     """Returns what is assumed of a real robot that nobody has identified.
 
-    The tubes are wide enough for a robot that follows at once and for one
-    that is twice as late; a robot later than that is stopped when it shows.
+    The tubes hold a robot that follows at once, a base that is 80 ms late and
+    an arm that is 20 ms late. Who is later is stopped when it shows, before
+    the error has grown beyond what verification allows for.
 
     Args:
         n_base: Number of base commands, 0 or 2.
         n_arm: Number of the arm's joints.
     """
-    base = Actuator(delay=0.06, tube=0.1, noise=0.01)
-    arm = Actuator(delay=0.01, tube=0.03, noise=0.003)
+    base = Actuator(delay=0.03, tube=0.05, noise=0.01)
+    arm = Actuator(delay=0.005, tube=0.015, noise=0.003)
     return [base] * n_base + [arm] * n_arm
 
 

@@ -106,7 +106,7 @@ def _of_motion(
     expected, motion = state.command, now.motion
     if motion is not None:
         expected = motion.v_measured
-        yield from _of_tracking(motion)
+        yield from _of_tracking(law, motion)
     error = np.abs(expected - now.u_measured) / law.velocity
     if error.max() > law.config.max_follow_error:
         i = int(error.argmax())
@@ -118,14 +118,15 @@ def _of_motion(
         )
 
 
-def _of_tracking(motion: Motion) -> Iterator[Symptom]:
-    if not (motion.residual <= motion.bound).all():
-        i = int((motion.residual / np.maximum(motion.bound, 1e-9)).argmax())
+def _of_tracking(law: SupervisorLaw, motion: Motion) -> Iterator[Symptom]:
+    bound = law.config.max_tracking_error * motion.bound
+    if not (motion.residual <= bound).all():
+        i = int((motion.residual / np.maximum(bound, 1e-9)).argmax())
         yield Symptom(
             "tracking",
-            "the robot does not move as its actuator model says:"
-            f" q[{i}] is off by {motion.residual[i]:.3f}, beyond"
-            f" {motion.bound[i]:.3f}; `remosplat identify` measures the model",
+            "the robot does not move as its actuators' model says: axis"
+            f" {i} is off by {motion.residual[i]:.3f}, beyond {bound[i]:.3f};"
+            " `remosplat identify` measures the model",
         )
 
 

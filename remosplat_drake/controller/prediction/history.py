@@ -159,4 +159,5 @@ def base_way(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     turn = math.remainder(after[2] - before[2], math.tau)
     heading = before[2] + 0.5 * turn
     x, y = after[0] - before[0], after[1] - before[1]
-    return np.array([x * math.cos(heading) + y * math.sin(heading), turn])
+    chord = x * math.cos(heading) + y * math.sin(heading)
+    return np.array([chord / np.sinc(0.5 * turn / math.pi), turn])
