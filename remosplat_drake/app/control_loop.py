@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
 from remosplat_drake.app.prediction_stage import (
+    AddActuators,
     AddPrediction,
     ConnectPrediction,
 )
@@ -158,7 +159,17 @@ def AddControlLoop(
         selector,
         supervisor,
     )
-    ConnectCommand(builder, robot, loop.executed, station)
+    carried_out = loop.executed
+    if not hardware:
+        carried_out = AddActuators(builder, scenario, robot, loop.executed)
+    ConnectCommand(builder, robot, carried_out, station)
     if predictor is not None:
-        ConnectPrediction(builder, loop, predictor)
+        ConnectPrediction(
+            builder,
+            predictor,
+            filter(None, (controller, supervisor)),
+            configuration=configuration,
+            odometry=odometry,
+            velocity_executed=loop.executed,
+        )
     return loop

@@ -1,8 +1,13 @@
 """The stage between measurements and planning: where a robot is about to be."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
 
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import (
+    Diagram,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+)
 
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.controller.prediction.motion_predictor import (
@@ -12,9 +17,10 @@ from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
 from remosplat_drake.robot.actuators import ActuatorModel, default_actuators
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.station.actuated_command import ActuatedCommand
 
-if TYPE_CHECKING:
-    from remosplat_drake.app.control_loop import ControlLoop
+_STEPS = 4
+"""Number of steps of a simulated robot's actuators in a control period."""
 
 
 def AddPrediction(
@@ -61,23 +67,52 @@ def AddPrediction(
     return predictor
 
 
+def AddActuators(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    robot: RobotModel,
+    executed: OutputPort,
+) -> OutputPort:
+    """Lets a simulated robot obey as late and slowly as its description says.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        robot: The robot; without actuators it obeys at once.
+        executed: The output port of the command u that the station gets.
+
+    Returns:
+        The output port of the velocities that it carries out.
+    """
+    if not robot.description.actuators:
+        return executed
+    actuators = builder.AddSystem(
+        ActuatedCommand(
+            model=ActuatorModel.make(robot.description.actuators),
+            step=scenario.control_period / _STEPS,
+        )
+    )
+    builder.Connect(executed, actuators.get_input_port())
+    return actuators.get_output_port()
+
+
 def ConnectPrediction(
-    builder: DiagramBuilder, loop: "ControlLoop", predictor: MotionPredictor
+    builder: DiagramBuilder,
+    predictor: MotionPredictor,
+    readers: Iterable[LeafSystem],
+    **inputs: OutputPort,
 ) -> None:
     """Connects the predictor with the stages of a closed loop.
 
     Args:
         builder: The builder of the diagram.
-        loop: The stages.
         predictor: The predictor that `AddPrediction` made.
+        readers: The systems that look at the `Motion`.
+        inputs: The output ports for the predictor's inputs, by their names.
     """
-    for port, name in (
-        (loop.configuration, "configuration"),
-        (loop.odometry, "odometry"),
-        (loop.executed, "velocity_executed"),
-    ):
+    for name, port in inputs.items():
         builder.Connect(port, predictor.GetInputPort(name))
-    motion = predictor.GetOutputPort("motion")
-    for system in (loop.controller, loop.supervisor):
-        if system is not None:
-            builder.Connect(motion, system.GetInputPort("motion"))
+    for system in readers:
+        builder.Connect(
+            predictor.GetOutputPort("motion"), system.GetInputPort("motion")
+        )

@@ -4,7 +4,6 @@ import dataclasses as dc
 import math
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
