@@ -23,6 +23,7 @@ COMMANDS = {
     "camera-sim": "stand in for the real robot's wrist camera",
     "base-driver": "drive a mobile base that speaks ROS",
     "panda-driver": "drive a Panda through panda-python",
+    "identify": "measure how the axes of the real robot follow commands",
     "inspect": "show what a sphere's depth views see",
     "benchmark": "compare controllers in many scenes, as the paper does",
     "bench": "time the oracle and the control tick on this machine",
