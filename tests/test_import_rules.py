@@ -28,6 +28,7 @@ OPTIONAL = HEAVY | {
     "zstandard",
     "cyclonedds",
     "panda_py",
+    "ruckig",
 }
 """All that a default installation does without."""
 

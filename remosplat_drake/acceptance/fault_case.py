@@ -2,6 +2,7 @@
 
 import dataclasses as dc
 from enum import Enum
+from typing import Any
 
 from remosplat_drake.hardware.stand_in import faults
 
@@ -19,6 +20,10 @@ class Part(Enum):
     """The scenario's own target jumps."""
     DRIVER_KILLED = "driver killed"
     """The robot's process is killed, and started again."""
+    ARM_DRIVER_STALLED = "arm driver stalled"
+    """`remosplat panda-driver` is stopped (SIGSTOP)."""
+    ARM_CALLBACK_STALLED = "arm callback stalled"
+    """Its 1 kHz callback, a process of its own, is stopped."""
     CONTROLLER_KILLED = "controller killed"
     """The controller's process is killed."""
     INTERRUPT = "interrupt"
@@ -61,8 +66,11 @@ class FaultCase:
             where it has to notice the fault; empty for any.
         watch: Time to observe the robot after the fault is over [s].
         text: YAML that overrides fields of the scenario.
+        robot: Further arguments of `remosplat hardware-sim`.
         delay: Delay of the network [s].
         loss: Share of messages that the network loses, in [0, 1].
+        arm_driver: Whether the arm is driven by `remosplat panda-driver`,
+            which a new one replaces when the fault is over.
     """
 
     name: str
@@ -77,8 +85,10 @@ class FaultCase:
     tick_status: str = ""
     watch: float = 1.0
     text: str = ""
+    robot: tuple[str, ...] = ()
     delay: float = 0.0
     loss: float = 0.0
+    arm_driver: bool = False
 
 
 def robot_fault(name: str, fault: str, reason: str, **more) -> FaultCase:
@@ -91,7 +101,7 @@ def robot_fault(name: str, fault: str, reason: str, **more) -> FaultCase:
         more: Further fields of the case.
     """
     assert fault in faults.FAULTS
-    fields = {"reason": reason, "refusal": reason} | more
+    fields: dict[str, Any] = {"reason": reason, "refusal": reason} | more
     return FaultCase(name, Part.ROBOT, fault, **fields)
 
 

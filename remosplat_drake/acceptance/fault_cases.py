@@ -1,6 +1,20 @@
 """All cases of the fault campaign, from the files of their themes."""
 
-from remosplat_drake.acceptance.cases import controller, network, robot, target
+from remosplat_drake.acceptance.cases import (
+    arm,
+    base,
+    controller,
+    network,
+    robot,
+    target,
+)
 
-CASES = (*robot.CASES, *controller.CASES, *network.CASES, *target.CASES)
+CASES = (
+    *robot.CASES,
+    *arm.CASES,
+    *base.CASES,
+    *controller.CASES,
+    *network.CASES,
+    *target.CASES,
+)
 """All cases of the campaign."""

@@ -3,6 +3,7 @@
 import contextlib
 import json
 import math
+import os
 import signal
 import subprocess
 import time
@@ -18,7 +19,7 @@ from remosplat_drake.acceptance.fault_case import (
     Part,
 )
 from remosplat_drake.acceptance.wire_tap import WireTap
-from remosplat_drake.hardware.stand_in import faults
+from remosplat_drake.hardware.stand_in import faults, fci_library
 from remosplat_drake.signals.supervisor_state import LATCHED, STOPPED
 
 STOP_LIMIT = 4.0
@@ -65,11 +66,13 @@ class FaultRun:
         self.commanded = math.nan
         self._case = case
         self._log = folder / "log.jsonl"
-        self._record = ("--record", str(self.motion))
+        self._robot = ("--record", str(self.motion), *case.robot)
         self._near = processes.free_url()
         networked = case.part is Part.NETWORK
         self._far = processes.free_url() if networked else self._near
         self._tap = WireTap(self._far)
+        self._fci = processes.free_port()
+        self._arm_driver: subprocess.Popen | None = None
 
     @property
     def events(self) -> list[dict]:
@@ -116,9 +119,7 @@ class FaultRun:
                         loss=case.loss,
                     )
                 )
-            robot = stack.enter_context(
-                processes.robot(self._far, *self._record)
-            )
+            robot = self._start_robot(stack)
             controller = stack.enter_context(
                 processes.controller(self._near, self._log, *arguments)
             )
@@ -129,6 +130,29 @@ class FaultRun:
             self._look_on(stack, controller, network)
             processes.end(controller)
         return ""
+
+    def _start_robot(self, stack: contextlib.ExitStack) -> subprocess.Popen:
+        """Starts the stand-in, with a driver of its arm where there is one."""
+        options = ["--fci", str(self._fci)] if self._case.arm_driver else []
+        robot = stack.enter_context(
+            processes.robot(self._far, *self._robot, *options)
+        )
+        if self._case.arm_driver:
+            self._tap.wait(self._arm_answers, _START_UP)
+            self._start_arm_driver(stack)
+        return robot
+
+    def _arm_answers(self) -> bool:
+        try:
+            fci_library.Robot(str(self._fci)).read_once()
+        except RuntimeError:
+            return False
+        return True
+
+    def _start_arm_driver(self, stack: contextlib.ExitStack) -> None:
+        self._arm_driver = stack.enter_context(
+            processes.arm_driver(self._far, self._fci)
+        )
 
     def _set_out(self, controller: subprocess.Popen) -> str:
         """Waits until the robot is under way; says why it is not."""
@@ -166,6 +190,10 @@ class FaultRun:
         elif case.part is Part.DRIVER_KILLED:
             robot.kill()
             robot.wait()
+        elif self._arm_driver and case.part is Part.ARM_DRIVER_STALLED:
+            self._arm_driver.send_signal(signal.SIGSTOP)
+        elif self._arm_driver and case.part is Part.ARM_CALLBACK_STALLED:
+            os.kill(processes.callback_of(self._arm_driver), signal.SIGSTOP)
         elif case.part is Part.INTERRUPT:
             controller.send_signal(signal.SIGINT)
         elif network is not None:
@@ -205,7 +233,7 @@ class FaultRun:
         """Ends the fault, unless it ends by itself."""
         case = self._case
         if case.part is Part.DRIVER_KILLED:
-            stack.enter_context(processes.robot(self._far, *self._record))
+            stack.enter_context(processes.robot(self._far, *self._robot))
             gone = time.time()
             self._tap.wait(lambda: self._tap.heard > gone, _START_UP)
         elif case.part is Part.ROBOT and case.fault != "base-protective-stop":
@@ -214,6 +242,13 @@ class FaultRun:
             network.send_signal(signal.SIGUSR1)
         elif case.part is Part.CONTROLLER and case.refusal is not None:
             controller.send_signal(signal.SIGUSR1)
+        if self._arm_driver is not None:
+            self._arm_driver.kill()
+            self._arm_driver.wait()
+            self._tap.inject(faults.RECOVER)
+            self._start_arm_driver(stack)
+            gone = time.time()
+            self._tap.wait(lambda: self._tap.heard > gone, _START_UP)
 
     def _release(self, controller: subprocess.Popen) -> None:
         """Releases the stop, and waits for the robot to go on."""

@@ -38,6 +38,13 @@ def free_url() -> str:
         return f"udpm://{GROUP}:{probe.getsockname()[1]}?ttl=0"
 
 
+def free_port() -> int:
+    """Returns a UDP port of this computer that nobody uses."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
 def wire_works(patience: float = 1.0) -> bool:
     """Whether messages get from one end of an LCM wire to the other here.
 
@@ -70,6 +77,35 @@ def robot(url: str, *arguments: str) -> Iterator[subprocess.Popen]:
     line = [sys.executable, "-c", _COMMAND, "hardware-sim", "--lcm-url", url]
     with _running([*line, *arguments], subprocess.DEVNULL) as process:
         yield process
+
+
+@contextlib.contextmanager
+def arm_driver(url: str, port: int) -> Iterator[subprocess.Popen]:
+    """Runs `remosplat panda-driver` between a wire and the stand-in's arm.
+
+    Args:
+        url: LCM URL of the wire.
+        port: The PORT of `hardware-sim --fci PORT`, which must answer by now.
+    """
+    line = [sys.executable, "-c", _COMMAND, "panda-driver", str(port)]
+    options = ["--simulated", "--lcm-url", url]
+    with _running([*line, *options], subprocess.DEVNULL) as process:
+        yield process
+
+
+def callback_of(driver: subprocess.Popen) -> int:
+    """Returns the process number of an arm driver's 1 kHz callback.
+
+    Python's own helper, the resource tracker, is the driver's child as well.
+    """
+    tasks = Path(f"/proc/{driver.pid}/task").glob("*/children")
+    children = " ".join(task.read_text() for task in tasks).split()
+    (callback,) = (n for n in children if b"resource_tracker" not in _line(n))
+    return int(callback)
+
+
+def _line(process: str) -> bytes:
+    return Path(f"/proc/{process}/cmdline").read_bytes()
 
 
 @contextlib.contextmanager

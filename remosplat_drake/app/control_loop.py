@@ -23,6 +23,7 @@ from remosplat_drake.app.stages import (
     AddLocalization,
     AddOracle,
     AddSupervisor,
+    ConnectUncertainty,
     MakeStation,
 )
 from remosplat_drake.app.world import World
@@ -137,6 +138,8 @@ def AddControlLoop(
     if predictor is not None:
         planned = predictor.GetOutputPort("configuration")
     oracle = AddOracle(builder, scenario, world, planned)
+    if robot.n_base:
+        ConnectUncertainty(builder, station, localization, oracle)
     law = ReactiveLaw.make(
         scenario.controller, robot, scenario.control_period, ingredients
     )

@@ -39,6 +39,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.safety.supervision import SupervisorLaw
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.station.base_uncertainty import BaseUncertainty
 from remosplat_drake.station.connections import AddMeasuredVelocity
 from remosplat_drake.station.simulated_station import MakeSimulatedStation
 from remosplat_drake.task.arrival import has_arrived
@@ -191,6 +192,28 @@ def AddOracle(
         max_distance=scenario.controller.collision.influence,
         configuration=configuration,
     )
+
+
+def ConnectUncertainty(
+    builder: DiagramBuilder,
+    station: Diagram,
+    localization: BaseLocalization | None,
+    oracle: DistanceOracle,
+) -> None:
+    """Tells the oracle how far the base's pose may be off.
+
+    Args:
+        builder: The builder of the diagram.
+        station: The robot, simulated or real, as a system.
+        localization: What corrects the base by the live map, if anything.
+        oracle: The system that measures distances to the map.
+    """
+    uncertainty = BaseUncertainty.AddToBuilder(builder, station)
+    name = "base_uncertainty"
+    if localization is not None:
+        builder.Connect(uncertainty, localization.GetInputPort(name))
+        uncertainty = localization.GetOutputPort(name)
+    builder.Connect(uncertainty, oracle.GetInputPort(name))
 
 
 def AddController(

@@ -20,6 +20,7 @@ from remosplat_drake.commands.wire import (
 )
 from remosplat_drake.hardware.drivers.panda_limits import TICK
 from remosplat_drake.hardware.stand_in.faults import FAULTS, parse_fault
+from remosplat_drake.hardware.stand_in.fci_arm import FciArm
 from remosplat_drake.hardware.stand_in.hardware_sim import HardwareSim
 from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
 from remosplat_drake.hardware.stand_in.true_motion import TrueMotion
@@ -58,6 +59,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f" command; may be repeated; one of {', '.join(FAULTS)}",
     )
     parser.add_argument(
+        "--fci",
+        type=int,
+        metavar="PORT",
+        help="let the arm obey `remosplat panda-driver --simulated PORT` in"
+        " place of the wire",
+    )
+    parser.add_argument(
+        "--localization",
+        action="store_true",
+        help="tell where the base is by a localisation, too, 10 times a second;"
+        " its odometry then begins elsewhere",
+    )
+    parser.add_argument(
         "--record",
         type=Path,
         metavar="FILE",
@@ -74,11 +88,14 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario)
     world = load_world(scenario, blank=True)
     plant = _plant(scenario, world)
+    fci = None if arguments.fci is None else FciArm(arguments.fci)
     robot = HardwareSim(
         plant,
         open_wire(arguments.lcm_url),
         schedule,
         actuators=world.robot.description.actuators,
+        fci=fci,
+        localizes=arguments.localization,
     )
     motion = TrueMotion(plant) if arguments.record else None
     pacer = Pacer(TICK / arguments.realtime_rate)

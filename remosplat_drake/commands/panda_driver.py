@@ -1,27 +1,47 @@
 """`remosplat panda-driver`: between the station's wire and a real Panda."""
 
 import argparse
-import gc
 
 from pydrake.lcm import DrakeLcm
 from rich.console import Console
 
 from remosplat_drake.base.clock import Pacer, wall_utime
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.base.real_time import DRIVER_PRIORITY, realtime_priority
+from remosplat_drake.base.real_time import (
+    DRIVER_PRIORITY,
+    garbage_collection_disabled,
+    realtime_priority,
+)
 from remosplat_drake.base.stop_signals import stop_signals
+from remosplat_drake.commands.flags import positive
 from remosplat_drake.commands.wire import add_wire_argument, open_wire
+from remosplat_drake.hardware.drivers.arm_record import (
+    arm_record,
+    panda_status,
+)
+from remosplat_drake.hardware.drivers.callback_process import CallbackProcess
+from remosplat_drake.hardware.drivers.franka_arm import (
+    LIBFRANKA,
+    CollisionLimits,
+    FrankaArm,
+)
+from remosplat_drake.hardware.drivers.franka_host import check_reachable
 from remosplat_drake.hardware.drivers.hand_driver import HandDriver
 from remosplat_drake.hardware.drivers.hand_messages import PERIOD
 from remosplat_drake.hardware.drivers.panda_driver import PandaDriver
-from remosplat_drake.hardware.drivers.panda_limits import TICK
-from remosplat_drake.hardware.drivers.panda_python_arm import PandaPythonArm
+from remosplat_drake.hardware.drivers.panda_limits import AT_REST, TICK
 from remosplat_drake.hardware.drivers.panda_python_hand import PandaPythonHand
+from remosplat_drake.hardware.stand_in import fci_library
+from remosplat_drake.hardware.wire.channels import PANDA_STATUS
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""
-    parser.add_argument("host", help="name or address of the arm's controller")
+    parser.add_argument(
+        "host",
+        help="name or address of the arm's controller; with --simulated, the"
+        " port of `remosplat hardware-sim --fci PORT`",
+    )
     add_wire_argument(parser)
     parser.add_argument(
         "--hand",
@@ -29,44 +49,99 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="drive the hand in place of the arm: it needs a process of its"
         " own",
     )
+    parser.add_argument(
+        "--simulated",
+        action="store_true",
+        help="drive the stand-in's arm, which aborts as a real one does",
+    )
+    parser.add_argument(
+        "--status-only",
+        action="store_true",
+        help="publish the arm's statuses, whatever its mode, and command"
+        " nothing",
+    )
+    parser.add_argument(
+        "--joint-torque-limit",
+        type=positive,
+        metavar="N_M",
+        help="external torque on a joint that is a collision (default: 20 to"
+        " 12 N m, as in libfranka's example); what Desk says does not hold",
+    )
+    parser.add_argument(
+        "--cartesian-force-limit",
+        type=positive,
+        metavar="N",
+        help="external force on the hand, and torque in N m, that is a"
+        " collision (default: 20 N, 25 N m)",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Drives the arm or the hand until Ctrl-C."""
     drive = _drive_hand if arguments.hand else _drive_arm
-    # Before there are threads: libfranka gives its own a priority.
-    with realtime_priority(DRIVER_PRIORITY):
+    if arguments.status_only:
+        drive = _watch_arm
+    # Before there are threads. The arm's callback, in its own process, goes
+    # before this one.
+    with realtime_priority(DRIVER_PRIORITY - 1):
         drive(open_wire(arguments.lcm_url), arguments)
     return 0
 
 
 def _drive_arm(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
-    arm = PandaPythonArm(arguments.host)
+    library = _library(arguments)
+    arm = CallbackProcess(library, arguments.host, _limits(arguments))
     driver = PandaDriver(lcm, arm)
     pacer = Pacer(TICK)
-    gc.collect()
-    gc.freeze()
-    with stop_signals() as request:
+    with garbage_collection_disabled(), stop_signals() as request:
         _announce(arguments)
+        problem = ""
         try:
-            while not request.made:
+            while not request.made and not problem:
                 pacer.wait()
                 driver.step(wall_utime())
                 problem = arm.problem()
-                if problem:
-                    raise RemoSplatError(f"the arm has stopped: {problem}")
         finally:
             request.is_heeded = True
             _release(arm, driver, pacer)
+    if problem:
+        raise RemoSplatError(f"the arm has stopped: {problem}")
 
 
-def _release(arm: PandaPythonArm, driver: PandaDriver, pacer: Pacer) -> None:
-    """Brings the arm to rest and gives up control, even if it resists."""
-    try:
-        while not driver.brake():
-            pacer.wait()
-    finally:
-        arm.close()
+def _release(arm: CallbackProcess, driver: PandaDriver, pacer: Pacer) -> None:
+    """Brings the arm to rest and gives up control."""
+    while not arm.problem() and not driver.brake():
+        pacer.wait()
+    arm.close()
+
+
+def _watch_arm(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
+    arm = FrankaArm(_library(arguments), arguments.host)
+    with stop_signals() as request:
+        _announce(arguments)
+        while not request.made:
+            record = arm_record(arm.state(), AT_REST, wall_utime())
+            lcm.Publish(PANDA_STATUS, panda_status(record).encode())
+
+
+def _library(arguments: argparse.Namespace) -> str:
+    """Names the module with libfranka's interface; its arm answers."""
+    if arguments.simulated:
+        return fci_library.__name__
+    check_reachable(arguments.host)
+    return LIBFRANKA
+
+
+def _limits(arguments: argparse.Namespace) -> CollisionLimits:
+    torque, force = (
+        arguments.joint_torque_limit,
+        arguments.cartesian_force_limit,
+    )
+    limits = CollisionLimits()
+    return CollisionLimits(
+        (torque,) * 7 if torque else limits.torque,
+        (force,) * 6 if force else limits.force,
+    )
 
 
 def _drive_hand(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:

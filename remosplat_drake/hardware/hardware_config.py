@@ -11,6 +11,7 @@ from pydrake.lcm import DrakeLcm, DrakeLcmParams
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.ranges import Config
+from remosplat_drake.hardware.localization_config import LocalizationConfig
 from remosplat_drake.hardware.wire import channels as wire
 
 _LONGEST_NAME = 63
@@ -36,6 +37,8 @@ class ChannelNames(Config):
     base_command: ChannelName = wire.BASE_COMMAND
     # Channel of the mobile base's odometry and stops, base_status.
     base_status: ChannelName = wire.BASE_STATUS
+    # Channel of the mobile base's localisation, base_localization.
+    localization: ChannelName = wire.BASE_LOCALIZATION
     # Channel of the wrist camera's images, lcmt_image_array.
     wrist_camera: ChannelName = wire.WRIST_CAMERA
 
@@ -83,6 +86,15 @@ class HardwareConfig(Config):
     # Bound on the base's turning rate, either way [rad/s]; a command beyond
     # it is scaled as a whole.
     base_yaw_rate: Annotated[float, Interval(gt=0, le=4)] = 0.87
+    # Longest time from a command to the base until its odometry shows it [s].
+    # A base that has not done by then what it was told is stopped.
+    base_delay: Annotated[float, Interval(ge=0, le=1)] = 0.25
+    # Greatest age of the base's statuses when they come, or how far their
+    # clock may be ahead [s]; with more of it the robot is stopped.
+    base_latency: Annotated[float, Interval(gt=0, le=0.5)] = 0.15
+    # Where the base is in the map, besides its odometry; absent: the pose in
+    # the base's status is that in the map.
+    localization: LocalizationConfig | None = None
     # Shortest time between two commands to the hand [s].
     hand_period: Annotated[float, Interval(ge=0.01, le=10)] = 0.1
 

@@ -9,6 +9,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
+from remosplat_drake.oracle.uncertain_placement import UncertainPlacement
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
@@ -22,6 +23,7 @@ class DistanceOracle(LeafSystem):
         input_ports:
         - configuration
         - distance_field (optional)
+        - base_uncertainty (optional)
         output_ports:
         - clearances
         - distance_field
@@ -29,6 +31,9 @@ class DistanceOracle(LeafSystem):
     `clearances` is cached: it is computed once for a configuration and a map,
     whoever asks. The optional input carries a `DistanceField` that changes
     while the diagram runs; a new one takes effect between ticks, never half.
+    `base_uncertainty` takes how far the base's pose in the configuration may be
+    off, shift and turn [m, rad]: what both outputs tell is then nearer by it,
+    see `UncertainPlacement`.
     For a configuration that is not finite the output is `Clearances.unknown`.
 
     Args:
@@ -67,9 +72,13 @@ class DistanceOracle(LeafSystem):
         self._field_input = self.DeclareAbstractInputPort(
             "distance_field", Value[object]()
         )
+        self._uncertainty_input = self.DeclareVectorInputPort(
+            "base_uncertainty", 2
+        )
         inputs = {
             self._configuration_input.ticket(),
             self._field_input.ticket(),
+            self._uncertainty_input.ticket(),
         }
         self.DeclareAbstractOutputPort(
             "clearances",
@@ -81,7 +90,7 @@ class DistanceOracle(LeafSystem):
             "distance_field",
             Value[object]().Clone,
             self._calc_field,
-            {self._field_input.ticket()},
+            inputs,
         )
 
     @staticmethod
@@ -114,17 +123,24 @@ class DistanceOracle(LeafSystem):
         return oracle
 
     def _current_field(self, context: Context) -> DistanceField:
+        field = self._field
         if self._field_input.HasValue(context):
-            return self._field_input.Eval(context)
-        return self._field
+            field = self._field_input.Eval(context)
+        if not self._uncertainty_input.HasValue(context):
+            return field
+        shift, turn = self._uncertainty_input.Eval(context)
+        if shift == turn == 0.0:
+            return field
+        q = self._configuration_input.Eval(context)
+        return UncertainPlacement(field, q[:2], shift, turn)
 
     def _calc_clearances(self, context: Context, output: AbstractValue):
         q = self._configuration_input.Eval(context)
+        field = self._current_field(context)
         if not np.isfinite(q).all():
             output.set_value(Clearances.unknown(len(self._robot.spheres)))
             return
         spheres = self._robot.spheres_at(q)
-        field = self._current_field(context)
         output.set_value(field.clearances(spheres, self._max_distance))
 
     def _calc_field(self, context: Context, output: AbstractValue):

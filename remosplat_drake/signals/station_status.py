@@ -28,6 +28,8 @@ class StationStatus:
             time, 0 to 1 (libfranka's control_command_success_rate).
         protective_stop: Whether the base's safety scanner holds it. The base
             lifts that stop by itself.
+        base_uncertainty: How far the base's pose on the ports may be off:
+            shift and turn [m, rad]; 0 in simulated stations.
     """
 
     age: float = 0.0
@@ -37,6 +39,7 @@ class StationStatus:
     success_rate: float = 1.0
     protective_stop: bool = False
     base_age: float = 0.0
+    base_uncertainty: tuple[float, float] = (0.0, 0.0)
 
     def __deepcopy__(self, memo) -> "StationStatus":
         return self

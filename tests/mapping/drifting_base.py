@@ -13,7 +13,7 @@ from remosplat_drake.capture.rendering.camera_poses import look_at
 from remosplat_drake.capture.rendering.synthetic import render_capture
 from remosplat_drake.mapping.localization.frame_aligner import one_frame
 from remosplat_drake.mapping.localization.keyframe_graph import Keyframes
-from remosplat_drake.mapping.localization.planar_pose import matrix
+from remosplat_drake.robot.planar_pose import matrix
 from remosplat_drake.scene.primitive_scene import Box
 
 DRIFT = np.array([0.016, 0.012, 0.001])

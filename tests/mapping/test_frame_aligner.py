@@ -15,11 +15,11 @@ from remosplat_drake.mapping.localization.frame_aligner import (
     Tracked,
     make_aligner,
 )
-from remosplat_drake.mapping.localization.planar_pose import (
+from remosplat_drake.mapping.mapping_config import MappingConfig
+from remosplat_drake.robot.planar_pose import (
     matrix,
     relative,
 )
-from remosplat_drake.mapping.mapping_config import MappingConfig
 
 EXPECTED = Drift(0.02, 0.002)
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from remosplat_drake.mapping.localization.keyframe_graph import (
     motion_equations,
 )
-from remosplat_drake.mapping.localization.planar_pose import relative
+from remosplat_drake.robot.planar_pose import relative
 
 POSES = st.lists(st.floats(-1, 1), min_size=9, max_size=9).map(
     lambda values: np.array(values).reshape(3, 3)

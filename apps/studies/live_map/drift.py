@@ -10,8 +10,8 @@ from apps.studies.live_map.session import LiveSession
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.real_time import Spread
-from remosplat_drake.mapping.localization.planar_pose import relative
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.planar_pose import relative
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene

@@ -5,6 +5,11 @@ import math
 
 import numpy as np
 
+from remosplat_drake.hardware.client.base_residual import CommandedPath
+from remosplat_drake.hardware.client.base_track import (
+    BaseTrack,
+    with_base_sample,
+)
 from remosplat_drake.hardware.client.stream import Stream, advanced, broken
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire.base import BaseState, decode_base_status
@@ -25,8 +30,10 @@ class Measurement:
         arm_stream: Timing and faults of the arm's status channel.
         base: Latest good state of the base.
         base_stream: Timing and faults of the base's status channel.
+        base_track: Where the base has been, and is in the map.
         hand: Latest good state of the gripper.
-        counts: Numbers of packets so far, from arm, base and gripper.
+        counts: Numbers of packets so far, from arm, base, gripper and
+            localisation.
         moving_since: Since when the arm has been told to move, by our wall
             clock [s]; infinite while it is told to stand.
     """
@@ -35,8 +42,9 @@ class Measurement:
     arm_stream: Stream = dc.field(default_factory=Stream)
     base: BaseState | None = None
     base_stream: Stream = dc.field(default_factory=Stream)
+    base_track: BaseTrack = dc.field(default_factory=BaseTrack)
     hand: HandState | None = None
-    counts: tuple[int, ...] = (0, 0, 0)
+    counts: tuple[int, ...] = (0, 0, 0, 0)
     moving_since: float = math.inf
 
     def __deepcopy__(self, memo) -> "Measurement":
@@ -86,6 +94,7 @@ def with_base_status(
     data: bytes,
     received: float,
     config: HardwareConfig,
+    commanded: CommandedPath | None = None,
 ) -> Measurement:
     """Returns the measurement after a status packet from the base.
 
@@ -94,6 +103,7 @@ def with_base_status(
         data: The encoded packet.
         received: When it came, by our wall clock [s].
         config: The expiry times.
+        commanded: What the base was told; None if nobody knows.
     """
     stream = measurement.base_stream
     try:
@@ -106,7 +116,12 @@ def with_base_status(
     stream = advanced(
         stream, base.stamp, received, True, config.base_status_expiry
     )
-    return dc.replace(measurement, base=base, base_stream=stream)
+    track = with_base_sample(
+        measurement.base_track, base, received, commanded, config
+    )
+    return dc.replace(
+        measurement, base=base, base_stream=stream, base_track=track
+    )
 
 
 def with_hand_status(measurement: Measurement, data: bytes) -> Measurement:

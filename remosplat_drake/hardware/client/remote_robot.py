@@ -145,7 +145,8 @@ class RemoteRobot(LeafSystem):
             return
         age = context.get_time() - base.stamp
         age = min(max(age, 0.0), self._config.base_status_expiry)
-        output.SetFromVector(extrapolated_pose(base.pose, base.velocity, age))
+        X_OB = extrapolated_pose(base.pose, base.velocity, age)
+        output.SetFromVector(self._measurement(context).base_track.pose(X_OB))
 
     def _calc_base_velocity(
         self, context: Context, output: BasicVector

@@ -8,6 +8,8 @@ import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.ranges import check_ranges
+from remosplat_drake.hardware.client.base_residual import CommandedPath
+from remosplat_drake.hardware.client.base_track import with_localization
 from remosplat_drake.hardware.client.mailbox import Mailbox
 from remosplat_drake.hardware.client.measurement import (
     Measurement,
@@ -45,6 +47,9 @@ class RobotLink:
         base: Mailbox of the base's statuses; None for a fixed robot.
         hand: Mailbox of the gripper's statuses; None for a robot without
             one.
+        localization: Mailbox of the base's localisation; None where none is
+            configured.
+        commanded: The commands to the base so far.
         u: The command that was sent last, shape (n_u,) [m/s, rad/s].
         sent: When it was sent, by our wall clock [s]; -inf before the first.
     """
@@ -65,9 +70,12 @@ class RobotLink:
         self.lcm = config.open_lcm()
         description, names = robot.description, config.channels
         self.arm = Mailbox(self.lcm, names.arm_status)
-        self.base = self.hand = None
+        self.base = self.hand = self.localization = None
         if description.base:
             self.base = Mailbox(self.lcm, names.base_status)
+            if config.localization is not None:
+                self.localization = Mailbox(self.lcm, names.localization)
+        self.commanded = CommandedPath()
         if description.hand:
             self.hand = Mailbox(self.lcm, names.hand_status)
         self.u = np.zeros(robot.n_u)
@@ -119,7 +127,7 @@ class RobotLink:
         self.take_out()
         silent = {
             box.channel: (box, box.count)
-            for box in (self.arm, self.base)
+            for box in (self.arm, self.base, self.localization)
             if box
         }
         deadline = time.monotonic() + self._config.connect_timeout
@@ -140,7 +148,7 @@ class RobotLink:
     def updated(self, measurement: Measurement) -> Measurement:
         """Adds the packets that a measurement does not know yet to it."""
         n = len(self._robot.description.arm.joints)
-        boxes = (self.arm, self.base, self.hand)
+        boxes = (self.arm, self.base, self.hand, self.localization)
         counts = tuple(box.count if box else 0 for box in boxes)
         known = measurement.counts, measurement.moving_since
         if known == (counts, self._moving_since):
@@ -157,8 +165,13 @@ class RobotLink:
                 )
             elif box is self.base:
                 measurement = with_base_status(
-                    measurement, data, received, self._config
+                    measurement, data, received, self._config, self.commanded
                 )
+            elif box is self.localization:
+                track = with_localization(
+                    measurement.base_track, data, received
+                )
+                measurement = dc.replace(measurement, base_track=track)
             else:
                 measurement = with_hand_status(measurement, data)
         return dc.replace(
@@ -199,6 +212,7 @@ class RobotLink:
         if n_base:
             base = encode_base_command(u[:n_base], now)
             self.lcm.Publish(names.base_command, base)
+            self.commanded.append(now, u[:n_base])
         self.u, self.sent = u, now
         if not (np.abs(u[n_base:]) > _MOVING).any():
             self._moving_since = math.inf

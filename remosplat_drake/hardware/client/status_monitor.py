@@ -2,6 +2,7 @@
 
 import math
 
+from remosplat_drake.hardware.client.base_track import track_problem
 from remosplat_drake.hardware.client.measurement import Measurement
 from remosplat_drake.hardware.client.stream import (
     Stream,
@@ -53,6 +54,7 @@ def station_status(
         base_age=min(max(now - base.stamp, 0.0), config.base_status_expiry)
         if base
         else 0.0,
+        base_uncertainty=tuple(measurement.base_track.uncertainty),
     )
 
 
@@ -77,13 +79,17 @@ def _base_problem(
     measurement: Measurement, config: HardwareConfig, now: float
 ) -> str:
     limits = StreamLimits(config.base_status_expiry, math.inf)
-    return _named(
-        config.channels.base_status,
-        measurement.base_stream,
-        limits,
-        False,
-        now,
-    ) or _base_stop(measurement.base)
+    return (
+        _named(
+            config.channels.base_status,
+            measurement.base_stream,
+            limits,
+            False,
+            now,
+        )
+        or _base_stop(measurement.base)
+        or track_problem(measurement.base_track, config)
+    )
 
 
 def _named(

@@ -1,48 +1,41 @@
-"""`PandaDriver`: serves `PANDA_COMMAND` with a Franka Panda arm, at 1 kHz.
+"""`PandaDriver`: serves `PANDA_COMMAND` with a Franka Panda arm.
 
-It keeps drake-franka-driver's rules. Between the wire and the arm stands the
-same filter as in libfranka's velocity mode.
+It keeps drake-franka-driver's rules for commands; the arm itself is
+controlled elsewhere, in the process of a `CallbackProcess`.
 """
 
-from typing import Any, Protocol
+from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
-from drake import lcmt_panda_status
 from pydrake.lcm import DrakeLcmInterface
 
+from remosplat_drake.hardware.drivers.arm_record import panda_status
 from remosplat_drake.hardware.drivers.panda_commands import (
     JOINTS,
     PandaCommands,
 )
-from remosplat_drake.hardware.drivers.panda_limits import (
-    AT_REST,
-    JointCommand,
-    next_command,
-)
+from remosplat_drake.hardware.drivers.velocity_servo import AT_REST_BELOW
 from remosplat_drake.hardware.wire.channels import PANDA_COMMAND, PANDA_STATUS
 from remosplat_drake.hardware.wire.inbox import Inbox
 
 
-class FrankaArm(Protocol):
-    """What `PandaDriver` needs of an arm: joint rates in, states out."""
+class ControlledArm(Protocol):
+    """What `PandaDriver` needs of an arm: setpoints in, records out."""
 
-    def state(self) -> Any:
-        """Returns the latest `RobotState`, with libfranka's attributes."""
+    def command(self, velocity: Sequence[float], end: bool = False) -> None:
+        """Asks for joint rates, seven [rad/s], or for the motion's end."""
         ...
 
-    def set_velocity(self, velocity: np.ndarray) -> None:
-        """Makes the joints move at these rates, shape (7,) [rad/s]."""
-        ...
-
-    def problem(self) -> str:
-        """Says why the arm has stopped by itself; empty while it has not."""
+    def fresh_record(self) -> tuple[float, ...] | None:
+        """Returns the latest `arm_record`; None if it is known already."""
         ...
 
 
 class PandaDriver:
-    """Hears commands, sets joint rates and publishes statuses, at 1 kHz."""
+    """Hears commands, hands them on and publishes statuses."""
 
-    def __init__(self, lcm: DrakeLcmInterface, arm: FrankaArm):
+    def __init__(self, lcm: DrakeLcmInterface, arm: ControlledArm):
         """Subscribes; nothing moves before a command comes.
 
         Args:
@@ -53,10 +46,9 @@ class PandaDriver:
         self._arm = arm
         self._inbox = Inbox(lcm, [PANDA_COMMAND])
         self._commands = PandaCommands()
-        self._command: JointCommand = AT_REST
 
     def step(self, now: int) -> None:
-        """Runs one millisecond: hears commands, sets rates, publishes.
+        """Hears commands, hands on the latest and publishes a new status.
 
         Args:
             now: Wall clock [us].
@@ -66,49 +58,24 @@ class PandaDriver:
         """
         for _, data in self._inbox.fetch():
             self._commands.receive(data)
-        self._advance(self._commands.velocity(now))
-        status = panda_status(self._arm.state(), self._command, now)
-        self._lcm.Publish(PANDA_STATUS, status.encode())
+        self._arm.command(self._commands.velocity(now).tolist())
+        self._tell()
 
     def brake(self) -> bool:
-        """Runs one millisecond of a ramp to zero velocity.
+        """Asks for rest and for the motion's end.
 
         Returns:
-            Whether the commanded rates have come to zero.
+            Whether the arm is told to rest by now.
         """
-        self._advance(np.zeros(JOINTS))
-        return not np.abs(self._command.velocity).max() > 1e-4
+        self._arm.command([0.0] * JOINTS, end=True)
+        status = self._tell()
+        rates = np.abs(status.joint_velocity_desired) if status else np.inf
+        return bool(np.max(rates) < AT_REST_BELOW)
 
-    def _advance(self, target: np.ndarray) -> None:
-        self._command = next_command(target, self._command)
-        self._arm.set_velocity(self._command.velocity)
-
-
-def panda_status(
-    state: Any, command: JointCommand, now: int
-) -> lcmt_panda_status:
-    """Makes the status message that drake-franka-driver would make.
-
-    Desired rates and accelerations are the driver's own: an arm under torque
-    control knows none.
-
-    Args:
-        state: A `RobotState` of libfranka.
-        command: The driver's latest command to the joints.
-        now: Wall clock [us].
-    """
-    status = lcmt_panda_status()
-    status.utime = now
-    status.num_joints = JOINTS
-    status.joint_position = list(state.q)
-    status.joint_position_desired = list(state.q_d)
-    status.joint_velocity = list(state.dq)
-    status.joint_velocity_desired = command.velocity.tolist()
-    status.joint_acceleration_desired = command.acceleration.tolist()
-    status.joint_torque = list(state.tau_J)
-    status.joint_torque_desired = list(state.tau_J_d)
-    status.joint_torque_external = list(state.tau_ext_hat_filtered)
-    status.control_command_success_rate = state.control_command_success_rate
-    status.robot_mode = int(state.robot_mode)
-    status.robot_utime = round(1000 * state.time.to_msec())
-    return status
+    def _tell(self):
+        record = self._arm.fresh_record()
+        if record is None:
+            return None
+        status = panda_status(record)
+        self._lcm.Publish(PANDA_STATUS, status.encode())
+        return status

@@ -80,6 +80,37 @@ AT_REST = JointCommand(np.zeros(7), np.zeros(7))
 """The command that every motion starts from."""
 
 
+def violation(
+    command: JointCommand, last: JointCommand, limits: RateLimits = PANDA
+) -> str:
+    """Says which limit of the robot a command breaks, if it breaks one.
+
+    Args:
+        command: The command of this tick.
+        last: The command of the tick before.
+        limits: Bounds on velocity, acceleration and jerk.
+
+    Returns:
+        One line that names joint, quantity and bound; empty if the robot
+        would take the command.
+    """
+    jerk = (command.acceleration - last.acceleration) / TICK
+    for name, unit, values, bounds in (
+        ("velocity", "rad/s", command.velocity, limits.velocity),
+        ("acceleration", "rad/s^2", command.acceleration, limits.acceleration),
+        ("jerk", "rad/s^3", jerk, limits.jerk),
+    ):
+        # Written so that what is not a number is beyond every bound.
+        beyond = ~(np.abs(values) <= bounds)
+        if beyond.any():
+            i = int(beyond.argmax())
+            return (
+                f"joint {i + 1}: {name} {values[i]:g} {unit}"
+                f" beyond {bounds[i]:g}"
+            )
+    return ""
+
+
 def low_pass(
     target: np.ndarray, previous: np.ndarray, cutoff: float = LOW_PASS
 ) -> np.ndarray:

@@ -5,14 +5,25 @@ whose Python is this one.
 """
 
 import sys
+import time
+
+import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.hardware.drivers.ros_base import OdometryQueue
+from remosplat_drake.hardware.drivers.base_stops import BaseStops
+from remosplat_drake.hardware.drivers.ros_base import (
+    Queue,
+    RosTopics,
+    StopFlags,
+)
 from remosplat_drake.hardware.drivers.ros_conversion import (
     Odometry,
     read_odometry,
+    read_pose,
+    read_transforms,
     write_twist,
 )
+from remosplat_drake.hardware.wire.localization import BaseFix
 
 DEBIAN_PACKAGES = "/usr/lib/python3/dist-packages"
 """Where Debian keeps rospy; appended, so that it shadows nothing of ours."""
@@ -21,12 +32,11 @@ DEBIAN_PACKAGES = "/usr/lib/python3/dist-packages"
 class Ros1Link:
     """A `RosLink` by rospy: a node that writes cmd_vel and reads odom."""
 
-    def __init__(self, command_topic: str, odometry_topic: str):
+    def __init__(self, topics: RosTopics):
         """Joins ROS; the environment says where its master is.
 
         Args:
-            command_topic: Topic of the geometry_msgs/Twist commands.
-            odometry_topic: Topic of the nav_msgs/Odometry measurements.
+            topics: The base's topics.
 
         Raises:
             RemoSplatError: There is no rospy, or no master answers.
@@ -51,17 +61,63 @@ class Ros1Link:
         rospy.init_node("remosplat_base", anonymous=True, disable_signals=True)
         self._rospy = rospy
         self._twist = Twist
-        self._queue = OdometryQueue()
+        self._queue = Queue[Odometry]()
+        self._fixes = Queue[BaseFix]()
+        self._flags = StopFlags(topics)
         self._publisher = rospy.Publisher(
-            command_topic, Twist, queue_size=1, tcp_nodelay=True
+            topics.command, Twist, queue_size=1, tcp_nodelay=True
         )
-        rospy.Subscriber(
-            odometry_topic,
+        self._hear(
+            topics.odometry,
             OdometryMessage,
             lambda message: self._queue.put(read_odometry(message)),
-            queue_size=10,
-            tcp_nodelay=True,
         )
+        self._hear_localization(topics)
+        self._hear_stops(topics)
+
+    def _hear(self, topic: str, kind, callback) -> None:
+        self._rospy.Subscriber(
+            topic, kind, callback, queue_size=10, tcp_nodelay=True
+        )
+
+    def _hear_localization(self, topics: RosTopics) -> None:
+        if topics.localization:
+            from geometry_msgs.msg import PoseWithCovarianceStamped
+
+            self._hear(
+                topics.localization,
+                PoseWithCovarianceStamped,
+                lambda m: self._fixes.put(read_pose(m, topics.base_frame)),
+            )
+        if topics.transform:
+            frames, deviation = topics.transform, np.array(topics.deviation)
+            try:
+                from tf2_msgs.msg import TFMessage
+            except ImportError as error:
+                raise RemoSplatError(
+                    "/tf of ROS 1 needs tf2_msgs (on Debian: apt install"
+                    f" python3-tf2-msgs): {error}"
+                ) from error
+
+            def put(message) -> None:
+                for fix in read_transforms(message, frames, deviation):
+                    self._fixes.put(fix)
+
+            self._hear("/tf", TFMessage, put)
+
+    def _hear_stops(self, topics: RosTopics) -> None:
+        if not topics.flags:
+            return
+        from std_msgs.msg import Bool
+
+        for topic, field in topics.flags.items():
+            self._hear(
+                topic,
+                Bool,
+                lambda message, field=field: self._flags.put(
+                    field, message.data, time.monotonic()
+                ),
+            )
 
     def publish(self, forward: float, yaw_rate: float) -> None:
         """Sends a Twist with these speeds [m/s, rad/s]."""
@@ -70,6 +126,14 @@ class Ros1Link:
     def fetch(self) -> list[Odometry]:
         """Returns the odometry since the last call, oldest first."""
         return self._queue.fetch()
+
+    def fetch_fixes(self) -> list[BaseFix]:
+        """Returns the localisations since the last call, oldest first."""
+        return self._fixes.fetch()
+
+    def stops(self, t: float) -> BaseStops:
+        """Returns what the topics with flags say at a time t [s]."""
+        return self._flags.stops(t)
 
     def close(self) -> None:
         """Shuts the ROS node down."""

@@ -12,7 +12,7 @@ import dataclasses as dc
 
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.annotations import final
-from cyclonedds.idl.types import array, float64, int32, uint32
+from cyclonedds.idl.types import array, float64, int32, sequence, uint32
 
 
 def dds_topic(topic: str) -> str:
@@ -122,3 +122,52 @@ class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
     child_frame_id: str = ""
     pose: PoseWithCovariance = dc.field(default_factory=PoseWithCovariance)
     twist: TwistWithCovariance = dc.field(default_factory=TwistWithCovariance)
+
+
+@dc.dataclass
+@final
+class PoseWithCovarianceStamped(
+    IdlStruct,
+    typename="geometry_msgs::msg::dds_::PoseWithCovarianceStamped_",
+):
+    """geometry_msgs/PoseWithCovarianceStamped: a pose that was localised."""
+
+    header: Header = dc.field(default_factory=Header)
+    pose: PoseWithCovariance = dc.field(default_factory=PoseWithCovariance)
+
+
+@dc.dataclass
+@final
+class Transform(IdlStruct, typename="geometry_msgs::msg::dds_::Transform_"):
+    """geometry_msgs/Transform: a translation and a rotation."""
+
+    translation: Vector3 = dc.field(default_factory=Vector3)
+    rotation: Quaternion = dc.field(default_factory=Quaternion)
+
+
+@dc.dataclass
+@final
+class TransformStamped(
+    IdlStruct, typename="geometry_msgs::msg::dds_::TransformStamped_"
+):
+    """geometry_msgs/TransformStamped: where a frame is in another."""
+
+    header: Header = dc.field(default_factory=Header)
+    child_frame_id: str = ""
+    transform: Transform = dc.field(default_factory=Transform)
+
+
+@dc.dataclass
+@final
+class TFMessage(IdlStruct, typename="tf2_msgs::msg::dds_::TFMessage_"):
+    """tf2_msgs/TFMessage: what goes over /tf."""
+
+    transforms: sequence[TransformStamped] = dc.field(default_factory=list)
+
+
+@dc.dataclass
+@final
+class Bool(IdlStruct, typename="std_msgs::msg::dds_::Bool_"):
+    """std_msgs/Bool: yes or no."""
+
+    data: bool = False

@@ -1,18 +1,34 @@
 """`RosBase`: serves `BASE_COMMAND` with a mobile base that speaks ROS."""
 
+import dataclasses as dc
 import math
 from collections import deque
-from typing import Protocol
+from collections.abc import Sequence
+from typing import Generic, Protocol, TypeVar
 
+import numpy as np
 from pydrake.lcm import DrakeLcmInterface
 
 from remosplat_drake.hardware.drivers.base_commands import (
     BaseCommands,
     BaseMaxima,
 )
+from remosplat_drake.hardware.drivers.base_stops import (
+    BaseStops,
+    StopSource,
+    merged,
+)
 from remosplat_drake.hardware.drivers.ros_conversion import Odometry, status_of
-from remosplat_drake.hardware.wire.channels import BASE_COMMAND, BASE_STATUS
+from remosplat_drake.hardware.wire.channels import (
+    BASE_COMMAND,
+    BASE_LOCALIZATION,
+    BASE_STATUS,
+)
 from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.localization import (
+    BaseFix,
+    encode_localization,
+)
 
 PERIOD = 0.01
 """Period of the bridge's loop [s]."""
@@ -22,8 +38,47 @@ FAREWELL = 0.5
 the bridge is silent, so that others, a joystick say, may drive the base."""
 
 
+@dc.dataclass(frozen=True)
+class RosTopics:
+    """The topics of a base; an empty name stands for none.
+
+    Attributes:
+        command: Topic of the geometry_msgs/Twist commands.
+        odometry: Topic of the nav_msgs/Odometry measurements.
+        localization: Topic of geometry_msgs/PoseWithCovarianceStamped: the
+            base in the map.
+        base_frame: Name of the base's frame, whose pose that is.
+        transform: Names of the map's frame and of the one that /tf locates in
+            it; None where it is not asked.
+        deviation: Standard deviations of what /tf tells: x, y, yaw [m, m,
+            rad].
+        emergency_stop: Topic of std_msgs/Bool: whether one is latched.
+        protective_stop: Topic of std_msgs/Bool: whether the scanner holds the
+            base.
+        motors_on: Topic of std_msgs/Bool: whether the motors are on.
+        stop_expiry: Age from which on these three say nothing any more [s].
+    """
+
+    command: str
+    odometry: str
+    localization: str = ""
+    base_frame: str = "base_link"
+    transform: tuple[str, str] | None = None
+    deviation: tuple[float, float, float] = (0.05, 0.05, 0.035)
+    emergency_stop: str = ""
+    protective_stop: str = ""
+    motors_on: str = ""
+    stop_expiry: float = 2.0
+
+    @property
+    def flags(self) -> dict[str, str]:
+        """Names of the fields of topics with flags, by their topics."""
+        fields = ("emergency_stop", "protective_stop", "motors_on")
+        return {getattr(self, f): f for f in fields if getattr(self, f)}
+
+
 class RosLink(Protocol):
-    """What `RosBase` needs of ROS 1 or 2: cmd_vel to write, odom to read."""
+    """What `RosBase` needs of ROS 1 or 2."""
 
     def publish(self, forward: float, yaw_rate: float) -> None:
         """Sends a Twist with these speeds [m/s, rad/s]."""
@@ -33,35 +88,81 @@ class RosLink(Protocol):
         """Returns the odometry since the last call, oldest first."""
         ...
 
+    def fetch_fixes(self) -> list[BaseFix]:
+        """Returns the localisations since the last call, oldest first."""
+        ...
+
+    def stops(self, t: float) -> BaseStops:
+        """Returns what the topics with flags say at a time t [s]."""
+        ...
+
     def close(self) -> None:
         """Leaves the ROS network."""
         ...
 
 
-class OdometryQueue:
-    """Hands odometry from a thread of ROS over to the bridge's loop."""
+Message = TypeVar("Message")
+
+
+class Queue(Generic[Message]):
+    """Hands messages from a thread of ROS over to the bridge's loop."""
 
     def __init__(self):
         """Starts empty."""
-        self._messages: deque[Odometry] = deque(maxlen=100)
+        self._messages: deque[Message] = deque(maxlen=100)
 
-    def put(self, odometry: Odometry) -> None:
+    def put(self, message: Message) -> None:
         """Adds a message; beyond 100 that wait, the oldest are dropped."""
-        self._messages.append(odometry)
+        self._messages.append(message)
 
-    def fetch(self) -> list[Odometry]:
+    def fetch(self) -> list[Message]:
         """Takes out all messages that wait, oldest first."""
         return [self._messages.popleft() for _ in range(len(self._messages))]
 
 
+class StopFlags:
+    """The latest values of topics that say whether the base may move."""
+
+    def __init__(self, topics: RosTopics):
+        """Starts without a value, which counts as unknown."""
+        self._expiry = topics.stop_expiry
+        self._fields = tuple(topics.flags.values())
+        self._values: dict[str, tuple[bool, float]] = {}
+
+    def put(self, field: str, value: bool, t: float) -> None:
+        """Keeps a value that came at a time t, by a clock that never jumps [s].
+
+        Args:
+            field: Name of the topic's field in `RosTopics`.
+            value: What it says.
+            t: When it came [s].
+        """
+        self._values[field] = (bool(value), t)
+
+    def stops(self, t: float) -> BaseStops:
+        """Returns what the flags say; one that is silent is unknown."""
+        known = {
+            field: value
+            for field, (value, came) in self._values.items()
+            if t - came <= self._expiry
+        }
+        return BaseStops(
+            emergency=known.get("emergency_stop", False),
+            protective=known.get("protective_stop", False),
+            motors_off=not known.get("motors_on", True),
+            is_unknown=len(known) < len(self._fields),
+        )
+
+
 class RosBase:
-    """Passes velocity commands from LCM to ROS, and odometry back."""
+    """Passes commands from LCM to ROS; odometry, fixes and stops back."""
 
     def __init__(
         self,
         lcm: DrakeLcmInterface,
         link: RosLink,
         maxima: BaseMaxima | None = None,
+        sources: Sequence[StopSource] = (),
     ):
         """Subscribes; nothing is sent before a command comes.
 
@@ -70,10 +171,12 @@ class RosBase:
             link: The connection to the base's ROS topics.
             maxima: Greatest velocities that are asked of the base; None
                 takes the LD-60's.
+            sources: What else says whether the base may move.
         """
         self._lcm = lcm
         self._link = link
         self._commands = BaseCommands(maxima)
+        self._sources = (link, *sources)
         self._inbox = Inbox(lcm, [BASE_COMMAND])
         self._last_motion = -math.inf
 
@@ -91,10 +194,14 @@ class RosBase:
             self._last_motion = t
         if t - self._last_motion <= FAREWELL:
             self._link.publish(*velocity)
+        stops = merged(source.stops(t) for source in self._sources)
         for odometry in self._link.fetch():
-            status = status_of(odometry, now)
+            status = status_of(odometry, now, stops)
             if status is not None:
                 self._lcm.Publish(BASE_STATUS, status.encode())
+        for fix in self._link.fetch_fixes():
+            if np.isfinite(fix.pose).all():
+                self._lcm.Publish(BASE_LOCALIZATION, encode_localization(fix))
 
     def stop(self) -> None:
         """Tells the base to stand still, whatever it heard last."""

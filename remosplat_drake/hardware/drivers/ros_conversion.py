@@ -7,7 +7,12 @@ only the stamp has names of its own.
 import dataclasses as dc
 import math
 
+import numpy as np
+
+from remosplat_drake.hardware.drivers.base_stops import FREE, BaseStops, tell
+from remosplat_drake.hardware.wire.localization import BaseFix
 from remosplat_drake.hardware.wire.messages.base_status import base_status
+from remosplat_drake.hardware.wire.packets import from_utime
 
 _STANDSTILL = 1e-3
 
@@ -57,6 +62,58 @@ def read_odometry(message) -> Odometry:
     )
 
 
+_PLANAR = np.ix_([0, 1, 5], [0, 1, 5])
+"""Where x, y and yaw are in ROS's 6 by 6 covariances."""
+
+
+def read_pose(message, child_frame: str) -> BaseFix:
+    """Reads a geometry_msgs PoseWithCovarianceStamped of either ROS version.
+
+    Args:
+        message: The message; its header names the frame of the pose.
+        child_frame: Name of the frame whose pose it is, which ROS leaves out.
+    """
+    position = message.pose.pose.position
+    rotation = message.pose.pose.orientation
+    P = np.array(message.pose.covariance, float).reshape(6, 6)[_PLANAR]
+    return _fix(
+        message.header, position, rotation, 0.5 * (P + P.T), child_frame
+    )
+
+
+def read_transforms(
+    message, frames: tuple[str, str], deviation: np.ndarray
+) -> list[BaseFix]:
+    """Reads from a tf2_msgs TFMessage of either version where a frame is.
+
+    Args:
+        message: The message, with any number of transforms.
+        frames: Names of a frame and of its child, which is to be located.
+        deviation: Standard deviations of x, y and yaw, which ROS leaves out,
+            shape (3,) [m, m, rad].
+    """
+    wanted = tuple(name.strip("/") for name in frames)
+    return [
+        _fix(
+            found.header,
+            found.transform.translation,
+            found.transform.rotation,
+            np.diag(np.square(deviation)),
+            found.child_frame_id,
+        )
+        for found in message.transforms
+        if wanted
+        == (found.header.frame_id.strip("/"), found.child_frame_id.strip("/"))
+    ]
+
+
+def _fix(header, position, rotation, P: np.ndarray, child: str) -> BaseFix:
+    yaw = yaw_of(rotation.x, rotation.y, rotation.z, rotation.w)
+    stamp = from_utime(stamp_utime(header.stamp))
+    pose = np.array([position.x, position.y, yaw])
+    return BaseFix(pose, P, stamp, header.frame_id, child)
+
+
 def write_twist(message, forward: float, yaw_rate: float):
     """Fills a geometry_msgs Twist whose fields are zero, and returns it.
 
@@ -70,15 +127,18 @@ def write_twist(message, forward: float, yaw_rate: float):
     return message
 
 
-def status_of(odometry: Odometry, now: int) -> base_status | None:
+def status_of(
+    odometry: Odometry, now: int, stops: BaseStops = FREE
+) -> base_status | None:
     """Turns odometry into the base's status message.
 
-    ROS tells nothing of stops and of the battery: the flags stay 0, and a
-    base that does not follow its command has to be noticed by its speed.
+    Odometry tells nothing of stops. Where nothing else does, the flags stay 0,
+    and a base that does not follow its command is noticed by how far it comes.
 
     Args:
         odometry: The measurement.
         now: Wall clock, for odometry without a stamp [us].
+        stops: What holds the base.
 
     Returns:
         The status, or None if a number is not finite.
@@ -94,5 +154,5 @@ def status_of(odometry: Odometry, now: int) -> base_status | None:
     speed = max(abs(odometry.forward), abs(odometry.yaw_rate))
     moving = speed > _STANDSTILL
     status.mode = base_status.MOVING if moving else base_status.READY
-    status.battery = -1.0
+    tell(status, stops)
     return status

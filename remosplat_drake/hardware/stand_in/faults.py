@@ -38,6 +38,14 @@ FAULTS = {
     "base-status-delay": "the base's statuses are told VALUE seconds late"
     " (default 0.05)",
     "panda-py": "the arm follows by panda-py's IntegratedVelocity, which lags",
+    "base-mute": "the base's statuses tell of no stop, as odometry on ROS does",
+    "base-clock": "the base's stamps are VALUE seconds ahead (default -0.2)",
+    "base-jump": "the base's odometry jumps by VALUE metres (default 0.3)",
+    "base-drift": "it drifts by VALUE metres a second (default 0.02)",
+    "localization-stops": "the base's localisation falls silent",
+    "localization-frame": "it tells the pose in another frame",
+    "localization-jump": "it jumps by VALUE metres (default 0.3)",
+    "localization-drift": "it drifts by VALUE metres a second (default 0.02)",
     RECOVER: "ends every fault and releases every stop",
 }
 """Names of all faults, and what each does, in words for `--help`."""
@@ -48,6 +56,11 @@ _DEFAULTS = {
     "packet-loss": 0.5,
     "base-command-delay": 0.15,
     "base-status-delay": 0.05,
+    "base-clock": -0.2,
+    "base-jump": 0.3,
+    "base-drift": 0.02,
+    "localization-jump": 0.3,
+    "localization-drift": 0.02,
 }
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"

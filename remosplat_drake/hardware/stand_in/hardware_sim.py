@@ -13,7 +13,9 @@ from remosplat_drake.hardware.drivers.panda_commands import JOINTS
 from remosplat_drake.hardware.drivers.panda_limits import TICK
 from remosplat_drake.hardware.stand_in import faults
 from remosplat_drake.hardware.stand_in.actuated_axes import ActuatedAxes
+from remosplat_drake.hardware.stand_in.base_senses import BaseSenses
 from remosplat_drake.hardware.stand_in.faults import Fault, FaultSchedule
+from remosplat_drake.hardware.stand_in.fci_arm import FciArm
 from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
 from remosplat_drake.hardware.stand_in.simulated_base import SimulatedBase
 from remosplat_drake.hardware.stand_in.simulated_hand import SimulatedHand
@@ -44,7 +46,10 @@ class HardwareSim:
         lcm: DrakeLcmInterface,
         schedule: Sequence[Fault] = (),
         clock: Callable[[], int] = wall_utime,
+        *,
         actuators: Sequence[Actuator] = (),
+        fci: FciArm | None = None,
+        localizes: bool = False,
     ):
         """Subscribes; nothing is sent before the first step.
 
@@ -55,6 +60,10 @@ class HardwareSim:
             clock: The wall clock of the robot's computer [us].
             actuators: How base and arm follow what their drivers tell them,
                 in the order of u; none: at once.
+            fci: Where the arm obeys a driver of its own in place of the
+                wire; None for the simulated driver.
+            localizes: Whether something besides its wheels tells where the
+                base is; the odometry then begins elsewhere.
         """
         self._plant = plant
         self._lcm = lcm
@@ -62,7 +71,7 @@ class HardwareSim:
         self._inbox = Inbox(
             lcm,
             [
-                channels.PANDA_COMMAND,
+                *([] if fci else [channels.PANDA_COMMAND]),
                 channels.BASE_COMMAND,
                 channels.PANDA_HAND_COMMAND,
                 faults.CHANNEL,
@@ -70,7 +79,9 @@ class HardwareSim:
         )
         self._faults = FaultSchedule(schedule)
         self.panda = SimulatedPanda()
+        self._fci = fci
         self.base = SimulatedBase()
+        self._senses = BaseSenses(localizes)
         self.hand = SimulatedHand(plant.hand[0])
         self._described = list(actuators)
         self._slow = (0.0, False)
@@ -98,7 +109,10 @@ class HardwareSim:
         self._break(t)
         now = self._now()
         base = self.base.step(now, t, TICK)
-        arm = self.panda.step(now, self._measured)
+        if self._fci is None:
+            arm = self.panda.step(now, self._measured)
+        else:
+            arm = self._fci.step(self._measured)
         self._change_actuators()
         if self._axes is not None:
             velocity = self._axes.step(np.concatenate([base, arm]))
@@ -148,31 +162,36 @@ class HardwareSim:
 
     def _trip(self, fault: Fault, t: float) -> None:
         """Carries out a fault that is an event."""
+        arm = self._fci or self.panda
         if fault.name == "reflex":
-            self.panda.stop(RobotMode.REFLEX)
+            arm.stop(RobotMode.REFLEX)
         elif fault.name == "user-stop":
-            self.panda.stop(RobotMode.USER_STOPPED)
+            arm.stop(RobotMode.USER_STOPPED)
         elif fault.name == "base-protective-stop":
             self.base.protective_stop(t)
         elif fault.name == "base-emergency-stop":
             self.base.emergency_stop = True
         elif fault.name == faults.RECOVER:
-            self.panda.recover()
+            arm.recover()
             self.base.recover()
 
     def _tell(self, t: float) -> None:
         now = self._now()
-        if "status-stops" not in self._faults:
+        if self._fci is None and "status-stops" not in self._faults:
             status = self._arm_status(now)
             self._lcm.Publish(channels.PANDA_STATUS, status.encode())
-        base = self.base.status(
-            now, t, self._plant.q[:3], self._plant.base_velocity
-        )
+        pose = self._plant.q[:3]
+        self._senses.advance(t, self._faults)
+        base = self.base.status(now, t, pose, self._plant.base_velocity)
         if base is not None and "base-status-stops" not in self._faults:
+            self._senses.spoil(base, self._faults)
             late = self._faults.value("base-status-delay", 0.0)
             self._late.append((t + late, base.encode()))
         while self._late and self._late[0][0] <= t:
             self._lcm.Publish(channels.BASE_STATUS, self._late.popleft()[1])
+        fix = self._senses.fix(now, t, pose, self._faults)
+        if fix is not None:
+            self._lcm.Publish(channels.BASE_LOCALIZATION, fix)
         hand = self.hand.status(now, t, self._plant.hand)
         if hand is not None:
             self._lcm.Publish(channels.PANDA_HAND_STATUS, hand.encode())

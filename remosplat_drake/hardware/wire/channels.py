@@ -17,6 +17,8 @@ BASE_COMMAND = "BASE_COMMAND"
 """base_command: forward speed and yaw rate."""
 BASE_STATUS = "BASE_STATUS"
 """base_status: odometry and stops of the base, at 10 to 37 Hz and more."""
+BASE_LOCALIZATION = "BASE_LOCALIZATION"
+"""base_localization: where the base is in the map, as a localiser tells."""
 WRIST_CAMERA = "WRIST_CAMERA"
 """lcmt_image_array: an RGB and a depth image of the wrist camera."""
 

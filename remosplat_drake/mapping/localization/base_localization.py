@@ -11,12 +11,16 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from remosplat_drake.mapping.localization.planar_pose import (
+from remosplat_drake.robot.planar_pose import (
     composed,
+    largest_error,
     odometry_frame,
-    relative,
+    stepped,
 )
 from remosplat_drake.signals.base_correction import BaseCorrection
+
+SIGMAS = 3.0
+"""Number of standard deviations by which the base may be off."""
 
 
 class BaseLocalization(LeafSystem):
@@ -28,15 +32,20 @@ class BaseLocalization(LeafSystem):
         input_ports:
         - configuration
         - correction (optional)
+        - base_uncertainty (optional)
         output_ports:
         - configuration
+        - base_uncertainty
 
     The input is the measured q, whose base is in the odometry's frame O, the
     output is q in the map's frame W. `correction` takes a `BaseCorrection`;
     what is in effect follows it so slowly that a controller need not know of
     it. With another version of the map, though, its pose comes at once: map
     and base move together. Commands are velocities in the base's own frame,
-    the same in both.
+    the same in both. `base_uncertainty` is how far the base's pose may be off,
+    shift and turn [m, rad]: on the input that of the measured one, on the
+    output with what the correction's covariance adds, and with what is still
+    to be corrected.
     """
 
     def __init__(self, *, n_q: int, period: float, speed: float):
@@ -54,19 +63,24 @@ class BaseLocalization(LeafSystem):
         self._correction = self.DeclareAbstractInputPort(
             "correction", Value(BaseCorrection())
         )
+        self._uncertainty = self.DeclareVectorInputPort("base_uncertainty", 2)
         # x, y, yaw of X_WO, and the version of the map.
         state = self.DeclareDiscreteState(4)
         # The time matters at the instant of a new version only, when the
         # correction changes, too.
+        known = {
+            self._measured.ticket(),
+            self._correction.ticket(),
+            self.discrete_state_ticket(state),
+        }
         self.DeclareVectorOutputPort(
-            "configuration",
-            n_q,
-            self._calc_configuration,
-            {
-                self._measured.ticket(),
-                self._correction.ticket(),
-                self.discrete_state_ticket(state),
-            },
+            "configuration", n_q, self._calc_configuration, known
+        )
+        self.DeclareVectorOutputPort(
+            "base_uncertainty",
+            2,
+            self._calc_uncertainty,
+            {*known, self._uncertainty.ticket()},
         )
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._step)
 
@@ -90,6 +104,19 @@ class BaseLocalization(LeafSystem):
         pose = self._in_effect(context)[:3]
         output.SetFromVector(BaseCorrection(pose).corrected(measured))
 
+    def _calc_uncertainty(self, context: Context, output: BasicVector):
+        bound = np.zeros(2)
+        if self._uncertainty.HasValue(context):
+            bound = self._uncertainty.Eval(context)
+        if self._correction.HasValue(context):
+            correction = self._correction.Eval(context)
+            X_OB = self._measured.Eval(context)[:3]
+            X_WB = correction.base_at(context.get_time(), X_OB)
+            told = composed(self._in_effect(context)[:3], X_OB)
+            own = largest_error(correction.covariance, SIGMAS, X_WB, told)
+            bound = bound + own
+        output.SetFromVector(bound)
+
     def _in_effect(self, context: Context) -> np.ndarray:
         """X_WO and version; of a new version before the state knows of it."""
         known = context.get_discrete_state(0).CopyToVector()
@@ -110,24 +137,3 @@ class BaseLocalization(LeafSystem):
         goal = self._correction.Eval(context).base_at(context.get_time(), X_OB)
         after = stepped(np.array(pose), goal, X_OB, self._most)
         state.set_value(0, np.append(after, version))
-
-
-def stepped(
-    pose: np.ndarray, X_WB: np.ndarray, X_OB: np.ndarray, most: float
-) -> np.ndarray:
-    """Moves the pose of the odometry's frame towards another one.
-
-    A turn of a far frame swings the base; so it is the base whose motion is
-    limited.
-
-    Args:
-        pose: The pose X_WO in effect, shape (3,) [m, rad].
-        X_WB: Where the base is to be, shape (3,) [m, rad].
-        X_OB: The base's measured pose, shape (3,) [m, rad].
-        most: Greatest shift of the base [m], and greatest turn [rad].
-    """
-    now = composed(pose, X_OB)
-    turn = relative(now, X_WB)[2]
-    shift = X_WB[:2] - now[:2]
-    part = min(1.0, most / max(np.hypot(*shift), abs(turn), 1e-12))
-    return odometry_frame(now + part * np.array([*shift, turn]), X_OB)

@@ -16,7 +16,7 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.mapping.localization.planar_pose import odometry_frame
+from remosplat_drake.robot.planar_pose import odometry_frame
 from remosplat_drake.signals.base_correction import BaseCorrection
 
 _WHITE = np.array([5e-4, 5e-4, 2.5e-4])

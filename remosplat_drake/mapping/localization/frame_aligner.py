@@ -19,16 +19,16 @@ from remosplat_drake.mapping.localization.keyframe_graph import (
     Keyframes,
     solve,
 )
-from remosplat_drake.mapping.localization.planar_pose import (
-    composed,
-    matrix,
-    relative,
-)
 from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.reconstruction.alignment.plane_maps import plane_map
 from remosplat_drake.reconstruction.alignment.view_stack import (
     empty_stack,
     put_view,
+)
+from remosplat_drake.robot.planar_pose import (
+    composed,
+    matrix,
+    relative,
 )
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.base_correction import BaseCorrection

@@ -13,11 +13,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from remosplat_drake.mapping.localization.planar_pose import (
-    matrix,
-    relative,
-    relative_jacobians,
-)
 from remosplat_drake.reconstruction.alignment.alignment import COARSE, FINE
 from remosplat_drake.reconstruction.alignment.pair_selection import choose_pairs
 from remosplat_drake.reconstruction.alignment.residual_table import (
@@ -30,6 +25,11 @@ from remosplat_drake.reconstruction.alignment.solver import (
     residual_spread,
 )
 from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
+from remosplat_drake.robot.planar_pose import (
+    matrix,
+    relative,
+    relative_jacobians,
+)
 
 LEVELS = (*COARSE, *FINE)
 """Stages from coarse to fine of frames that are new."""

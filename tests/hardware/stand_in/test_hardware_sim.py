@@ -13,8 +13,15 @@ from robot_process import Client
 
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
-from remosplat_drake.hardware.drivers.panda_limits import PANDA
+from remosplat_drake.hardware.drivers.panda_limits import (
+    AT_REST,
+    PANDA,
+    limit_rate,
+)
+from remosplat_drake.hardware.stand_in import fci_library
 from remosplat_drake.hardware.stand_in.faults import Fault
+from remosplat_drake.hardware.stand_in.fci_arm import FciArm
+from remosplat_drake.hardware.stand_in.fci_packets import Kind, Request
 from remosplat_drake.hardware.stand_in.hardware_sim import HardwareSim
 from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
 from remosplat_drake.hardware.wire.messages.base_status import base_status
@@ -280,3 +287,28 @@ def test_a_fault_on_a_schedule_counts_from_the_first_command(world):
     (gap,) = np.flatnonzero(np.diff(utime) > 1000)
     assert utime[gap] == pytest.approx(start + 100_000, abs=2000)
     assert utime[gap + 1] == pytest.approx(start + 300_000, abs=2000)
+
+
+def test_the_arm_may_obey_a_driver_of_its_own(world):
+    """By `--fci`: the wire neither moves it nor hears of it."""
+    plant = RobotPlant(DynamicStation(), world.robot, world.truth, world.q0)
+    arm = FciArm()
+    wire = DrakeLcm("memq://")
+    robot, client = HardwareSim(plant, wire, fci=arm), Client(wire)
+    start = plant.q.copy()
+    library = fci_library.Robot(str(arm.port))
+    library._send(Request(Kind.BEGIN))
+    command = AT_REST
+    for _ in range(200):
+        client.send_arm(-SLOWLY)
+        robot.step()
+        client.listen(0.0)
+        number = library._latest().number
+        command = limit_rate(SLOWLY, command)
+        answer = Request(Kind.COMMAND, number, tuple(command.velocity))
+        library._send(answer)
+    assert not client.arm
+    assert client.base
+    moved = plant.q[3:] - start[3:]
+    np.testing.assert_allclose(moved, 0.19 * SLOWLY, atol=2e-3)
+    arm.close()

@@ -47,3 +47,43 @@ def odometry_frame(X_WB: np.ndarray, X_OB: np.ndarray) -> np.ndarray:
     turn = np.array([0, 0, X_WB[2] - X_OB[2]])
     x, y, _ = X_WB - composed(turn, X_OB)
     return turn + np.array([x, y, 0])
+
+
+def stepped(
+    pose: np.ndarray, X_WB: np.ndarray, X_OB: np.ndarray, most: float
+) -> np.ndarray:
+    """Moves the pose of the odometry's frame towards another one.
+
+    A turn of a far frame swings the base; so it is the base whose motion is
+    limited.
+
+    Args:
+        pose: The pose X_WO in effect, shape (3,) [m, rad].
+        X_WB: Where the base is to be, shape (3,) [m, rad].
+        X_OB: The base's measured pose, shape (3,) [m, rad].
+        most: Greatest shift of the base [m], and greatest turn [rad].
+    """
+    now = composed(pose, X_OB)
+    turn = relative(now, X_WB)[2]
+    shift = X_WB[:2] - now[:2]
+    part = min(1.0, most / max(np.hypot(*shift), abs(turn), 1e-12))
+    return odometry_frame(now + part * np.array([*shift, turn]), X_OB)
+
+
+def largest_error(
+    covariance: np.ndarray, sigmas: float, X_WB: np.ndarray, told: np.ndarray
+) -> np.ndarray:
+    """Bounds how far a told pose is from where something may really be.
+
+    Args:
+        covariance: Covariance of the pose X_WB by W's axes, shape (3, 3).
+        sigmas: Number of standard deviations that count.
+        X_WB: Where it is expected, shape (3,) [m, rad].
+        told: The pose that somebody relies on instead, shape (3,) [m, rad].
+
+    Returns:
+        Distance and angle, shape (2,) [m, rad].
+    """
+    x, y, turn = relative(told, X_WB)
+    spread = np.linalg.eigvalsh(covariance[:2, :2])[1], covariance[2, 2]
+    return sigmas * np.sqrt(spread) + [np.hypot(x, y), abs(turn)]

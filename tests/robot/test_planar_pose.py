@@ -4,13 +4,13 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from remosplat_drake.mapping.localization.base_localization import stepped
-from remosplat_drake.mapping.localization.planar_pose import (
+from remosplat_drake.robot.planar_pose import (
     composed,
     matrix,
     odometry_frame,
     relative,
     relative_jacobians,
+    stepped,
 )
 from remosplat_drake.signals.base_correction import BaseCorrection
 

@@ -1,0 +1,212 @@
+"""How soon a base is missed that stops unnoticed, and how often another is.
+
+    python -m apps.studies.base_stops --hours 10
+
+Bases are driven at random in pure simulation, a minute each. Each follows its
+commands by a delay, a lag and a scale of its own; its odometry is noisy, is
+stamped by a busy computer and is lost at times. The judge is the residual that
+stops the robot.
+"""
+
+import argparse
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.hardware.client.base_residual import (
+    WINDOWS,
+    CommandedPath,
+    residuals,
+)
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.wire.base import extrapolated_pose
+from remosplat_drake.robot.planar_pose import matrix
+
+PERIOD = 0.01
+"""Time between two commands [s]."""
+
+STATUS_PERIOD = 3
+"""Number of these between two odometries."""
+
+LIMIT = np.array([1.0, 3.0])
+"""Greatest acceleration of commands [m/s^2, rad/s^2]."""
+
+NOISE = np.array([4e-4, 4e-4, 1e-3])
+"""Standard deviations of the odometry from one message to the next [m, rad]."""
+
+JITTER = 0.004
+"""Greatest error of a stamp, either way [s]."""
+
+LOSS = 0.02
+"""Share of the odometry that is lost."""
+
+SESSION = 60.0
+"""Time for which a base is driven [s]."""
+
+SPEEDS = (0.05, 0.1, 0.2, 0.5)
+"""Speeds at which bases stop [m/s]."""
+
+
+@dc.dataclass(frozen=True)
+class Base:
+    """What is wrong with a base.
+
+    Attributes:
+        delay: Time from a command to the wheels [s].
+        lag: Time constant of the wheels [s].
+        scale: Speeds as shares of those that were meant, shape (2,).
+    """
+
+    delay: float
+    lag: float
+    scale: np.ndarray
+
+    @staticmethod
+    def drawn(random: np.random.Generator) -> "Base":
+        """Draws a base whose delay and lag together stay below a quarter."""
+        return Base(
+            random.uniform(0.0, 0.15),
+            random.uniform(0.02, 0.08),
+            1 + random.uniform(-0.02, 0.02, 2),
+        )
+
+
+@dc.dataclass(frozen=True)
+class Drive:
+    """A drive and its odometry.
+
+    Attributes:
+        path: The commands.
+        stamp: Stamps of the odometry, shape (k,) [s].
+        pose: x, y, yaw by it, shape (k, 3) [m, m, rad].
+    """
+
+    path: CommandedPath
+    stamp: np.ndarray
+    pose: np.ndarray
+
+    def first_alarm(self, delay: float) -> float:
+        """Returns when the residual finds a fault, infinite for never [s].
+
+        Args:
+            delay: Longest delay from a command to its effect [s].
+        """
+        alarm = np.inf
+        for window in WINDOWS:
+            first = np.searchsorted(self.stamp, self.stamp - window, "right")
+            X_WA = matrix(self.pose[first])
+            p = np.einsum(
+                "nji,nj->ni",
+                X_WA[:, :2, :2],
+                self.pose[:, :2] - self.pose[first, :2],
+            )
+            turn = self.pose[:, 2] - self.pose[first, 2]
+            moved = np.column_stack([p, (turn + np.pi) % (2 * np.pi) - np.pi])
+            _, excess = residuals(
+                self.path.motions, self.stamp[first], self.stamp, moved, delay
+            )
+            found = self.stamp[~(excess <= 1.0)]
+            alarm = min(alarm, found.min(initial=np.inf))
+        return float(alarm)
+
+
+def driven(
+    random: np.random.Generator,
+    base: Base,
+    commands: np.ndarray,
+    stops_at: float = np.inf,
+) -> Drive:
+    """Drives a base.
+
+    Args:
+        random: Where noise comes from.
+        base: What is wrong with it.
+        commands: The commands, shape (n, 2) [m/s, rad/s].
+        stops_at: When it stops by itself [s].
+    """
+    path = CommandedPath()
+    pose, v, late = np.zeros(3), np.zeros(2), round(base.delay / PERIOD)
+    share = -np.expm1(-PERIOD / base.lag)
+    stamps, poses = [], []
+    for i, u in enumerate(commands):
+        t = i * PERIOD
+        path.append(t, u)
+        if t < stops_at:
+            target = commands[i - late] if i >= late else np.zeros(2)
+            v = v + share * (target - v)
+        else:
+            v = np.zeros(2)
+        pose = extrapolated_pose(pose, base.scale * v, PERIOD)
+        if i % STATUS_PERIOD == 0 and random.random() >= LOSS:
+            stamps.append(t + PERIOD + random.uniform(-JITTER, JITTER))
+            poses.append(pose + NOISE * random.normal(size=3))
+    return Drive(path, np.array(stamps), np.array(poses))
+
+
+def random_commands(random: np.random.Generator, n: int) -> np.ndarray:
+    """Makes n commands from one random speed to the next, shape (n, 2)."""
+    config = HardwareConfig()
+    lower = [config.base_forward_lower, -config.base_yaw_rate]
+    upper = [config.base_forward_upper, config.base_yaw_rate]
+    u, goal = np.zeros(2), np.zeros(2)
+    commands = np.zeros((n, 2))
+    for i in range(n):
+        if random.random() < PERIOD / 1.5:
+            goal = random.uniform(lower, upper) * random.integers(2, size=2)
+        u = u + np.clip(goal - u, -LIMIT * PERIOD, LIMIT * PERIOD)
+        commands[i] = u
+    return commands
+
+
+def false_alarms(random: np.random.Generator, hours: float) -> tuple[int, int]:
+    """Counts the drives in which the residual alarms, and all drives."""
+    delay, n = HardwareConfig.base_delay, round(SESSION / PERIOD)
+    count = max(1, round(3600 * hours / SESSION))
+    alarms = 0
+    for _ in range(count):
+        drive = driven(random, Base.drawn(random), random_commands(random, n))
+        alarms += np.isfinite(drive.first_alarm(delay))
+    return alarms, count
+
+
+def time_to_alarm(
+    random: np.random.Generator, speed: float, base: Base
+) -> float:
+    """Returns how long after a stop the residual finds it [s].
+
+    Args:
+        random: Where noise comes from.
+        speed: Speed at which the base stops [m/s].
+        base: What is wrong with it.
+    """
+    commands = np.tile([speed, 0.0], (600, 1))
+    commands[:50] *= np.linspace(0, 1, 50)[:, None]
+    stops_at = random.uniform(3.0, 4.0)
+    drive = driven(random, base, commands, stops_at)
+    return drive.first_alarm(HardwareConfig.base_delay) - stops_at
+
+
+def main() -> None:
+    """Prints both tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--hours", type=float, default=10.0)
+    parser.add_argument("--stops", type=int, default=50, help="a speed")
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    random = np.random.default_rng(arguments.seed)
+    for speed in SPEEDS:
+        times = [
+            time_to_alarm(random, speed, Base.drawn(random))
+            for _ in range(arguments.stops)
+        ]
+        print(
+            f"stopped at {speed:g} m/s: found after {np.median(times):.2f} s,"
+            f" at most {max(times):.2f} s",
+            flush=True,
+        )
+    alarms, count = false_alarms(random, arguments.hours)
+    print(f"{arguments.hours:g} h, {count} drives: {alarms} false alarms")
+
+
+if __name__ == "__main__":
+    main()

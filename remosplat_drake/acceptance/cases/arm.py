@@ -1,0 +1,32 @@
+"""What goes wrong in the arm's own driver, `remosplat panda-driver`."""
+
+from remosplat_drake.acceptance.fault_case import FaultCase, Part
+
+CASES = (
+    FaultCase(
+        "arm driver stalled",
+        Part.ARM_DRIVER_STALLED,
+        reason="nothing came for",
+        refusal="nothing came for",
+        arm_driver=True,
+        watch=2.0,
+    ),
+    FaultCase(
+        "arm driver's callback stalled",
+        Part.ARM_CALLBACK_STALLED,
+        reason="nothing came for",
+        refusal="nothing came for",
+        arm_driver=True,
+        watch=2.0,
+    ),
+    # Without a refusal: the driver tells of the stop, and ends.
+    FaultCase(
+        "user stop, told by the arm driver",
+        Part.ROBOT,
+        "user-stop",
+        reason="user_stopped",
+        arm_driver=True,
+        watch=2.0,
+    ),
+)
+"""Cases of the arm's driver, which obeys the wire in the stand-in's place."""

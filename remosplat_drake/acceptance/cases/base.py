@@ -1,0 +1,90 @@
+"""The base stops unnoticed, and its pose goes wrong."""
+
+from remosplat_drake.acceptance.fault_case import FaultCase, robot_fault
+
+_SPEEDS = (0.05, 0.2, 0.5)
+"""Speeds at which the base drives when it stops [m/s]."""
+
+_LOCALIZED = {
+    "robot": ("--localization",),
+    "text": "{hardware: {localization: {}}}",
+}
+
+
+def _unnoticed(what: str, fault: str, speed: float) -> FaultCase:
+    """A stop that the base's statuses do not tell, as on ROS."""
+    return robot_fault(
+        f"{what} through ROS at {speed:g} m/s",
+        "base-mute",
+        "by its commands",
+        then=fault,
+        # A base that is told to stand, and stands, is as it should be.
+        refusal=None,
+        watch=3.0,
+        text=f"{{time_limit: 60, controller: {{velocity_limits:"
+        f" {{max_forward: {speed}}}}}}}",
+    )
+
+
+CASES = (
+    *(_unnoticed("emergency stop", "base-emergency-stop", v) for v in _SPEEDS),
+    *(
+        _unnoticed("protective stop", "base-protective-stop", v)
+        for v in _SPEEDS
+    ),
+    robot_fault("odometry jumps 5 cm", "base-jump", "jumped by", value=0.05),
+    robot_fault("odometry jumps 30 cm", "base-jump", "jumped by", value=0.3),
+    robot_fault(
+        "odometry drifts 2 cm/s",
+        "base-drift",
+        "does not move as it should",
+        value=0.02,
+        refusal=None,
+        watch=3.0,
+    ),
+    robot_fault(
+        "clock of the base 0.2 s behind",
+        "base-clock",
+        "set the clocks",
+        value=-0.2,
+    ),
+    robot_fault(
+        "clock of the base 0.2 s ahead",
+        "base-clock",
+        "set the clocks",
+        value=0.2,
+    ),
+    robot_fault(
+        "localisation jumps 5 cm",
+        "localization-jump",
+        "jumped by",
+        value=0.05,
+        **_LOCALIZED,
+    ),
+    robot_fault(
+        "localisation jumps 30 cm",
+        "localization-jump",
+        "jumped by",
+        value=0.3,
+        **_LOCALIZED,
+    ),
+    robot_fault(
+        "localisation drifts 2 cm/s",
+        "localization-drift",
+        "jumped by",
+        value=0.02,
+        **_LOCALIZED,
+    ),
+    robot_fault(
+        "localisation in a wrong frame",
+        "localization-frame",
+        "frame_id is 'odom'",
+        **_LOCALIZED,
+    ),
+    robot_fault(
+        "localisation falls silent",
+        "localization-stops",
+        "nothing new came for",
+        **_LOCALIZED,
+    ),
+)

@@ -1,0 +1,314 @@
+r"""Where the base is: its odometry, corrected by a localisation.
+
+The filter estimates X_WO, where the frame of the odometry lies in the map. Its
+error shows at the base: e = (x, y, yaw) in W. From one odometry to the next the
+base moves by (dx, dy) in W, and the error's covariance P becomes
+
+    F P F^T + Q,    F = [1 0 -dy; 0 1 dx; 0 0 1],
+
+for a turn by the heading's error swings the way, with Q from how odometry goes
+wrong. A fix of covariance R that was measured some time ago meets the estimate
+of that time: its odometry and its P are remembered. A Kalman step shifts X_WO
+for good; what it takes from P then, F takes from P now.
+
+Fixes of one localisation share their errors, so that many of them are no better
+than one: P is how well they agree, and P + R how far the base may be off.
+
+A localisation that drifts takes the estimate with it, a little with each fix.
+So a fix is held against estimates of some seconds ago, too, which odometry
+alone has brought here; and by how much they differ the base may be off.
+
+What the robot is told follows the estimate slowly. The part that is still to
+come counts as uncertain; so nobody notices a correction but by its margin.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.hardware.localization_config import LocalizationConfig
+from remosplat_drake.hardware.wire.localization import BaseFix
+from remosplat_drake.robot.planar_pose import (
+    composed,
+    largest_error,
+    odometry_frame,
+    relative,
+    stepped,
+)
+
+GATE = 40.0
+"""Squared Mahalanobis distance beyond which a fix is a jump; by chance one of a
+hundred million is (chi-squared, 3 degrees of freedom)."""
+
+MEMORY = 2.0
+"""Age of the oldest odometry that a late fix may still meet [s]."""
+
+_ANCHOR_PERIOD = 2.0
+"""Time between two estimates that later fixes are held against [s]."""
+
+_ANCHORS = 2
+"""Number of such estimates."""
+
+_AHEAD = 0.1
+"""Time by which a fix may be ahead of the odometry [s]; /tf may be dated into
+the future on purpose."""
+
+_WAITING = np.array([1e-3, 1e-3, 5e-4])
+"""How far the odometry may go wrong in a second of standing [m, rad]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Anchor:
+    """An estimate of some time ago, without the fixes since then.
+
+    Attributes:
+        stamp: When it was the estimate [s].
+        X_WO: The estimate, shape (3,) [m, m, rad].
+        P: Covariance of the base's present x, y, yaw by it, shape (3, 3).
+    """
+
+    stamp: float
+    X_WO: np.ndarray
+    P: np.ndarray
+
+
+@dc.dataclass(frozen=True, eq=False)
+class BaseFilter:
+    """What is known of X_WO after k odometries; copying returns itself.
+
+    Attributes:
+        config: How far localisation and odometry are to be trusted.
+        stamp: Stamps of the latest odometries, shape (k,) [s].
+        X_OB: Their poses, shape (k, 3) [m, m, rad].
+        P: Covariance of the base's x, y, yaw in W at each, as far as fixes
+            disagree, shape (k, 3, 3).
+        X_WO: The estimate; None before the first fix, shape (3,) [m, m, rad].
+        in_effect: The X_WO that the robot is told; None before the first fix,
+            shape (3,) [m, m, rad].
+        R: Covariance of the latest fix, as an error of the base's present
+            pose, shape (3, 3).
+        fixed: Stamp of the latest fix that was taken in [s].
+        anchors: Estimates that fixes are held against besides.
+        refusal: Why the latest fix was not taken in; empty if it was.
+    """
+
+    config: LocalizationConfig
+    stamp: np.ndarray = dc.field(default_factory=lambda: np.zeros(0))
+    X_OB: np.ndarray = dc.field(default_factory=lambda: np.zeros((0, 3)))
+    P: np.ndarray = dc.field(default_factory=lambda: np.zeros((0, 3, 3)))
+    X_WO: np.ndarray | None = None
+    in_effect: np.ndarray | None = None
+    R: np.ndarray = dc.field(default_factory=lambda: np.zeros((3, 3)))
+    fixed: float = -np.inf
+    anchors: tuple[Anchor, ...] = ()
+    refusal: str = ""
+
+    def __deepcopy__(self, memo) -> "BaseFilter":
+        return self
+
+    def pose(self, X_OB: np.ndarray) -> np.ndarray:
+        """Returns X_WB for an odometry; NaN before the first fix, (3,)."""
+        if self.in_effect is None:
+            return np.full(3, np.nan)
+        return composed(self.in_effect, X_OB)
+
+    @property
+    def uncertainty(self) -> np.ndarray:
+        """How far off the base may be: shift and turn, (2,) [m, rad]."""
+        if self.X_WO is None or self.in_effect is None:
+            return np.full(2, np.inf)
+        X_OB = self.X_OB[-1]
+        X_WB = composed(self.X_WO, X_OB)
+        told = composed(self.in_effect, X_OB)
+        bound = largest_error(
+            self.P[-1] + self.R, self.config.sigmas, X_WB, told
+        )
+        strays = [
+            relative(X_WB, composed(anchor.X_WO, X_OB))
+            for anchor in self.anchors
+        ]
+        sizes = [(np.hypot(x, y), abs(turn)) for x, y, turn in strays]
+        return bound + np.max(sizes, axis=0, initial=0.0)
+
+
+def with_odometry(
+    known: BaseFilter, stamp: float, X_OB: np.ndarray
+) -> BaseFilter:
+    """Returns the filter after another odometry.
+
+    Args:
+        known: The filter before.
+        stamp: When it was measured; not after the one before: it counts for
+            nothing [s].
+        X_OB: The base's x, y, yaw by its wheels, shape (3,) [m, m, rad].
+    """
+    if len(known.stamp) and not stamp > known.stamp[-1]:
+        return known
+    P = np.zeros((3, 3))
+    R, in_effect, anchors = known.R, known.in_effect, known.anchors
+    if len(known.stamp) and known.X_WO is not None and in_effect is not None:
+        seconds = stamp - known.stamp[-1]
+        F = _swing(known.X_WO, known.X_OB[-1], X_OB)
+        noise = _noise(known.config, known.X_OB[-1], X_OB, seconds)
+        P = F @ known.P[-1] @ F.T + noise
+        R = F @ R @ F.T
+        anchors = tuple(
+            dc.replace(anchor, P=F @ anchor.P @ F.T + noise)
+            for anchor in anchors
+        )
+        most = known.config.correction_speed * min(seconds, MEMORY)
+        in_effect = stepped(in_effect, composed(known.X_WO, X_OB), X_OB, most)
+    first = np.searchsorted(known.stamp, stamp - MEMORY)
+    return dc.replace(
+        known,
+        stamp=np.append(known.stamp[first:], stamp),
+        X_OB=np.vstack([known.X_OB[first:], X_OB]),
+        P=np.concatenate([known.P[first:], P[None]]),
+        R=R,
+        in_effect=in_effect,
+        anchors=anchors,
+    )
+
+
+def doubted(known: BaseFilter, shift: float, turn: float) -> BaseFilter:
+    """Returns the filter after odometry has jumped.
+
+    Args:
+        known: The filter after that odometry.
+        shift: How far [m].
+        turn: By which angle [rad].
+    """
+    P = known.P.copy()
+    P[-1] += np.diag(np.square([shift, shift, turn]))
+    return dc.replace(known, P=P, anchors=())
+
+
+def with_fix(known: BaseFilter, fix: BaseFix) -> BaseFilter:
+    """Returns the filter after a fix, which may come late.
+
+    Args:
+        known: The filter before; it knows an odometry at least.
+        fix: The fix. One that was measured before the latest one, or before
+            any odometry that is remembered, tells nothing.
+    """
+    problem = _wrong_frame(known.config, fix)
+    if problem:
+        return dc.replace(known, refusal=problem)
+    i = int(np.searchsorted(known.stamp, fix.stamp, "right")) - 1
+    if i < 0 or fix.stamp <= known.fixed:
+        return known
+    X_OB = _odometry_at(known, fix.stamp, i)
+    X_WB = fix.pose
+    if _same(fix.child_frame, known.config.odometry_frame):
+        X_WB = composed(fix.pose, X_OB)
+    config = known.config
+    floor = np.square([config.least_shift] * 2 + [config.least_turn])
+    R = fix.covariance + np.diag(floor)
+    if known.X_WO is None:
+        X_WO = odometry_frame(X_WB, X_OB)
+        change = R
+        known = dc.replace(known, in_effect=X_WO)
+    else:
+        expected = composed(known.X_WO, X_OB)
+        error, S = _error(expected, X_WB), known.P[i] + R
+        for anchor in (
+            Anchor(fix.stamp, known.X_WO, known.P[i]),
+            *known.anchors,
+        ):
+            off = _error(composed(anchor.X_WO, X_OB), X_WB)
+            if not off @ np.linalg.solve(anchor.P + R, off) <= GATE:
+                return dc.replace(known, refusal=_jump(off))
+        gain = np.linalg.solve(S, known.P[i]).T
+        X_WO = odometry_frame(expected + gain @ error, X_OB)
+        change = -gain @ known.P[i]
+    swings = np.array([_swing(X_WO, X_OB, later) for later in known.X_OB[i:]])
+    P = known.P[i:] + swings @ change @ swings.transpose(0, 2, 1)
+    return dc.replace(
+        known,
+        # No later fix may be older.
+        stamp=known.stamp[i:],
+        X_OB=known.X_OB[i:],
+        P=P,
+        X_WO=X_WO,
+        R=swings[-1] @ R @ swings[-1].T,
+        fixed=fix.stamp,
+        anchors=_with_anchor(known.anchors, Anchor(fix.stamp, X_WO, P[-1])),
+        refusal="",
+    )
+
+
+def _with_anchor(
+    anchors: tuple[Anchor, ...], estimate: Anchor
+) -> tuple[Anchor, ...]:
+    """Adds an estimate if it is time to, and lets the oldest go."""
+    if anchors and estimate.stamp - anchors[-1].stamp < _ANCHOR_PERIOD:
+        return anchors
+    return (*anchors, estimate)[-_ANCHORS:]
+
+
+def _error(expected: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    """How far a measured pose is off, by W's axes, shape (3,)."""
+    error = measured - expected
+    error[2] = (error[2] + np.pi) % (2 * np.pi) - np.pi
+    return error
+
+
+def _swing(
+    X_WO: np.ndarray, X_OB: np.ndarray, X_OB_after: np.ndarray
+) -> np.ndarray:
+    """How an error of the base's pose shows after a motion, shape (3, 3)."""
+    c, s = np.cos(X_WO[2]), np.sin(X_WO[2])
+    x, y = (X_OB_after - X_OB)[:2]
+    F = np.eye(3)
+    F[:2, 2] = -(s * x + c * y), c * x - s * y
+    return F
+
+
+def _noise(
+    config: LocalizationConfig,
+    X_OB: np.ndarray,
+    X_OB_after: np.ndarray,
+    seconds: float,
+) -> np.ndarray:
+    """The covariance that a motion by odometry adds, shape (3, 3)."""
+    x, y, turn = relative(X_OB, X_OB_after)
+    way = np.hypot(x, y)
+    moving = [config.odometry_drift**2 * way] * 2
+    moving.append(config.odometry_turn**2 * (way + abs(turn)))
+    return np.diag(np.array(moving) + _WAITING**2 * seconds)
+
+
+def _odometry_at(known: BaseFilter, stamp: float, i: int) -> np.ndarray:
+    """The odometry at a time between the i-th and the next, shape (3,).
+
+    After the latest one the base goes on as before.
+    """
+    later = min(i + 1, len(known.stamp) - 1)
+    if later == 0:
+        return known.X_OB[0]
+    step = relative(known.X_OB[later - 1], known.X_OB[later])
+    span = known.stamp[later] - known.stamp[later - 1]
+    ahead = min(stamp - known.stamp[i], _AHEAD if later == i else span)
+    return composed(known.X_OB[i], ahead / span * step)
+
+
+def _wrong_frame(config: LocalizationConfig, fix: BaseFix) -> str:
+    if not _same(fix.frame, config.map_frame):
+        return f"frame_id is {fix.frame!r}, not {config.map_frame!r}"
+    valid = (config.base_frame, config.odometry_frame)
+    if not any(_same(fix.child_frame, name) for name in valid):
+        return f"child_frame_id is {fix.child_frame!r}, not one of {valid}"
+    return ""
+
+
+def _same(frame: str, other: str) -> bool:
+    """Whether two names mean one frame; ROS 1 has some with a slash."""
+    return frame.strip("/") == other.strip("/")
+
+
+def _jump(error: np.ndarray) -> str:
+    shift, turn = np.hypot(*error[:2]), np.degrees(abs(error[2]))
+    return (
+        f"jumped by {1e3 * shift:.0f} mm and {turn:.1f} deg, more than"
+        " covariance and odometry explain"
+    )

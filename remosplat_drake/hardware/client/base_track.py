@@ -1,0 +1,256 @@
+"""`BaseTrack`: where the base has been, and whether that can be believed.
+
+Whoever measures the base's pose may be wrong: odometry jumps when something
+corrects it, a clock is off, wheels turn in the air, a bridge hides that the
+base has stopped. Each shows in what came over the last seconds.
+"""
+
+import dataclasses as dc
+import math
+
+import numpy as np
+
+from remosplat_drake.hardware.client.base_filter import (
+    BaseFilter,
+    doubted,
+    with_fix,
+    with_odometry,
+)
+from remosplat_drake.hardware.client.base_residual import (
+    WINDOWS,
+    BaseSample,
+    CommandedPath,
+    follow_problem,
+    speed_problem,
+)
+from remosplat_drake.hardware.client.stream import Stream, advanced, broken
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.wire.base import BaseState, extrapolated_pose
+from remosplat_drake.hardware.wire.localization import decode_localization
+from remosplat_drake.hardware.wire.packets import BrokenMessage
+from remosplat_drake.robot.planar_pose import (
+    composed,
+    odometry_frame,
+    relative,
+)
+
+_KEPT = max(WINDOWS) + 0.5
+"""Age at which samples are forgotten [s]."""
+
+_SPACING = 0.015
+"""Least time between two samples that are kept [s]."""
+
+_LATENCY_SPAN = 0.2
+"""Time over which the least delay of the base's statuses is sought [s]."""
+
+_STEP = np.array([0.015, 0.03])
+"""How far a pose may be from where the one before and the speed put it [m,
+rad]."""
+
+_STEP_RATE = np.array([0.15, 0.4])
+"""How much farther after a second, for speeds are told late [m/s, rad/s]."""
+
+CERTAIN = np.zeros(2)
+"""Bounds on the error of a pose that is trusted [m, rad]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class BaseTrack:
+    """What the statuses of the base have told; copying returns itself.
+
+    Attributes:
+        samples: The statuses of the last seconds, the latest last.
+        jumped: The pose of the odometry's frame, as jumps have moved it, in
+            the frame of the first status, shape (3,) [m, m, rad].
+        disobeys: How the base's motion differs from its commands, or from its
+            own speeds; empty if it does not.
+        filter: The fusion with a localisation; None without one.
+        fixes: Timing and faults of the localisation's channel.
+    """
+
+    samples: tuple[BaseSample, ...] = ()
+    jumped: np.ndarray = dc.field(default_factory=lambda: np.zeros(3))
+    disobeys: str = ""
+    filter: BaseFilter | None = None
+    fixes: Stream = dc.field(default_factory=Stream)
+
+    def __deepcopy__(self, memo) -> "BaseTrack":
+        return self
+
+    @property
+    def latency(self) -> float:
+        """Least age of the latest statuses when they came [s].
+
+        What a clock is off shows in it, and nothing tells one from the other.
+        """
+        since = self.samples[-1].received - _LATENCY_SPAN
+        return min(
+            (s.received - s.stamp for s in self.samples if s.received >= since),
+            key=abs,
+        )
+
+    def pose(self, X_OB: np.ndarray) -> np.ndarray:
+        """Returns x, y, yaw of the base in W for an odometry, shape (3,)."""
+        return X_OB if self.filter is None else self.filter.pose(X_OB)
+
+    @property
+    def uncertainty(self) -> np.ndarray:
+        """How far off that pose may be: shift and turn, (2,) [m, rad].
+
+        Where the stamps are late, nobody knows when the base was there.
+        """
+        bound = CERTAIN if self.filter is None else self.filter.uncertainty
+        if not self.samples:
+            return bound
+        return bound + abs(self.latency * self.samples[-1].velocity)
+
+
+def with_base_sample(
+    track: BaseTrack,
+    state: BaseState,
+    received: float,
+    commanded: CommandedPath | None,
+    config: HardwareConfig,
+) -> BaseTrack:
+    """Returns the track after a status of the base.
+
+    Args:
+        track: The track before.
+        state: The status.
+        received: When it came, by our wall clock [s].
+        commanded: What the base was told; None if nobody knows.
+        config: The longest delay of commands, and how far to trust fixes.
+    """
+    values = state.stamp, received, state.pose, state.velocity
+    sample = BaseSample(*values)
+    if track.samples:
+        sample = track.samples[-1].then(*values)
+    kept = tuple(
+        s for s in track.samples if 0 < sample.stamp - s.stamp <= _KEPT
+    )
+    expected = state.pose
+    if track.samples:
+        expected = _expected(track.samples[-1], sample)
+    off = relative(expected, state.pose)
+    jumped = composed(odometry_frame(state.pose, expected), track.jumped)
+    if off.any():
+        kept = ()  # What a jump has done is no disobedience.
+    close = len(kept) > 1 and kept[-1].stamp - kept[-2].stamp < _SPACING
+    samples = (*(kept[:-1] if close else kept), sample)
+    disobeys = speed_problem(samples)
+    if commanded is not None:
+        disobeys = (
+            follow_problem(commanded, samples, config.base_delay) or disobeys
+        )
+    fusion = track.filter
+    if fusion is None and config.localization is not None:
+        fusion = BaseFilter(config.localization)
+    if fusion is not None:
+        fusion = with_odometry(fusion, state.stamp, state.pose)
+        fusion = doubted(fusion, *_sizes(off)) if off.any() else fusion
+    return dc.replace(
+        track,
+        samples=samples,
+        jumped=jumped,
+        disobeys=disobeys,
+        filter=fusion,
+    )
+
+
+def with_localization(
+    track: BaseTrack, data: bytes, received: float
+) -> BaseTrack:
+    """Returns the track after a packet of the base's localisation.
+
+    Args:
+        track: The track before; without odometry a fix says nothing.
+        data: The encoded packet.
+        received: When it came, by our wall clock [s].
+    """
+    if track.filter is None:
+        return track
+    try:
+        fix = decode_localization(data)
+    except BrokenMessage as error:
+        return dc.replace(
+            track, fixes=broken(track.fixes, received, str(error))
+        )
+    fusion = with_fix(track.filter, fix)
+    fixes = advanced(track.fixes, fix.stamp, received, True, math.inf)
+    return dc.replace(track, filter=fusion, fixes=fixes)
+
+
+def track_problem(track: BaseTrack, config: HardwareConfig) -> str:
+    """Says why the base's pose must not be relied on; empty if it may.
+
+    Args:
+        track: The base's track, which has a sample.
+        config: What is too late, too uncertain or missing.
+    """
+    status, fixes = config.channels.base_status, config.channels.localization
+    if not track.samples:
+        return ""
+    if not abs(track.latency) <= config.base_latency:
+        late = 1e3 * track.latency
+        kind = "before it comes" if late > 0 else "in the future"
+        return f"{status}: stamped {abs(late):.0f} ms {kind}: set the clocks"
+    X_OB = track.samples[-1].pose
+    shift, turn = _sizes(relative(relative(track.jumped, X_OB), X_OB))
+    is_far = shift > _STEP[0] or turn > _STEP[1]
+    if track.filter is None and is_far:
+        return (
+            f"the base's pose jumped by {1e3 * shift:.0f} mm and"
+            f" {np.degrees(turn):.1f} deg, and has not come back"
+        )
+    if track.disobeys:
+        return f"the base does not move as it should: {track.disobeys}"
+    if track.filter is None or config.localization is None:
+        return ""
+    problem = _fix_problem(track, track.filter)
+    return f"{fixes}: {problem}" if problem else _doubt(track)
+
+
+def _fix_problem(track: BaseTrack, fusion: BaseFilter) -> str:
+    """What is wrong with the localisation."""
+    if fusion.refusal:
+        return fusion.refusal
+    if track.fixes.broken:
+        return track.fixes.broken
+    if math.isinf(track.fixes.received):
+        return "nothing came yet"
+    silence = track.samples[-1].stamp - fusion.fixed
+    if not silence <= fusion.config.expiry:
+        return f"nothing new came for {silence:.2g} s"
+    return ""
+
+
+def _doubt(track: BaseTrack) -> str:
+    """Whether the pose is too uncertain to move."""
+    assert track.filter is not None
+    config, (shift, turn) = track.filter.config, track.uncertainty
+    if shift <= config.max_shift and turn <= config.max_turn:
+        return ""
+    return (
+        f"the base's position is uncertain by {1e3 * shift:.0f} mm and"
+        f" {np.degrees(turn):.1f} deg: at most {1e3 * config.max_shift:.0f} mm"
+        f" and {np.degrees(config.max_turn):.1f} deg are allowed"
+    )
+
+
+def _expected(before: BaseSample, after: BaseSample) -> np.ndarray:
+    """Where a pose should be after the one before, shape (3,).
+
+    It is where it is, if noise and a change of speed explain that.
+    """
+    seconds = max(after.stamp - before.stamp, 0.0)
+    velocity = 0.5 * (before.velocity + after.velocity)
+    expected = extrapolated_pose(before.pose, velocity, seconds)
+    off = _sizes(relative(expected, after.pose))
+    is_near = (off <= _STEP + _STEP_RATE * seconds).all()
+    return after.pose if is_near else expected
+
+
+def _sizes(motion: np.ndarray) -> np.ndarray:
+    """Length and angle of a motion, shape (2,) [m, rad]."""
+    turn = (motion[2] + np.pi) % (2 * np.pi) - np.pi
+    return np.array([math.hypot(motion[0], motion[1]), abs(turn)])

@@ -1,0 +1,176 @@
+"""`ArclMonitor`: asks an Omron base over ARCL whether it may move."""
+
+import contextlib
+import re
+import socket
+import threading
+import time
+from collections.abc import Callable
+
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.hardware.drivers.arcl_text import (
+    PROMPT,
+    QUERY,
+    STATUS,
+    WELCOME,
+    ArclState,
+    with_line,
+)
+from remosplat_drake.hardware.drivers.base_stops import BaseStops
+
+PORT = 7171
+"""TCP port of ARCL, unless it is configured otherwise."""
+
+EXPIRY = 0.5
+"""Age from which on an answer about the motors says nothing any more [s]."""
+
+_PERIOD = 0.1
+"""Time between two questions about the motors [s]."""
+
+_STATUS_EVERY = 20
+"""Number of these after which the state of charge is asked for."""
+
+_LOGIN = 5.0
+"""Longest time for the password to be asked for, and accepted [s]."""
+
+_SILENCE = 2.0
+"""Time without a word after which the connection counts as dead [s]."""
+
+_PAUSE = 1.0
+"""Time between two attempts to connect [s]."""
+
+_LONGEST_LINE = 4096
+"""Number of bytes beyond which a line is garbage, and dropped."""
+
+
+class ArclMonitor:
+    """A `StopSource` by ARCL, in a thread of its own.
+
+    It logs in, asks for the motors' state ten times a second, and connects anew
+    whenever it is cut off. As long as there is no fresh answer the base's state
+    is unknown.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        password: str,
+        say: Callable[[str], None] = lambda text: None,
+    ):
+        """Begins to connect; it does not wait.
+
+        Args:
+            host: Name or address of the robot.
+            port: TCP port of ARCL.
+            password: The password of ARCL's server.
+            say: Tells people why there is no connection, once each reason.
+        """
+        self._address, self._password, self._say = (host, port), password, say
+        self._state = ArclState()
+        self._problem = ""
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def stops(self, t: float) -> BaseStops:
+        """Returns what holds the base now, unknown without a fresh answer."""
+        return self._state.stops_at(t, EXPIRY)
+
+    def close(self) -> None:
+        """Disconnects."""
+        self._ended.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while not self._ended.is_set():
+            try:
+                with socket.create_connection(self._address, _LOGIN) as link:
+                    self._talk(link)
+            except OSError as error:
+                self._complain(str(error) or type(error).__name__)
+            self._ended.wait(_PAUSE)
+
+    def _complain(self, problem: str) -> None:
+        if problem != self._problem:
+            self._problem = problem
+            self._say(f"ARCL {self._address[0]}:{self._address[1]}: {problem}")
+
+    def _talk(self, link: socket.socket) -> None:
+        """Logs in, and asks until the connection ends.
+
+        Raises:
+            OSError: The robot is silent, has hung up, or wants another
+                password.
+        """
+        lines = _Lines(link)
+        lines.wait_for(PROMPT, _LOGIN)
+        link.sendall(self._password.encode() + b"\r\n")
+        try:
+            lines.wait_for(WELCOME, _LOGIN)
+        except OSError as error:
+            raise OSError(f"no welcome after the password: {error}") from error
+        self._complain("")
+        due, count, heard = 0.0, 0, time.monotonic()
+        while not self._ended.is_set():
+            now = time.monotonic()
+            if now >= due:
+                due = now + _PERIOD
+                link.sendall(f"{QUERY}\r\n".encode())
+                if count % _STATUS_EVERY == 0:
+                    link.sendall(f"{STATUS}\r\n".encode())
+                count += 1
+            for line in lines.read(_PERIOD / 4):
+                heard = time.monotonic()
+                self._state = with_line(self._state, line, heard)
+            if time.monotonic() - heard > _SILENCE:
+                raise OSError(f"silent for {_SILENCE:g} s")
+
+
+class _Lines:
+    """Cuts what comes over a socket into lines, whatever it is."""
+
+    def __init__(self, link: socket.socket):
+        self._link = link
+        self._rest = b""
+
+    def read(self, timeout: float) -> list[str]:
+        """Returns the lines that are complete, after a wait at most [s]."""
+        self._link.settimeout(timeout)
+        with contextlib.suppress(TimeoutError):
+            data = self._link.recv(_LONGEST_LINE)
+            if not data:
+                raise OSError("the robot has hung up")
+            self._rest += data
+        *lines, self._rest = re.split(rb"[\r\n]+", self._rest)
+        self._rest = self._rest[-_LONGEST_LINE:]
+        return [line.decode("ascii", "replace") for line in lines]
+
+    def wait_for(self, text: str, limit: float) -> None:
+        """Reads until a text has come, in whatever case.
+
+        A prompt ends no line.
+
+        Raises:
+            OSError: It does not come in time [s].
+        """
+        end = time.monotonic() + limit
+        while time.monotonic() < end:
+            lines = [*self.read(0.1), self._rest.decode("ascii", "replace")]
+            if any(text in line.lower() for line in lines):
+                return
+        raise OSError(f"it did not say {text!r} within {limit:g} s")
+
+
+def split_address(text: str) -> tuple[str, int]:
+    """Splits HOST or HOST:PORT.
+
+    Raises:
+        FieldError: The port is none.
+    """
+    host, colon, port = text.partition(":")
+    if not colon:
+        return host, PORT
+    if not (host and port.isdecimal() and 0 < int(port) < 2**16):
+        raise FieldError("--arcl", text, "expected HOST or HOST:PORT")
+    return host, int(port)

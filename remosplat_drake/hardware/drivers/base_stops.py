@@ -1,0 +1,68 @@
+"""`BaseStops`: whether a base may move, as it says beside its odometry."""
+
+import dataclasses as dc
+from collections.abc import Iterable
+from typing import Protocol
+
+from remosplat_drake.hardware.wire.messages.base_status import base_status
+
+
+@dc.dataclass(frozen=True)
+class BaseStops:
+    """What holds a base.
+
+    Attributes:
+        emergency: Whether an emergency stop is latched.
+        protective: Whether the safety scanner holds the motors.
+        motors_off: Whether the motors are off for another reason.
+        is_unknown: Whether the source, which there should be, is silent.
+        battery: Charge left, 0 to 1; negative when unknown.
+    """
+
+    emergency: bool = False
+    protective: bool = False
+    motors_off: bool = False
+    is_unknown: bool = False
+    battery: float = -1.0
+
+
+FREE = BaseStops()
+"""Nothing holds the base, as far as anybody says."""
+
+
+class StopSource(Protocol):
+    """Something that knows whether a base may move."""
+
+    def stops(self, t: float) -> BaseStops:
+        """Returns what it knows.
+
+        Args:
+            t: Time now, by a clock that never jumps [s].
+        """
+        ...
+
+
+def merged(stops: Iterable[BaseStops]) -> BaseStops:
+    """Returns what several sources say together: any of them stops the base."""
+    every = [FREE, *stops]
+    return BaseStops(
+        emergency=any(s.emergency for s in every),
+        protective=any(s.protective for s in every),
+        motors_off=any(s.motors_off for s in every),
+        is_unknown=any(s.is_unknown for s in every),
+        battery=max(s.battery for s in every),
+    )
+
+
+def tell(status: base_status, stops: BaseStops) -> None:
+    """Puts stops into a status, in place.
+
+    A base whose state should be known and is not counts as one at fault.
+    """
+    status.emergency_stop = int(stops.emergency)
+    status.protective_stop = int(stops.protective)
+    status.battery = stops.battery
+    if stops.is_unknown:
+        status.mode = base_status.FAULT
+    elif stops.emergency or stops.protective or stops.motors_off:
+        status.mode = base_status.STOPPED

@@ -1,0 +1,154 @@
+"""`CallbackProcess`: the 1 kHz callback, alone in a process of its own.
+
+Nothing that happens to the process with the wire can make the callback late:
+no other thread waits for its interpreter, and nothing is collected. It outlives
+that process until the arm rests.
+"""
+
+import signal
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from multiprocessing.connection import Connection
+
+from remosplat_drake.base.child_process import ChildProcess
+from remosplat_drake.base.clock import wall_utime
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.real_time import (
+    DRIVER_PRIORITY,
+    garbage_collection_disabled,
+    realtime_priority,
+)
+from remosplat_drake.hardware.drivers.arm_record import RECORD_SIZE, arm_record
+from remosplat_drake.hardware.drivers.franka_arm import (
+    CollisionLimits,
+    FrankaArm,
+)
+from remosplat_drake.hardware.drivers.shared_record import SharedRecord
+from remosplat_drake.hardware.drivers.velocity_callback import (
+    SETPOINT_SIZE,
+    VelocityCallback,
+)
+from remosplat_drake.hardware.drivers.velocity_servo import VelocityServo
+
+STALLED = 0.1
+"""Time without a state from which the callback counts as stalled [s]: the
+robot has aborted its motion after 20 ms."""
+
+_READY = ""
+_AFTERWARDS = 0.05
+
+
+class CallbackProcess:
+    """The other process as this one sees it: setpoints in, states out."""
+
+    def __init__(self, library: str, host: str, limits: CollisionLimits):
+        """Starts the process and waits until it controls the arm, at rest.
+
+        Args:
+            library: Name of the module with libfranka's interface.
+            host: Name or address of the arm's controller.
+            limits: What the arm shall take for a collision.
+
+        Raises:
+            RemoSplatError: The arm cannot be had; the text says why.
+        """
+        self._setpoints = SharedRecord(SETPOINT_SIZE)
+        self._states = SharedRecord(RECORD_SIZE)
+        self._told = self._states.read()
+        self._heard = time.monotonic()
+        self._child = ChildProcess(_control, "panda callback", 0)
+        self._child.start(library, host, limits, self._setpoints, self._states)
+        self._connection, _ = self._child.wait_until_started()
+        problem = self._answer()
+        if problem != _READY:
+            self.close()
+            raise RemoSplatError(problem)
+        self._heard = time.monotonic()
+
+    def command(self, velocity: Sequence[float], end: bool = False) -> None:
+        """Hands the callback a setpoint, which soon grows old.
+
+        Args:
+            velocity: Joint rates, seven [rad/s].
+            end: Whether the motion shall end once the arm rests.
+        """
+        self._setpoints.write((time.monotonic(), float(end), *velocity))
+
+    def fresh_record(self) -> tuple[float, ...] | None:
+        """Returns the latest `arm_record`; None if it is known already."""
+        record = self._states.read()
+        if record == self._told:
+            return None
+        self._told = record
+        self._heard = time.monotonic()
+        return record
+
+    def problem(self) -> str:
+        """Says why the arm is no longer controlled; empty while it is."""
+        if self._child.has_news():
+            return self._answer() or "the motion has ended"
+        silence = time.monotonic() - self._heard
+        if silence > STALLED:
+            return (
+                f"the 1 kHz callback has been silent for {silence:.2f} s: the"
+                " robot aborts its motion after 20 lost packets"
+            )
+        return ""
+
+    def close(self) -> None:
+        """Ends the process; the arm should rest by then."""
+        self._child.end()
+        self._setpoints.close()
+        self._states.close()
+
+    def _answer(self) -> str:
+        try:
+            return self._connection.recv()
+        except EOFError:
+            return "the 1 kHz callback's process has died"
+
+
+def _control(
+    connection: Connection,
+    library: str,
+    host: str,
+    limits: CollisionLimits,
+    setpoints: SharedRecord,
+    states: SharedRecord,
+) -> None:
+    """What the process does: it controls the arm until that is over."""
+    # A motion is ended by a setpoint, or by the lack of one.
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    try:
+        with realtime_priority(DRIVER_PRIORITY), garbage_collection_disabled():
+            arm = FrankaArm(library, host)
+            arm.take(limits)
+            servo = VelocityServo()
+            callback = VelocityCallback(
+                servo, setpoints, states, arm.library.JointVelocities
+            )
+            states.write(arm_record(arm.state(), servo.command, wall_utime()))
+            connection.send(_READY)
+            aborted = arm.move(callback)
+            problem = aborted or servo.reason
+            if aborted:
+                _tell_of_abort(arm, servo, states)
+    except RemoSplatError as error:
+        problem = str(error)
+    finally:
+        setpoints.close()
+        states.close()
+    with suppress(OSError):
+        connection.send(problem)
+
+
+def _tell_of_abort(
+    arm: FrankaArm, servo: VelocityServo, states: SharedRecord
+) -> None:
+    """Lets the wire know the arm's mode, which says who has stopped it."""
+    end = time.monotonic() + _AFTERWARDS
+    with suppress(RemoSplatError):
+        while time.monotonic() < end:
+            record = arm_record(arm.state(), servo.command, wall_utime())
+            states.write(record)

@@ -1,0 +1,118 @@
+"""Opens a Franka arm as libfranka does it, and takes control of it."""
+
+import dataclasses as dc
+import importlib
+from collections.abc import Callable
+from typing import Any
+
+from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
+from remosplat_drake.hardware.drivers.franka_host import one_line
+
+LIBFRANKA = "panda_py.libfranka"
+"""The module that drives a real arm."""
+
+IMPEDANCE = [3000.0, 3000.0, 3000.0, 2500.0, 2500.0, 2000.0, 2000.0]
+"""Stiffness of the arm's own joint impedance control [N m/rad], as
+drake-franka-driver and libfranka's examples set it."""
+
+NO_LOW_PASS = 1000.0
+"""Cutoff frequency from which libfranka filters nothing [Hz]."""
+
+
+@dc.dataclass(frozen=True)
+class CollisionLimits:
+    """What the arm takes for a collision, upon which it stops by reflex.
+
+    The defaults are those of libfranka's `generate_joint_velocity_motion`.
+    What is set in Desk does not hold: whoever drives the arm sets its own.
+
+    Attributes:
+        torque: External torques on the joints, seven [N m].
+        force: External force and torque on the hand, six [N, N m].
+    """
+
+    torque: tuple[float, ...] = (20.0, 20.0, 18.0, 18.0, 16.0, 14.0, 12.0)
+    force: tuple[float, ...] = (20.0, 20.0, 20.0, 25.0, 25.0, 25.0)
+
+
+class FrankaArm:
+    """A connection to an arm: states out and, once it is taken, rates in."""
+
+    def __init__(self, library: str, host: str):
+        """Connects; nothing is changed.
+
+        Args:
+            library: Name of the module to use: `LIBFRANKA`, or one with the
+                same interface.
+            host: Name or address of the arm's controller.
+
+        Raises:
+            RemoSplatError: The library is absent, or it cannot connect.
+        """
+        try:
+            self.library: Any = importlib.import_module(library)
+        except ImportError as error:
+            raise MissingExtraError("the Panda driver", "panda") from error
+        self._host = host
+        try:
+            self._robot = self.library.Robot(
+                host, self.library.RealtimeConfig.kIgnore
+            )
+        except RuntimeError as error:
+            raise self._error(error) from error
+
+    def take(self, limits: CollisionLimits) -> None:
+        """Prepares the arm for `move`: collision limits and impedance.
+
+        Args:
+            limits: What the arm shall take for a collision.
+
+        Raises:
+            RemoSplatError: The arm is not ready to move, or says no.
+        """
+        mode = self.state().robot_mode.name
+        if mode != "kIdle":
+            raise RemoSplatError(
+                f"{self._host}: the arm is not idle but {mode[1:]}: release its"
+                " stops, unlock its joints and recover from errors in Desk"
+            )
+        torque, force = list(limits.torque), list(limits.force)
+        try:
+            self._robot.set_collision_behavior(torque, torque, force, force)
+            self._robot.set_joint_impedance(IMPEDANCE)
+        except RuntimeError as error:
+            raise self._error(error) from error
+
+    def state(self) -> Any:
+        """Waits for the next `RobotState`, while nothing is controlled.
+
+        Raises:
+            RemoSplatError: The connection is lost.
+        """
+        try:
+            return self._robot.read_once()
+        except RuntimeError as error:
+            raise self._error(error) from error
+
+    def move(self, callback: Callable[[Any, Any], Any]) -> str:
+        """Lets a callback control the joint rates until the motion ends.
+
+        Libfranka's own limiter and low pass are off: what they would do to a
+        command, the callback does better, and says so.
+
+        Returns:
+            What the robot has aborted the motion for; empty if it has not.
+        """
+        try:
+            self._robot.control_joint_velocity(
+                callback,
+                self.library.ControllerMode.kJointImpedance,
+                False,
+                NO_LOW_PASS,
+            )
+        except RuntimeError as error:
+            return one_line(error)
+        return ""
+
+    def _error(self, error: RuntimeError) -> RemoSplatError:
+        return RemoSplatError(f"{self._host}: {one_line(error)}")

@@ -1,0 +1,66 @@
+"""`SharedRecord`: a record of numbers in shared memory, behind a seqlock."""
+
+import struct
+from multiprocessing.shared_memory import SharedMemory
+
+_TRIES = 3
+_COUNTER = 8
+
+
+class SharedRecord:
+    """A tuple of doubles that one process writes and another reads.
+
+    Neither ever waits for the other: a real-time reader must not depend on a
+    writer that may be stopped or killed in the middle of a record. The writer
+    makes a counter odd, writes, and makes it even. A reader that finds it odd,
+    or changed meanwhile, keeps the record that it has. This relies on stores
+    and loads that keep their order, as those of x86-64 do.
+
+    Records cross to a child process as arguments; there, too, `close` them.
+    """
+
+    def __init__(self, size: int, name: str | None = None):
+        """Makes a record of zeros, or attaches to another process's.
+
+        Args:
+            size: How many numbers it holds.
+            name: Name of the shared memory; None makes new memory, which
+                this object owns.
+        """
+        self._size = size
+        self._owns = name is None
+        self._memory = SharedMemory(
+            name, create=self._owns, size=_COUNTER + 8 * size
+        )
+        assert self._memory.buf is not None
+        self._bytes = self._memory.buf
+        self._count = self._bytes[:_COUNTER].cast("q")
+        self._layout = struct.Struct(f"{size}d")
+        self._latest = (0.0,) * size
+
+    def __reduce__(self):
+        return SharedRecord, (self._size, self._memory.name)
+
+    def write(self, values: tuple[float, ...]) -> None:
+        """Replaces the record; only one process may do so."""
+        count = self._count[0]
+        self._count[0] = count + 1
+        self._layout.pack_into(self._bytes, _COUNTER, *values)
+        self._count[0] = count + 2
+
+    def read(self) -> tuple[float, ...]:
+        """Returns the latest record that is known to be whole."""
+        for _ in range(_TRIES):
+            count = self._count[0]
+            values = self._layout.unpack_from(self._bytes, _COUNTER)
+            if count % 2 == 0 and self._count[0] == count:
+                self._latest = values
+                break
+        return self._latest
+
+    def close(self) -> None:
+        """Lets go of the memory; its owner also removes it."""
+        self._count.release()
+        self._memory.close()
+        if self._owns:
+            self._memory.unlink()

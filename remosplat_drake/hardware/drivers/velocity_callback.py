@@ -1,0 +1,60 @@
+"""`VelocityCallback`: what libfranka calls once a millisecond.
+
+It waits for nothing and nobody: setpoints and states cross to the other
+process in shared memory.
+"""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from remosplat_drake.base.clock import wall_utime
+from remosplat_drake.hardware.drivers.arm_record import arm_record
+from remosplat_drake.hardware.drivers.shared_record import SharedRecord
+from remosplat_drake.hardware.drivers.velocity_servo import VelocityServo
+
+SETPOINT_SIZE = 9
+"""A setpoint: `time.monotonic` when it was written [s], whether the motion
+shall end (not 0), and seven joint rates [rad/s]."""
+
+
+class VelocityCallback:
+    """Answers each state of the robot with joint rates."""
+
+    def __init__(
+        self,
+        servo: VelocityServo,
+        setpoints: SharedRecord,
+        states: SharedRecord,
+        joint_velocities: Callable[[list[float]], Any],
+    ):
+        """Prepares the answers.
+
+        Args:
+            servo: Decides on them.
+            setpoints: What the other process asks for.
+            states: What it shall know.
+            joint_velocities: Libfranka's class of that name.
+        """
+        self._servo = servo
+        self._setpoints = setpoints
+        self._states = states
+        self._joint_velocities = joint_velocities
+
+    def __call__(self, state: Any, period: Any) -> Any:
+        """Returns the `JointVelocities` that answer a state.
+
+        Args:
+            state: A `RobotState`.
+            period: The `Duration` since the last call; more than 1 ms after
+                lost packets, for which the robot has made up commands.
+        """
+        if period.to_msec() > 1:
+            self._servo.resume(state.dq_d, state.ddq_d)
+        written, end, *setpoint = self._setpoints.read()
+        age = time.monotonic() - written
+        command = self._servo.step(setpoint, age, bool(end))
+        self._states.write(arm_record(state, command, wall_utime()))
+        answer = self._joint_velocities(command.velocity.tolist())
+        answer.motion_finished = self._servo.is_finished
+        return answer

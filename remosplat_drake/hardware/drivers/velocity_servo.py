@@ -1,0 +1,138 @@
+"""`VelocityServo`: what the arm is told in each millisecond, and why.
+
+It runs inside the arm's 1 kHz callback and needs nothing from outside but a
+setpoint and its age: whatever happens to the process that writes setpoints,
+the arm comes to rest by itself.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from remosplat_drake.hardware.drivers.joint_interpolator import (
+    SMOOTHING,
+    JointInterpolator,
+)
+from remosplat_drake.hardware.drivers.panda_limits import (
+    AT_REST,
+    LIMITER,
+    TICK,
+    JointCommand,
+    limit_rate,
+    violation,
+)
+
+SETPOINT_EXPIRY = 0.05
+"""Age from which a setpoint no longer counts [s]."""
+
+ABANDONED = 1.0
+"""Time without a fresh setpoint after which the motion is ended [s]."""
+
+AT_REST_BELOW = 1e-6
+"""Rate below which a joint that is told to rest does so [rad/s]."""
+
+_STAND = [0.0] * 7
+
+
+class VelocityServo:
+    """Follows setpoints; without fresh ones, or with bad ones, it brakes.
+
+    After a ramp because of old setpoints, none is followed until one asks
+    for rest: whoever commands has noticed, and begins anew.
+
+    Attributes:
+        command: What the arm was told last.
+        reason: Why the motion ends; empty while it does not.
+        is_finished: Whether the motion is over: the arm is told to rest.
+    """
+
+    def __init__(self):
+        """Starts at rest.
+
+        Raises:
+            MissingExtraError: Ruckig is not installed.
+        """
+        self._interpolator = JointInterpolator()
+        self._upper = LIMITER.velocity.tolist()
+        self._is_held = False
+        self._stale = 0.0
+        self.command: JointCommand = AT_REST
+        self.reason = ""
+        self.is_finished = False
+
+    def resume(
+        self, velocity: Sequence[float], acceleration: Sequence[float]
+    ) -> None:
+        """Goes on from what the robot made of lost packets.
+
+        Args:
+            velocity: Joint rates that it desires, seven [rad/s].
+            acceleration: Their backward difference, seven [rad/s^2].
+        """
+        self.command = JointCommand(np.array(velocity), np.array(acceleration))
+        self._interpolator.resume(velocity, acceleration)
+
+    def step(
+        self, setpoint: Sequence[float], age: float, end: bool = False
+    ) -> JointCommand:
+        """Decides on the command of one tick.
+
+        Args:
+            setpoint: Joint rates that are asked for, seven [rad/s]; beyond
+                their bounds they are cut back together.
+            age: Age of the setpoint [s].
+            end: Whether the motion shall end, at rest.
+        """
+        if self.reason:
+            return self._brake()
+        if not all(map(math.isfinite, setpoint)):
+            return self._refuse("a setpoint is not finite")
+        fresh = abs(age) <= SETPOINT_EXPIRY
+        self._stale = 0.0 if fresh else self._stale + TICK
+        if self._is_held and fresh:
+            self._is_held = any(setpoint)
+        elif not fresh and not self._rests():
+            self._is_held = True
+        follow = fresh and not self._is_held
+        target = self._within(setpoint) if follow else _STAND
+        try:
+            rates = self._interpolator.advance(
+                target, SMOOTHING if follow else None
+            )
+        except ValueError as error:
+            return self._refuse(str(error))
+        command = _after(self.command, np.array(rates))
+        problem = violation(command, self.command)
+        if problem:
+            return self._refuse(problem)
+        self.command = command
+        if self._stale > ABANDONED:
+            self.reason = f"no setpoint for {ABANDONED:g} s"
+        self.is_finished = bool(end or self.reason) and self._rests()
+        return command
+
+    def _within(self, setpoint: Sequence[float]) -> list[float]:
+        scale = max(
+            1.0,
+            *(abs(v) / m for v, m in zip(setpoint, self._upper, strict=True)),
+        )
+        return [v / scale for v in setpoint]
+
+    def _refuse(self, reason: str) -> JointCommand:
+        """Ends the motion for a reason; from here on the arm brakes."""
+        self.reason = f"refused: {reason}"
+        return self._brake()
+
+    def _brake(self) -> JointCommand:
+        """Brakes by libfranka's own law, which no input can mislead."""
+        self.command = limit_rate(np.zeros(7), self.command)
+        self.is_finished = self._rests()
+        return self.command
+
+    def _rests(self) -> bool:
+        return bool(np.abs(self.command.velocity).max() < AT_REST_BELOW)
+
+
+def _after(last: JointCommand, velocity: np.ndarray) -> JointCommand:
+    return JointCommand(velocity, (velocity - last.velocity) / TICK)

@@ -1,0 +1,143 @@
+"""`FciArm`: the stand-in's arm as its controller shows it to libfranka."""
+
+import contextlib
+import socket
+from collections.abc import Iterator
+
+import numpy as np
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.hardware.drivers.panda_limits import TICK
+from remosplat_drake.hardware.stand_in.fci_packets import (
+    LARGEST,
+    Kind,
+    Request,
+    State,
+)
+from remosplat_drake.hardware.stand_in.fci_rules import FciRules
+from remosplat_drake.hardware.stand_in.simulated_panda import (
+    ArmMeasurement,
+    RobotMode,
+)
+
+
+class FciArm:
+    """Answers one client over UDP, a millisecond a step, by `FciRules`.
+
+    A command counts if it answers the latest state and is here when the next
+    step begins. Whoever runs the steps is the robot's clock.
+
+    Attributes:
+        rules: The arm's own control.
+        port: UDP port of this computer on which it listens.
+    """
+
+    def __init__(self, port: int = 0):
+        """Listens; the arm is idle.
+
+        Args:
+            port: UDP port, on this computer only; 0 for any that is free.
+
+        Raises:
+            RemoSplatError: The port cannot be had.
+        """
+        self.rules = FciRules()
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.bind(("127.0.0.1", port))
+        except OSError as error:
+            raise RemoSplatError(
+                f"UDP port {port}: {error.strerror}"
+            ) from error
+        self._socket.setblocking(False)
+        self.port: int = self._socket.getsockname()[1]
+        self._number = 0
+        self._client: tuple[str, int] | None = None
+        self._moved = False
+
+    def stop(self, mode: RobotMode) -> None:
+        """Makes the arm brake and ignore commands, in the given mode."""
+        self.rules.abort("", mode)
+
+    def recover(self) -> None:
+        """Makes the arm idle again, ready for a new motion."""
+        self.rules.recover()
+
+    def step(self, measured: ArmMeasurement) -> np.ndarray:
+        """Advances the arm by one millisecond.
+
+        Args:
+            measured: What its sensors measure now.
+
+        Returns:
+            Joint rates, shape (7,) [rad/s].
+        """
+        packet, is_last, readers, begins = self._hear()
+        command = self.rules.step(measured, packet, is_last)
+        if begins is not None and self.rules.mode == RobotMode.IDLE:
+            self._client = begins
+            self.rules.begin()
+        self._number += 1
+        moves = self.rules.mode == RobotMode.MOVE
+        if (moves or self._moved) and self._client not in readers:
+            readers.append(self._client)
+        self._moved = moves
+        state = self._state(measured).encode() if readers else b""
+        for reader in readers:
+            self._send(state, reader)
+        return command.velocity
+
+    def close(self) -> None:
+        """Stops to listen."""
+        self._socket.close()
+
+    def _hear(self):
+        """Takes in what has come: a command, who asks, and who begins."""
+        packet, is_last, readers, begins = None, False, [], None
+        for request, address in self._requests():
+            if request.kind not in (Kind.COMMAND, Kind.LAST):
+                readers.append(address)
+            elif address == self._client and request.number == self._number:
+                packet = np.array(request.values[:7])
+                is_last = request.kind == Kind.LAST
+            if request.kind == Kind.COLLISION:
+                self.rules.collision_torque = np.array(request.values[:7])
+            elif request.kind == Kind.BEGIN:
+                begins = address
+        return packet, is_last, readers, begins
+
+    def _requests(self) -> Iterator[tuple[Request, tuple[str, int]]]:
+        while True:
+            try:
+                data, address = self._socket.recvfrom(LARGEST)
+                yield Request.decode(data), address
+            except BlockingIOError:
+                return
+            except (ConnectionError, ValueError):
+                continue
+
+    def _state(self, measured: ArmMeasurement) -> State:
+        rules, torque = self.rules, measured.torque
+        desired = measured.position + TICK * rules.command.velocity
+        vectors = (
+            measured.position,
+            desired,
+            measured.velocity,
+            rules.command.velocity,
+            rules.command.acceleration,
+            torque,
+            torque,
+            measured.external,
+        )
+        return State(
+            self._number,
+            rules.mode,
+            rules.success_rate,
+            rules.error,
+            tuple(np.concatenate(vectors)),
+        )
+
+    def _send(self, data: bytes, address: tuple[str, int]) -> None:
+        # A client that is gone does not hear.
+        with contextlib.suppress(OSError):
+            self._socket.sendto(data, address)

@@ -1,0 +1,104 @@
+"""The packets between the two sides of the stand-in's FCI.
+
+They are not Franka's own, but hold the same: a state has a number, and a
+command the number of the state that it answers.
+"""
+
+import dataclasses as dc
+import struct
+from enum import IntEnum
+
+LARGEST = 1024
+"""Bytes to receive at most."""
+
+_STATE = struct.Struct("=qqd57s56d")
+_REQUEST = struct.Struct("=qq13d")
+
+
+class Kind(IntEnum):
+    """What a client asks of the robot."""
+
+    READ = 0
+    """A state."""
+    BEGIN = 1
+    """A motion: a state every millisecond, each of which wants an answer."""
+    COMMAND = 2
+    """The answer to a state: seven joint rates."""
+    LAST = 3
+    """The answer to a state that ends the motion."""
+    COLLISION = 4
+    """Collision limits: seven torques, six forces; answered by a state."""
+
+
+@dc.dataclass(frozen=True)
+class Request:
+    """What a client sends.
+
+    Attributes:
+        kind: What it wants.
+        number: Number of the state that it answers; 0 for none.
+        values: Thirteen numbers, padded with zeros.
+    """
+
+    kind: Kind
+    number: int = 0
+    values: tuple[float, ...] = ()
+
+    def encode(self) -> bytes:
+        """Packs the request."""
+        padding = (0.0,) * (13 - len(self.values))
+        return _REQUEST.pack(self.kind, self.number, *self.values, *padding)
+
+    @staticmethod
+    def decode(data: bytes) -> "Request":
+        """Unpacks a request.
+
+        Raises:
+            ValueError: It is none.
+        """
+        try:
+            kind, number, *values = _REQUEST.unpack(data)
+        except struct.error as error:
+            raise ValueError("no request") from error
+        return Request(Kind(kind), number, tuple(values))
+
+
+@dc.dataclass(frozen=True)
+class State:
+    """What the robot sends.
+
+    Attributes:
+        number: Number of the robot's millisecond.
+        mode: The arm's mode, as libfranka numbers it.
+        success_rate: Share of the latest 100 packets that came.
+        error: Why the latest motion was aborted; empty if it was not.
+        vectors: q, q_d, dq, dq_d, ddq_d, tau_J, tau_J_d and
+            tau_ext_hat_filtered: eight times seven numbers.
+    """
+
+    number: int
+    mode: int
+    success_rate: float
+    error: str
+    vectors: tuple[float, ...]
+
+    def encode(self) -> bytes:
+        """Packs the state."""
+        text = self.error.encode()
+        return _STATE.pack(
+            self.number, self.mode, self.success_rate, text, *self.vectors
+        )
+
+    @staticmethod
+    def decode(data: bytes) -> "State":
+        """Unpacks a state.
+
+        Raises:
+            ValueError: It is none.
+        """
+        try:
+            number, mode, rate, text, *vectors = _STATE.unpack(data)
+        except struct.error as error:
+            raise ValueError("no state") from error
+        error = text.rstrip(b"\0").decode()
+        return State(number, mode, rate, error, tuple(vectors))

@@ -1,0 +1,82 @@
+"""A base that stops unnoticed, and some that only drive: pure simulation."""
+
+import numpy as np
+import pytest
+
+from apps.studies.base_stops import (
+    Base,
+    driven,
+    false_alarms,
+    random_commands,
+    time_to_alarm,
+)
+from remosplat_drake.hardware.client.base_residual import (
+    BaseSample,
+    CommandedPath,
+    follow_problem,
+)
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+
+DELAY = HardwareConfig.base_delay
+
+
+def test_the_commanded_path_is_made_of_arcs():
+    path = CommandedPath()
+    for i in range(101):
+        path.append(10 + 0.01 * i, np.array([0.5, 1.0]))
+    motion = path.motions(np.array([10.0]), np.array([11.0]))[0]
+    expected = [0.5 * np.sin(1.0), 0.5 * (1 - np.cos(1.0)), 1.0]
+    np.testing.assert_allclose(motion, expected, atol=1e-9)
+    # Drivers let a command expire.
+    late = path.motions(np.array([11.0]), np.array([20.0]))[0]
+    assert np.hypot(*late[:2]) == pytest.approx(0.05, rel=0.01)
+
+
+def test_a_path_forgets_and_goes_on():
+    path = CommandedPath()
+    for i in range(20_000):
+        path.append(0.001 * i, np.array([1.0, 0.0]))
+    motion = path.motions(np.array([18.0]), np.array([19.0]))[0]
+    np.testing.assert_allclose(motion, [1.0, 0.0, 0.0], atol=1e-9)
+
+
+@pytest.mark.parametrize("speed", [-0.05, 0.05, 0.2, 0.5])
+@pytest.mark.parametrize("delay", [0.0, 0.1, 0.2])
+def test_a_stop_is_found_within_its_delay_and_three_tenths(speed, delay):
+    random, base = np.random.default_rng(0), Base(delay, 0.03, np.ones(2))
+    assert 0 < time_to_alarm(random, speed, base) < delay + 0.3
+
+
+def test_noisy_driving_alarms_nobody():
+    """Six minutes; `apps.studies.base_stops` drives for ten hours."""
+    assert false_alarms(np.random.default_rng(1), 0.1) == (0, 6)
+
+
+def test_the_station_asks_as_the_study_does():
+    """Message by message, the fault is found at the same one."""
+    random = np.random.default_rng(2)
+    commands = random_commands(random, 800)
+    commands[:, 0] = 0.1
+    base = Base(0.1, 0.03, np.ones(2))
+    drive = driven(random, base, commands, stops_at=5.0)
+    samples = [
+        BaseSample(t, t, pose, np.zeros(2))
+        for t, pose in zip(drive.stamp, drive.pose, strict=True)
+    ]
+    found = [
+        samples[i].stamp
+        for i in range(1, len(samples))
+        if samples[i].stamp > 3.0
+        and follow_problem(drive.path, samples[: i + 1], DELAY)
+    ]
+    assert found[0] == drive.first_alarm(DELAY)
+
+
+def test_what_others_had_the_base_do_before_is_no_fault():
+    path = CommandedPath()
+    moved = [
+        BaseSample(t, t, np.array([0.3 * t, 0, 0]), np.array([0.3, 0]))
+        for t in np.arange(0, 2, 0.03)
+    ]
+    path.append(1.99, np.zeros(2))
+    assert follow_problem(path, moved, DELAY) == ""
