@@ -4,6 +4,7 @@ from remosplat_drake.acceptance.cases import (
     arm,
     base,
     controller,
+    motion,
     network,
     robot,
     target,
@@ -14,6 +15,7 @@ CASES = (
     *arm.CASES,
     *base.CASES,
     *controller.CASES,
+    *motion.CASES,
     *network.CASES,
     *target.CASES,
 )

@@ -16,7 +16,7 @@ from remosplat_drake.app.identification.excitation import (
     commands,
     find_stroke,
 )
-from remosplat_drake.app.identification.fit import Fit, fit_axis
+from remosplat_drake.app.identification.fit import LONGEST_GAP, Fit, fit_axis
 from remosplat_drake.app.identification.record import write_actuators
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
@@ -27,6 +27,9 @@ from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.robot.actuators import Actuator, default_actuators
 
 _INCOMPLETE = 1
+
+_TRIES = 5
+"""How often an axis is measured until no command came late."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -161,14 +164,23 @@ def _identified(
         near = field.clearances(robot.spheres_at(q), clearance).minimum()
         return bool(near >= 0.5 * clearance)
 
-    recording = drive(
-        link,
-        robot,
-        scenario.hardware,
-        commands(stroke, robot, limit, dt),
-        dt,
-        is_safe,
-    )
+    for _ in range(_TRIES):
+        recording = drive(
+            link,
+            robot,
+            scenario.hardware,
+            commands(stroke, robot, limit, dt),
+            dt,
+            is_safe,
+        )
+        if recording.gap <= LONGEST_GAP:
+            break
+    else:
+        raise RemoSplatError(
+            f"identify: axis {axis}: this computer was"
+            f" {1e3 * recording.gap:.0f} ms late, {_TRIES} times; leave it"
+            " alone meanwhile"
+        )
     crawls = [share * limit[axis] for share in CRAWLS]
     return fit_axis(
         recording, axis, float(robot.acceleration_limit[axis]), crawls

@@ -15,7 +15,19 @@ MARGIN = 1.5
 """By how much the tube exceeds the largest residual: more motions than these
 will come."""
 
-_LEAST_TUBE, _LEAST_NOISE = 0.002, 0.001
+_LEAST_TUBE = 0.002
+"""A tube that is never narrower, for what a recording does not show [s]."""
+
+_LEAST_NOISE = 0.003
+"""Noise of an axis that stands, at least [rad, m]."""
+
+_LEAST_BASE_NOISE = 0.02
+"""The same for a base, whose localisation corrects it as it goes."""
+
+LONGEST_GAP = 0.05
+"""Longest pause between two commands of a recording that counts [s]: longer
+ones may have let a command expire."""
+
 _DELAYS = np.arange(0.0, 0.5, 0.02)
 _LAGS = (0.0, 0.03, 0.08, 0.2)
 _RAMPS = 0.3, 0.6, 1.0  # Shares of the commands' own ramp.
@@ -36,6 +48,11 @@ class Recording:
     u: np.ndarray
     stamp: np.ndarray
     q: np.ndarray
+
+    @property
+    def gap(self) -> float:
+        """Longest pause between two commands [s]."""
+        return float(np.diff(self.sent).max())
 
     @property
     def way(self) -> np.ndarray:
@@ -99,7 +116,10 @@ def fit_axis(
     # The simplest that is as good as any.
     actuator = next(a for a in found if error(a) <= 1.05 * smallest + 1e-6)
     left = way - _response(actuator, sent, u, stamp)
-    tube, noise = _tube(recording, axis, actuator)
+    least_noise = _LEAST_NOISE
+    if axis < 2 and recording.q.shape[1] > recording.u.shape[1]:
+        least_noise = _LEAST_BASE_NOISE
+    tube, noise = _tube(recording, axis, actuator, least_noise)
     return Fit(
         dc.replace(actuator, tube=tube, noise=noise), float(np.ptp(left))
     )
@@ -144,7 +164,7 @@ def _response(actuator: Actuator, sent, u, stamp) -> np.ndarray:
 
 
 def _tube(
-    recording: Recording, axis: int, actuator: Actuator
+    recording: Recording, axis: int, actuator: Actuator, least_noise: float
 ) -> tuple[float, float]:
     """The tube [s] and the noise that would have held all that was seen.
 
@@ -168,8 +188,9 @@ def _tube(
         history = history.with_command(model, sent, np.array([u]), math.inf)
     off, peaks = np.array(off), np.array(peaks)
     still = peaks == 0.0
-    noise = max(float(off[still].max(initial=0.0)) * MARGIN, _LEAST_NOISE)
+    noise = max(float(off[still].max(initial=0.0)) * MARGIN, least_noise)
     moving = ~still
-    over = np.maximum(off[moving] - noise, 0.0) / peaks[moving]
+    seen = float(off[still].max(initial=0.0))
+    over = np.maximum(off[moving] - seen, 0.0) / peaks[moving]
     tube = max(MARGIN * float(over.max(initial=0.0)), _LEAST_TUBE)
     return min(tube, 1.0), min(noise, 0.1)
