@@ -40,7 +40,8 @@ class Case:
     @property
     def key(self) -> str:
         """Name of the case, unique."""
-        return f"{self.family}-{self.seed}-{self.views}-{self.disturbance}"
+        disturbance = str(self.disturbance) or "exact"
+        return f"{self.family} {self.seed}, {self.views} views, {disturbance}"
 
     def captures(self) -> tuple[PrimitiveScene, Capture, Capture]:
         """Returns the scene, its perfect capture, and the disturbed one."""

@@ -32,6 +32,16 @@ class Disturbance:
     drift: float = 0.0
     scale: float = 1.0
 
+    def __str__(self) -> str:
+        """What is wrong, in a few words."""
+        words = {
+            self.sensor: self.sensor != "none",
+            f"noise {1e3 * self.position:.1f} mm": self.position,
+            f"drift {1e3 * self.drift:.1f} mm": self.drift,
+            f"depth {100 * (self.scale - 1):+.2f} %": self.scale != 1.0,
+        }
+        return ", ".join(word for word, is_so in words.items() if is_so)
+
 
 EXACT = Disturbance()
 
