@@ -28,7 +28,7 @@ PATIENT = """
 hardware: {connect_timeout: 300, arm_status_expiry: 0.5,
   base_status_expiry: 0.5, base_latency: 0.5, base_delay: 0.5, frozen_after: 1}
 supervisor: {max_status_age: 0.5, max_tick_age: 0.5, max_overrun: 0.5,
-  follow_dwell: 2}
+  follow_dwell: 2, max_tracking_error: 10}
 """
 """Overrides of a scenario on a wire: as patient as a real robot allows.
 

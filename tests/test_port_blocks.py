@@ -16,11 +16,16 @@ from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.teleop_session import open_teleoperation
 from remosplat_drake.app.world import load_world
+from remosplat_drake.controller.prediction.motion_predictor import (
+    MotionPredictor,
+)
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.mapping.localization.base_localization import (
     BaseLocalization,
 )
+from remosplat_drake.robot.actuators import Actuator, ActuatorModel
+from remosplat_drake.station.actuated_command import ActuatedCommand
 from remosplat_drake.teleop.lcm_operator import LcmOperator
 from remosplat_drake.teleop.teleop_config import PoseStreamConfig
 from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
@@ -84,6 +89,7 @@ def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
     )
     dynamic = load_scenario("TableReach", "{station: !DynamicStation {}}")
     stream = PoseStreamConfig(lcm_url="memq://")
+    axes = ActuatorModel.make([Actuator()] * 9)
     roots = [
         operated.diagram,
         build(dynamic, world).diagram,
@@ -95,6 +101,8 @@ def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
         LcmOperator(config=stream, period=0.1),
         TrajectoryOperator(steps=[]),
         BaseLocalization(n_q=10, period=0.1, speed=0.1),
+        MotionPredictor(robot=world.robot, model=axes, period=0.1),
+        ActuatedCommand(model=axes, step=0.1),
     ]
     yield {type(part).__name__: part for root in roots for part in parts(root)}
     teleoperation.close()

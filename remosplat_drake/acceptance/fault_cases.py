@@ -5,6 +5,7 @@ from remosplat_drake.acceptance.cases import (
     base,
     controller,
     master,
+    motion,
     network,
     robot,
     target,
@@ -16,6 +17,7 @@ CASES = (
     *base.CASES,
     *controller.CASES,
     *master.CASES,
+    *motion.CASES,
     *network.CASES,
     *target.CASES,
 )

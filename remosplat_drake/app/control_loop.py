@@ -11,6 +11,11 @@ from collections.abc import Callable, Sequence
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
+from remosplat_drake.app.prediction_stage import (
+    AddActuators,
+    AddPrediction,
+    ConnectPrediction,
+)
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.stages import (
     AddController,
@@ -126,15 +131,21 @@ def AddControlLoop(
     if localization is not None:
         configuration = localization.GetOutputPort("configuration")
     targets = add_targets(configuration)
-    oracle = AddOracle(builder, scenario, world, configuration)
+    predictor = AddPrediction(
+        builder, scenario, robot, station, hardware=hardware
+    )
+    planned = configuration
+    if predictor is not None:
+        planned = predictor.GetOutputPort("configuration")
+    oracle = AddOracle(builder, scenario, world, planned)
     if robot.n_base:
         ConnectUncertainty(builder, station, localization, oracle)
     law = ReactiveLaw.make(
         scenario.controller, robot, scenario.control_period, ingredients
     )
-    controller = AddController(builder, law, configuration, targets, oracle)
+    controller = AddController(builder, law, planned, targets, oracle)
     selector = AddGuidance(
-        builder, scenario, law, configuration, targets, oracle, controller
+        builder, scenario, law, planned, targets, oracle, controller
     )
     supervisor = AddSupervisor(
         builder,
@@ -158,5 +169,17 @@ def AddControlLoop(
         selector,
         supervisor,
     )
-    ConnectCommand(builder, robot, loop.executed, station)
+    carried_out = loop.executed
+    if not hardware:
+        carried_out = AddActuators(builder, scenario, robot, loop.executed)
+    ConnectCommand(builder, robot, carried_out, station)
+    if predictor is not None:
+        ConnectPrediction(
+            builder,
+            predictor,
+            filter(None, (controller, supervisor)),
+            configuration=configuration,
+            odometry=odometry,
+            velocity_executed=loop.executed,
+        )
     return loop

@@ -31,6 +31,7 @@ NARROWER = {
     "supervisor.clearance_dwell": Interval(ge=0, le=0.5),
     "supervisor.max_braking_time": Interval(ge=0, le=5),
     "supervisor.max_follow_error": Interval(gt=0, le=0.5),
+    "supervisor.max_tracking_error": Interval(gt=0, le=10),
     "supervisor.follow_dwell": Interval(ge=0, le=2),
     "hardware.arm_status_expiry": Interval(gt=0, le=0.5),
     "hardware.base_status_expiry": Interval(gt=0, le=0.5),

@@ -98,7 +98,7 @@ def prepare_for_hardware(
     hardware, controller = scenario.hardware, scenario.controller
     controller.guidance.asynchronous = True
     limits = controller.velocity_limits
-    limits.acceleration = True
+    limits.acceleration = limits.strict = True
     limits.max_forward = _least(limits.max_forward, hardware.base_forward_upper)
     limits.max_reverse = _least(
         limits.max_reverse, -hardware.base_forward_lower

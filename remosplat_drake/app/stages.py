@@ -323,6 +323,7 @@ def AddSupervisor(
         scenario.control_period,
         smallest_stopping=config.smallest_stopping,
         bounded_start=config.velocity_limits.acceleration,
+        strict=config.velocity_limits.strict,
     )
     if scenario.hardware.shadow:
         # Nobody follows a shadow's commands.

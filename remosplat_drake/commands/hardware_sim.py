@@ -110,6 +110,7 @@ def run(arguments: argparse.Namespace) -> int:
         plant,
         lcm,
         schedule,
+        actuators=world.robot.description.actuators,
         fci=fci,
         localizes=arguments.localization,
         inbox=inbox,

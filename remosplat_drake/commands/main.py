@@ -24,6 +24,7 @@ COMMANDS = {
     "base-driver": "drive a mobile base that speaks ROS",
     "panda-driver": "drive a Panda through panda-python",
     "arm": "let a real robot go that waits for an operator",
+    "identify": "measure how the axes of the real robot follow commands",
     "inspect": "show what a sphere's depth views see",
     "benchmark": "compare controllers in many scenes, as the paper does",
     "bench": "time the oracle and the control tick on this machine",

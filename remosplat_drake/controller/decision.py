@@ -64,12 +64,15 @@ def decide(
     ingredients: Sequence[Ingredient],
     solver: Solver,
     program: ReactiveProgram | None = None,
+    *,
+    strict: bool = False,
 ) -> Decision:
     """Solves the program of a tick, falling back where it has no optimum.
 
     The program is tried as it stands, then without acceleration bounds, then
     with the negative right-hand sides of its rows raised to zero as well;
     and last comes a step of the braking ramp. A fallback never goes unnamed.
+    Where the law is strict, acceleration bounds are never left out.
 
     Args:
         tick: What is known at the tick: the robot's state, the target, the
@@ -78,12 +81,13 @@ def decide(
         solver: The convex solver to ask.
         program: The program as it stands, if the caller has built it; None
             builds it.
+        strict: Whether every command keeps to the acceleration bounds.
     """
     program = program or build_program(tick, ingredients)
     u = solve(program, solver)
     if u is not None:
         return Decision(u, tick_report.OPTIMAL, "", program)
-    if program.has_acceleration_bounds:
+    if program.has_acceleration_bounds and not strict:
         program = build_program(tick, ingredients, use_acceleration=False)
         u = solve(program, solver)
         if u is not None:
@@ -94,7 +98,7 @@ def decide(
                 program,
             )
     program = build_program(
-        tick, ingredients, use_acceleration=False, relax=True
+        tick, ingredients, use_acceleration=strict, relax=True
     )
     u = solve(program, solver)
     if u is not None:

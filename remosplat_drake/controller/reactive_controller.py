@@ -20,6 +20,7 @@ from remosplat_drake.controller.guidance.selection import Selection
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.tick_report import TickReport
 
 
@@ -36,6 +37,7 @@ class ReactiveController(LeafSystem):
         - target
         - selection (optional)
         - velocity_executed (optional)
+        - motion (optional)
         output_ports:
         - velocity_commanded
         - report
@@ -46,7 +48,9 @@ class ReactiveController(LeafSystem):
     and loggers read it instead of asking the oracle again. `selection` is a
     `GuidanceSelector`'s; without it the controller goes straight.
     `velocity_executed` is what a supervisor made of the command; without it
-    the controller takes its own to be executed.
+    the controller takes its own to be executed. `motion` is the `Motion` of a
+    robot that does not obey at once; `configuration` and `clearances` are then
+    those of its `q_planned`.
 
     Args:
         law: The control law; its `dt` is the period of the updates [s].
@@ -96,6 +100,9 @@ class ReactiveController(LeafSystem):
         )
         self._executed_input = self.DeclareVectorInputPort(
             "velocity_executed", n_u
+        )
+        self._motion_input = self.DeclareAbstractInputPort(
+            "motion", Value[object]()
         )
         self._report_index = self.DeclareAbstractState(
             Value(TickReport.before_first(n_q, n_u))
@@ -165,6 +172,7 @@ class ReactiveController(LeafSystem):
             self._field_input.Eval(context),
             self._executed(context),
             selection.guidance,
+            motion=self._motion(context),
         )
         timings = {
             "guidance": selection.seconds,
@@ -175,6 +183,11 @@ class ReactiveController(LeafSystem):
         state.get_mutable_abstract_state(cell).set_value(
             dc.replace(report, timings=timings)
         )
+
+    def _motion(self, context: Context) -> Motion | None:
+        if self._motion_input.HasValue(context):
+            return self._motion_input.Eval(context)
+        return None
 
     def _executed(self, context: Context) -> np.ndarray:
         """The command of the tick before, as the robot carried it out."""

@@ -16,6 +16,7 @@ from remosplat_drake.controller.ingredients import (
     CollisionDamperConfig,
     SelfCollisionDamper,
     SelfCollisionDamperConfig,
+    VelocityLimits,
 )
 from remosplat_drake.controller.reactive_program import Ingredient
 from remosplat_drake.controller.solvers import make_solver
@@ -44,6 +45,7 @@ class ReactiveLaw:
         solver: The convex solver of the program.
         verify: Whether each command is checked against the map before it is
             applied.
+        strict: Whether acceleration bounds hold even in an infeasible program.
         collision: The influence distance d_i, beyond which nothing is looked
             at, and the stopping distance d_s that verification keeps.
         self_clearance: The distances that verification keeps between the
@@ -94,6 +96,11 @@ class ReactiveLaw:
         self.dt = dt
         self.solver = _solver(solver)
         self.verify = verify
+        self.strict = any(
+            part.config.strict and part.config.acceleration
+            for part in self.ingredients
+            if isinstance(part, VelocityLimits)
+        )
         self.collision = (
             self._distances(CollisionDamper, "collision", collision)
             or CollisionDamperConfig()

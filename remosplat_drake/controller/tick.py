@@ -9,6 +9,7 @@ from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
 from remosplat_drake.controller.ingredients import collision_damper
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.reactive_program import Tick, build_program
+from remosplat_drake.controller.verification.committed import committed
 from remosplat_drake.controller.verification.verify import (
     Surroundings,
     verified_command,
@@ -16,6 +17,7 @@ from remosplat_drake.controller.verification.verify import (
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotState
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.tick_report import TickReport
 
 _TIGHT = 1e-4
@@ -32,19 +34,23 @@ def run_tick(
     u_previous: np.ndarray,
     guidance: Guidance = DIRECT,
     state: RobotState | None = None,
+    motion: Motion | None = None,
 ) -> TickReport:
     """Runs one tick: the program (paper eq. 1 to 4), then verify-then-scale.
 
     Args:
         law: The control law.
         time: Time of the tick [s].
-        q: Measured configuration, shape (n_q,) [rad, m].
+        q: Configuration to plan from, measured or where all commands in flight
+            lead, shape (n_q,) [rad, m].
         X_WT: Pose of the target T in the world W, shape (4, 4).
         clearances: The oracle's distances and directions at q.
         field: The map, which verification asks along the command's path.
         u_previous: The command being executed, shape (n_u,).
         guidance: How the tick is bent, as `GuidanceSelector` has chosen.
         state: Kinematics at q, if the caller has them already.
+        motion: What the robot is about to do already; None where it obeys at
+            once.
 
     Returns:
         The command, and how it came about. Where q or X_WT is not finite, or
@@ -70,13 +76,15 @@ def run_tick(
         )
         program = build_program(tick, law.ingredients)
         after_build = perf_counter()
-        decision = decide(tick, law.ingredients, law.solver, program)
+        decision = decide(
+            tick, law.ingredients, law.solver, program, strict=law.strict
+        )
     else:
         after_build = perf_counter()
         decision = brake(law.robot, u_previous, law.dt, "target is not finite")
     after_solve = perf_counter()
     command, scale = _verified(
-        law, field, state, decision.u, u_previous, clearances, guidance
+        law, field, state, decision.u, u_previous, clearances, guidance, motion
     )
     end = perf_counter()
     kept, tight = _row_flags(decision, len(clearances))
@@ -143,6 +151,7 @@ def _verified(
     u_previous: np.ndarray,
     clearances: Clearances,
     guidance: Guidance,
+    motion: Motion | None,
 ) -> tuple[np.ndarray, float]:
     """Returns the command that may be applied, and its fraction of u."""
     if not law.verify:
@@ -160,6 +169,8 @@ def _verified(
         robot.acceleration_limit,
         law.self_clearance,
     )
+    if motion is not None:
+        around = committed(around, motion, u, u_previous)
     return verified_command(around, u, u_previous)
 
 

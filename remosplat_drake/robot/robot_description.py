@@ -10,6 +10,7 @@ from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FileError, unknown_name
 from remosplat_drake.base.ranges import Config, JointPosition
 from remosplat_drake.base.strict_yaml import load_strict
+from remosplat_drake.robot.actuators import Actuator
 
 
 @dc.dataclass
@@ -69,6 +70,9 @@ class RobotDescription(Config):
     acceleration_limits: list[Annotated[float, Interval(gt=0, le=1000)]] = (
         dc.field(default_factory=list)
     )
+    # How each axis follows its velocity command, in the order of u; empty where
+    # nobody has measured it. `remosplat identify` writes it.
+    actuators: list[Actuator] = dc.field(default_factory=list)
     # Arm configuration to start from [rad, m for prismatic joints].
     home: list[JointPosition] = dc.field(default_factory=list)
     # Constant positions of further joints by name, for example of the fingers

@@ -141,6 +141,12 @@ class RobotModel:
                     name,
                     f"expected {self.n_u} numbers (base then arm)",
                 )
+        if description.actuators and len(description.actuators) != self.n_u:
+            raise FieldError(
+                description.source,
+                "actuators",
+                f"expected {self.n_u} of them (base then arm), or none",
+            )
         if len(description.home) != len(description.arm.joints):
             raise FieldError(
                 description.source, "home", "expected one number an arm joint"

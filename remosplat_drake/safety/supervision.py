@@ -7,6 +7,7 @@ import numpy as np
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.safety.supervisor_config import SupervisorConfig
+from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.tick_report import TickReport
 
@@ -25,6 +26,8 @@ class SupervisorLaw:
             bounds either.
         velocity: Bounds on |u|, shape (n_u,) [m/s, rad/s].
         min_clearance: Clearance below which the robot must stop [m].
+        strict: Whether a command beyond the bounds on |u| and |du/dt| stops
+            the robot instead of being passed on.
     """
 
     config: SupervisorConfig
@@ -33,6 +36,7 @@ class SupervisorLaw:
     start_acceleration: np.ndarray
     velocity: np.ndarray
     min_clearance: float
+    strict: bool = False
 
     @staticmethod
     def make(
@@ -42,6 +46,7 @@ class SupervisorLaw:
         *,
         smallest_stopping: float,
         bounded_start: bool = True,
+        strict: bool = False,
     ) -> "SupervisorLaw":
         """Makes the law for a robot.
 
@@ -53,6 +58,7 @@ class SupervisorLaw:
                 design [m].
             bounded_start: Whether the first commands must respect the
                 robot's acceleration limits.
+            strict: Whether no command beyond the robot's limits is passed on.
 
         Raises:
             FieldError: A threshold is unusable.
@@ -66,6 +72,7 @@ class SupervisorLaw:
             limit if bounded_start else np.full_like(limit, np.inf),
             robot.velocity_limit,
             smallest_stopping - config.clearance_margin,
+            strict,
         )
 
 
@@ -79,6 +86,8 @@ class Observation:
         report: The controller's latest report.
         status: The station's status.
         u_measured: Measured velocities, shape (n_u,) [m/s, rad/s].
+        motion: What a robot that does not obey at once is about to do; None
+            where it should do as it is told.
         map_age: Age of the map [s].
         stop: Why a person or a program asks for a stop; empty if none does.
         release: Whether a person or a program releases a stop.
@@ -89,6 +98,7 @@ class Observation:
     report: TickReport
     status: StationStatus
     u_measured: np.ndarray
+    motion: Motion | None = None
     map_age: float = 0.0
     stop: str = ""
     release: bool = False

@@ -56,6 +56,9 @@ class SupervisorConfig(Config):
     max_follow_error: Annotated[float, Interval(gt=0, le=1)] = 0.3
     # Time for which the difference may be greater [s].
     follow_dwell: Annotated[float, Interval(ge=0, le=5)] = 0.5
+    # Greatest error of the position that the actuators' model predicts, as a
+    # multiple of the model's own tube.
+    max_tracking_error: Annotated[float, Interval(gt=0, le=100)] = 1.0
     # Greatest jump of the target between two ticks [m]; absent: any.
     max_target_jump: Annotated[float, Interval(gt=0, le=10)] | None = None
     # Greatest age of the map while the robot moves [s]; absent: any.

@@ -15,6 +15,7 @@ from pydrake.systems.framework import (
 
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.safety.supervisor import supervise
+from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.operator_requests import OperatorRequests
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import (
@@ -35,6 +36,7 @@ class _Sample:
     time: float
     status: StationStatus
     u_measured: np.ndarray
+    motion: Motion | None
     map_age: float
     operator: OperatorRequests
     stop: str
@@ -72,6 +74,7 @@ class SafetySupervisor(LeafSystem):
         - report
         - status
         - velocity_measured
+        - motion (optional)
         - map_age (optional)
         - map_hold (optional)
         - operator (optional)
@@ -87,7 +90,8 @@ class SafetySupervisor(LeafSystem):
 
     `velocity_commanded` is the command u on both sides, shape (n_u,) [m/s,
     rad/s]; `report` takes the controller's `TickReport`, `status` the
-    `StationStatus`, `velocity_measured` the measured u, `operator` the
+    `StationStatus`, `velocity_measured` the measured u, `motion` what a
+    robot that does not obey at once is about to do, `operator` the
     `OperatorRequests` of a stop button, `map_age` seconds and `map_hold` why a
     new map waits for the robot to stop, empty if none does. `supervision`
     gives the `SupervisorState`. A stop is latched until it is released.
@@ -122,6 +126,9 @@ class SafetySupervisor(LeafSystem):
         )
         self._measured_input = self.DeclareVectorInputPort(
             "velocity_measured", n_u
+        )
+        self._motion_input = self.DeclareAbstractInputPort(
+            "motion", Value[object]()
         )
         self._map_age_input = self.DeclareVectorInputPort("map_age", 1)
         self._map_hold_input = self.DeclareAbstractInputPort(
@@ -229,6 +236,9 @@ class SafetySupervisor(LeafSystem):
         operator = known
         if self._operator_input.HasValue(context):
             operator = self._operator_input.Eval(context)
+        motion = None
+        if self._motion_input.HasValue(context):
+            motion = self._motion_input.Eval(context)
         map_age = 0.0
         if self._map_age_input.HasValue(context):
             map_age = float(self._map_age_input.Eval(context)[0])
@@ -240,6 +250,7 @@ class SafetySupervisor(LeafSystem):
             time=context.get_time(),
             status=self._status_input.Eval(context),
             u_measured=np.array(self._measured_input.Eval(context)),
+            motion=motion,
             map_age=map_age,
             operator=operator,
             stop=memory.stop or pressed or hold,
@@ -261,6 +272,7 @@ class SafetySupervisor(LeafSystem):
             report=self._report_input.Eval(context),
             status=sample.status,
             u_measured=sample.u_measured,
+            motion=sample.motion,
             map_age=sample.map_age,
             stop=sample.stop,
             release=sample.release,

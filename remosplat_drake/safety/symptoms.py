@@ -8,7 +8,11 @@ import numpy as np
 
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.signals import station_status, tick_report
-from remosplat_drake.signals.supervisor_state import SupervisorState
+from remosplat_drake.signals.motion import Motion
+from remosplat_drake.signals.supervisor_state import RUNNING, SupervisorState
+
+_SOLVER = 1e-3
+"""How far solvers may leave a command beyond a bound, relative to it."""
 
 
 @dc.dataclass(frozen=True)
@@ -44,6 +48,7 @@ def symptoms(
         *_of_station(law, now),
         *_of_motion(law, state, now),
         *_of_tick(law, now),
+        *_of_bounds(law, state, now),
         *_of_clearance(law, state, now),
         *_of_target_and_map(law, state, now),
     ]
@@ -98,14 +103,30 @@ def _of_motion(
     if not np.isfinite(now.u_measured).all():
         yield Symptom("measurement", "measured velocities are not finite")
         return
-    error = np.abs(state.command - now.u_measured) / law.velocity
+    expected, motion = state.command, now.motion
+    if motion is not None:
+        expected = motion.v_measured
+        yield from _of_tracking(law, motion)
+    error = np.abs(expected - now.u_measured) / law.velocity
     if error.max() > law.config.max_follow_error:
         i = int(error.argmax())
         yield Symptom(
             "follow",
             "the robot does not follow its command:"
-            f" u[{i}] is {now.u_measured[i]:.2f}, not {state.command[i]:.2f}",
+            f" u[{i}] is {now.u_measured[i]:.2f}, not {expected[i]:.2f}",
             law.config.follow_dwell,
+        )
+
+
+def _of_tracking(law: SupervisorLaw, motion: Motion) -> Iterator[Symptom]:
+    bound = law.config.max_tracking_error * motion.bound
+    if not (motion.residual <= bound).all():
+        i = int((motion.residual / np.maximum(bound, 1e-9)).argmax())
+        yield Symptom(
+            "tracking",
+            "the robot does not move as its actuators' model says: axis"
+            f" {i} is off by {motion.residual[i]:.3f}, beyond {bound[i]:.3f};"
+            " `remosplat identify` measures the model",
         )
 
 
@@ -124,6 +145,26 @@ def _of_tick(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
             f"no command for {config.max_braking_time:g} s: {report.reason}",
             config.max_braking_time,
         )
+
+
+def _of_bounds(
+    law: SupervisorLaw, state: SupervisorState, now: Observation
+) -> Iterator[Symptom]:
+    if not law.strict or state.mode != RUNNING:
+        return
+    step = law.acceleration * law.dt
+    for what, value, bound in (
+        ("is", now.command, law.velocity),
+        ("changes by", now.command - state.command, step),
+    ):
+        share = np.abs(value) / bound
+        if share.max() > 1.0 + _SOLVER:
+            i = int(share.argmax())
+            yield Symptom(
+                "bounds",
+                f"the command is out of bounds: u[{i}] {what} {value[i]:.3f},"
+                f" beyond {bound[i]:.3f}",
+            )
 
 
 def _of_clearance(

@@ -17,8 +17,9 @@ class StationStatus:
 
     Attributes:
         age: Age of the arm's measurements on the ports [s]; 0 in simulated
-            stations. A real base reports less often; its age is the station's
-            business.
+            stations.
+        base_age: Time by which the base's pose on the ports has been
+            extrapolated, from its measurement on [s].
         mode: Either `RUNNING` or `STOPPED`.
         stop_reason: Why the station stopped, in one line; empty while running.
         robot_mode: The arm's own mode by libfranka's names: other, idle, move,
@@ -37,6 +38,7 @@ class StationStatus:
     robot_mode: str = MOVE
     success_rate: float = 1.0
     protective_stop: bool = False
+    base_age: float = 0.0
     base_uncertainty: tuple[float, float] = (0.0, 0.0)
 
     def __deepcopy__(self, memo) -> "StationStatus":

@@ -191,8 +191,19 @@ def test_a_previous_command_beyond_the_limits_leaves_room(
     tick = make_tick(three_link, np.zeros(3), u_previous=[3, -3, 0])
     config = ing.VelocityLimitsConfig(fraction=0.5)
     program = added(ing.VelocityLimits(config), tick)
-    np.testing.assert_allclose(program.lower, [0.9, -1, -0.1])
-    np.testing.assert_allclose(program.upper, [1, -0.9, 0.1])
+    np.testing.assert_allclose(program.lower, [0.95, -1, -0.05])
+    np.testing.assert_allclose(program.upper, [1, -0.95, 0.05])
+
+
+@pytest.mark.parametrize("fraction", [0.1, 0.5, 1.0])
+def test_a_fraction_of_the_limits_is_one_of_the_accelerations_too(
+    three_link, make_tick, fraction
+):
+    tick = make_tick(three_link, np.zeros(3))
+    config = ing.VelocityLimitsConfig(fraction=fraction)
+    program = added(ing.VelocityLimits(config), tick)
+    # 10 rad/s^2 for 0.01 s.
+    np.testing.assert_allclose(program.upper, np.full(3, 0.1 * fraction))
 
 
 def test_acceleration_bounds_can_be_dropped(three_link, make_tick):

@@ -19,6 +19,7 @@ from remosplat_drake.controller.controller_config import (
     gain_set,
 )
 from remosplat_drake.controller.decision import decide, solve
+from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.reactive_program import (
     ReactiveProgram,
     Tick,
@@ -376,6 +377,31 @@ def test_acceleration_bounds_give_way_first(tick):
     assert decision.status == tick_report.ACCELERATION_DROPPED
     assert decision.reason
     np.testing.assert_allclose(decision.u, [0.2, 0, 0], atol=1e-6)
+
+
+def test_a_strict_law_brakes_where_no_command_is_within_its_bounds(tick):
+    # The same conflict: braking by 0.1 rad/s is what the bounds allow.
+    tick = dc.replace(tick, u_previous=np.array([1.0, 0, 0]))
+    limits = ing.VelocityLimits(ing.VelocityLimitsConfig(strict=True))
+    law = ReactiveLaw(
+        tick.robot, [Pull([1, 0, 0]), Wall([[1, 0, 0]], [0.2]), limits]
+    )
+    decision = decide(tick, law.ingredients, CLARABEL, strict=law.strict)
+    assert decision.status == tick_report.BRAKING
+    np.testing.assert_allclose(decision.u, [0.9, 0, 0])
+
+
+def test_in_a_strict_law_rows_yield_within_the_bounds(tick):
+    # A retreat of 0.5 rad/s is asked for; from rest, 0.1 is possible.
+    limits = ing.VelocityLimits(ing.VelocityLimitsConfig(strict=True))
+    decision = decide(
+        tick,
+        [Pull([1, 1, 0]), Wall([[1, 0, 0]], [-0.5]), limits],
+        CLARABEL,
+        strict=True,
+    )
+    assert decision.status == tick_report.RELAXED
+    np.testing.assert_allclose(decision.u, [0, 0.1, 0], atol=1e-6)
 
 
 def test_conflicting_retreats_are_relaxed_and_named(tick):

@@ -5,6 +5,7 @@ import numpy as np
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.safety.supervisor_config import SupervisorConfig
 from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.tick_report import OPTIMAL, TickReport
@@ -74,6 +75,7 @@ def make_observation(
     status: StationStatus | None = None,
     u_measured: np.ndarray | None = None,
     tick_age: float = 0.0,
+    motion: Motion | None = None,
     map_age: float = 0.0,
     stop: str = "",
     release: bool = False,
@@ -87,6 +89,7 @@ def make_observation(
         report=make_report(time - tick_age, command, **report),
         status=status or StationStatus(),
         u_measured=state.command if u_measured is None else u_measured,
+        motion=motion,
         map_age=map_age,
         stop=stop,
         release=release,

@@ -1,5 +1,6 @@
 """The supervisor's state machine, rule by rule and for any history."""
 
+import dataclasses as dc
 import math
 
 import numpy as np
@@ -15,9 +16,11 @@ from supervised import (
 )
 
 from remosplat_drake.controller.braking import braking_command, braking_steps
+from remosplat_drake.robot.actuators import Actuator, ActuatorModel
 from remosplat_drake.safety.supervision import SupervisorLaw
 from remosplat_drake.safety.supervisor import supervise
 from remosplat_drake.safety.symptoms import has_paused, symptoms
+from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.station_status import STOPPED as STATION_STOPPED
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import (
@@ -289,6 +292,49 @@ def test_optional_rules():
     drive.ticks(100)
     assert drive.tick(map_age=1.1).mode == STOPPING
     assert drive.state.reason == "the map is 1.1 s old"
+
+
+def make_motion(residual: float, v_measured=FAST) -> Motion:
+    """A robot that is so far off its model, whose tube is 0.02 wide."""
+    none, zeros = np.zeros((1, 3)), np.zeros(3)
+    return Motion(
+        ActuatorModel.make([Actuator()] * 3),
+        *(0.0, np.zeros(1), none, 0.0, zeros, zeros, zeros),
+        v_measured=np.array(v_measured),
+        residual=np.array([0.0, residual, 0.0]),
+        bound=np.full(3, 0.02),
+    )
+
+
+def test_a_robot_that_leaves_its_tube_is_stopped(running):
+    assert running.tick(motion=make_motion(0.019)).mode == RUNNING
+    stopped = running.tick(motion=make_motion(0.021))
+    assert stopped.mode == STOPPING
+    assert "axis 1 is off by 0.021, beyond 0.020" in stopped.reason
+
+
+def test_a_late_robot_follows_as_its_model_says(running):
+    # It still stands, as it should by its dead time.
+    late = {"u_measured": np.zeros(3), "motion": make_motion(0, np.zeros(3))}
+    assert running.ticks(300, **late).mode == RUNNING
+    del late["motion"]
+    assert running.ticks(300, **late).mode == STOPPED
+
+
+@pytest.mark.parametrize(
+    ("u", "what"),
+    [(FAST + np.array([0, 0, 0.2]), "changes by"), (1.3 * FAST, "is")],
+)
+def test_a_strict_supervisor_passes_nothing_beyond_the_bounds(u, what):
+    drive = Drive(dc.replace(make_law(), strict=True))
+    assert drive.ticks(100).mode == RUNNING
+    before = drive.state.command
+    after = drive.tick(u)
+    assert after.mode == STOPPING
+    assert (
+        f"out of bounds: u[{2 if what != 'is' else 0}] {what}" in after.reason
+    )
+    assert (np.abs(after.command) <= np.abs(before)).all()
 
 
 def test_a_clock_that_goes_back_stops_the_robot(running):

@@ -14,11 +14,17 @@ from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 class VelocityLimitsConfig(Config):
     """Which of the robot's limits bound the command, and how much of them."""
 
-    # Fraction of the robot's velocity limits that may be used.
+    # Fraction of the robot's velocity and acceleration limits that the program
+    # may use. Braking ramps keep the full deceleration: who is careful does not
+    # stop later.
     fraction: Annotated[float, Interval(gt=0, le=1)] = 1.0
     # Whether the acceleration limits bound the change of the command:
     # |u - u_previous| <= a_max dt.
     acceleration: bool = True
+    # Whether acceleration bounds hold even where no command within them keeps
+    # all rows: rows then yield, or the robot brakes. Otherwise the bounds go
+    # first. A real robot is always strict.
+    strict: bool = False
     # Bound on the base's speed forwards; absent: the robot's own limit [m/s].
     max_forward: Annotated[float, Interval(ge=0, le=5)] | None = None
     # Bound on the base's speed backwards; absent: the robot's own limit [m/s].
@@ -48,10 +54,13 @@ class VelocityLimits:
 
     Args:
         config: Which limits are enforced, and how much of them.
+
+    Attributes:
+        config: The same.
     """
 
     def __init__(self, config: VelocityLimitsConfig):
-        self._config = config
+        self.config = config
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
         """Narrows the bounds on u.
@@ -61,15 +70,16 @@ class VelocityLimits:
             tick: What is known at the tick; the robot's limits and the
                 command being executed matter here.
         """
-        upper = self._config.fraction * tick.robot.velocity_limit
+        upper = self.config.fraction * tick.robot.velocity_limit
         lower = -upper
         n = tick.robot.n_base
-        base_lower, base_upper = self._config.base_bounds()
+        base_lower, base_upper = self.config.base_bounds()
         lower[:n] = np.maximum(lower[:n], base_lower[:n])
         upper[:n] = np.minimum(upper[:n], base_upper[:n])
         program.narrow(lower, upper)
-        if self._config.acceleration and program.use_acceleration:
-            step = tick.robot.acceleration_limit * tick.dt
+        if self.config.acceleration and program.use_acceleration:
+            limit = self.config.fraction * tick.robot.acceleration_limit
+            step = limit * tick.dt
             # A previous command outside the limits (their fraction may have
             # changed) must not turn the box inside out.
             anchor = np.clip(tick.u_previous, lower, upper)

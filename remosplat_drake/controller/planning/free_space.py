@@ -186,7 +186,7 @@ class FreeSpace:
             )
         times = np.linspace(0.0, 1.0, looks + 1)[1:]
         return keeps_off_the_scene(
-            StoppingPath(robot, a, u, times),
+            StoppingPath.held(robot, a, u, times),
             self.field,
             spheres.p_WS,
             self._clearance(a),

@@ -71,6 +71,9 @@ class SelfClearance:
     ) -> bool:
         """Tells whether every pair keeps min(stopping, its present distance).
 
+        Where the robot may be off the path, the stopping distance grows by as
+        much as that may change a pair's distance.
+
         Pairs keep it at the path's `times`, and less a tolerance at all times
         in between, see `kernels/between_looks.py`.
 
@@ -82,12 +85,13 @@ class SelfClearance:
                 path's times [m].
         """
         pairs = self.pairs
+        tube = self.rate @ (path.tube * path.peak)
         return pairs_keep_apart(
             self.robot.arrays,
             path.arrays,
             (pairs.first, pairs.second, pairs.link_pair, pairs.allowance),
             self.rate,
             distance,
-            self.stopping,
+            self.stopping + tube,
             tolerance,
         )

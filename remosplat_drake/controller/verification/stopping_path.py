@@ -1,34 +1,63 @@
 """`StoppingPath`: the way that a command takes, down to a standstill."""
 
 import dataclasses as dc
+import math
 
 import numpy as np
 
-from remosplat_drake.controller.braking import stopping_times
+from remosplat_drake.controller.braking import braking_steps, stopping_times
+from remosplat_drake.controller.verification.kernels.places import (
+    chain,
+    places,
+)
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.motion import Motion
+
+_SETTLED = 6.0
+"""Time constants after which the rest of a lag is one last piece."""
+
+_GROWTH = 1.5
+"""How much longer each piece is than the one before while a lag settles."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class StoppingPath:
     """One tick of a command and its braking ramp, as a path.
 
-    The ramp shrinks the whole command evenly, so tick and ramp follow the
-    path on which u is simply held, only slower and slower: the arm's joints
-    on a straight line, the base on one arc. Time on the path is counted as if
-    u were held. Whoever executes a smaller share of u, or brakes earlier,
-    stays on this path.
+    It is a sequence of pieces, on each of which velocities are held: the
+    arm's joints move on a straight line, the base on an arc.
+
+    A robot that obeys at once needs one piece. The ramp shrinks the whole
+    command evenly, so tick and ramp follow the path on which u is simply
+    held, only slower and slower. Time on the path is counted as if u were
+    held. Whoever executes a smaller share of u, or brakes earlier, stays on
+    this path.
+
+    Where actuators delay and lag, each in its own way, the path is the one
+    that their model follows: what is in flight, then the command, then its
+    ramp, until all has settled. Time is then that of the clock.
 
     Attributes:
         robot: The robot, whose kinematics predict configurations.
-        q: Configuration at which the path starts, shape (n_q,) [rad, m].
-        u: The command, shape (n_u,) [rad/s, m/s].
-        times: Ends of the tick and of each tick of the ramp, shape (k,) [s].
+        starts: Configurations at which the s pieces begin, shape (s, n_q)
+            [rad, m].
+        rates: Velocities on the pieces, shape (s, n_u) [rad/s, m/s].
+        since: When the pieces begin, from 0 on, shape (s,) [s].
+        times: When the path is looked at, ascending to its end, shape (k,)
+            [s]; the ends of all pieces are among them.
+        peak: Greatest speeds on the path, or commanded on it, shape (n_u,)
+            [rad/s, m/s].
+        tube: By how much positions may be off the path, as shares of `peak`,
+            shape (n_u,) [s].
     """
 
     robot: RobotModel
-    q: np.ndarray
-    u: np.ndarray
+    starts: np.ndarray
+    rates: np.ndarray
+    since: np.ndarray
     times: np.ndarray
+    peak: np.ndarray
+    tube: np.ndarray
 
     @staticmethod
     def make(
@@ -38,7 +67,7 @@ class StoppingPath:
         acceleration_limit: np.ndarray,
         dt: float,
     ) -> "StoppingPath":
-        """Makes the path of a command.
+        """Makes the path of a command that is obeyed at once.
 
         Args:
             robot: The robot, whose kinematics predict configurations.
@@ -48,7 +77,71 @@ class StoppingPath:
             dt: Control period [s].
         """
         times = stopping_times(u, acceleration_limit, dt)
-        return StoppingPath(robot, q, u, times)
+        return StoppingPath.held(robot, q, u, times)
+
+    @staticmethod
+    def held(
+        robot: RobotModel, q: np.ndarray, u: np.ndarray, times: np.ndarray
+    ) -> "StoppingPath":
+        """Makes the path on which one command is held.
+
+        Args:
+            robot: The robot, whose kinematics predict configurations.
+            q: Configuration at which the path starts, shape (n_q,) [rad, m].
+            u: The command, shape (n_u,) [rad/s, m/s].
+            times: When the path is looked at, ascending, shape (k,) [s].
+        """
+        return StoppingPath(
+            robot,
+            q[None],
+            u[None],
+            np.zeros(1),
+            times,
+            np.abs(u),
+            np.zeros_like(u),
+        )
+
+    @staticmethod
+    def through(
+        robot: RobotModel,
+        motion: Motion,
+        u: np.ndarray,
+        acceleration_limit: np.ndarray,
+        dt: float,
+    ) -> "StoppingPath":
+        """Makes the path of a command that actuators delay and lag behind.
+
+        Args:
+            robot: The robot, whose kinematics predict configurations.
+            motion: What the robot is about to do already.
+            u: The command, shape (n_u,) [rad/s, m/s].
+            acceleration_limit: Bounds on |du/dt| of the ramp, shape (n_u,).
+            dt: Control period [s].
+        """
+        model = motion.model
+        steps = braking_steps(u, acceleration_limit, dt)
+        k = np.arange(math.ceil(max(steps, 1.0)) + 1)
+        shares = np.maximum(1.0 - k / max(steps, 1.0), 0.0)
+        peak = np.maximum(motion.in_flight, np.abs(u))
+        ends = _ends(motion, peak, k[-1] * dt, dt)
+        way, v = model.response(
+            np.concatenate([motion.sent, motion.time + k * dt]),
+            np.concatenate([motion.u, shares[:, None] * u]),
+            np.full(robot.n_u, motion.start),
+            motion.v_start,
+            np.repeat(motion.start + ends[:, None], robot.n_u, axis=1),
+        )
+        # What a lag has left is one last piece.
+        way = np.concatenate([way, way[-1:] + model.lag * v[-1]])
+        times = np.append(ends, ends[-1] + dt)
+        since = np.append(0.0, times[:-1])
+        ways = np.diff(way, axis=0, prepend=0.0)
+        rates = ways / (times - since)[:, None]
+        starts = chain(motion.q_start, rates, times - since, robot.n_base)
+        peak = np.maximum(peak, np.abs(rates).max(axis=0))
+        return StoppingPath(
+            robot, starts, rates, since, times, peak, model.tube
+        )
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """Predicts configurations on the path.
@@ -59,18 +152,55 @@ class StoppingPath:
         Returns:
             The configurations, shape (k, n_q) [rad, m].
         """
-        return self.robot.advance_for(self.q, self.u, times)
+        return places(self.arrays, times)
 
     @property
     def arrays(self) -> tuple:
-        """The path as kernels take it: q, u, number of base commands, times."""
-        return self.q, self.u, self.robot.n_base, self.times
+        """The path as kernels take it.
+
+        They are the pieces' starts, rates and times, the number of base
+        commands, and the times of looks.
+        """
+        n_base = self.robot.n_base
+        return self.starts, self.rates, self.since, n_base, self.times
 
     @property
-    def end(self) -> np.ndarray:
-        """Configuration at the end of the path, shape (n_q,) [rad, m]."""
-        return self.robot.advance(self.q, self.u, self.times[-1])
+    def knots(self) -> np.ndarray:
+        """Configurations where pieces begin, and the last, (s + 1, n_q)."""
+        return np.concatenate([self.starts, self.at(self.times[-1:])])
+
+    @property
+    def spans(self) -> np.ndarray:
+        """How long the pieces last, shape (s,) [s]."""
+        return np.diff(np.append(self.since, self.times[-1]))
 
     def sphere_travel(self) -> np.ndarray:
         """Bounds the lengths of the spheres' ways on the path, (n,) [m]."""
-        return self.robot.jacobian_bound @ np.abs(self.u) * self.times[-1]
+        return (self.robot.jacobian_bound @ np.abs(self.rates).T) @ self.spans
+
+    def sphere_tube(self) -> np.ndarray:
+        """Bounds how far spheres may be off the path, shape (n,) [m]."""
+        return self.robot.jacobian_bound @ (self.tube * self.peak)
+
+
+def _ends(
+    motion: Motion, peak: np.ndarray, ramp: float, dt: float
+) -> np.ndarray:
+    """Returns when the pieces of a path end, from the path's start on [s].
+
+    Args:
+        motion: What the robot is about to do already.
+        peak: Greatest speeds commanded, shape (n_u,) [rad/s, m/s].
+        ramp: Time from the command to the end of its ramp [s].
+        dt: Control period [s].
+    """
+    _, lag, slope, _ = motion.model.parameters.T
+    told = ramp + motion.time + motion.model.delay.max() - motion.start
+    ends = [dt * i for i in range(1, math.ceil(told / dt - 1e-9) + 1)]
+    rest = max(_SETTLED * lag.max(), float((peak / slope).max()))
+    piece, longest = dt, max(0.25 * lag.max(), 2.0 * dt)
+    last = ends[-1] + rest
+    while ends[-1] < last - 1e-9:
+        piece = min(_GROWTH * piece, longest)
+        ends.append(min(ends[-1] + piece, last))
+    return np.array(ends)

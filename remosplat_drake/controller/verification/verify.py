@@ -42,6 +42,7 @@ from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.controller.verification.stopping_path import StoppingPath
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.motion import Motion
 
 SCALES = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
 """Fractions of the way from braking to the command that are tried."""
@@ -70,6 +71,8 @@ class Surroundings:
             where the robot may stop at once, shape (n_u,).
         self_clearance: Distances that the robot's own parts keep from each
             other; None if these are not checked.
+        motion: What the robot is about to do already; None where it obeys at
+            once. The state is then that in which a command begins to act.
     """
 
     robot: RobotModel
@@ -80,6 +83,16 @@ class Surroundings:
     dt: float
     acceleration_limit: np.ndarray
     self_clearance: SelfClearance | None = None
+    motion: Motion | None = None
+
+    def path(self, u: np.ndarray) -> StoppingPath:
+        """Makes the path of a command and of its ramp."""
+        limit = self.acceleration_limit
+        if self.motion is not None:
+            return StoppingPath.through(
+                self.robot, self.motion, u, limit, self.dt
+            )
+        return StoppingPath.make(self.robot, self.state.q, u, limit, self.dt)
 
     @cached_property
     def self_distances(self) -> np.ndarray:
@@ -126,9 +139,8 @@ def can_stop(around: Surroundings, u: np.ndarray) -> bool:
         around: Robot, map and present state.
         u: The command, shape (n_u,) [rad/s, m/s].
     """
-    path = StoppingPath.make(
-        around.robot, around.state.q, u, around.acceleration_limit, around.dt
-    )
+    path = around.path(u)
+    stopping = around.stopping + path.sphere_tube()
     return (
         _keeps_joint_limits(path)
         and _keeps_off_itself(around, path)
@@ -137,24 +149,24 @@ def can_stop(around: Surroundings, u: np.ndarray) -> bool:
             around.field,
             around.state.spheres.p_WS,
             around.clearance,
-            np.minimum(around.stopping, around.clearance),
+            np.minimum(stopping, around.clearance),
             TOLERANCE,
         )
     )
 
 
 def _keeps_joint_limits(path: StoppingPath) -> bool:
-    """Tells whether no joint ends beyond its limits or farther out than before.
+    """Tells whether no joint gets beyond its limits or farther out than before.
 
-    Joints move one way on a path, so the end is enough.
+    Joints move one way on each piece of a path, so the knots are enough.
     """
-    robot, end = path.robot, path.end
-    outside = (end < robot.position_lower) | (end > robot.position_upper)
+    robot, knots = path.robot, path.knots
+    outside = (knots < robot.position_lower) | (knots > robot.position_upper)
     if not outside.any():
-        return bool(np.isfinite(end).all())
-    lower = np.minimum(robot.position_lower, path.q)
-    upper = np.maximum(robot.position_upper, path.q)
-    return bool(((end >= lower) & (end <= upper)).all())
+        return bool(np.isfinite(knots).all())
+    lower = np.minimum(robot.position_lower, knots[0])
+    upper = np.maximum(robot.position_upper, knots[0])
+    return bool(((knots >= lower) & (knots <= upper)).all())
 
 
 def _keeps_off_itself(around: Surroundings, path: StoppingPath) -> bool:

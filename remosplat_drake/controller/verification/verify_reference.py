@@ -6,7 +6,6 @@ against.
 
 import numpy as np
 
-from remosplat_drake.controller.verification.stopping_path import StoppingPath
 from remosplat_drake.controller.verification.verify import Surroundings
 
 
@@ -24,23 +23,22 @@ def least_rooms(
         The smallest room, that is distance above the level to be kept, of all
         spheres and pairs: at the ends of ticks, and at all looks [m].
     """
-    path = StoppingPath.make(
-        around.robot, around.state.q, u, around.acceleration_limit, around.dt
-    )
+    path = around.path(u)
+    tube = path.sphere_tube()
     times = np.concatenate([[0.0], path.times])
     ends, between = [], []
     for k in range(len(path.times)):
         for time in np.linspace(times[k], times[k + 1], looks + 1)[1:]:
-            between.append(_room(around, path.at(np.array([time]))[0]))
+            between.append(_room(around, path.at(np.array([time]))[0], tube))
         ends.append(between[-1])
     return min(ends), min(between)
 
 
-def _room(around: Surroundings, q: np.ndarray) -> float:
+def _room(around: Surroundings, q: np.ndarray, tube: np.ndarray) -> float:
     """Measures the smallest room at a configuration [m]."""
     spheres = around.robot.spheres_at(q)
     distance = around.field.clearances(spheres).per_sphere(len(spheres))
-    level = np.minimum(around.stopping, around.clearance)
+    level = np.minimum(around.stopping + tube, around.clearance)
     room = (distance - level).min()
     own = around.self_clearance
     if own is not None:

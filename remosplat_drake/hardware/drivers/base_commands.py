@@ -28,7 +28,9 @@ WATCHDOG = 0.2
 class BaseMaxima:
     """Greatest velocities that the base carries out.
 
-    The defaults are those of the LD-60's ROS node.
+    The defaults are those of the LD-60's ROS node. It turns down whatever
+    exceeds 50 degrees a second, 0.87266 rad/s, so that a clamped command must
+    stay below that.
 
     Attributes:
         forward: Greatest speed forward [m/s].
@@ -38,7 +40,7 @@ class BaseMaxima:
 
     forward: float = 1.0
     reverse: float = 0.25
-    yaw_rate: float = 0.873
+    yaw_rate: float = 0.872
 
 
 def clamped(

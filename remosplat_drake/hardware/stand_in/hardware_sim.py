@@ -1,14 +1,18 @@
 """`HardwareSim`: a whole robot behind the wire protocol of the real one."""
 
 import copy
+from collections import deque
 from collections.abc import Callable, Sequence
 
+import numpy as np
 from drake import lcmt_panda_status
 from pydrake.lcm import DrakeLcmInterface
 
 from remosplat_drake.base.clock import MICROSECONDS, wall_utime
+from remosplat_drake.hardware.drivers.panda_commands import JOINTS
 from remosplat_drake.hardware.drivers.panda_limits import TICK
 from remosplat_drake.hardware.stand_in import faults
+from remosplat_drake.hardware.stand_in.actuated_axes import ActuatedAxes
 from remosplat_drake.hardware.stand_in.base_senses import BaseSenses
 from remosplat_drake.hardware.stand_in.faults import Fault, FaultSchedule
 from remosplat_drake.hardware.stand_in.fci_arm import FciArm
@@ -21,6 +25,7 @@ from remosplat_drake.hardware.stand_in.simulated_panda import (
 )
 from remosplat_drake.hardware.wire import channels
 from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
+from remosplat_drake.robot.actuators import Actuator, panda_py_actuators
 
 
 def commanded(has_arm_driver: bool = False) -> list[str]:
@@ -52,6 +57,7 @@ class HardwareSim:
         schedule: Sequence[Fault] = (),
         clock: Callable[[], int] = wall_utime,
         *,
+        actuators: Sequence[Actuator] = (),
         fci: FciArm | None = None,
         localizes: bool = False,
         inbox: CommandSource | None = None,
@@ -63,6 +69,8 @@ class HardwareSim:
             lcm: The LCM network.
             schedule: The faults that shall happen.
             clock: The wall clock of the robot's computer [us].
+            actuators: How base and arm follow what their drivers tell them,
+                in the order of u; none: at once.
             fci: Where the arm obeys a driver of its own in place of the
                 wire; None for the simulated driver.
             localizes: Whether something besides its wheels tells where the
@@ -81,6 +89,10 @@ class HardwareSim:
         self.base = SimulatedBase()
         self._senses = BaseSenses(localizes)
         self.hand = SimulatedHand(plant.hand[0])
+        self._described = list(actuators)
+        self._slow = (0.0, False)
+        self._axes = ActuatedAxes(actuators, TICK) if actuators else None
+        self._late: deque[tuple[float, bytes]] = deque()
         self._measured = plant.arm
         self._ticks = 0
         self._first_command: float | None = None
@@ -102,10 +114,26 @@ class HardwareSim:
             arm = self.panda.step(now, self._measured)
         else:
             arm = self._fci.step(self._measured)
+        self._change_actuators()
+        if self._axes is not None:
+            velocity = self._axes.step(np.concatenate([base, arm]))
+            base, arm = velocity[:2], velocity[2:]
         self._ticks += 1
         self._plant.step(self.time, base, arm, self.hand.command)
         self._measured = self._plant.arm
         self._tell(self.time)
+
+    def _change_actuators(self) -> None:
+        """Puts other actuators in place while a fault wants them."""
+        late = self._faults.value("base-command-delay", 0.0)
+        slow = late, "panda-py" in self._faults
+        if slow == self._slow:
+            return
+        self._slow = slow
+        actuators = self._described or [Actuator()] * (2 + JOINTS)
+        base = [Actuator(delay=late)] * 2 if late else actuators[:2]
+        arm = panda_py_actuators() if slow[1] else actuators[2:]
+        self._axes = ActuatedAxes([*base, *arm], TICK)
 
     def _now(self) -> int:
         """The wall clock of the robot's computer, as far off as it is [us]."""
@@ -158,7 +186,10 @@ class HardwareSim:
         base = self.base.status(now, t, pose, self._plant.base_velocity)
         if base is not None and "base-status-stops" not in self._faults:
             self._senses.spoil(base, self._faults)
-            self._lcm.Publish(channels.BASE_STATUS, base.encode())
+            late = self._faults.value("base-status-delay", 0.0)
+            self._late.append((t + late, base.encode()))
+        while self._late and self._late[0][0] <= t:
+            self._lcm.Publish(channels.BASE_STATUS, self._late.popleft()[1])
         fix = self._senses.fix(now, t, pose, self._faults)
         if fix is not None:
             self._lcm.Publish(channels.BASE_LOCALIZATION, fix)

@@ -110,7 +110,7 @@ def test_a_stray_packet_ends_neither_the_driver_nor_a_motion():
         ((0.5, 0.4), (0.5, 0.4)),
         ((2.0, 0.4), (1.0, 0.2)),
         ((-0.5, 0.4), (-0.25, 0.2)),
-        ((0.5, 1.746), (0.25, 0.873)),
+        ((0.5, 1.744), (0.25, 0.872)),
         ((math.nan, 0.1), (0.0, 0.0)),
         ((0.1, math.inf), (0.0, 0.0)),
     ],
@@ -119,12 +119,18 @@ def test_a_base_command_is_scaled_to_the_maxima(asked, done):
     assert clamped(*asked, BaseMaxima()) == pytest.approx(done)
 
 
+def test_a_clamped_turn_is_one_that_the_robots_node_accepts():
+    # qcr/ros_omron_agv rejects what exceeds its 50 degrees a second.
+    _, yaw_rate = clamped(0.0, 3.0, BaseMaxima())
+    assert 0.8 < yaw_rate < math.radians(50)
+
+
 @settings(max_examples=100, deadline=None)
 @given(st.floats(), st.floats())
 def test_no_command_exceeds_the_maxima(forward, yaw_rate):
     v, omega = clamped(forward, yaw_rate, BaseMaxima())
     assert -0.25 <= v <= 1.0
-    assert abs(omega) <= 0.873
+    assert abs(omega) <= 0.872
     if math.isfinite(forward) and math.isfinite(yaw_rate):
         assert v * forward >= 0
         assert omega * yaw_rate >= 0

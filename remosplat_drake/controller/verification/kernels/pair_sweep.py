@@ -12,7 +12,11 @@ from remosplat_drake.controller.verification.kernels.between_looks import (
     bend_of,
     longest_way,
 )
-from remosplat_drake.robot.kinematics import advance, body_poses, sphere_points
+from remosplat_drake.controller.verification.kernels.places import (
+    peak_speed,
+    place,
+)
+from remosplat_drake.robot.kinematics import body_poses, sphere_points
 
 _HALVINGS = 10
 """How often a tick is halved; what is still unknown then is refused."""
@@ -55,40 +59,65 @@ def pairs_keep_apart(robot, path, pairs, rate, distance, stopping, tolerance):
             change with each entry of the command, shape (l, n_u).
         distance: Distance of each pair at the start of the path, allowance
             included, shape (p,) [m].
-        stopping: Stopping distance that the pairs keep [m].
+        stopping: Distance that the pairs of each of l pairs of links keep,
+            shape (l,) [m].
         tolerance: How far below that a distance may fall between the times of
             the path [m].
     """
-    speed, times = np.abs(path[1]), path[3]
+    speed, times = peak_speed(path[1]), path[4]
     radius, bend = robot[3], robot[4]
     first, second, link_pair, allowance = pairs
-    travel = np.zeros(len(rate))
-    for k in range(len(rate)):
-        for c in range(len(speed)):
-            travel[k] += rate[k, c] * speed[c] * times[-1]
+    travel = _travel(path, rate)
     knots = np.zeros(len(times) + 1)
     knots[1:] = times
     p_WS = np.empty((len(knots), len(radius), 3))
     is_placed = np.zeros(len(knots), np.bool_)
     for k in range(len(first)):
-        room = max(distance[k] - stopping, 0.0)
-        if travel[link_pair[k]] < room:
+        link = link_pair[k]
+        room = max(distance[k] - stopping[link], 0.0)
+        if travel[link, -1] < room:
             continue
         i, j = first[k], second[k]
-        level = min(distance[k], stopping) - allowance[k]
+        level = min(distance[k], stopping[link]) - allowance[k]
         centres = level + radius[i] + radius[j]
         both = bend_of(bend[i], speed) + bend_of(bend[j], speed)
         pair = i, j, centres, both
         if not _pair_keeps_apart(
-            robot, path, pair, knots, p_WS, is_placed, room, tolerance
+            robot,
+            path,
+            pair,
+            knots,
+            p_WS,
+            is_placed,
+            travel[link],
+            room,
+            tolerance,
         ):
             return False
     return True
 
 
 @njit(cache=True)
+def _travel(path, rate):
+    """Bounds how distances have changed by the ends of a path's s pieces.
+
+    The result, for l pairs of links, has the shape (l, s + 1) [m].
+    """
+    _, rates, since, _, times = path
+    travel = np.zeros((len(rate), len(since) + 1))
+    for k in range(len(rate)):
+        for s in range(len(since)):
+            end = since[s + 1] if s + 1 < len(since) else times[-1]
+            change = 0.0
+            for c in range(rates.shape[1]):
+                change += rate[k, c] * abs(rates[s, c]) * (end - since[s])
+            travel[k, s + 1] = travel[k, s] + change
+    return travel
+
+
+@njit(cache=True)
 def _pair_keeps_apart(
-    robot, path, pair, knots, p_WS, is_placed, room, tolerance
+    robot, path, pair, knots, p_WS, is_placed, travel, room, tolerance
 ):
     """Tells the same of one pair; spheres it places serve other pairs, too."""
     if not is_placed[0]:
@@ -109,7 +138,11 @@ def _pair_keeps_apart(
         if not room_after >= 0.0:
             return False
         time = knots[right] - knots[left]
-        way = _way(p_WS[left], p_WS[right], pair, time)
+        if right - left > 1 and len(travel) == len(knots):
+            # Velocities jump between the pieces that lie within.
+            way = travel[right] - travel[left]
+        else:
+            way = _way(p_WS[left], p_WS[right], pair, time)
         if not room + room_after - way >= 0.0:
             if right - left > 1:
                 rights[height] = (left + right) // 2
@@ -160,8 +193,7 @@ def _keeps_apart_within(robot, path, pair, times, places, rooms, tolerance):
 def _place(robot, path, time, p_WS):
     """Places all spheres at a time on the path."""
     tree, body, p_BS = robot[0], robot[1], robot[2]
-    q, u, n_base, _ = path
-    q = advance(q, u, n_base, time)
+    q = place(path, time)
     X_WB, _ = body_poses(*tree, q)  # pyright: ignore
     p_WS[:], _ = sphere_points(X_WB, body, p_BS)
 

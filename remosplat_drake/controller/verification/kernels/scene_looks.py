@@ -8,7 +8,11 @@ from remosplat_drake.controller.verification.kernels.between_looks import (
     known_rooms,
     longest_ways,
 )
-from remosplat_drake.robot.kinematics import advance, body_poses, sphere_points
+from remosplat_drake.controller.verification.kernels.places import (
+    peak_speed,
+    place,
+)
+from remosplat_drake.robot.kinematics import body_poses, sphere_points
 
 
 @njit(cache=True)
@@ -34,7 +38,7 @@ def look_along(robot, path, sphere, start, room, tolerance):
         `known_rooms`, shape (k, n) each [m].
     """
     tree, body, p_BS = robot[0], robot[1][sphere], robot[2][sphere]
-    q, u, n_base, times = path
+    times = path[4]
     k, n = len(times), len(sphere)
     point = np.empty((k + 1, n, 3))
     R_WL = np.empty((k, n, 3, 3))
@@ -42,12 +46,12 @@ def look_along(robot, path, sphere, start, room, tolerance):
     point[0] = start
     before = 0.0
     for j in range(k):
-        q_then = advance(q, u, n_base, times[j])
+        q_then = place(path, times[j])
         X_WB, _ = body_poses(*tree, q_then)  # pyright: ignore
         point[j + 1], R_WL[j] = sphere_points(X_WB, body, p_BS)
         span[j] = times[j] - before
         before = times[j]
-    speed = np.abs(u)
+    speed = peak_speed(path[1])
     bend = np.empty(n)
     for i in range(n):
         bend[i] = bend_of(robot[4][sphere[i]], speed)

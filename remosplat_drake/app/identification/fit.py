@@ -1,0 +1,196 @@
+"""Finds the actuator model that explains a recording, and how well it does."""
+
+import dataclasses as dc
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from scipy.optimize import minimize
+
+from remosplat_drake.controller.prediction.history import History, base_way
+from remosplat_drake.controller.prediction.predict import modelled_way
+from remosplat_drake.robot.actuators import Actuator, ActuatorModel
+
+MARGIN = 1.5
+"""By how much the tube exceeds the largest residual: more motions than these
+will come."""
+
+_LEAST_TUBE = 0.002
+"""A tube that is never narrower, for what a recording does not show [s]."""
+
+_LEAST_NOISE = 0.003
+"""Noise of an axis that stands, at least [rad, m]."""
+
+_LEAST_BASE_NOISE = 0.02
+"""The same for a base, whose localisation corrects it as it goes."""
+
+LONGEST_GAP = 0.05
+"""Longest pause between two commands of a recording that counts [s]: longer
+ones may have let a command expire."""
+
+_DELAYS = np.arange(0.0, 0.5, 0.02)
+_LAGS = (0.0, 0.03, 0.08, 0.2)
+_RAMPS = 0.3, 0.6, 1.0  # Shares of the commands' own ramp.
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Recording:
+    """What was commanded and what was measured, one row a tick.
+
+    Attributes:
+        sent: When commands were sent, shape (k,) [s].
+        u: The commands, shape (k, n_u) [m/s, rad/s].
+        stamp: When each axis had last been measured by then, (k, n_u) [s].
+        q: What was measured, shape (k, n_q) [m, rad].
+    """
+
+    sent: np.ndarray
+    u: np.ndarray
+    stamp: np.ndarray
+    q: np.ndarray
+
+    @property
+    def gap(self) -> float:
+        """Longest pause between two commands [s]."""
+        return float(np.diff(self.sent).max())
+
+    @property
+    def way(self) -> np.ndarray:
+        """Measured ways of the axes, shape (k, n_u) [m, rad]."""
+        extra = self.q.shape[1] - self.u.shape[1]
+        if not extra:
+            return self.q
+        steps = [
+            base_way(before, after)
+            for before, after in zip(self.q[:-1], self.q[1:], strict=True)
+        ]
+        base = np.cumsum([np.zeros(2), *steps], axis=0)
+        return np.hstack([base, self.q[:, 3:]])
+
+
+@dc.dataclass(frozen=True)
+class Fit:
+    """The model of one axis, and what is left.
+
+    Attributes:
+        actuator: The model, with its tube.
+        residual: Largest difference between measured and modelled positions
+            [m, rad].
+    """
+
+    actuator: Actuator
+    residual: float
+
+
+def fit_axis(
+    recording: Recording,
+    axis: int,
+    acceleration: float,
+    crawls: Sequence[float],
+) -> Fit:
+    """Fits one axis: a dead time with a lag, or with a ramp, and a dead band.
+
+    Args:
+        recording: Commands to this axis and its measurements.
+        axis: Index of the axis in u.
+        acceleration: Bound on the rate of change of the commands.
+        crawls: The slow speeds that were tried, ascending [m/s, rad/s].
+    """
+    sent, u = recording.sent, recording.u[:, axis]
+    stamp, way = recording.stamp[:, axis], recording.way[:, axis]
+
+    def error(actuator: Actuator) -> float:
+        return float(np.std(way - _response(actuator, sent, u, stamp)))
+
+    ramps = [share * acceleration for share in _RAMPS]
+    found = [
+        _best(error, "time_constant", [0.0], 0.0),
+        _best(error, "time_constant", _LAGS, 1.0),
+        _best(error, "acceleration", ramps, 1000.0),
+    ]
+    least = min(found, key=error)
+    found += [
+        dc.replace(least, dead_band=min(1.05 * speed, 0.5)) for speed in crawls
+    ]
+    smallest = min(error(actuator) for actuator in found)
+    # The simplest that is as good as any.
+    actuator = next(a for a in found if error(a) <= 1.05 * smallest + 1e-6)
+    left = way - _response(actuator, sent, u, stamp)
+    least_noise = _LEAST_NOISE
+    if axis < 2 and recording.q.shape[1] > recording.u.shape[1]:
+        least_noise = _LEAST_BASE_NOISE
+    tube, noise = _tube(recording, axis, actuator, least_noise)
+    return Fit(
+        dc.replace(actuator, tube=tube, noise=noise), float(np.ptp(left))
+    )
+
+
+def _best(
+    error: Callable[[Actuator], float],
+    field: str,
+    starts: Sequence[float],
+    largest: float,
+) -> Actuator:
+    """Finds the best dead time and value of a field: a grid, then a simplex."""
+
+    def make(x) -> Actuator:
+        delay, value = np.clip(x, [0.0, min(starts[0], 0.05)], [1.0, largest])
+        return Actuator(delay=float(delay), **{field: float(value)})
+
+    grid = [np.array([delay, x]) for delay in _DELAYS for x in starts]
+    best = min(grid, key=lambda x: error(make(x)))
+    width = np.array([0.015, 0.03 + 0.1 * best[1]])
+    answer = minimize(
+        lambda x: error(make(x)),
+        best,
+        method="Nelder-Mead",
+        options={
+            "initial_simplex": best + np.vstack([np.zeros(2), np.diag(width)]),
+            "xatol": 1e-4,
+            "fatol": 1e-9,
+        },
+    )
+    return make(answer.x)
+
+
+def _response(actuator: Actuator, sent, u, stamp) -> np.ndarray:
+    """The modelled way at each stamp, shape (k,)."""
+    model = ActuatorModel.make([actuator])
+    start = min(sent[0], stamp[0])
+    way, _ = model.response(
+        sent, u[:, None], np.array([start]), np.zeros(1), stamp[:, None]
+    )
+    return way[:, 0]
+
+
+def _tube(
+    recording: Recording, axis: int, actuator: Actuator, least_noise: float
+) -> tuple[float, float]:
+    """The tube [s] and the noise that would have held all that was seen.
+
+    The recording is gone through as a run would, by the same `History`.
+    """
+    model = ActuatorModel.make([actuator])
+    history = History.at_rest(1)
+    off, peaks = [], []
+    rows = zip(
+        recording.sent,
+        recording.u[:, axis],
+        recording.stamp[:, axis],
+        recording.way[:, axis],
+        strict=True,
+    )
+    for sent, u, stamp, way in rows:
+        known = modelled_way(model, history, np.array([stamp]))
+        history = history.with_measurement(np.array([way]), known)
+        off.append(history.residual(sent)[0])
+        peaks.append(history.peak()[0])
+        history = history.with_command(model, sent, np.array([u]), math.inf)
+    off, peaks = np.array(off), np.array(peaks)
+    still = peaks == 0.0
+    noise = max(float(off[still].max(initial=0.0)) * MARGIN, least_noise)
+    moving = ~still
+    seen = float(off[still].max(initial=0.0))
+    over = np.maximum(off[moving] - seen, 0.0) / peaks[moving]
+    tube = max(MARGIN * float(over.max(initial=0.0)), _LEAST_TUBE)
+    return min(tube, 1.0), min(noise, 0.1)

@@ -1,0 +1,118 @@
+"""The stage between measurements and planning: where a robot is about to be."""
+
+from collections.abc import Iterable
+
+from pydrake.systems.framework import (
+    Diagram,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+)
+
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.controller.prediction.motion_predictor import (
+    MotionPredictor,
+)
+from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
+from remosplat_drake.robot.actuators import ActuatorModel, default_actuators
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.station.actuated_command import ActuatedCommand
+
+_STEPS = 4
+"""Number of steps of a simulated robot's actuators in a control period."""
+
+
+def AddPrediction(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    robot: RobotModel,
+    station: Diagram,
+    *,
+    hardware: bool,
+) -> MotionPredictor | None:
+    """Adds the predictor, where the robot does not obey at once.
+
+    A real robot whose description has no actuators is taken to have those of
+    `default_actuators`; a simulated one without them obeys at once.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        robot: The robot.
+        station: The robot, simulated or real, as a system.
+        hardware: Whether the station is the real robot.
+    """
+    actuators = robot.description.actuators
+    if not actuators and hardware:
+        actuators = default_actuators(robot.n_base, robot.n_u - robot.n_base)
+    if not actuators:
+        return None
+    predictor = builder.AddSystem(
+        MotionPredictor(
+            robot=robot,
+            model=ActuatorModel.make(actuators),
+            period=scenario.control_period,
+            expiry=COMMAND_EXPIRY,
+        )
+    )
+    builder.Connect(
+        station.GetOutputPort(ports.STATUS), predictor.GetInputPort("status")
+    )
+    if robot.n_base:
+        builder.Connect(
+            station.GetOutputPort(ports.BASE_VELOCITY),
+            predictor.GetInputPort("base_velocity"),
+        )
+    return predictor
+
+
+def AddActuators(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    robot: RobotModel,
+    executed: OutputPort,
+) -> OutputPort:
+    """Lets a simulated robot obey as late and slowly as its description says.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        robot: The robot; without actuators it obeys at once.
+        executed: The output port of the command u that the station gets.
+
+    Returns:
+        The output port of the velocities that it carries out.
+    """
+    if not robot.description.actuators:
+        return executed
+    actuators = builder.AddSystem(
+        ActuatedCommand(
+            model=ActuatorModel.make(robot.description.actuators),
+            step=scenario.control_period / _STEPS,
+        )
+    )
+    builder.Connect(executed, actuators.get_input_port())
+    return actuators.get_output_port()
+
+
+def ConnectPrediction(
+    builder: DiagramBuilder,
+    predictor: MotionPredictor,
+    readers: Iterable[LeafSystem],
+    **inputs: OutputPort,
+) -> None:
+    """Connects the predictor with the stages of a closed loop.
+
+    Args:
+        builder: The builder of the diagram.
+        predictor: The predictor that `AddPrediction` made.
+        readers: The systems that look at the `Motion`.
+        inputs: The output ports for the predictor's inputs, by their names.
+    """
+    for name, port in inputs.items():
+        builder.Connect(port, predictor.GetInputPort(name))
+    for system in readers:
+        builder.Connect(
+            predictor.GetOutputPort("motion"), system.GetInputPort("motion")
+        )

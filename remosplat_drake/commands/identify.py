@@ -1,0 +1,216 @@
+"""`remosplat identify`: how the real robot's axes follow their commands."""
+
+import argparse
+import dataclasses as dc
+import time
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from remosplat_drake.app.hardware_run import prepare_for_hardware
+from remosplat_drake.app.identification.drive import drive, measured
+from remosplat_drake.app.identification.excitation import (
+    CRAWLS,
+    commands,
+    find_stroke,
+)
+from remosplat_drake.app.identification.fit import LONGEST_GAP, Fit, fit_axis
+from remosplat_drake.app.identification.record import write_actuators
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.world import World, load_world
+from remosplat_drake.base.atomic_file import check_writable
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.hardware.client.measurement import Measurement
+from remosplat_drake.hardware.client.robot_link import RobotLink
+from remosplat_drake.robot.actuators import Actuator, default_actuators
+
+_INCOMPLETE = 1
+
+_TRIES = 5
+"""How often an axis is measured until no command came late."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's flags."""
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): the robot,"
+        " and the map that it keeps away from",
+    )
+    parser.add_argument(
+        "--scenario-text",
+        default="",
+        metavar="YAML",
+        help="fields of the scenario to override, as for `remosplat run`",
+    )
+    parser.add_argument(
+        "--lcm-url", metavar="URL", help="the wire (default: the scenario's)"
+    )
+    parser.add_argument(
+        "--clearance",
+        type=float,
+        default=0.1,
+        metavar="M",
+        help="distance that is kept from everything (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--fraction",
+        type=float,
+        default=1.0,
+        metavar="F",
+        help="fraction of the robot's speeds (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--axes",
+        metavar="I,J",
+        help="indices of the axes of u to measure (default: all)",
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help="robot description to write to (default: the scenario's)",
+    )
+    parser.add_argument(
+        "--yes", action="store_true", help="move without asking first"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Moves the axes one by one, fits them, and writes the description."""
+    console = Console(stderr=True)
+    scenario = load_scenario(arguments.scenario, arguments.scenario_text)
+    prepare_for_hardware(scenario, arguments.lcm_url)
+    world = load_world(scenario)
+    robot = world.robot
+    path = arguments.output or Path(robot.description.source)
+    check_writable(path)
+    axes = _axes(arguments.axes, robot.n_u)
+    limit = arguments.fraction * robot.velocity_limit
+    if robot.n_base:
+        hardware = scenario.hardware
+        slowest = min(-hardware.base_forward_lower, hardware.base_forward_upper)
+        limit[:2] = np.minimum(limit[:2], [slowest, hardware.base_yaw_rate])
+    if not (arguments.yes or _agrees(console, len(axes))):
+        raise RemoSplatError("identify: nobody agreed; nothing has moved")
+    link = RobotLink(scenario.hardware, robot)
+    fits: dict[int, Fit] = {}
+    for axis in axes:
+        fit = _identified(
+            axis, limit, link, scenario, world, arguments.clearance
+        )
+        if fit is None:
+            console.print(f"axis {axis}: no room to move; not measured")
+        else:
+            fits[axis] = fit
+    console.print(fit_table(fits))
+    known = list(robot.description.actuators) or default_actuators(
+        robot.n_base, robot.n_u - robot.n_base
+    )
+    for axis, fit in fits.items():
+        known[axis] = fit.actuator
+    names = [*("forward", "yaw")[: robot.n_base], *robot.description.arm.joints]
+    kept = write_actuators(path, known, names, time.strftime("%Y-%m-%d"))
+    console.print(f"{path} written; the file before is {kept}")
+    return _INCOMPLETE if len(fits) < len(axes) else 0
+
+
+def _axes(text: str | None, n: int) -> list[int]:
+    if text is None:
+        return list(range(n))
+    try:
+        axes = [int(part) for part in text.split(",")]
+    except ValueError:
+        axes = []
+    if not axes or not all(0 <= axis < n for axis in axes):
+        raise RemoSplatError(
+            f"--axes: {text}: expected numbers from 0 to {n - 1}, as 0,3"
+        )
+    return axes
+
+
+def _agrees(console: Console, n: int) -> bool:
+    console.print(
+        f"{n} axes will move one by one, each forth and back, at up to full"
+        " speed. One person stays at the emergency stop."
+    )
+    try:
+        return console.input("Type 'move' to begin: ").strip() == "move"
+    except EOFError:
+        return False
+
+
+def _identified(
+    axis: int,
+    limit: np.ndarray,
+    link: RobotLink,
+    scenario,
+    world: World,
+    clearance: float,
+) -> Fit | None:
+    """Moves one axis where there is room, and fits it."""
+    robot, field = world.robot, world.field
+    link.wait_for_statuses()
+    _, q, _ = measured(link, robot, Measurement())
+    stroke = find_stroke(robot, field, q, axis, limit, clearance)
+    if stroke is None:
+        return None
+    dt = scenario.control_period
+
+    def is_safe(q: np.ndarray) -> bool:
+        near = field.clearances(robot.spheres_at(q), clearance).minimum()
+        return bool(near >= 0.5 * clearance)
+
+    for _ in range(_TRIES):
+        recording = drive(
+            link,
+            robot,
+            scenario.hardware,
+            commands(stroke, robot, limit, dt),
+            dt,
+            is_safe,
+        )
+        if recording.gap <= LONGEST_GAP:
+            break
+    else:
+        raise RemoSplatError(
+            f"identify: axis {axis}: this computer was"
+            f" {1e3 * recording.gap:.0f} ms late, {_TRIES} times; leave it"
+            " alone meanwhile"
+        )
+    crawls = [share * limit[axis] for share in CRAWLS]
+    return fit_axis(
+        recording, axis, float(robot.acceleration_limit[axis]), crawls
+    )
+
+
+def fit_table(fits: dict[int, Fit]) -> Table:
+    """Makes a table with one row an axis."""
+    table = Table("axis")
+    for heading in (
+        "delay [ms]",
+        "lag [ms]",
+        "ramp",
+        "dead band",
+        "tube [ms]",
+        "largest residual",
+    ):
+        table.add_column(heading, justify="right")
+    for axis, fit in fits.items():
+        table.add_row(str(axis), *_cells(fit.actuator), f"{fit.residual:.4f}")
+    return table
+
+
+def _cells(actuator: Actuator) -> list[str]:
+    values = dc.asdict(actuator)
+    ramp = values["acceleration"]
+    return [
+        f"{1e3 * values['delay']:.0f}",
+        f"{1e3 * values['time_constant']:.0f}",
+        "–" if ramp is None else f"{ramp:.2f}",
+        f"{values['dead_band']:.4f}",
+        f"{1e3 * values['tube']:.1f}",
+    ]

@@ -1,0 +1,6 @@
+"""Where the robot will be when a command takes effect.
+
+Measurements are old when they come, and commands act late. `History` keeps
+what was commanded and how well the model of the actuators explains what was
+measured; `predict` leads a measurement forward along it.
+"""

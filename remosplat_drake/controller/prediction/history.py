@@ -1,0 +1,163 @@
+"""`History`: the latest commands, and what the model made of them."""
+
+import dataclasses as dc
+import math
+
+import numpy as np
+
+from remosplat_drake.robot.actuators import ActuatorModel
+
+WINDOW = 1.0
+"""Time over which predictions are compared with measurements [s]: about as
+long as a robot takes to stop."""
+
+LONG_AGO = -1e12
+"""A time before everything [s]."""
+
+_SETTLED = 5.0
+"""After so many time constants a lag is over."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class History:
+    """The past of commands and measurements; copying returns the object.
+
+    Row i of `v` and `way` is the state of the model when command i was sent.
+
+    Attributes:
+        sent: When commands were sent, ascending, shape (h,) [s].
+        u: The commands, shape (h, n_u) [m/s, rad/s].
+        v: Velocities of the model, shape (h, n_u) [m/s, rad/s].
+        way: Ways of the model since the beginning, shape (h, n_u) [m, rad].
+        drift: Measured ways less those of the model, as far as was known
+            when the command was sent, shape (h, n_u) [m, rad].
+        pose: Pose of the base that was measured last, shape (3,) or (0,).
+        measured: Ways that have been measured, shape (n_u,) [m, rad]; NaN
+            before the first measurement.
+    """
+
+    sent: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    way: np.ndarray
+    drift: np.ndarray
+    pose: np.ndarray
+    measured: np.ndarray
+
+    @staticmethod
+    def at_rest(n_u: int) -> "History":
+        """Makes the history of a robot that has never been commanded."""
+        zeros = np.zeros((1, n_u))
+        return History(
+            np.array([LONG_AGO]),
+            zeros,
+            zeros,
+            zeros,
+            zeros,
+            np.zeros(0),
+            np.full(n_u, math.nan),
+        )
+
+    def __deepcopy__(self, memo) -> "History":
+        return self
+
+    def with_command(
+        self, model: ActuatorModel, time: float, u: np.ndarray, expiry: float
+    ) -> "History":
+        """Adds a command, and forgets what has no effect any more.
+
+        Args:
+            model: How the axes follow their commands.
+            time: When it was sent [s].
+            u: The command, shape (n_u,) [m/s, rad/s].
+            expiry: Time after which a command that nobody renews counts no
+                more [s].
+        """
+        if time <= self.sent[-1]:
+            return self
+        history = self
+        if time - self.sent[-1] > expiry and self.u[-1].any():
+            history = self._appended(
+                model, self.sent[-1] + expiry, np.zeros_like(u)
+            )
+        return history._appended(model, time, u)
+
+    def _appended(
+        self, model: ActuatorModel, time: float, u: np.ndarray
+    ) -> "History":
+        now = np.full(len(u), time)
+        way, v = model.response(
+            self.sent,
+            self.u,
+            np.full(len(u), self.sent[-1]),
+            self.v[-1],
+            now[None],
+        )
+        span = WINDOW + model.delay.max() + _SETTLED * model.lag.max()
+        first = max(int(np.searchsorted(self.sent, time - span)) - 1, 0)
+        return dc.replace(
+            self,
+            sent=np.append(self.sent[first:], time),
+            u=np.vstack([self.u[first:], u]),
+            v=np.vstack([self.v[first:], v]),
+            way=np.vstack([self.way[first:], self.way[-1] + way]),
+            drift=np.vstack([self.drift[first:], self.drift[-1]]),
+        )
+
+    def with_measurement(
+        self, q: np.ndarray, modelled: np.ndarray
+    ) -> "History":
+        """Compares a measured configuration with the model.
+
+        Args:
+            q: The configuration at its stamps, shape (n_q,) [m, rad].
+            modelled: Ways of the model at these stamps, shape (n_u,) [m, rad].
+        """
+        if not np.isfinite(q).all():
+            return self
+        n_base = 2 * (len(q) > len(modelled))
+        pose, arm = (
+            q[: len(q) - len(modelled) + n_base],
+            q[len(q) - len(modelled) + n_base :],
+        )
+        if np.isnan(self.measured).any():
+            measured = np.concatenate([np.zeros(n_base), arm])
+            drift = np.tile(measured - modelled, (len(self.sent), 1))
+            return dc.replace(self, pose=pose, measured=measured, drift=drift)
+        base = self.measured[:n_base]
+        if n_base:
+            base = base + base_way(self.pose, pose)
+        measured = np.concatenate([base, arm])
+        drift = np.vstack([self.drift[:-1], measured - modelled])
+        return dc.replace(self, pose=pose, measured=measured, drift=drift)
+
+    def residual(self, now: float) -> np.ndarray:
+        """Returns by how much measurements and model parted, shape (n_u,).
+
+        It is the greatest difference between two errors within `WINDOW`.
+        """
+        recent = self.drift[np.searchsorted(self.sent, now - WINDOW) :]
+        return (
+            np.ptp(recent, axis=0) if len(recent) else np.zeros(len(self.u[0]))
+        )
+
+    def peak(self) -> np.ndarray:
+        """Returns the greatest speeds that were commanded, shape (n_u,)."""
+        return np.abs(self.u).max(axis=0)
+
+
+def base_way(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Measures how far a differential base has come between two poses.
+
+    Args:
+        before: x, y and yaw, shape (3,) [m, m, rad].
+        after: The same a little later.
+
+    Returns:
+        The way forward and the turn, shape (2,) [m, rad].
+    """
+    turn = math.remainder(after[2] - before[2], math.tau)
+    heading = before[2] + 0.5 * turn
+    x, y = after[0] - before[0], after[1] - before[1]
+    chord = x * math.cos(heading) + y * math.sin(heading)
+    return np.array([chord / np.sinc(0.5 * turn / math.pi), turn])

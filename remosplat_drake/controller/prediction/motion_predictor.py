@@ -1,0 +1,133 @@
+"""`MotionPredictor`: between the station and whoever plans its motion."""
+
+import math
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    LeafSystem,
+    State,
+    ValueProducer,
+)
+
+from remosplat_drake.controller.prediction.history import History
+from remosplat_drake.controller.prediction.predict import modelled_way, predict
+from remosplat_drake.robot.actuators import ActuatorModel
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.motion import Motion
+from remosplat_drake.signals.station_status import StationStatus
+
+
+class MotionPredictor(LeafSystem):
+    """Predicts where the robot will be when the next command takes effect.
+
+    .. pydrake_system::
+
+        name: MotionPredictor
+        input_ports:
+        - configuration
+        - odometry
+        - status
+        - velocity_executed
+        - base_velocity (optional)
+        output_ports:
+        - configuration
+        - motion
+
+    The measured q is as old as `status` says; a station that extrapolates its
+    base does so by the measured `base_velocity`, and the way back is taken
+    along it. `velocity_executed` is the command that was sent at the tick
+    before. The output `configuration` is where all commands in flight lead,
+    which the program plans from; `motion` is the `Motion` that verification
+    and the supervisor look at. Both are for the instant of a tick.
+
+    Args:
+        robot: The robot.
+        model: How its axes follow their commands.
+        period: Control period [s].
+        expiry: Time after which the drivers let a command expire [s].
+    """
+
+    def __init__(
+        self,
+        *,
+        robot: RobotModel,
+        model: ActuatorModel,
+        period: float,
+        expiry: float = math.inf,
+    ):
+        super().__init__()
+        self.set_name("predictor")
+        self._robot, self._model, self._expiry = robot, model, expiry
+        self._configuration_input = self.DeclareVectorInputPort(
+            "configuration", robot.n_q
+        )
+        self._odometry_input = self.DeclareVectorInputPort(
+            "odometry", robot.n_q
+        )
+        self._status_input = self.DeclareAbstractInputPort(
+            "status", Value(StationStatus())
+        )
+        self._executed_input = self.DeclareVectorInputPort(
+            "velocity_executed", robot.n_u
+        )
+        self._base_input = self.DeclareVectorInputPort("base_velocity", 2)
+        start = (math.nan, History.at_rest(robot.n_u))
+        self._cell = int(self.DeclareAbstractState(Value[object](start)))
+        self._motion = self.DeclareCacheEntry(
+            "motion", ValueProducer(allocate=Value[object], calc=self._calc)
+        )
+        self.DeclareVectorOutputPort(
+            "configuration", robot.n_q, self._calc_configuration
+        )
+        self.DeclareAbstractOutputPort(
+            "motion", Value[object], self._calc_motion
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._tick)
+
+    def _known(self, context: Context) -> History:
+        """The history, with the command of the tick before."""
+        time, history = context.get_abstract_state(self._cell).get_value()
+        if math.isnan(time):
+            return history
+        u = self._executed_input.Eval(context)
+        return history.with_command(self._model, time, u, self._expiry)
+
+    def _calc(self, context: Context, value: Value) -> None:
+        history, now = self._known(context), context.get_time()
+        q = self._measured(context, self._configuration_input)
+        stamp = self._stamp(context)
+        value.set_value(
+            predict(self._robot, self._model, history, q, stamp, now)
+        )
+
+    def _stamp(self, context: Context) -> np.ndarray:
+        status, n = self._status_input.Eval(context), self._robot.n_base
+        ages = [status.base_age] * n + [status.age] * (self._robot.n_u - n)
+        return context.get_time() - np.array(ages)
+
+    def _measured(self, context: Context, port) -> np.ndarray:
+        """A port's q with the base where it was when it was measured."""
+        q = np.array(port.Eval(context))
+        age = self._status_input.Eval(context).base_age
+        if age and self._base_input.HasValue(context):
+            u = np.zeros(self._robot.n_u)
+            u[:2] = self._base_input.Eval(context)
+            q = self._robot.advance(q, u, -age)
+        return q
+
+    def _tick(self, context: Context, state: State) -> None:
+        history = self._known(context)
+        way = modelled_way(self._model, history, self._stamp(context))
+        q = self._measured(context, self._odometry_input)
+        known = context.get_time(), history.with_measurement(q, way)
+        state.get_mutable_abstract_state(self._cell).set_value(known)
+
+    def _calc_configuration(self, context: Context, output: BasicVector):
+        motion: Motion = self._motion.Eval(context)
+        output.SetFromVector(motion.q_planned)
+
+    def _calc_motion(self, context: Context, output: Value) -> None:
+        output.set_value(self._motion.Eval(context))

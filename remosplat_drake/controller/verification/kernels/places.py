@@ -1,0 +1,59 @@
+"""Configurations on a path of pieces on which velocities are held."""
+
+import numpy as np
+from numba import njit
+
+from remosplat_drake.robot.kinematics import advance
+
+
+@njit(cache=True)
+def place(path, time):
+    """Computes the configuration at a time on a path, shape (n_q,).
+
+    Args:
+        path: The path as `StoppingPath.arrays`.
+        time: Time on the path [s].
+    """
+    starts, rates, since, n_base, _ = path
+    k = len(since) - 1
+    while k > 0 and since[k] >= time:
+        k -= 1
+    return advance(starts[k], rates[k], n_base, time - since[k])
+
+
+@njit(cache=True)
+def places(path, times):
+    """Computes the configurations at k times, shape (k, n_q)."""
+    found = np.empty((len(times), path[0].shape[1]))
+    for i in range(len(times)):
+        found[i] = place(path, times[i])
+    return found
+
+
+@njit(cache=True)
+def chain(q, rates, spans, n_base):
+    """Computes where the pieces of a path begin, each at the end of another.
+
+    Args:
+        q: Configuration at the start, shape (n_q,).
+        rates: Velocities on the pieces, shape (s, n_u).
+        spans: How long the pieces last, shape (s,) [s].
+        n_base: Number of base commands, 2 or 0.
+
+    Returns:
+        The configurations, shape (s, n_q).
+    """
+    starts = np.empty((len(spans), len(q)))
+    starts[0] = q
+    for k in range(len(spans) - 1):
+        starts[k + 1] = advance(starts[k], rates[k], n_base, spans[k])
+    return starts
+
+
+@njit(cache=True)
+def peak_speed(rates):
+    """Returns the greatest speed of each axis on the pieces, (n_u,)."""
+    peak = np.abs(rates[0])
+    for k in range(1, len(rates)):
+        peak = np.maximum(peak, np.abs(rates[k]))
+    return peak

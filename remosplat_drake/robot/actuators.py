@@ -1,0 +1,165 @@
+"""How the axes of a robot follow their velocity commands, one model an axis.
+
+A command acts after a pure dead time, and the axis nears it by a first-order
+lag or on a ramp of bounded acceleration. The same model stands in for a real
+robot, predicts where it will be, and says how it comes to rest.
+"""
+
+import dataclasses as dc
+from collections.abc import Iterator, Sequence
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval
+
+from remosplat_drake.base.ranges import Config
+from remosplat_drake.robot.actuator_response import respond, step
+
+
+@dc.dataclass
+class Actuator(Config):
+    """How one axis follows its velocity command, and how well that is known."""
+
+    # Dead time from the command to its first effect [s]. Time that goes by
+    # unseen between a motion and the stamp of its measurement counts, too:
+    # nobody who only sees commands and measurements can tell the two apart.
+    delay: Annotated[float, Interval(ge=0, le=1)] = 0.0
+    # Time constant of the first-order lag behind it [s].
+    time_constant: Annotated[float, Interval(ge=0, le=1)] = 0.0
+    # Bound on the rate of change of the axis' velocity instead of a lag;
+    # absent: none [rad/s^2, m/s^2].
+    acceleration: Annotated[float, Interval(gt=0, le=1000)] | None = None
+    # Speed that the axis must be told at least to move at all [rad/s, m/s].
+    dead_band: Annotated[float, Interval(ge=0, le=0.5)] = 0.0
+    # Largest error of a position that this model predicts, as a share of the
+    # greatest speed commanded meanwhile [s].
+    tube: Annotated[float, Interval(ge=0, le=1)] = 0.0
+    # Largest error while the axis stands, from sensors' noise [rad, m].
+    noise: Annotated[float, Interval(ge=0, le=0.1)] = 0.0
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """Yields an error where there are both a lag and a ramp."""
+        if self.time_constant and self.acceleration is not None:
+            yield "acceleration", "excludes a time_constant: give one of them"
+
+    @property
+    def parameters(self) -> tuple[float, float, float, float]:
+        """The delay, time constant, acceleration and dead band of kernels."""
+        ramp = np.inf if self.acceleration is None else self.acceleration
+        return self.delay, self.time_constant, ramp, self.dead_band
+
+    def step(self, v: float, target: float, dt: float) -> tuple[float, float]:
+        """Advances the axis by one step behind its dead time, exactly.
+
+        Args:
+            v: Velocity of the axis [rad/s, m/s].
+            target: Command that is in effect during the step [rad/s, m/s].
+            dt: Length of the step [s].
+
+        Returns:
+            The velocity at the end and the way of the step [rad/s and rad, or
+            m/s and m].
+        """
+        return step(v, target, dt, *self.parameters[1:])
+
+
+@dc.dataclass(frozen=True, eq=False)
+class ActuatorModel:
+    """The actuators of all n_u axes as arrays; copying returns the object.
+
+    Attributes:
+        parameters: Delay [s], time constant [s], bound on the acceleration
+            (infinite for none) and dead band of each axis, shape (n_u, 4).
+        tube: Largest errors of predicted positions, as shares of the speeds
+            commanded meanwhile, shape (n_u,) [s].
+        noise: Largest errors of axes that stand, shape (n_u,) [rad, m].
+    """
+
+    parameters: np.ndarray
+    tube: np.ndarray
+    noise: np.ndarray
+
+    @staticmethod
+    def make(actuators: Sequence[Actuator]) -> "ActuatorModel":
+        """Makes the model of a robot's axes, in the order of u."""
+        return ActuatorModel(
+            np.array([actuator.parameters for actuator in actuators]),
+            np.array([actuator.tube for actuator in actuators]),
+            np.array([actuator.noise for actuator in actuators]),
+        )
+
+    def __deepcopy__(self, memo) -> "ActuatorModel":
+        return self
+
+    @property
+    def delay(self) -> np.ndarray:
+        """Dead times, shape (n_u,) [s]."""
+        return self.parameters[:, 0]
+
+    @property
+    def lag(self) -> np.ndarray:
+        """Time constants, shape (n_u,) [s]."""
+        return self.parameters[:, 1]
+
+    def response(
+        self,
+        sent: np.ndarray,
+        u: np.ndarray,
+        start: np.ndarray,
+        v: np.ndarray,
+        until: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Computes how far the axes go by a sequence of commands.
+
+        Args:
+            sent: When the commands were sent, ascending, shape (h,) [s]; each
+                holds until the next one.
+            u: The commands, shape (h, n_u) [rad/s, m/s].
+            start: Where in time each axis starts, shape (n_u,) [s].
+            v: Velocities at the start, shape (n_u,) [rad/s, m/s].
+            until: Times at which the ways are wanted, ascending and not
+                before the start, shape (k, n_u) [s].
+
+        Returns:
+            The ways since the start, and the velocities, at these times, shape
+            (k, n_u) each [rad, m; rad/s, m/s].
+        """
+        return respond(self.parameters, sent, u, start, v, until)
+
+
+def default_actuators(n_base: int, n_arm: int) -> list[Actuator]:
+    """Returns what is assumed of a real robot that nobody has identified.
+
+    The tubes hold a robot that follows at once, a base that is 80 ms late and
+    an arm that is 20 ms late. Who is later is stopped when it shows, before
+    the error has grown beyond what verification allows for.
+
+    Args:
+        n_base: Number of base commands, 0 or 2.
+        n_arm: Number of the arm's joints.
+    """
+    base = Actuator(delay=0.03, tube=0.05, noise=0.01)
+    arm = Actuator(delay=0.005, tube=0.015, noise=0.003)
+    return [base] * n_base + [arm] * n_arm
+
+
+_STIFFNESS = 600.0, 600.0, 600.0, 600.0, 250.0, 150.0, 50.0
+_DAMPING = 50.0, 50.0, 50.0, 20.0, 20.0, 20.0, 10.0
+
+
+def panda_py_actuators(delay: float = 0.0) -> list[Actuator]:
+    """Returns the joints of a Panda under panda-py's `IntegratedVelocity`.
+
+    Its law, tau = K_p (q_d - q) - K_d q_dot with the integral q_d of the
+    commands, damps the absolute velocity. A joint whose inertia is small
+    beside K_d follows by a first-order lag of K_d / K_p: 83 ms for the first
+    joints, 200 ms for the last. The gains are the defaults of panda-py's
+    integrated_velocity.cpp.
+
+    Args:
+        delay: Dead time before the law hears of a command [s].
+    """
+    return [
+        Actuator(delay=delay, time_constant=damping / stiffness)
+        for stiffness, damping in zip(_STIFFNESS, _DAMPING, strict=True)
+    ]

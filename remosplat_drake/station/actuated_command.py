@@ -1,0 +1,89 @@
+"""`ActuatedCommand`: makes a simulated robot obey late and slowly."""
+
+import numpy as np
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteValues,
+    LeafSystem,
+)
+
+from remosplat_drake.robot.actuators import ActuatorModel
+
+
+class ActuatedCommand(LeafSystem):
+    """Delays a velocity command and lets it lag, axis by axis.
+
+    .. pydrake_system::
+
+        name: ActuatedCommand
+        input_ports:
+        - velocity_commanded
+        output_ports:
+        - velocity
+
+    It stands before a station whose robot moves exactly as it is told. The
+    output is the mean velocity of each step.
+
+    Args:
+        model: How the axes follow their commands; dead times are rounded to
+            steps.
+        step: Length of a step [s].
+    """
+
+    def __init__(self, *, model: ActuatorModel, step: float):
+        super().__init__()
+        self.set_name("actuators")
+        n = len(model.parameters)
+        self._model, self._length = model, step
+        self._late = np.round(model.delay / step).astype(int)
+        # Velocities, mean velocities, and commands on their way.
+        self._shape = (3 + int(self._late.max()), n)
+        self.DeclareDiscreteState(int(np.prod(self._shape)))
+        self._input = self.DeclareVectorInputPort("velocity_commanded", n)
+        self.DeclareVectorOutputPort(
+            "velocity", n, self._calc_velocity, {self.xd_ticket()}
+        )
+        self.DeclarePeriodicDiscreteUpdateEvent(step, 0.0, self._step)
+
+    def _calc_velocity(self, context: Context, output: BasicVector) -> None:
+        state = context.get_discrete_state_vector().value()
+        output.SetFromVector(state.reshape(self._shape)[1])
+
+    def _step(self, context: Context, values: DiscreteValues) -> None:
+        state = context.get_discrete_state_vector().value()
+        u = self._input.Eval(context)
+        after = stepped(
+            self._model, self._late, state.reshape(self._shape), u, self._length
+        )
+        values.set_value(after.ravel())
+
+
+def stepped(
+    model: ActuatorModel,
+    late: np.ndarray,
+    state: np.ndarray,
+    u: np.ndarray,
+    dt: float,
+) -> np.ndarray:
+    """Advances delay lines and actuators by one step.
+
+    Args:
+        model: How the axes follow their commands.
+        late: Dead time of each axis in steps, shape (n,).
+        state: Velocities, mean velocities of the step before, and the latest
+            commands, the newest first, shape (3 + max(late), n).
+        u: The command of this step, shape (n,) [m/s, rad/s].
+        dt: Length of the step [s].
+    """
+    n = len(late)
+    line = np.vstack([u, state[2:-1]])
+    told = line[late, np.arange(n)]
+    start = np.zeros(n)
+    model = ActuatorModel(
+        model.parameters * [0.0, 1.0, 1.0, 1.0], model.tube, model.noise
+    )
+    way, v = model.response(
+        np.array([0.0]), told[None], start, state[0], np.full((1, n), dt)
+    )
+    return np.vstack([v, way / dt, line])

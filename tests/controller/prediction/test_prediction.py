@@ -1,0 +1,132 @@
+"""Where a robot will be, and how well its model explains what it did."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from remosplat_drake.controller.prediction.history import History, base_way
+from remosplat_drake.controller.prediction.predict import (
+    modelled_way,
+    predict,
+)
+from remosplat_drake.robot.actuators import Actuator, ActuatorModel
+
+DT = 0.01
+LATE = [Actuator(delay=0.05, time_constant=0.1)] * 3
+
+
+def model(axes, tube=0.0, noise=0.0) -> ActuatorModel:
+    made = ActuatorModel.make(axes)
+    return ActuatorModel(made.parameters, made.tube + tube, made.noise + noise)
+
+
+def driven(axes: ActuatorModel, u: np.ndarray) -> History:
+    """The history of one command a tick, from 0 s on."""
+    history = History.at_rest(u.shape[1])
+    for k, command in enumerate(u):
+        history = history.with_command(axes, k * DT, command, math.inf)
+    return history
+
+
+def test_without_delays_nothing_is_predicted(three_link):
+    axes = model([Actuator()] * 3)
+    history = driven(axes, np.full((5, 3), 0.7))
+    q = np.array([0.1, -0.2, 0.3])
+    motion = predict(three_link, axes, history, q, np.full(3, 0.05), 0.05)
+    assert motion.q_start.tolist() == motion.q_planned.tolist() == q.tolist()
+    assert motion.start == 0.05
+
+
+def test_an_old_measurement_is_led_along_the_commands(three_link):
+    axes = model([Actuator()] * 3)
+    history = driven(axes, np.linspace(0.1, 0.5, 5)[:, None] * np.ones(3))
+    stamp = np.array([0.0, 0.02, 0.05])
+    motion = predict(three_link, axes, history, np.zeros(3), stamp, 0.05)
+    # 0.1 to 0.5 rad/s for 10 ms each: all of it, the last three, none.
+    np.testing.assert_allclose(motion.q_start, [0.015, 0.012, 0.0])
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 99))
+def test_by_the_next_command_the_plan_moves_as_without_delays(three_link, seed):
+    axes = model(LATE)
+    u = np.random.default_rng(seed).uniform(-1, 1, (30, 3))
+    planned = []
+    for k in (20, 21):
+        history = driven(axes, u[:k])
+        now = np.full(3, k * DT)
+        q = modelled_way(axes, history, now)
+        planned.append(
+            predict(three_link, axes, history, q, now, k * DT).q_planned
+        )
+    np.testing.assert_allclose(planned[1] - planned[0], DT * u[20], atol=1e-9)
+
+
+def test_a_base_is_led_along_its_arc(frankie):
+    axes = model([Actuator(delay=0.2)] * 9)
+    u = np.zeros((30, 9))
+    u[:, :2] = 0.5, 0.8
+    history = driven(axes, u)
+    q = np.zeros(10)
+    motion = predict(frankie, axes, history, q, np.full(9, 0.3), 0.3)
+    # At 0.5 s the commands of 0.3 s have come to act.
+    np.testing.assert_allclose(
+        motion.q_planned, frankie.advance(q, u[0], 0.2), atol=1e-9
+    )
+
+
+def test_a_command_that_nobody_renews_expires(three_link):
+    axes = model([Actuator()] * 3)
+    history = driven(axes, np.ones((1, 3)))
+    after = history.with_command(axes, 1.0, np.zeros(3), 0.1)
+    np.testing.assert_allclose(after.way[-1], 0.1)
+
+
+def test_an_exact_model_leaves_no_residual(three_link):
+    axes = model(LATE, tube=0.1)
+    u = np.sin(np.arange(200) / 9)[:, None] * np.ones(3)
+    history = History.at_rest(3)
+    for k, command in enumerate(u):
+        q = modelled_way(axes, history, np.full(3, k * DT)) + 0.4
+        now = np.full(3, k * DT)
+        history = history.with_measurement(q, modelled_way(axes, history, now))
+        history = history.with_command(axes, k * DT, command, math.inf)
+    assert history.residual(2.0).max() < 1e-12
+    np.testing.assert_allclose(history.peak(), 1.0, atol=0.01)
+
+
+def test_a_robot_that_stands_where_it_should_move_is_noticed(three_link):
+    axes = model([Actuator(tube=0.02, noise=0.001)] * 3)
+    history = History.at_rest(3)
+    for k in range(100):
+        way = modelled_way(axes, history, np.full(3, k * DT))
+        history = history.with_measurement(np.zeros(3), way)
+        history = history.with_command(axes, k * DT, np.full(3, 0.05), 1.0)
+        motion = predict(
+            three_link, axes, history, np.zeros(3), np.full(3, k * DT), k * DT
+        )
+        if (motion.residual > motion.bound).any():
+            break
+    # 0.05 rad/s leave 0.02 s * 0.05 rad/s + 1 mrad after 40 ms.
+    assert k * DT == pytest.approx(0.05, abs=0.011)
+
+
+def test_at_rest_the_tube_is_the_noise(three_link):
+    axes = model(LATE, tube=0.1, noise=0.002)
+    motion = predict(
+        three_link, axes, History.at_rest(3), np.zeros(3), np.zeros(3), 0.0
+    )
+    assert motion.bound.tolist() == [0.002] * 3
+
+
+def test_a_bases_way_is_measured_along_its_heading(frankie):
+    u = np.array([0.3, -0.5, *np.zeros(7)])
+    before = np.array([1.0, 2.0, 3.1, *np.zeros(7)])
+    after = frankie.advance(before, u, 0.1)
+    after[2] = math.remainder(after[2], math.tau)
+    np.testing.assert_allclose(
+        base_way(before[:3], after[:3]), 0.1 * u[:2], rtol=1e-9
+    )

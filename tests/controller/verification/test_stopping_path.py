@@ -1,0 +1,135 @@
+"""The path of a robot that does not obey at once."""
+
+import dataclasses as dc
+import math
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from remosplat_drake.controller.braking import braking_command
+from remosplat_drake.controller.prediction.history import History
+from remosplat_drake.controller.prediction.predict import predict
+from remosplat_drake.controller.verification.committed import committed
+from remosplat_drake.controller.verification.stopping_path import StoppingPath
+from remosplat_drake.controller.verification.verify import (
+    Surroundings,
+    can_stop,
+    verified_command,
+)
+from remosplat_drake.controller.verification.verify_reference import least_rooms
+from remosplat_drake.generation.scene_generators import generate
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.actuators import Actuator, ActuatorModel
+
+DT = 0.02
+LIMIT = np.full(3, 5.0)
+AXES = [
+    Actuator(delay=0.05, time_constant=0.1),
+    Actuator(delay=0.01, time_constant=0.03),
+    Actuator(delay=0.03, acceleration=4.0),
+]
+
+
+def motion_of(robot, axes, commands, q):
+    """The motion of a robot at q after one command a tick."""
+    model = ActuatorModel.make(axes)
+    history = History.at_rest(robot.n_u)
+    for k, u in enumerate(commands):
+        history = history.with_command(model, k * DT, u, math.inf)
+    now = len(commands) * DT
+    stamp = np.full(robot.n_u, now)
+    return predict(robot, model, history, q, stamp, now)
+
+
+def test_without_delays_it_is_the_path_of_a_held_command(three_link):
+    u, q = np.array([1.0, -0.5, 0.7]), np.array([0.2, 0.1, -0.4])
+    motion = motion_of(three_link, [Actuator()] * 3, [u], q)
+    path = StoppingPath.through(three_link, motion, u, LIMIT, DT)
+    held = StoppingPath.make(three_link, q, u, LIMIT, DT)
+    np.testing.assert_allclose(
+        path.knots[-1], held.at(held.times[-1:])[0], atol=1e-12
+    )
+    # Looks are at the same places, though not at the same times.
+    np.testing.assert_allclose(
+        path.at(path.times)[: len(held.times)], held.at(held.times), atol=1e-12
+    )
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 999))
+def test_braking_follows_the_path_that_was_checked(three_link, seed):
+    rng = np.random.default_rng(seed)
+    commands = list(np.cumsum(rng.uniform(-0.1, 0.1, (8, 3)), axis=0))
+    q, u = np.zeros(3), commands[-1]
+    motion = motion_of(three_link, AXES, commands, q)
+    path = StoppingPath.through(three_link, motion, u, LIMIT, DT)
+    # A tick later the ramp's first step is sent, from where the path then is.
+    model = motion.model
+    way, v = model.response(
+        np.append(motion.sent, motion.time),
+        np.vstack([motion.u, u]),
+        np.full(3, motion.start),
+        motion.v_start,
+        np.full((1, 3), motion.start + DT),
+    )
+    later = dc.replace(
+        motion,
+        time=motion.time + DT,
+        sent=np.append(motion.sent, motion.time),
+        u=np.vstack([motion.u, u]),
+        start=motion.start + DT,
+        q_start=motion.q_start + way[0],
+        v_start=v[0],
+    )
+    ramp = braking_command(u, LIMIT, DT)
+    rest = StoppingPath.through(three_link, later, ramp, LIMIT, DT)
+    np.testing.assert_allclose(rest.knots[-1], path.knots[-1], atol=1e-9)
+    told = rest.times[rest.times < 0.4]
+    np.testing.assert_allclose(rest.at(told), path.at(told + DT), atol=2e-3)
+
+
+def test_the_tube_widens_with_the_speed_and_is_zero_at_rest(three_link):
+    axes = [dc.replace(axis, tube=0.02) for axis in AXES]
+    tubes = []
+    for speed in (0.0, 0.5, 1.0):
+        u = np.full(3, speed)
+        motion = motion_of(three_link, axes, [np.zeros(3)], np.zeros(3))
+        path = StoppingPath.through(three_link, motion, u, LIMIT, DT)
+        tubes.append(path.sphere_tube())
+    assert not tubes[0].any()
+    np.testing.assert_allclose(tubes[2], 2 * tubes[1])
+    assert (tubes[1] > 0).all()
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 999))
+def test_what_passes_keeps_its_distances_on_the_whole_path(frankie, seed):
+    rng = np.random.default_rng(seed)
+    scene = generate("bookshelf", seed % 5)
+    field = SignedDistanceField(scene)
+    q = np.array([*scene.X_WB_start, *frankie.home])
+    q[0] += rng.uniform(0.0, 0.5)
+    axes = [Actuator(delay=0.1, tube=0.01)] * 2 + [
+        Actuator(delay=0.01, time_constant=0.1, tube=0.01)
+    ] * 7
+    u = rng.uniform(-0.6, 0.6, 9) * frankie.velocity_limit
+    motion = motion_of(frankie, axes, [0.5 * u, 0.6 * u, 0.7 * u], q)
+    state = frankie.state(motion.q_planned)
+    near = field.clearances(state.spheres).per_sphere(len(state.spheres))
+    around = committed(
+        Surroundings(
+            frankie, field, state, near, 0.02, DT, frankie.acceleration_limit
+        ),
+        motion,
+        u,
+        u,
+    )
+    command, scale = verified_command(around, u, 0.7 * u)
+    if scale:
+        assert can_stop(around, command)
+        exact = field.clearances(around.state.spheres).per_sphere(len(near))
+        known = dc.replace(around, clearance=exact)
+        ends, between = least_rooms(known, command, looks=5)
+        assert ends >= -1e-9
+        assert between >= -5e-4 - 1e-9
