@@ -27,7 +27,6 @@ STATUSES = [
     channels.PANDA_STATUS,
     channels.BASE_STATUS,
     channels.PANDA_HAND_STATUS,
-    channels.WRIST_CAMERA,
 ]
 
 READY = "ready"
