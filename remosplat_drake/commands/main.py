@@ -21,6 +21,7 @@ COMMANDS = {
     "scenarios": "list the shipped scenarios",
     "hardware-sim": "stand in for the real robot, behind the same wire",
     "camera-sim": "stand in for the real robot's wrist camera",
+    "camera-driver": "send the images of a RealSense camera",
     "base-driver": "drive a mobile base that speaks ROS",
     "panda-driver": "drive a Panda through panda-python",
     "inspect": "show what a sphere's depth views see",
