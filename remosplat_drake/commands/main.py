@@ -19,6 +19,7 @@ COMMANDS = {
     "replay": "play a recorded session again",
     "teleop": "move the target by hand while the map grows",
     "scenarios": "list the shipped scenarios",
+    "doctor": "check robot, wire and computer before the robot moves",
     "hardware-sim": "stand in for the real robot, behind the same wire",
     "camera-sim": "stand in for the real robot's wrist camera",
     "camera-driver": "send the images of a RealSense camera",
