@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import time
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,10 @@ from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.formats import FORMATS, read_capture
+from remosplat_drake.hardware.doctor.doctor_report import (
+    check_doctor,
+    default_path,
+)
 from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.robot.robot_model import RobotModel
 
@@ -106,6 +111,35 @@ def opened_recorder(
         camera=scenario.hardware if has_camera else None,
         may_wait=not arguments.hardware,
     )
+
+
+def add_doctor_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the flags about the report of `remosplat doctor`."""
+    parser.add_argument(
+        "--doctor",
+        type=Path,
+        metavar="FILE",
+        help="report of `remosplat doctor` (default: where it puts that)",
+    )
+    parser.add_argument(
+        "--without-doctor",
+        action="store_true",
+        help="drive a robot for which there is no such report",
+    )
+
+
+def check_report(arguments: argparse.Namespace, url: str) -> None:
+    """Refuses a real robot that no doctor has found fit, unless told to.
+
+    Args:
+        arguments: The command line with `--doctor` and `--without-doctor`.
+        url: LCM URL of the robot.
+
+    Raises:
+        RemoSplatError: There is no report, or it does not hold.
+    """
+    if not arguments.without_doctor:
+        check_doctor(arguments.doctor or default_path(), url, time.time())
 
 
 def check_positive(command: str, arguments: argparse.Namespace, *names: str):

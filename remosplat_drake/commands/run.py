@@ -23,7 +23,9 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.real_time import LoopQuality, Spread
 from remosplat_drake.commands.driving import drive
 from remosplat_drake.commands.flags import (
+    add_doctor_arguments,
     add_record_argument,
+    check_report,
     opened_recorder,
 )
 from remosplat_drake.commands.gate_keeping import (
@@ -94,6 +96,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="write the diagram as a Graphviz .dot file",
     )
+    add_doctor_arguments(parser)
     add_record_argument(parser)
     add_accept_argument(parser)
     add_page_arguments(parser)
@@ -116,6 +119,7 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.realtime_rate is not None:
             raise RemoSplatError("--realtime-rate: not with --hardware")
         prepare_for_hardware(scenario, arguments.lcm_url)
+        check_report(arguments, scenario.hardware.url)
     elif arguments.lcm_url:
         raise RemoSplatError("--lcm-url: only with --hardware")
     warm_up.announce(console)

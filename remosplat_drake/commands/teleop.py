@@ -27,7 +27,9 @@ from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.commands.driving import drive
 from remosplat_drake.commands.flags import (
+    add_doctor_arguments,
     add_record_argument,
+    check_report,
     opened_recorder,
     positive,
 )
@@ -107,6 +109,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="YAML",
         help="values laid over the scenario, e.g. '{mapping: {voxel: 0.05}}'",
     )
+    add_doctor_arguments(parser)
     add_record_argument(parser)
     add_accept_argument(parser)
 
@@ -119,6 +122,7 @@ def run(arguments: argparse.Namespace) -> int:
     folder = arguments.session or _new_folder(scenario)
     if arguments.hardware:
         prepare_for_hardware(scenario, arguments.lcm_url)
+        check_report(arguments, scenario.hardware.url)
     elif arguments.lcm_url:
         raise RemoSplatError("--lcm-url: only with --hardware")
     check_mappable(scenario)

@@ -14,7 +14,13 @@ def test_the_table_is_reached_through_the_wire(wire, table, tmp_path):
     url, motion = free_url(), tmp_path / "motion.npz"
     with robot(url, "--record", str(motion)) as process:
         result = remosplat(
-            *("run", "TableReach", "--hardware", "--headless"),
+            *(
+                "run",
+                "TableReach",
+                "--hardware",
+                "--without-doctor",
+                "--headless",
+            ),
             *("--lcm-url", url, "--output", tmp_path),
             *("--scenario-text", PATIENT),
         )
