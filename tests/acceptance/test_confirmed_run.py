@@ -76,8 +76,8 @@ def test_what_somebody_confirms_is_driven_and_kept(wire, scenario, tmp_path):
             "run",
             scenario,
             "--hardware",
-            "--without-doctor",
             "--headless",
+            "--without-doctor",
             *flags,
         ) as (
             process,
