@@ -24,9 +24,9 @@ def with_values(
     Raises:
         FieldError: There is something else than a mapping.
     """
-    node = yaml.compose(text, Loader=yaml.SafeLoader)
+    root = yaml.compose(text, Loader=yaml.SafeLoader)
+    node = _mapping(root, (), where)
     for depth, key in enumerate(path):
-        _check_mapping(node, path[:depth], where)
         found = _value(node, key)
         if found is None or _is_empty(found):
             content = ", ".join(f"{k}: {v}" for k, v in values.items())
@@ -35,8 +35,7 @@ def with_values(
             at = found.start_mark.index
             end = found.end_mark.index
             return f"{text[:at]} {{{content}}}{text[end:]}"
-        node = found
-    _check_mapping(node, path, where)
+        node = _mapping(found, path[: depth + 1], where)
     # From the end, so that places before stay where they are.
     present = {k: v for k in values if (v := _value(node, k)) is not None}
     new = [f"{k}: {v}" for k, v in values.items() if k not in present]
@@ -48,11 +47,15 @@ def with_values(
     return _with_fields(text, node, new) if new else text
 
 
-def _check_mapping(node, path: tuple[str, ...], where: Path | str) -> None:
+def _mapping(
+    node: yaml.Node | None, path: tuple[str, ...], where: Path | str
+) -> yaml.MappingNode:
+    """The node, which must be a mapping without a tag."""
     if not isinstance(node, yaml.MappingNode) or not node.tag.endswith(":map"):
         raise FieldError(
             str(where), ".".join(path), "is no plain mapping: set it by hand"
         )
+    return node
 
 
 def _value(node: yaml.MappingNode, key: str) -> yaml.Node | None:
@@ -65,7 +68,8 @@ def _is_empty(node: yaml.Node) -> bool:
 
 def _end(node: yaml.Node) -> int:
     """Where a value ends; blocks end at what follows them, says PyYAML."""
-    if isinstance(node, yaml.ScalarNode) or node.flow_style or not node.value:
+    is_block = isinstance(node, yaml.CollectionNode) and not node.flow_style
+    if not is_block or not node.value:
         return node.end_mark.index
     last = node.value[-1]
     return _end(last[1] if isinstance(last, tuple) else last)

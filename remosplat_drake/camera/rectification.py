@@ -66,8 +66,8 @@ class Rectifier:
         )
         xy = np.stack([u - K[0, 2], v - K[1, 2]], axis=-1) / K[[0, 1], [0, 1]]
         seen = distort(distortion, xy) * image.K[[0, 1], [0, 1]]
-        column, row = np.floor(seen + image.K[:2, 2]).astype(int).T
-        column, row = column.T, row.T
+        nearest = np.floor(seen + image.K[:2, 2]).astype(int)
+        column, row = nearest[..., 0], nearest[..., 1]
         height, width = image.depth.shape
         beyond = np.linalg.norm(xy, axis=-1) > valid_radius(distortion)
         self._outside = (

@@ -23,6 +23,7 @@ COMMANDS = {
     "hardware-sim": "stand in for the real robot, behind the same wire",
     "camera-sim": "stand in for the real robot's wrist camera",
     "camera-driver": "send the images of a RealSense camera",
+    "calibrate-hand-eye": "find where the camera sits on the robot",
     "base-driver": "drive a mobile base that speaks ROS",
     "panda-driver": "drive a Panda through panda-python",
     "inspect": "show what a sphere's depth views see",

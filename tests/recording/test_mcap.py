@@ -5,7 +5,9 @@ import os
 import signal
 import subprocess
 import time
+from base64 import b64decode
 from collections import defaultdict
+from io import BytesIO
 from pathlib import Path
 
 import jsonschema
@@ -29,7 +31,7 @@ from remosplat_drake.recording.mcap.tick_record import TickRecord
 from remosplat_drake.signals.station_status import StationStatus
 
 reader = pytest.importorskip("mcap.reader")
-pytest.importorskip("PIL")
+pictures = pytest.importorskip("PIL.Image")
 
 
 def messages(path: Path) -> dict[str, list[dict]]:
@@ -37,14 +39,20 @@ def messages(path: Path) -> dict[str, list[dict]]:
 
     It is read from the front, as a file without an index has to be.
     """
-    found = defaultdict(list)
+    found, validators = defaultdict(list), {}
     with path.open("rb") as file:
         try:
             for schema, channel, message in reader.NonSeekingReader(
                 file, validate_crcs=True
             ).iter_messages(log_time_order=False):
                 content = json.loads(message.data)
-                jsonschema.validate(content, json.loads(schema.data))
+                if schema.id not in validators:
+                    definition = json.loads(schema.data)
+                    jsonschema.Draft202012Validator.check_schema(definition)
+                    validators[schema.id] = jsonschema.Draft202012Validator(
+                        definition
+                    )
+                validators[schema.id].validate(content)
                 found[channel.topic].append(content)
         except reader.McapError:
             pass  # Its writer was killed.
@@ -119,16 +127,11 @@ def test_images_on_the_cameras_wire_are_recorded(frankie, tmp_path):
         lcm.Publish(WRIST_CAMERA, encode_images(rgb, depth, 10**6 * n))
         time.sleep(0.1)
     recorder.close()
-    from base64 import b64decode
-    from io import BytesIO
-
-    from PIL import Image
-
     message = found["/wrist_camera/depth"][0]
-    steps = np.asarray(Image.open(BytesIO(b64decode(message["data"]))))
+    steps = np.asarray(pictures.open(BytesIO(b64decode(message["data"]))))
     np.testing.assert_array_equal(steps, np.full((24, 32), 1500))
     message = found["/wrist_camera/color"][0]
-    colors = np.asarray(Image.open(BytesIO(b64decode(message["data"]))))
+    colors = np.asarray(pictures.open(BytesIO(b64decode(message["data"]))))
     np.testing.assert_allclose(colors, rgb, atol=3)
 
 

@@ -65,7 +65,9 @@ def read_report(path: Path) -> DoctorReport:
     document = read_json_object(path)
     names = {field.name for field in dc.fields(Finding)}
     findings = document.get("findings")
-    is_report = isinstance(findings, list) and all(
+    if not isinstance(findings, list):
+        raise FileError(path, "is no report of `remosplat doctor`")
+    is_report = all(
         isinstance(finding, dict)
         and finding.keys() == names
         and all(isinstance(text, str) for text in finding.values())

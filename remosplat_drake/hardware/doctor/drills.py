@@ -213,10 +213,11 @@ def _watch_rest(robot: DrilledRobot) -> float:
     fastest, end = 0.0, time.monotonic() + 1.0
     while time.monotonic() < end:
         robot.listen()
-        for state in (robot.measurement.arm, robot.measurement.base):
-            if state is not None:
-                v = state.v if hasattr(state, "v") else state.velocity
-                fastest = max(fastest, float(np.abs(v).max()))
+        arm, base = robot.measurement.arm, robot.measurement.base
+        if arm is not None:
+            fastest = max(fastest, float(np.abs(arm.v).max()))
+        if base is not None:
+            fastest = max(fastest, float(np.abs(base.velocity).max()))
     return fastest
 
 

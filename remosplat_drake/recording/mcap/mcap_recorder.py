@@ -25,7 +25,8 @@ WAITING = 1000
 
 _NICENESS = 10
 _BUFFER = 1 << 22
-_START, _END = 60.0, 60.0
+_START, _END = 120.0, 120.0
+"""Longest waits for the process to begin and to end its file [s]."""
 
 
 class McapRecorder:
