@@ -124,9 +124,12 @@ def test_images_on_the_cameras_wire_are_recorded(frankie, tmp_path):
         assert time.monotonic() < end
         n += 1
         lcm.Publish(WRIST_CAMERA, b"nonsense")
+        time.sleep(0.1)  # Drake keeps one message until it is fetched.
         lcm.Publish(WRIST_CAMERA, encode_images(rgb, depth, 10**6 * n))
         time.sleep(0.1)
     recorder.close()
+    complaints = [message["message"] for message in found["/events"]]
+    assert complaints == ["WRIST_CAMERA: is not a whole lcmt_image_array"]
     message = found["/wrist_camera/depth"][0]
     steps = np.asarray(pictures.open(BytesIO(b64decode(message["data"]))))
     np.testing.assert_array_equal(steps, np.full((24, 32), 1500))

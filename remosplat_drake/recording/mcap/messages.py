@@ -92,7 +92,7 @@ def tick_messages(record: TickRecord, robot: RobotModel) -> Iterator[Message]:
             name: station[name] for name in station if name in _STATION
         }
         yield Message("/station_status", "remosplat.StationStatus", content)
-    yield from map(_log, record.events)
+    yield from map(log, record.events)
 
 
 _STATION = (
@@ -130,7 +130,12 @@ def _clearances(record: TickRecord, robot: RobotModel) -> dict:
     return {"minimum": links[nearest], "link": nearest, "links": links}
 
 
-def _log(event: Event) -> Message:
+def log(event: Event) -> Message:
+    """Returns an event as a message.
+
+    Args:
+        event: The event.
+    """
     content = {
         "timestamp": stamp(event.time),
         "level": _LEVELS.get(event.kind, _INFO),

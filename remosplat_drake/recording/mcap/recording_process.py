@@ -4,18 +4,22 @@ import dataclasses as dc
 import pickle
 import select
 import socket
+import time
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.wire.channels import WRIST_CAMERA
 from remosplat_drake.hardware.wire.images import decode_images
 from remosplat_drake.hardware.wire.inbox import Inbox
 from remosplat_drake.hardware.wire.packets import BrokenMessage
+from remosplat_drake.recording.events import TROUBLE, Event
 from remosplat_drake.recording.mcap.mcap_file import McapFile
 from remosplat_drake.recording.mcap.messages import (
     Message,
     image_messages,
+    log,
     stamp,
     tick_messages,
     transforms,
@@ -87,6 +91,7 @@ class _Recording:
     def __init__(self, job: RecordingJob, file: McapFile):
         self._job, self._file = job, file
         self._left_out = 0
+        self._complaint = ""
         self._transformed = self._pictured = float("-inf")
         self._inbox = None
         if job.camera is not None:
@@ -120,10 +125,17 @@ class _Recording:
             content = {"timestamp": stamp(record.time), "left_out": left_out}
             add(Message("/recorder", "remosplat.Recorder", content))
 
+    def _complain(self, text: str) -> None:
+        """Notes a broken image, unless the latest one broke likewise."""
+        if text != self._complaint:
+            self._complaint = text
+            self._file.add(log(Event(time.time(), TROUBLE, text)))
+
     def _picture(self, packet: bytes) -> None:
         try:
             images = decode_images(packet)
-        except BrokenMessage:
+        except BrokenMessage as error:
+            self._complain(f"{WRIST_CAMERA}: {error}")
             return
         if not 0 <= images.stamp - self._pictured < _IMAGES:
             self._pictured = images.stamp
