@@ -224,8 +224,9 @@ def _watch_rest(robot: DrilledRobot) -> float:
 def check_thresholds(processes: Path = Path("/proc")) -> Finding:
     """Looks at what the arm's driver takes for a collision.
 
-    No status tells of it. What Franka's Desk says does not hold: the driver
-    sets its own when it starts. Its command line does where it runs here.
+    No status tells of it, and what Franka's Desk says does not hold: the driver
+    sets its own when it starts. Its command line says which, where it runs on
+    this computer.
 
     Args:
         processes: The folder of the processes.
@@ -241,40 +242,48 @@ def check_thresholds(processes: Path = Path("/proc")) -> Finding:
             line = path.read_bytes().decode("utf-8", "replace").split("\0")
         except OSError:
             continue
-        if "franka_driver" in Path(line[0]).name:
-            limits = driver_limits(line)
+        limits = driver_limits(line)
+        if limits is not None:
             return judged(
                 check,
                 max(limits) <= 40,
                 found=f"{limits[0]:g} N m, {limits[1]:g} N",
                 wanted=wanted,
-                source=f"command line of {Path(line[0]).name}",
+                source=f"command line of process {path.parent.name}",
                 mend=mend,
                 otherwise=ADVICE,
             )
     return Finding(
         check,
         SKIPPED,
-        "no drake-franka-driver runs on this computer",
+        "no driver of an arm runs on this computer",
         wanted,
         "command lines of processes",
         "look at the flags with which the driver was started: " + mend,
     )
 
 
-def driver_limits(line: Sequence[str]) -> tuple[float, float]:
-    """Reads the limits with which drake-franka-driver was started.
+def driver_limits(line: Sequence[str]) -> tuple[float, float] | None:
+    """Reads the limits with which a driver of an arm was started.
 
     Args:
-        line: Its command line.
+        line: A command line.
 
     Returns:
-        The joint torque [N m] and the force [N] that it takes for a collision.
+        The joint torque [N m] and the force [N] that the driver takes for a
+        collision; None for another program.
     """
+    if "franka_driver" in Path(line[0]).name:
+        otherwise = 100.0
+    elif "panda-driver" in line and "--hand" not in line:
+        otherwise = 20.0
+    else:
+        return None
     text = " ".join(line)
 
     def limit(flag: str) -> float:
-        match = re.search(rf"--{flag}[= ]([\d.]+)", text)
-        return float(match[1]) if match else 100.0
+        pattern = flag.replace("-", "[-_]") + r"[= ]([\d.]+)"
+        match = re.search(pattern, text)
+        return float(match[1]) if match else otherwise
 
-    return limit("joint_torque_limit"), limit("cartesian_force_limit")
+    return limit("--joint-torque-limit"), limit("--cartesian-force-limit")

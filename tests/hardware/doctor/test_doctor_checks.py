@@ -175,6 +175,19 @@ def test_thresholds_come_from_the_drivers_command_line(tmp_path):
     assert (finding.result, finding.found) == (PASSED, "20 N m, 30 N")
 
 
+@pytest.mark.parametrize(
+    ("line", "limits"),
+    [
+        ("python remosplat panda-driver 172.16.0.2", (20, 20)),
+        ("remosplat panda-driver a --joint-torque-limit 50", (50, 20)),
+        ("remosplat panda-driver a --hand", None),
+        ("/usr/bin/vi franka_driver_v4.cc", None),
+    ],
+)
+def test_a_drivers_defaults_are_known(line, limits):
+    assert drills.driver_limits(line.split()) == limits
+
+
 REPORT = DoctorReport(
     this_host(),
     URL,
