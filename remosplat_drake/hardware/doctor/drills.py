@@ -18,6 +18,8 @@ from remosplat_drake.hardware.doctor.finding import (
 )
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire import panda as panda_wire
+from remosplat_drake.hardware.wire.base import MODE_NAMES
+from remosplat_drake.hardware.wire.messages.base_status import base_status
 from remosplat_drake.robot.robot_model import RobotModel
 
 STEP_SPEED, STEP_DURATION = 0.1, 1.0
@@ -91,7 +93,10 @@ class DrilledRobot:
         silence = time.time() - self.measurement.base_stream.received
         if base is None or silence > _SILENT:
             return "its statuses cease"
-        return "emergency stop" if base.emergency_stop else ""
+        if base.emergency_stop:
+            return "emergency stop"
+        stops = (base_status.STOPPED, base_status.FAULT)
+        return f"mode {MODE_NAMES[base.mode]}" if base.mode in stops else ""
 
 
 @dc.dataclass(frozen=True)

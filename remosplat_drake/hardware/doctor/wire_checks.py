@@ -18,6 +18,7 @@ from remosplat_drake.hardware.doctor.finding import (
     judged,
 )
 from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.wire import base as base_wire
 from remosplat_drake.hardware.wire import panda as panda_wire
 from remosplat_drake.hardware.wire.base import decode_base_status
 from remosplat_drake.hardware.wire.packets import BrokenMessage
@@ -36,7 +37,8 @@ STAMP_ERROR = 0.02
 """Largest difference between a driver's stamp and our clock, travel included
 [s]."""
 
-_COMMANDED = {"idle", "move"}
+_COMMANDED = {"arm": ("idle", "move"), "base": ("ready", "moving")}
+"""Modes in which the parts of a robot obey."""
 
 
 def check_loopback(url: str) -> Finding:
@@ -212,7 +214,7 @@ def check_statuses(
             return state.stamp, "emergency stop"
         if state.protective_stop:
             return state.stamp, "protective stop"
-        return state.stamp, "idle"
+        return state.stamp, base_wire.MODE_NAMES[state.mode]
 
     findings = _status_findings(
         _source("arm", names.arm_status, ARM_RATE, packets, arm), duration
@@ -276,9 +278,9 @@ def _status_findings(source: _Source, duration: float) -> list[Finding]:
         ),
         judged(
             f"mode of the {part}",
-            mode in _COMMANDED,
+            mode in _COMMANDED[part],
             found=mode,
-            wanted=" or ".join(sorted(_COMMANDED)),
+            wanted=" or ".join(_COMMANDED[part]),
             source=channel,
             mend="release the stops; a drake-franka-driver that met a reflex"
             " has ended: start it again",
