@@ -96,7 +96,7 @@ def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
         HardwareStation(
             config=HardwareConfig(lcm_url="memq://"),
             robot=world.robot,
-            wrist_camera=False,
+            wrist_camera=True,
         ),
         LcmOperator(config=stream, period=0.1),
         TrajectoryOperator(steps=[]),

@@ -30,7 +30,6 @@ STATUSES = [
     channels.BASE_STATUS,
     channels.PANDA_HAND_STATUS,
     DRIVER_REPORT,
-    channels.WRIST_CAMERA,
 ]
 
 READY = "ready"

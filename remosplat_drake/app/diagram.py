@@ -25,6 +25,7 @@ from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.controller.reactive_program import Ingredient
 from remosplat_drake.mapping.live_map import LiveMap
+from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.visualization.page import MeshcatPage
@@ -43,8 +44,8 @@ class Application(ControlLoop):
         diagram: Drake's diagram of all stages.
         recorder: The system that keeps the ticks of the run in memory.
         live_map: The map that grows during a teleoperation; None without one.
-        log: The system that writes a teleoperation to disk; None in other
-            runs.
+        log: The system that writes a teleoperation, or an MCAP file, to disk;
+            None in other runs.
 
     Example:
         >>> import remosplat_drake as rs
@@ -67,6 +68,7 @@ def build(
     hardware: bool = False,
     teleoperation: Teleoperation | None = None,
     ingredients: Sequence[Ingredient] = (),
+    mcap: McapRecorder | None = None,
 ) -> Application:
     """Wires a scenario's stages into one diagram.
 
@@ -79,6 +81,7 @@ def build(
             grow; None takes the scenario's targets.
         ingredients: Costs and constraints of the control law, besides the
             scenario's; rollouts know them, too.
+        mcap: Writes the run as an MCAP file; None for none.
 
     Raises:
         RemoSplatError: A file is unusable, the station cannot be made, or
@@ -134,7 +137,8 @@ def build(
     if teleoperation is not None:
         ConnectSupervision(builder, loop)
         live_map = AddLiveMap(builder, loop, teleoperation)
-        log = AddLog(builder, loop, teleoperation, live_map)
+    if teleoperation is not None or mcap is not None:
+        log = AddLog(builder, loop, teleoperation, live_map, mcap)
     if page is not None:
         _AddWorldViews(builder, loop, page, live_map)
         if teleoperation is not None and log is not None:

@@ -19,6 +19,7 @@ from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.controller.map_change import objection
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.mapping.mapping_process import MappingProcess
+from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.scene_map import SceneMap
@@ -193,8 +194,9 @@ def AddLiveMap(
 def AddLog(
     builder: DiagramBuilder,
     loop: ControlLoop,
-    teleoperation: Teleoperation,
+    teleoperation: Teleoperation | None,
     live_map: LiveMap | None,
+    recorder: McapRecorder | None,
 ) -> TrajectoryLog:
     """Adds the log that writes every tick and every event to disk.
 
@@ -202,8 +204,9 @@ def AddLog(
         builder: The builder of the diagram.
         loop: The control loop whose ticks are written.
         teleoperation: What the diagram needs to be teleoperated; its `run` is
-            the folder of the log.
+            the folder of the log. None for another run, which has no folder.
         live_map: The map whose events are written; None without one.
+        recorder: Writes the run as an MCAP file; None for none.
 
     Raises:
         FileError: The files of the log cannot be made.
@@ -212,9 +215,11 @@ def AddLog(
     inputs = {
         "report": loop.report,
         "velocity_executed": loop.executed,
-        "target_state": targets.GetOutputPort("state"),
-        "map_requests": targets.GetOutputPort("map_requests"),
+        "station_status": loop.status,
     }
+    if teleoperation is not None:
+        inputs["target_state"] = targets.GetOutputPort("state")
+        inputs["map_requests"] = targets.GetOutputPort("map_requests")
     if loop.supervisor is not None:
         inputs["supervision"] = loop.supervisor.GetOutputPort("supervision")
     if live_map is not None:
@@ -222,7 +227,8 @@ def AddLog(
     return TrajectoryLog.AddToBuilder(
         builder,
         inputs=inputs,
-        folder=teleoperation.run,
+        folder=None if teleoperation is None else teleoperation.run,
+        recorder=recorder,
         n_q=robot.n_q,
         n_u=robot.n_u,
         period=loop.scenario.control_period,

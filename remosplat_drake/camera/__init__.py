@@ -6,7 +6,7 @@ hides the robot's own pixels (`robot_mask`). What a camera delivers is an
 `RgbdImage`; an image with its pose, the robot hidden, is a `Frame` of
 `capture.frames`.
 
-There are five ways to an image:
+There are six ways to an image:
 
 | Who takes it                      | Name                             |
 |-----------------------------------|----------------------------------|
@@ -15,6 +15,7 @@ There are five ways to an image:
 | Simulated driver, sends by LCM    | `CameraSim`                      |
 | Real or simulated, heard by LCM   | `LcmCamera`                      |
 | Intel RealSense, by USB           | `RealSenseCamera`                |
+| Its driver, sends by LCM          | `CameraDriver`                   |
 
 The live map takes its pictures with a `WristCamera`, which `RenderedCamera`
 and `LcmCamera` are. `MotionHistory` knows where the robot was when an image

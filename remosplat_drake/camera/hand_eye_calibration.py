@@ -94,7 +94,7 @@ def refine_hand_eye(
             overlap.
     """
     X_WF = capture.X_WC @ np.linalg.inv(X_FC)
-    _check_turns(X_WF)
+    check_turns(X_WF)
     p_C = sample_points(capture, _POINTS, np.random.default_rng(seed))
     x = np.zeros(6)
     for outlier in _OUTLIERS:
@@ -112,7 +112,7 @@ def refine_hand_eye(
         for _ in range(_STEPS):
             x = x + _gauss_newton_step(residuals, x, outlier)
     return HandEyeFit(
-        X_FC=X_FC @ _transform(x),
+        X_FC=X_FC @ transform(x),
         capture=_moved(capture, X_WF, X_FC, x),
     )
 
@@ -169,10 +169,10 @@ def _residuals(
 def _moved(
     capture: Capture, X_WF: np.ndarray, X_FC: np.ndarray, x: np.ndarray
 ) -> Capture:
-    return dc.replace(capture, X_WC=X_WF @ X_FC @ _transform(x))
+    return dc.replace(capture, X_WC=X_WF @ X_FC @ transform(x))
 
 
-def _transform(x: np.ndarray) -> np.ndarray:
+def transform(x: np.ndarray) -> np.ndarray:
     """A rotation vector [rad] and a translation [m] as a 4x4 matrix."""
     X = np.eye(4)
     X[:3, :3] = Rotation.from_rotvec(x[:3]).as_matrix()
@@ -180,7 +180,7 @@ def _transform(x: np.ndarray) -> np.ndarray:
     return X
 
 
-def _check_turns(X_WF: np.ndarray):
+def check_turns(X_WF: np.ndarray):
     """Raises unless the frames differ by turns about two axes."""
     rotations = Rotation.from_matrix(X_WF[:, :3, :3])
     turns = (rotations.mean().inv() * rotations).as_rotvec()

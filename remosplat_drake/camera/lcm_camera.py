@@ -4,26 +4,17 @@ import dataclasses as dc
 import time as clock
 
 import numpy as np
-from drake import lcmt_image_array
-from pydrake.lcm import DrakeLcm
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.lcm import LcmSubscriberSystem
-from pydrake.systems.sensors import LcmImageArrayToImages
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.camera.motion_history import MotionHistory
 from remosplat_drake.camera.mount import CameraMount
-from remosplat_drake.camera.rgbd_image import RgbdImage, from_drake
+from remosplat_drake.camera.rgbd_image import RgbdImage
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.hardware.hardware_config import HardwareConfig
-from remosplat_drake.hardware.wire.channels import WRIST_CAMERA
+from remosplat_drake.hardware.wire.images import CameraImages, decode_images
 from remosplat_drake.hardware.wire.inbox import Inbox
-from remosplat_drake.hardware.wire.packets import (
-    BrokenMessage,
-    decode,
-    from_utime,
-)
+from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
@@ -37,6 +28,11 @@ class LcmCamera:
     An image's pose follows from where the robot was at the image's stamp. A
     frame is the first image that arrives after it was asked for, so that the
     robot may have come to rest.
+
+    Attributes:
+        broken: Number of broken images so far.
+        problem: What was wrong with the latest of them; empty before the
+            first.
     """
 
     def __init__(
@@ -60,19 +56,24 @@ class LcmCamera:
         self._history = MotionHistory(len(robot.home), robot.n_base > 0)
         names = hardware.channels
         self._names = names
-        self._inbox = Inbox(
-            hardware.open_lcm(),
-            [names.wrist_camera, names.arm_status, names.base_status],
+        self._statuses = Inbox(
+            hardware.open_lcm(), [names.arm_status, names.base_status]
         )
-        self._decoder = _Decoder()
-        self._image: bytes | None = None
+        self._images = Inbox(hardware.open_camera_lcm(), [names.wrist_camera])
+        self._image: CameraImages | None = None
+        self.broken = 0
+        self.problem = ""
 
     def listen(self) -> None:
         """Takes in the images and statuses that have arrived."""
-        for channel, data in self._inbox.fetch():
-            if channel == self._names.wrist_camera:
-                self._image = data
-            elif channel == self._names.arm_status:
+        for _, data in self._images.fetch():
+            try:
+                self._image = decode_images(data)
+            except BrokenMessage as error:
+                self.broken += 1
+                self.problem = f"{self._names.wrist_camera}: {error}"
+        for channel, data in self._statuses.fetch():
+            if channel == self._names.arm_status:
                 self._history.hear_arm(data)
             else:
                 self._history.hear_base(data)
@@ -108,14 +109,35 @@ class LcmCamera:
 
     def _next_image(self) -> RgbdImage:
         self.listen()
-        self._image = None
+        self._image, broken = None, self.broken
         end = clock.monotonic() + PATIENCE
         while self._image is None:
             if clock.monotonic() > end:
-                raise RemoSplatError("the wrist camera is silent")
+                count = self.broken - broken
+                raise RemoSplatError(
+                    f"{count} broken images in a row, the last one on"
+                    f" {self.problem}"
+                    if count
+                    else "the wrist camera is silent"
+                )
             clock.sleep(0.002)
             self.listen()
-        return self._decoder.image(self._image, self._config)
+        return self._rgbd(self._image)
+
+    def _rgbd(self, images: CameraImages) -> RgbdImage:
+        config, (height, width) = self._config, images.depth.shape
+        if (width, height) != (config.width, config.height):
+            raise RemoSplatError(
+                f"the camera sends {width}x{height} pixels; wrist_camera says"
+                f" {config.width}x{config.height}"
+            )
+        known = np.isfinite(images.depth)
+        return RgbdImage(
+            rgb=images.rgb,
+            depth=np.where(known, images.depth, np.float32(0)),
+            K=config.intrinsics().intrinsic_matrix(),
+            time=images.stamp,
+        )
 
     def _hear_until(self, stamp: float) -> None:
         """Waits for the statuses that came after an image was taken."""
@@ -123,54 +145,3 @@ class LcmCamera:
         while self._history.newest <= stamp and clock.monotonic() < end:
             clock.sleep(0.002)
             self.listen()
-
-
-class _Decoder:
-    """Decodes and decompresses image messages with Drake's own systems."""
-
-    def __init__(self):
-        self._wire = DrakeLcm("memq://")
-        builder = DiagramBuilder()
-        subscriber = builder.AddSystem(
-            LcmSubscriberSystem.Make(
-                WRIST_CAMERA,
-                lcmt_image_array,
-                self._wire,
-                use_cpp_serializer=True,
-            )
-        )
-        self._images = builder.AddSystem(LcmImageArrayToImages())
-        builder.Connect(
-            subscriber.get_output_port(), self._images.get_input_port()
-        )
-        self._diagram = builder.Build()
-        self._root = self._diagram.CreateDefaultContext()
-
-    def image(self, data: bytes, config: WristCameraConfig) -> RgbdImage:
-        """The image in a packet.
-
-        Raises:
-            RemoSplatError: It holds no colours and depths of one camera.
-        """
-        try:
-            message = decode(lcmt_image_array, data)
-        except BrokenMessage as error:
-            raise RemoSplatError(f"the camera's message {error}") from error
-        self._wire.Publish(WRIST_CAMERA, data)
-        self._wire.HandleSubscriptions(0)
-        self._diagram.ExecuteInitializationEvents(self._root)
-        context = self._images.GetMyContextFromRoot(self._root)
-        color, depth = (
-            self._images.GetOutputPort(name).Eval(context)
-            for name in ("color_image", "depth_image")
-        )
-        size = config.width, config.height
-        for image in (color, depth):
-            if (image.width(), image.height()) != size:
-                raise RemoSplatError(
-                    f"the camera sends {image.width()}x{image.height()}"
-                    f" pixels; wrist_camera says {size[0]}x{size[1]}"
-                )
-        stamp = from_utime(message.header.utime)
-        K = config.intrinsics().intrinsic_matrix()
-        return from_drake(color, depth, K, stamp)

@@ -1,8 +1,10 @@
 """`RealSenseCamera`: Intel RealSense by USB (optional extra `realsense`).
 
-Nothing in a run opens one: `live_frames` takes captures with it, and a driver
-of your own may publish its images by LCM for `LcmCamera`.
+`remosplat camera-driver` publishes its images by LCM, for `LcmCamera`;
+`live_frames` takes captures with it in programs of your own.
 """
+
+import time
 
 import numpy as np
 
@@ -67,7 +69,7 @@ class RealSenseCamera:
     def image(self) -> RgbdImage:
         """Waits for the next image.
 
-        Its time is librealsense's timestamp [s].
+        Its time is by the wall clock, as `stamp_of` has it [s].
 
         Raises:
             RemoSplatError: No image arrives within two seconds.
@@ -108,9 +110,27 @@ def from_realsense(frames) -> RgbdImage:
         rgb=rgb,
         depth=steps.astype(np.float32) * np.float32(depth.get_units()),
         K=matrix_of(intrinsics),
-        time=1e-3 * color.get_timestamp(),
+        time=stamp_of(color, time.time()),
         distortion=distortion_of(intrinsics),
     )
+
+
+def stamp_of(frame, now: float) -> float:
+    """Returns when a frame was taken, by the wall clock [s].
+
+    Librealsense tells it where it knows how the camera's clock relates to
+    the computer's, as it does by default. Otherwise the frame counts as taken
+    now, which is tens of milliseconds late: an image of a moving robot is
+    then out of place.
+
+    Args:
+        frame: A `pyrealsense2.frame`.
+        now: The wall clock [s].
+    """
+    domain = frame.get_frame_timestamp_domain().name
+    if domain == "hardware_clock":
+        return now
+    return 1e-3 * frame.get_timestamp()
 
 
 def matrix_of(intrinsics) -> np.ndarray:

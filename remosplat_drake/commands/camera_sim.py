@@ -16,7 +16,9 @@ from remosplat_drake.camera.camera_sim import (
 )
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.commands.wire import (
+    add_camera_wire_argument,
     add_wire_argument,
+    open_camera_wire,
     open_wire,
     positive_rate,
 )
@@ -36,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " the camera and what it sees",
     )
     add_wire_argument(parser, REHEARSAL_URL)
+    add_camera_wire_argument(parser)
     parser.add_argument(
         "--rate",
         type=positive_rate,
@@ -49,21 +52,19 @@ def run(arguments: argparse.Namespace) -> int:
     """Sends images until Ctrl-C, once arm and base have been heard."""
     scenario = load_scenario(arguments.scenario)
     world = load_world(scenario, blank=True)
-    lcm = open_wire(arguments.lcm_url)
+    inbox = Inbox(open_wire(arguments.lcm_url), [BASE_STATUS, PANDA_STATUS])
+    lcm, url = open_camera_wire(arguments)
     camera = CameraSim(
         scenario.camera or WristCameraConfig(),
         world.robot,
         world.truth,
         lcm,
     )
-    inbox = Inbox(lcm, [BASE_STATUS, PANDA_STATUS])
     heard = HeardConfiguration()
     # Rendering must not delay those who move the robot.
     os.nice(_YIELD)
     with stop_signals() as request:
-        Console(stderr=True).print(
-            f"the camera is on {arguments.lcm_url}; Ctrl-C ends"
-        )
+        Console(stderr=True).print(f"the camera is on {url}; Ctrl-C ends")
         while not request.made:
             _listen(inbox, heard, 1.0 / arguments.rate)
             if heard.q is not None:

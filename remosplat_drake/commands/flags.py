@@ -2,13 +2,22 @@
 
 import argparse
 import math
+import time
+from pathlib import Path
 
 import numpy as np
 
+from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.formats import FORMATS, read_capture
+from remosplat_drake.hardware.doctor.doctor_report import (
+    check_doctor,
+    default_path,
+)
+from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
+from remosplat_drake.robot.robot_model import RobotModel
 
 TRUTH = "truth.json"
 """Name of the file with a rendered capture's true geometry, an RMMI file beside
@@ -67,6 +76,74 @@ def captured(arguments: argparse.Namespace) -> Capture:
         max_depth=arguments.max_depth,
         max_size=arguments.max_size,
     )
+
+
+def add_record_argument(parser: argparse.ArgumentParser) -> None:
+    """Declares the flag `--record`."""
+    parser.add_argument(
+        "--record",
+        type=Path,
+        metavar="FILE.mcap",
+        help="write every tick, and the real camera's images, as an MCAP file"
+        " for Foxglove",
+    )
+
+
+def opened_recorder(
+    arguments: argparse.Namespace, scenario: Scenario, robot: RobotModel
+) -> McapRecorder | None:
+    """Begins the recording that the flags want; None if they want none.
+
+    Args:
+        arguments: The command line with `--record` and `--hardware`.
+        scenario: The scenario.
+        robot: The robot that is recorded.
+
+    Raises:
+        RemoSplatError: The file cannot be begun.
+    """
+    if arguments.record is None:
+        return None
+    has_camera = arguments.hardware and scenario.camera is not None
+    return McapRecorder(
+        arguments.record,
+        robot,
+        camera=scenario.hardware if has_camera else None,
+        may_wait=not arguments.hardware,
+    )
+
+
+def add_doctor_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the flags about the report of `remosplat doctor`."""
+    parser.add_argument(
+        "--doctor",
+        type=Path,
+        metavar="FILE",
+        help="report of `remosplat doctor` (default: where it puts that)",
+    )
+    parser.add_argument(
+        "--without-doctor",
+        action="store_true",
+        help="drive a robot for which there is no such report",
+    )
+
+
+def check_report(arguments: argparse.Namespace, url: str) -> None:
+    """Refuses a real robot that no doctor has found fit, unless told to.
+
+    A rehearsal moves no real robot, and a shadow none at all.
+
+    Args:
+        arguments: The command line with `--doctor`, `--without-doctor`,
+            `--rehearsal` and `--shadow`.
+        url: LCM URL of the robot.
+
+    Raises:
+        RemoSplatError: There is no report, or it does not hold.
+    """
+    told = arguments.without_doctor or arguments.rehearsal or arguments.shadow
+    if not told:
+        check_doctor(arguments.doctor or default_path(), url, time.time())
 
 
 def check_positive(command: str, arguments: argparse.Namespace, *names: str):

@@ -21,6 +21,10 @@ from remosplat_drake.base.atomic_file import atomic_write, check_writable
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.real_time import LoopQuality, Spread
 from remosplat_drake.commands.driving import drive
+from remosplat_drake.commands.flags import (
+    add_record_argument,
+    opened_recorder,
+)
 from remosplat_drake.commands.gate_keeping import (
     add_accept_argument,
     admit,
@@ -83,6 +87,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="write the diagram as a Graphviz .dot file",
     )
+    add_record_argument(parser)
     add_accept_argument(parser)
     add_page_arguments(parser)
 
@@ -111,7 +116,10 @@ def run(arguments: argparse.Namespace) -> int:
     page = None
     if arguments.save_html or not arguments.headless:
         page = MeshcatPage(port=arguments.port)
-    application = build(scenario, world, page, hardware=arguments.hardware)
+    mcap = opened_recorder(arguments, scenario, world.robot)
+    application = build(
+        scenario, world, page, hardware=arguments.hardware, mcap=mcap
+    )
     if arguments.graphviz:
         with atomic_write(arguments.graphviz) as file:
             file.write(application.diagram.GetGraphvizString(max_depth=1))
@@ -126,12 +134,18 @@ def run(arguments: argparse.Namespace) -> int:
     elif rate is None:
         rate = 0.0 if arguments.headless else 1.0
     waits = not arguments.headless and is_held(arguments.hold)
-    result, loop = drive(
-        application,
-        console,
-        rate=None if arguments.hardware else rate,
-        patience=math.inf if waits else 0.0,
-    )
+    try:
+        result, loop = drive(
+            application,
+            console,
+            rate=None if arguments.hardware else rate,
+            patience=math.inf if waits else 0.0,
+        )
+    finally:
+        if application.log is not None:
+            application.log.close()
+    if application.log is not None and application.log.trouble:
+        console.print(f"[bold red]{application.log.trouble}[/]")
     warm_up.remember()
     if page is not None:
         page.finish_recording()

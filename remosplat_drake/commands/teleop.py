@@ -25,7 +25,11 @@ from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.commands.driving import drive
-from remosplat_drake.commands.flags import positive
+from remosplat_drake.commands.flags import (
+    add_record_argument,
+    opened_recorder,
+    positive,
+)
 from remosplat_drake.commands.gate_keeping import (
     Admission,
     add_accept_argument,
@@ -96,6 +100,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="YAML",
         help="values laid over the scenario, e.g. '{mapping: {voxel: 0.05}}'",
     )
+    add_record_argument(parser)
     add_accept_argument(parser)
 
 
@@ -189,6 +194,7 @@ def _begin(
                 page,
                 hardware=arguments.hardware,
                 teleoperation=teleoperation,
+                mcap=opened_recorder(arguments, scenario, world.robot),
             )
             if admission is not None:
                 admission.announce(console)

@@ -10,10 +10,12 @@ from rich.console import Console
 from remosplat_drake.app.hardware_run import prepare_for_hardware
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.commands.flags import add_doctor_arguments, check_report
 from remosplat_drake.hardware.drivers.leased_inbox import LeasedInbox
 from remosplat_drake.hardware.hardware_config import (
     REHEARSAL_URL,
     ROBOT_URL,
+    beside,
     check_lcm_url,
     leaves_computer,
 )
@@ -63,6 +65,7 @@ def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
         help="with --hardware: compute, show and record everything, and send"
         " nothing",
     )
+    add_doctor_arguments(parser)
 
 
 def prepare_robot(
@@ -94,6 +97,7 @@ def prepare_robot(
             "--hardware: say which robot: --rehearsal drives the stand-in,"
             f" --lcm-url URL a real one, for example {ROBOT_URL}"
         )
+    check_report(arguments, scenario.hardware.url)
     announce_wire(scenario.hardware.url, console)
 
 
@@ -132,6 +136,32 @@ def leased_inbox(
     )
 
 
+def add_camera_wire_argument(parser: argparse.ArgumentParser) -> None:
+    """Declares the flag `--camera-url` beside `--lcm-url`."""
+    parser.add_argument(
+        "--camera-url",
+        metavar="URL",
+        help="the wire of the images (default: that of --lcm-url with the"
+        " next port, as the scenario's hardware.camera_url)",
+    )
+
+
+def open_camera_wire(arguments: argparse.Namespace) -> tuple[DrakeLcm, str]:
+    """Joins the LCM wire of the wrist camera.
+
+    Args:
+        arguments: The command line with `--lcm-url` and `--camera-url`.
+
+    Returns:
+        The wire, and its URL.
+
+    Raises:
+        RemoSplatError: The URL is unusable.
+    """
+    url = arguments.camera_url or beside(arguments.lcm_url)
+    return open_wire(url, "--camera-url"), url
+
+
 def positive_rate(text: str) -> float:
     """Parses a positive, finite rate from the command line.
 
@@ -144,8 +174,12 @@ def positive_rate(text: str) -> float:
     return rate
 
 
-def open_wire(url: str) -> DrakeLcm:
+def open_wire(url: str, flag: str = "--lcm-url") -> DrakeLcm:
     """Joins the LCM wire at a URL.
+
+    Args:
+        url: The URL.
+        flag: Name of the flag that gave it, for the error's text.
 
     Raises:
         RemoSplatError: The URL is unusable.
@@ -155,4 +189,4 @@ def open_wire(url: str) -> DrakeLcm:
     try:
         return DrakeLcm(url)
     except RuntimeError as error:
-        raise RemoSplatError(f"--lcm-url: {url}: {error}") from error
+        raise RemoSplatError(f"{flag}: {url}: {error}") from error

@@ -65,6 +65,10 @@ class HardwareConfig(Config):
     # multicast time to live decides how far messages go: ttl=1 reaches the
     # local network, ttl=0 this machine only.
     lcm_url: str = REHEARSAL_URL
+    # URL of the LCM network of the wrist camera. Empty stands for the address
+    # of `lcm_url` with the next port: images of that size would otherwise
+    # load the socket on which the robot's statuses come.
+    camera_url: str = ""
     # Drake's settings of LCM: its URL goes in place of `lcm_url`, and its
     # `channel_suffix` behind the names of all channels.
     lcm: DrakeLcmParams | None = None
@@ -115,6 +119,7 @@ class HardwareConfig(Config):
         except RemoSplatError as error:
             is_ours = self.url == self.lcm_url
             yield "lcm_url" if is_ours else "lcm.lcm_url", str(error)
+        yield from self._check_camera_url()
         if self.lcm is None:
             return
         if self.lcm_url not in (self.url, HardwareConfig.lcm_url):
@@ -134,6 +139,12 @@ class HardwareConfig(Config):
                 "must be false: statuses are heard from the start",
             )
 
+    def _check_camera_url(self) -> Iterator[tuple[str, str]]:
+        try:
+            check_lcm_url(self.camera_url or beside(self.url))
+        except RemoSplatError as error:
+            yield "camera_url", str(error)
+
     @property
     def url(self) -> str:
         """URL of the LCM network, from `lcm` or from `lcm_url`."""
@@ -146,15 +157,30 @@ class HardwareConfig(Config):
 
     def open_lcm(self) -> DrakeLcm:
         """Opens the LCM network, which appends the suffix to channel names."""
-        return DrakeLcm(
-            DrakeLcmParams(lcm_url=self.url, channel_suffix=self.suffix)
-        )
+        return self._open(self.url)
+
+    def open_camera_lcm(self) -> DrakeLcm:
+        """Opens the LCM network of the wrist camera, likewise."""
+        return self._open(self.camera_url or beside(self.url))
+
+    def _open(self, url: str) -> DrakeLcm:
+        return DrakeLcm(DrakeLcmParams(lcm_url=url, channel_suffix=self.suffix))
 
 
 def leaves_computer(url: str) -> bool:
     """Tells whether messages at an LCM URL reach other computers."""
     match = re.search(r"[?&]ttl=(\d+)", url)
     return match is not None and int(match[1]) > 0
+
+
+def beside(url: str) -> str:
+    """Returns the LCM URL of the same address with the next port.
+
+    Args:
+        url: For example `udpm://239.255.76.67:7667?ttl=0`; one without a port
+            is returned as it is.
+    """
+    return re.sub(r":(\d+)", lambda port: f":{int(port[1]) + 1}", url, count=1)
 
 
 def check_lcm_url(url: str) -> None:

@@ -14,6 +14,7 @@ from remosplat_drake.recording.events import (
 from remosplat_drake.recording.run_log import NO_MAP
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.map_status import MapStatus
+from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import TargetState
 
@@ -29,12 +30,14 @@ class LoggedSignals:
         map_status: Status of the live map.
         target: State of the target that an operator moves.
         requests: All that was asked of the live map so far.
+        station: Status of the station.
     """
 
     supervision: SupervisorState | None = None
     map_status: MapStatus | None = None
     target: TargetState | None = None
     requests: MapRequests | None = None
+    station: StationStatus | None = None
 
     @property
     def mode(self) -> str:

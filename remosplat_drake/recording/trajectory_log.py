@@ -13,6 +13,8 @@ from pydrake.systems.framework import (
 )
 
 from remosplat_drake.recording.events import EventWriter
+from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
+from remosplat_drake.recording.mcap.tick_record import TickRecord
 from remosplat_drake.recording.run_log import NO_MAP, RunLogWriter
 from remosplat_drake.recording.tick_events import LoggedSignals, events_between
 from remosplat_drake.signals.tick_report import TickReport
@@ -34,10 +36,12 @@ class TrajectoryLog(LeafSystem):
         - map_status (optional)
         - target_state (optional)
         - map_requests (optional)
+        - station_status (optional)
         output_ports:
         - trouble
 
-    It publishes once a control period. Rows are handed to the operating
+    It publishes once a control period. A `McapRecorder` gets each tick as
+    well as the files, or in their place. Rows are handed to the operating
     system once a second, events at once. A full disk does not end the run:
     `trouble` says then, in a line of text, what the files lack; it is empty
     while they lack nothing. Another simulation goes on in the same files.
@@ -45,23 +49,39 @@ class TrajectoryLog(LeafSystem):
     `report` takes a `TickReport`, `velocity_executed` the command u that the
     station got (without it the report's was executed), `supervision` a
     `SupervisorState`, `map_status` a `MapStatus`, `target_state` a
-    `TargetState` and `map_requests` the `MapRequests`.
+    `TargetState` and `map_requests` the `MapRequests`, and
+    `station_status` a `StationStatus`.
 
     Args:
-        folder: Folder of the run; it must not hold the two files yet.
+        folder: Folder of the run; it must not hold the two files yet. None
+            writes none.
         n_q: Length of the configuration.
         n_u: Length of the command.
         period: Control period [s].
+        recorder: Writes the run as an MCAP file; None for none.
 
     Raises:
         FileError: The files cannot be begun.
     """
 
-    def __init__(self, *, folder: Path, n_q: int, n_u: int, period: float):
+    def __init__(
+        self,
+        *,
+        folder: Path | None,
+        n_q: int,
+        n_u: int,
+        period: float,
+        recorder: McapRecorder | None = None,
+    ):
         super().__init__()
         self.set_name("trajectory_log")
-        self._log = RunLogWriter(folder / LOG, n_q=n_q, n_u=n_u, period=period)
-        self._events = EventWriter(folder / EVENTS)
+        self._log = self._events = None
+        if folder is not None:
+            self._log = RunLogWriter(
+                folder / LOG, n_q=n_q, n_u=n_u, period=period
+            )
+            self._events = EventWriter(folder / EVENTS)
+        self._recorder = recorder
         self._known = LoggedSignals()
         self._map_version = NO_MAP
         self._time = -math.inf
@@ -75,6 +95,7 @@ class TrajectoryLog(LeafSystem):
         self._map_input = self._declare_optional("map_status")
         self._target_input = self._declare_optional("target_state")
         self._requests_input = self._declare_optional("map_requests")
+        self._station_input = self._declare_optional("station_status")
         self.DeclareAbstractOutputPort(
             "trouble", Value("").Clone, self._calc_trouble, {self.time_ticket()}
         )
@@ -103,12 +124,14 @@ class TrajectoryLog(LeafSystem):
     @property
     def trouble(self) -> str:
         """Says what the files lack; empty while they lack nothing."""
-        return self._log.trouble or self._events.trouble
+        writers = self._log, self._events, self._recorder
+        return next((w.trouble for w in writers if w and w.trouble), "")
 
     def close(self) -> None:
         """Writes the last rows and closes the files."""
-        self._log.close()
-        self._events.close()
+        for writer in (self._log, self._events, self._recorder):
+            if writer is not None:
+                writer.close()
 
     def _declare_optional(self, name: str) -> InputPort:
         return self.DeclareAbstractInputPort(name, Value[object]())
@@ -123,21 +146,27 @@ class TrajectoryLog(LeafSystem):
             _value(self._map_input, context),
             _value(self._target_input, context),
             _value(self._requests_input, context),
+            _value(self._station_input, context),
         )
         # A tick asks the map of the moment before: that of the last look.
         map_version, self._map_version = self._map_version, now.map_version
         if not report.time > self._time:
             return
         self._time = report.time
-        for event in events_between(self._known, now, report.time):
-            self._events.append(event)
+        events = tuple(events_between(self._known, now, report.time))
         self._known = now
         executed = report.command
         if self._executed_input.HasValue(context):
             executed = self._executed_input.Eval(context)
-        self._log.append(
-            report, executed, mode=now.mode, map_version=map_version
-        )
+        if self._events is not None:
+            for event in events:
+                self._events.append(event)
+        if self._log is not None:
+            self._log.append(
+                report, executed, mode=now.mode, map_version=map_version
+            )
+        if self._recorder is not None:
+            self._recorder.append(TickRecord.of(report, executed, now, events))
 
 
 def _value(port: InputPort, context: Context):

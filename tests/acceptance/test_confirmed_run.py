@@ -72,7 +72,14 @@ def test_what_somebody_confirms_is_driven_and_kept(wire, scenario, tmp_path):
     )
     with (
         robot(url) as stand_in,
-        terminal("run", scenario, "--hardware", "--headless", *flags) as (
+        terminal(
+            "run",
+            scenario,
+            "--hardware",
+            "--headless",
+            "--without-doctor",
+            *flags,
+        ) as (
             process,
             screen,
         ),

@@ -24,7 +24,13 @@ def test_a_robot_that_stands_too_near_in_the_map_does_not_start(wire, tmp_path):
     url = free_url()
     with robot(url, str(scenario), "--record", str(motion)) as process:
         result = remosplat(
-            *("run", "TableReach", "--hardware", "--headless"),
+            *(
+                "run",
+                "TableReach",
+                "--hardware",
+                "--without-doctor",
+                "--headless",
+            ),
             *("--lcm-url", url, "--output", tmp_path),
         )
         end(process)

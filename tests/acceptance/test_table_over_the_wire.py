@@ -18,7 +18,13 @@ def test_the_table_is_reached_through_the_wire(wire, table, tmp_path):
         robot(url, "--record", str(motion)) as process,
     ):
         result = remosplat(
-            *("run", "TableReach", "--hardware", "--headless"),
+            *(
+                "run",
+                "TableReach",
+                "--hardware",
+                "--without-doctor",
+                "--headless",
+            ),
             *("--lcm-url", url, "--output", tmp_path),
             *("--scenario-text", PATIENT),
         )

@@ -212,7 +212,13 @@ def test_ctrl_c_leaves_the_robot_at_rest(robot):
     url, client = robot
     with subprocess.Popen(
         command_line(
-            *("run", "TableReach", "--hardware", "--headless"),
+            *(
+                "run",
+                "TableReach",
+                "--hardware",
+                "--without-doctor",
+                "--headless",
+            ),
             *("--lcm-url", url, "--scenario-text", PATIENT),
         ),
         stderr=subprocess.PIPE,
@@ -236,7 +242,14 @@ def test_a_silent_robot_is_named(capsys):
     url = free_url()
     line = complaint(
         capsys,
-        *("run", "--hardware", "--headless", "--lcm-url", url),
+        *(
+            "run",
+            "--hardware",
+            "--without-doctor",
+            "--headless",
+            "--lcm-url",
+            url,
+        ),
         *("--scenario-text", "{hardware: {connect_timeout: 0.2}}"),
     )
     for mention in ("PANDA_STATUS", "BASE_STATUS", url, "0.2 s"):
@@ -269,6 +282,15 @@ def test_a_silent_robot_is_named(capsys):
 )
 def test_bad_flags_are_named(capsys, arguments, mention):
     assert mention in complaint(capsys, "run", *arguments)
+
+
+def test_a_robot_that_no_doctor_has_seen_is_not_driven(
+    capsys, tmp_path, monkeypatch
+):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    line = complaint(capsys, "run", "--hardware", "--headless")
+    assert "doctor.json: no report on robot and wire" in line
+    assert "--without-doctor" in line
 
 
 @pytest.mark.parametrize(

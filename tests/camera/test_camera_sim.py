@@ -20,6 +20,7 @@ from remosplat_drake.camera.camera_sim import (
     HeardConfiguration,
 )
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
+from remosplat_drake.hardware.hardware_config import beside
 from remosplat_drake.hardware.wire.channels import (
     BASE_STATUS,
     PANDA_STATUS,
@@ -122,7 +123,7 @@ def test_images_arrive_and_show_where_the_robot_is(frankie, scene):
 @pytest.mark.slow
 def test_the_process_sends_images_once_it_hears_a_robot():
     url = free_url()
-    lcm, viewer = DrakeLcm(url), Viewer(url)
+    lcm, viewer = DrakeLcm(url), Viewer(beside(url))
     with running("camera-sim", "TableReach", "--lcm-url", url, "--rate", "10"):
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:

@@ -1,6 +1,7 @@
 """The real wrist camera's listener, with the stand-in at the other end."""
 
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -17,8 +18,12 @@ from remosplat_drake.camera.lcm_camera import LcmCamera
 from remosplat_drake.camera.motion_history import MotionHistory
 from remosplat_drake.camera.rendered_camera import RenderedCamera
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
-from remosplat_drake.hardware.hardware_config import HardwareConfig
-from remosplat_drake.hardware.wire.channels import BASE_STATUS, PANDA_STATUS
+from remosplat_drake.hardware.hardware_config import HardwareConfig, beside
+from remosplat_drake.hardware.wire.channels import (
+    BASE_STATUS,
+    PANDA_STATUS,
+    WRIST_CAMERA,
+)
 from remosplat_drake.hardware.wire.messages.base_status import base_status
 
 CONFIG = WristCameraConfig(width=64, height=48)
@@ -81,7 +86,8 @@ class Robot:
     def _run(self):
         # The renderer belongs to the thread that makes it.
         lcm = DrakeLcm(self._url)
-        camera = CameraSim(CONFIG, self._frankie, self._scene, lcm)
+        images = DrakeLcm(beside(self._url))
+        camera = CameraSim(CONFIG, self._frankie, self._scene, images)
         while not self._end.wait(0.02):
             now = wall_utime()
             lcm.Publish(PANDA_STATUS, arm(self._q[3:], now))
@@ -131,3 +137,26 @@ def test_an_image_of_another_size_is_refused(frankie, scene):
         pytest.raises(RemoSplatError, match="sends 64x48 pixels"),
     ):
         camera.frame(q, 0.0)
+
+
+def test_broken_images_are_counted_and_named(frankie, monkeypatch):
+    monkeypatch.setattr(lcm_camera, "PATIENCE", 0.3)
+    hardware = HardwareConfig(lcm_url=free_url())
+    camera = LcmCamera(CONFIG, frankie, hardware)
+    lcm = DrakeLcm(beside(hardware.lcm_url))
+    end = time.monotonic() + PATIENCE
+    while not camera.broken:
+        assert time.monotonic() < end
+        lcm.Publish(WRIST_CAMERA, b"nonsense")
+        camera.listen()
+    assert camera.problem == "WRIST_CAMERA: is not a whole lcmt_image_array"
+
+
+def test_only_broken_images_are_no_silence(frankie, monkeypatch):
+    camera = LcmCamera(CONFIG, frankie, HardwareConfig(lcm_url=free_url()))
+    monkeypatch.setattr(lcm_camera, "PATIENCE", 0.05)
+    monkeypatch.setattr(
+        camera._images, "fetch", lambda: [(WRIST_CAMERA, b"nonsense")]
+    )
+    with pytest.raises(RemoSplatError, match="broken images in a row"):
+        camera.frame(np.zeros(10), 0.0)

@@ -42,7 +42,7 @@ def drive(scenario: Path, *flags: str, scene: str = "{}") -> int:
     text = f"{{scene: {scene}}}"
     output = str(scenario.parent / "out")
     common = "--headless", "--scenario-text", text, "--output", output
-    return main(["run", str(scenario), *common, *flags])
+    return main(["run", str(scenario), "--without-doctor", *common, *flags])
 
 
 def metrics(scenario: Path) -> dict:
@@ -198,6 +198,7 @@ def operate(table: Path, *flags: str, scene: str = "{}") -> int:
     return main(
         [
             *("teleop", str(table), "--headless", "--duration", "0.1"),
+            "--without-doctor",
             *("--session", str(table.parent / "session")),
             *("--trajectory", str(script), "--scenario-text", text),
             *flags,

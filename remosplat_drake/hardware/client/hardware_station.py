@@ -1,12 +1,12 @@
 """`HardwareStation`: the real robot behind the ports of every station."""
 
-from drake import lcmt_image_array
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
-from pydrake.systems.lcm import LcmInterfaceSystem, LcmSubscriberSystem
-from pydrake.systems.sensors import LcmImageArrayToImages
 
 from remosplat_drake.hardware.client.remote_robot import RemoteRobot
 from remosplat_drake.hardware.client.robot_link import RobotLink
+from remosplat_drake.hardware.client.wrist_camera_receiver import (
+    WristCameraReceiver,
+)
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
@@ -22,6 +22,7 @@ class HardwareStation(Diagram):
 
     Attributes:
         link: The LCM connection to the robot's drivers.
+        camera: The system that hears the wrist camera; None without one.
     """
 
     def __init__(
@@ -48,9 +49,19 @@ class HardwareStation(Diagram):
             "remote_robot",
             RemoteRobot(robot=robot, link=self.link, config=config),
         )
-        images = None
+        self.camera, images = None, None
         if wrist_camera:
-            images = _add_camera(builder, config)
+            # Images would crowd the statuses out of a socket's buffer.
+            self.camera = builder.AddNamedSystem(
+                "wrist_camera",
+                WristCameraReceiver(
+                    config.open_camera_lcm(), config.channels.wrist_camera
+                ),
+            )
+            images = {
+                ports.WRIST_CAMERA_RGB: self.camera.get_output_port(0),
+                ports.WRIST_CAMERA_DEPTH: self.camera.get_output_port(1),
+            }
         export_ports(builder, robot.description, [self._robot], images)
         builder.BuildInto(self)
         self.set_name("station")
@@ -62,29 +73,5 @@ class HardwareStation(Diagram):
             root: Context of the whole diagram, between two steps of it.
         """
         self._robot.receive(self._robot.GetMyMutableContextFromRoot(root))
-
-
-def _add_camera(builder: DiagramBuilder, config: HardwareConfig):
-    """The latest images, as the simulated camera renders them.
-
-    They have a wire of their own, which Drake reads while the diagram
-    advances: newer Drakes do that without Python's lock, so nothing written
-    in Python, as the link's mailboxes are, may hang on it.
-    """
-    lcm = config.open_lcm()
-    builder.AddNamedSystem("lcm", LcmInterfaceSystem(lcm=lcm))
-    subscriber = builder.AddNamedSystem(
-        "wrist_camera_subscriber",
-        LcmSubscriberSystem.Make(
-            config.channels.wrist_camera,
-            lcmt_image_array,
-            lcm,
-            use_cpp_serializer=True,
-        ),
-    )
-    images = builder.AddNamedSystem("wrist_camera", LcmImageArrayToImages())
-    builder.Connect(subscriber.get_output_port(), images.get_input_port())
-    return {
-        ports.WRIST_CAMERA_RGB: images.GetOutputPort("color_image"),
-        ports.WRIST_CAMERA_DEPTH: images.GetOutputPort("depth_image"),
-    }
+        if self.camera is not None:
+            self.camera.receive(self.camera.GetMyMutableContextFromRoot(root))

@@ -1,0 +1,68 @@
+"""Frames for a hand-eye calibration, taken while a person moves the robot."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.frames import Frame, assemble
+
+APART = np.deg2rad(8.0)
+"""Least angle between the directions of two frames that are kept [rad]."""
+
+_STILL_TURN, _STILL = np.deg2rad(0.1), 1e-3
+"""Largest motion between two images of a robot that stands [rad, m]."""
+
+
+class Camera(Protocol):
+    """What takes frames, such as an `LcmCamera`."""
+
+    def frame(self, q: np.ndarray, time: float) -> Frame:
+        """Waits for the next frame."""
+        ...
+
+
+def collect_still_frames(
+    camera: Camera,
+    count: int,
+    on_frame: Callable[[int], bool],
+) -> Capture:
+    """Takes frames from places that differ, each time the robot stands there.
+
+    Nothing moves the robot: a person does, by hand or by teleoperation.
+
+    Args:
+        camera: The robot's camera.
+        count: Number of frames.
+        on_frame: Told the number of frames so far after each image; returns
+            whether to go on.
+
+    Returns:
+        The frames, as many as there are when it ends.
+
+    Raises:
+        RemoSplatError: The camera or the robot is silent.
+    """
+    frames: list[Frame] = []
+    last: Frame | None = None
+    while on_frame(len(frames)) and len(frames) < count:
+        frame = camera.frame(np.zeros(0), 0.0)
+        stands = last is not None and _stands(last.X_WC, frame.X_WC)
+        if stands and all(_turn(f.X_WC, frame.X_WC) > APART for f in frames):
+            frames.append(frame)
+        last = frame
+    return assemble(Path("live frames"), frames)
+
+
+def _turn(X_WA: np.ndarray, X_WB: np.ndarray) -> float:
+    """Angle between two poses [rad]."""
+    R_AB = X_WA[:3, :3].T @ X_WB[:3, :3]
+    return float(Rotation.from_matrix(R_AB).magnitude())
+
+
+def _stands(X_WA: np.ndarray, X_WB: np.ndarray) -> bool:
+    p = np.linalg.norm(X_WA[:3, 3] - X_WB[:3, 3])
+    return bool(p < _STILL and _turn(X_WA, X_WB) < _STILL_TURN)

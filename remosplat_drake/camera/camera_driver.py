@@ -1,0 +1,94 @@
+"""`CameraDriver`: images on the wire, also after the camera was unplugged."""
+
+import contextlib
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+from pydrake.lcm import DrakeLcmInterface
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.camera.rectification import Rectifier
+from remosplat_drake.camera.rgbd_image import RgbdImage
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
+from remosplat_drake.hardware.wire.channels import WRIST_CAMERA
+from remosplat_drake.hardware.wire.images import encode_images
+from remosplat_drake.hardware.wire.packets import to_utime
+
+RETRY = 1.0
+"""Time between two attempts to open a camera that was lost [s]."""
+
+
+class Camera(Protocol):
+    """What takes images, such as a `RealSenseCamera`."""
+
+    def image(self) -> RgbdImage:
+        """Waits for the next image; raises RemoSplatError if none comes."""
+        ...
+
+    def stop(self) -> None:
+        """Releases the camera."""
+        ...
+
+
+class CameraDriver:
+    """Sends a camera's images as those that the scenario expects.
+
+    A camera that falls silent is closed, and opened again until it answers.
+
+    Attributes:
+        sent: Number of images that were sent.
+        problem: Why no images come at present; empty while they do.
+    """
+
+    def __init__(
+        self,
+        lcm: DrakeLcmInterface,
+        config: WristCameraConfig,
+        open_camera: Callable[[], Camera],
+    ):
+        """Opens the camera.
+
+        Args:
+            lcm: The network of the images.
+            config: Size and field of view that listeners expect.
+            open_camera: Opens the camera; called again when it was lost.
+
+        Raises:
+            RemoSplatError: There is no such camera.
+        """
+        self._lcm = lcm
+        self._rectified = Rectifier(config)
+        self._open_camera = open_camera
+        self._camera: Camera | None = open_camera()
+        self.sent = 0
+        self.problem = ""
+
+    @property
+    def coverage(self) -> float:
+        """Share of the scenario's image that the lens sees."""
+        return self._rectified.coverage
+
+    def step(self) -> None:
+        """Sends the next image, or tries once to get a lost camera back."""
+        try:
+            if self._camera is None:
+                self._camera = self._open_camera()
+            image = self._rectified(self._camera.image())
+        except RemoSplatError as error:
+            self.problem = str(error)
+            self.close()
+            time.sleep(RETRY)
+            return
+        self.problem = ""
+        data = encode_images(image.rgb, image.depth, to_utime(image.time))
+        self._lcm.Publish(WRIST_CAMERA, data)
+        self.sent += 1
+
+    def close(self) -> None:
+        """Releases the camera."""
+        camera, self._camera = self._camera, None
+        if camera is not None:
+            # An unplugged camera cannot be stopped properly.
+            with contextlib.suppress(RuntimeError):
+                camera.stop()

@@ -1,0 +1,80 @@
+"""`Rectifier`: makes the images of a real lens those of a scenario's camera."""
+
+import numpy as np
+
+from remosplat_drake.camera.rgbd_image import RgbdImage
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
+from remosplat_drake.capture.undistortion import (
+    Distortion,
+    distort,
+    valid_radius,
+)
+
+
+class Rectifier:
+    """Takes from a camera's images what a pinhole camera would see there.
+
+    The wire and all that listens to it know a camera by size and field of
+    view alone. A colour and a depth are those of the nearest pixel of the
+    lens: up to half of one beside the ray. Pixels beyond the lens' field of
+    view are black, and their depths unknown.
+    """
+
+    def __init__(self, config: WristCameraConfig):
+        """Prepares for images of any lens.
+
+        Args:
+            config: The camera as the scenario has it.
+        """
+        self._config = config
+        self._lens: tuple | None = None
+        self._pixels = np.zeros(0, int)
+        self._outside = np.zeros(0, bool)
+
+    def __call__(self, image: RgbdImage) -> RgbdImage:
+        """Returns what the scenario's camera would have seen.
+
+        Args:
+            image: An image, with its intrinsics and distortion.
+        """
+        lens = image.K.tobytes(), image.distortion, image.depth.shape
+        if lens != self._lens:
+            self._lens = lens
+            self._look_up(image)
+        height, width = self._outside.shape
+        rgb = image.rgb.reshape(-1, 3)[self._pixels]
+        depth = image.depth.ravel()[self._pixels]
+        rgb[self._outside], depth[self._outside] = 0, 0
+        return RgbdImage(
+            rgb=rgb.reshape(height, width, 3),
+            depth=depth,
+            K=self._config.intrinsics().intrinsic_matrix(),
+            time=image.time,
+        )
+
+    @property
+    def coverage(self) -> float:
+        """Share of the scenario's image that the latest lens has seen."""
+        return 1.0 - float(self._outside.mean()) if self._outside.size else 0.0
+
+    def _look_up(self, image: RgbdImage) -> None:
+        """Finds the pixel of the lens for each one of the scenario's."""
+        config, distortion = self._config, image.distortion or Distortion()
+        K = config.intrinsics().intrinsic_matrix()
+        u, v = np.meshgrid(
+            np.arange(config.width) + 0.5, np.arange(config.height) + 0.5
+        )
+        xy = np.stack([u - K[0, 2], v - K[1, 2]], axis=-1) / K[[0, 1], [0, 1]]
+        seen = distort(distortion, xy) * image.K[[0, 1], [0, 1]]
+        nearest = np.floor(seen + image.K[:2, 2]).astype(int)
+        column, row = nearest[..., 0], nearest[..., 1]
+        height, width = image.depth.shape
+        beyond = np.linalg.norm(xy, axis=-1) > valid_radius(distortion)
+        self._outside = (
+            beyond
+            | (column < 0)
+            | (column >= width)
+            | (row < 0)
+            | (row >= height)
+        )
+        self._pixels = np.where(self._outside, 0, row * width + column)

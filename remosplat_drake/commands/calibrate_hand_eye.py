@@ -1,0 +1,165 @@
+"""`remosplat calibrate-hand-eye`: find where the camera sits on the robot."""
+
+import argparse
+import math
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from remosplat_drake.app.mount_file import mount_fields, write_mount
+from remosplat_drake.app.scenario import Scenario, load_scenario, split_spec
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.resources import resolve
+from remosplat_drake.base.stop_signals import stop_signals
+from remosplat_drake.camera.board_calibration import (
+    CharucoBoard,
+    find_board,
+    fit_board,
+)
+from remosplat_drake.camera.calibration_frames import (
+    APART,
+    collect_still_frames,
+)
+from remosplat_drake.camera.hand_eye_calibration import refine_hand_eye
+from remosplat_drake.camera.lcm_camera import LcmCamera
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.checks.overlap import measure_overlap
+from remosplat_drake.capture.formats import read_capture
+from remosplat_drake.hardware.hardware_config import check_lcm_url
+from remosplat_drake.robot.robot_model import load_robot
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's flags."""
+    parser.add_argument(
+        "scenario",
+        help="NAME, FILE or FILE:NAME: the robot, its camera, and the mount"
+        " that it is believed to have",
+    )
+    parser.add_argument(
+        "--board",
+        metavar="CxR:SQUARE:MARKER",
+        help="a ChArUco board: squares along each side, their size and that"
+        " of the markers [m], e.g. 7x5:0.04:0.03, maybe with :DICTIONARY of"
+        " OpenCV; without it the scene itself serves, if the mount is right"
+        " to a few degrees",
+    )
+    parser.add_argument(
+        "--capture",
+        type=Path,
+        metavar="FOLDER",
+        help="recorded images at the poses of the believed mount (default:"
+        " images of the camera on the wire)",
+    )
+    parser.add_argument(
+        "--lcm-url",
+        metavar="URL",
+        help="the robot's wire (default: the scenario's hardware.lcm_url)",
+    )
+    parser.add_argument(
+        "--frames",
+        type=int,
+        default=15,
+        metavar="N",
+        help="images to take from the wire (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--write",
+        action="store_true",
+        help="set the mount in the scenario's file",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Finds the mount, prints it, and writes it where that is wanted."""
+    console = Console(soft_wrap=True)
+    if arguments.write and split_spec(arguments.scenario) is None:
+        raise RemoSplatError(
+            "--write: shipped scenarios stay as they are; name a file"
+        )
+    board = arguments.board and CharucoBoard.parse(arguments.board)
+    scenario = load_scenario(arguments.scenario)
+    config = scenario.camera or WristCameraConfig()
+    believed = config.hand_eye().GetAsMatrix4()
+    capture = _capture(arguments, scenario, config, console)
+    if board:
+        X_FC = _from_board(board, capture, believed, console)
+    else:
+        X_FC = _from_scene(capture, believed, console)
+    change = np.linalg.solve(believed, X_FC)
+    turn = math.acos(np.clip((np.trace(change[:3, :3]) - 1) / 2, -1, 1))
+    console.print(
+        f"the mount was {math.degrees(turn):.2f} deg and"
+        f" {1e3 * np.linalg.norm(change[:3, 3]):.1f} mm off"
+    )
+    fields = ", ".join(f"{k}: {v}" for k, v in mount_fields(X_FC).items())
+    console.print(f"wrist_camera: {{{fields}}}", highlight=False)
+    if arguments.write:
+        write_mount(arguments.scenario, X_FC)
+        console.print(f"written to {arguments.scenario}")
+    return 0
+
+
+def _from_board(
+    board: CharucoBoard, capture: Capture, X_FC: np.ndarray, console: Console
+) -> np.ndarray:
+    fit = fit_board(find_board(board, capture, X_FC))
+    console.print(
+        f"residual: {fit.residual:.2f} pixels (RMS) over {fit.images} images;"
+        f" standard deviation {1e3 * fit.deviation:.2f} mm,"
+        f" {math.degrees(fit.turn_deviation):.3f} deg"
+    )
+    return fit.X_FC
+
+
+def _from_scene(
+    capture: Capture, X_FC: np.ndarray, console: Console
+) -> np.ndarray:
+    fit = refine_hand_eye(capture, X_FC)
+    before, after = (
+        1e3 * float(np.median(measure_overlap(images).differences))
+        for images in (capture, fit.capture)
+    )
+    console.print(
+        f"residual: overlapping images differ by {after:.2f} mm (median),"
+        f" {before:.2f} mm before, over {len(capture)} images"
+    )
+    return fit.X_FC
+
+
+def _capture(
+    arguments: argparse.Namespace,
+    scenario: Scenario,
+    config: WristCameraConfig,
+    console: Console,
+) -> Capture:
+    """Reads the images, or takes them from the wire."""
+    if arguments.capture is not None:
+        return read_capture(resolve(arguments.capture))
+    hardware = scenario.hardware
+    if arguments.lcm_url:
+        check_lcm_url(arguments.lcm_url)
+        hardware.lcm_url, hardware.lcm = arguments.lcm_url, None
+    robot = load_robot(scenario.robot.model, scenario.robot.spheres)
+    camera = LcmCamera(config, robot, hardware)
+    console.print(
+        f"move the camera to {arguments.frames} places that see the same, and"
+        f" turn it by {math.degrees(APART):.0f} deg or more between them,"
+        " about different axes; each is taken when the robot stands; Ctrl-C"
+        " ends"
+    )
+    told = -1
+    with stop_signals() as request:
+
+        def tell(count: int) -> bool:
+            nonlocal told
+            if count != told:
+                told = count
+                console.print(f"{count} of {arguments.frames}")
+            return not request.made
+
+        capture = collect_still_frames(camera, arguments.frames, tell)
+        request.is_heeded = True
+    return capture

@@ -1,0 +1,89 @@
+"""`remosplat camera-driver`: an Intel RealSense on the station's wire."""
+
+import argparse
+from functools import partial
+
+from rich.console import Console
+
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.base.stop_signals import StopRequest, stop_signals
+from remosplat_drake.camera.camera_driver import CameraDriver
+from remosplat_drake.camera.realsense import RealSenseCamera
+from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
+from remosplat_drake.commands.flags import check_positive
+from remosplat_drake.commands.wire import (
+    add_camera_wire_argument,
+    add_wire_argument,
+    open_camera_wire,
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's flags."""
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): size and"
+        " field of view that the images get",
+    )
+    add_wire_argument(parser)
+    add_camera_wire_argument(parser)
+    parser.add_argument(
+        "--serial",
+        metavar="NUMBER",
+        help="serial number of the camera (default: any)",
+    )
+    for name, default, what in (
+        ("width", 640, "width of its images [pixels]"),
+        ("height", 480, "height of its images [pixels]"),
+        ("fps", 15, "images a second"),
+    ):
+        parser.add_argument(
+            f"--{name}",
+            type=int,
+            default=default,
+            metavar="N",
+            help=f"mode of the camera: {what} (default: %(default)s)",
+        )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Sends the camera's images until Ctrl-C."""
+    check_positive("camera-driver", arguments, "width", "height", "fps")
+    config = load_scenario(arguments.scenario).camera or WristCameraConfig()
+    lcm, url = open_camera_wire(arguments)
+    open_camera = partial(
+        RealSenseCamera,
+        arguments.width,
+        arguments.height,
+        arguments.fps,
+        arguments.serial,
+    )
+    driver = CameraDriver(lcm, config, open_camera)
+    console = Console(stderr=True)
+    console.print(f"the camera is on {url}; Ctrl-C ends")
+    with stop_signals() as request:
+        try:
+            _drive(driver, console, request)
+        finally:
+            request.is_heeded = True
+            driver.close()
+    return 0
+
+
+def _drive(
+    driver: CameraDriver, console: Console, request: StopRequest
+) -> None:
+    """Sends images, and tells when they cease and come back."""
+    problem, is_new = "", True
+    while not request.made:
+        driver.step()
+        if is_new and driver.sent and driver.coverage < 1:
+            is_new = False
+            console.print(
+                f"the lens sees {100 * driver.coverage:.0f} % of the image"
+                " that the scenario's wrist_camera wants; fov_y_deg is smaller"
+            )
+        if driver.problem != problem:
+            problem = driver.problem
+            console.print(problem or "the camera is back")

@@ -1,0 +1,192 @@
+"""`remosplat doctor`: what must hold before the real robot moves."""
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from rich.console import Console
+
+from remosplat_drake.app.scenario import Scenario, load_scenario
+from remosplat_drake.base.errors import RemoSplatError, unknown_name
+from remosplat_drake.commands.flags import positive
+from remosplat_drake.hardware.doctor import drills, host_checks, wire_checks
+from remosplat_drake.hardware.doctor.doctor_report import (
+    DoctorReport,
+    default_path,
+    this_host,
+)
+from remosplat_drake.hardware.doctor.finding import (
+    ADVICE,
+    FAILED,
+    PASSED,
+    SKIPPED,
+    Finding,
+)
+from remosplat_drake.hardware.hardware_config import check_lcm_url
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
+
+DRILLS = {
+    "base-step": "the base drives 10 cm forward",
+    "user-stop": "somebody presses the arm's user stop",
+    "emergency-stop": "somebody presses the base's emergency stop",
+}
+"""Drills by name, and what happens in each."""
+
+_STYLES = {
+    PASSED: "green",
+    ADVICE: "yellow",
+    FAILED: "bold red",
+    SKIPPED: "dim",
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's flags."""
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): the robot"
+        " and its wire",
+    )
+    parser.add_argument(
+        "--lcm-url",
+        metavar="URL",
+        help="where the robot's drivers are (default: the scenario's"
+        " hardware.lcm_url)",
+    )
+    parser.add_argument(
+        "--report",
+        type=Path,
+        metavar="FILE",
+        help="where the report goes (default: where `run --hardware` looks)",
+    )
+    parser.add_argument(
+        "--yes",
+        action="store_true",
+        help="begin every drill without asking; the robot MOVES",
+    )
+    parser.add_argument(
+        "--skip",
+        action="append",
+        default=[],
+        metavar="DRILL",
+        help=f"leave a drill out: one of {', '.join(DRILLS)}, or all",
+    )
+    parser.add_argument(
+        "--patience",
+        type=positive,
+        default=drills.PATIENCE,
+        metavar="S",
+        help="longest wait for a person in a drill (default: %(default)s)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Checks everything; returns 1 if something keeps the robot from moving."""
+    console = Console(soft_wrap=True)
+    for name in arguments.skip:
+        if name not in (*DRILLS, "all"):
+            problem = unknown_name("drill", name, [*DRILLS, "all"])
+            raise RemoSplatError(f"--skip: {problem}")
+    scenario = load_scenario(arguments.scenario)
+    hardware = scenario.hardware
+    if arguments.lcm_url:
+        check_lcm_url(arguments.lcm_url)
+        hardware.lcm_url, hardware.lcm = arguments.lcm_url, None
+    robot = load_robot(scenario.robot.model, scenario.robot.spheres)
+    findings = []
+    for finding in _examine(scenario, robot, arguments, console):
+        findings.append(finding)
+        _show(finding, console)
+    report = DoctorReport(
+        this_host(), hardware.url, time.time(), tuple(findings)
+    )
+    path = arguments.report or default_path()
+    report.save(path)
+    console.print(f"the report is {path}")
+    return 1 if report.failed else 0
+
+
+def _examine(
+    scenario: Scenario,
+    robot: RobotModel,
+    arguments: argparse.Namespace,
+    console: Console,
+) -> Iterator[Finding]:
+    """Yields all findings, in the order of the bring-up."""
+    hardware, has_base = scenario.hardware, robot.n_base > 0
+    yield host_checks.check_clock()
+    yield host_checks.check_priority()
+    yield host_checks.check_buffers(scenario.camera is not None)
+    yield wire_checks.check_loopback(hardware.url)
+    packets = wire_checks.hear_wire(hardware.url)
+    publishers = wire_checks.check_publishers(packets, hardware, has_base)
+    yield from publishers
+    yield wire_checks.check_reach(packets, hardware)
+    yield from wire_checks.check_statuses(
+        packets, hardware, len(robot.description.arm.joints), has_base
+    )
+    yield drills.check_thresholds()
+    if any(finding.result == FAILED for finding in publishers):
+        yield from (
+            Finding(name, SKIPPED, "something before has failed", what, "", "")
+            for name, what in DRILLS.items()
+        )
+        return
+    yield from _drill(scenario, robot, arguments, console)
+
+
+def _drill(
+    scenario: Scenario,
+    robot: RobotModel,
+    arguments: argparse.Namespace,
+    console: Console,
+) -> Iterator[Finding]:
+    """Yields the findings of the drills that a person agrees to."""
+    watched = drills.DrilledRobot(scenario.hardware, robot)
+
+    def say(text: str) -> None:
+        console.print(f"[bold]{text}[/bold]")
+
+    def stop(part: str, stopped: Callable[[], str]) -> Finding:
+        return drills.drill_stop(
+            part, stopped, watched, say, arguments.patience
+        )
+
+    todo = {"user-stop": lambda: stop("arm", watched.arm_stop)}
+    if robot.n_base:
+        todo = {
+            "base-step": lambda: drills.drill_base_step(watched),
+            **todo,
+            "emergency-stop": lambda: stop("base", watched.base_stop),
+        }
+    for name, drill in todo.items():
+        left_out = {name, "all"} & set(arguments.skip)
+        if left_out or not (arguments.yes or _agreed(name)):
+            why = "--skip" if left_out else "nobody agreed"
+            yield Finding(name, SKIPPED, why, DRILLS[name], "a person", "")
+        else:
+            yield drill()
+
+
+def _agreed(name: str) -> bool:
+    """Asks the person at the terminal; nobody there agrees to nothing."""
+    if not sys.stdin.isatty():
+        return False
+    answer = input(f"{name}: {DRILLS[name]}. Go on? [y/N] ")
+    return answer.strip().lower() in ("y", "yes")
+
+
+def _show(finding: Finding, console: Console) -> None:
+    style = _STYLES[finding.result]
+    console.print(
+        f"[{style}]{finding.result:8}[/] {finding.check}: {finding.found}"
+    )
+    if finding.result != PASSED:
+        console.print(f"         wanted: {finding.wanted}")
+        if finding.source:
+            console.print(f"         source: {finding.source}")
+        if finding.mend:
+            console.print(f"         to mend: {finding.mend}")

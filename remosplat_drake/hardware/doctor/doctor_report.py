@@ -1,0 +1,131 @@
+"""`DoctorReport`: all findings, on the disk, and whether they still hold."""
+
+import dataclasses as dc
+import json
+import socket
+from pathlib import Path
+
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
+from remosplat_drake.base.resources import state_dir
+from remosplat_drake.base.strict_json import as_number, read_json_object
+from remosplat_drake.hardware.doctor.finding import FAILED, Finding
+
+LONGEST_AGE = 12 * 3600.0
+"""Age from which on a report says nothing any more [s]: a working day."""
+
+
+@dc.dataclass(frozen=True)
+class DoctorReport:
+    """What `remosplat doctor` has found.
+
+    Attributes:
+        host: Name of the computer.
+        url: LCM URL of the robot's wire.
+        time: When it was found, by the wall clock [s].
+        findings: One for each check, in their order.
+    """
+
+    host: str
+    url: str
+    time: float
+    findings: tuple[Finding, ...]
+
+    @property
+    def failed(self) -> list[Finding]:
+        """Findings with which no robot may be driven."""
+        return [f for f in self.findings if f.result == FAILED]
+
+    def save(self, path: Path) -> None:
+        """Writes the report as JSON; see `write_atomically` for errors."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, json.dumps(dc.asdict(self), indent=2) + "\n")
+
+
+def default_path() -> Path:
+    """Returns where the report lies unless somebody says otherwise."""
+    return state_dir() / "doctor.json"
+
+
+def this_host() -> str:
+    """Returns the name of this computer."""
+    return socket.gethostname()
+
+
+def read_report(path: Path) -> DoctorReport:
+    """Reads a report.
+
+    Args:
+        path: The file.
+
+    Raises:
+        FileError: There is no such file, or it is no report.
+        FieldError: A field is unusable.
+    """
+    document = read_json_object(path)
+    names = {field.name for field in dc.fields(Finding)}
+    findings = document.get("findings")
+    if not isinstance(findings, list):
+        raise FileError(path, "is no report of `remosplat doctor`")
+    is_report = all(
+        isinstance(finding, dict)
+        and finding.keys() == names
+        and all(isinstance(text, str) for text in finding.values())
+        for finding in findings
+    )
+    if not is_report or document.keys() != {
+        field.name for field in dc.fields(DoctorReport)
+    }:
+        raise FileError(path, "is no report of `remosplat doctor`")
+    for field in ("host", "url"):
+        if not isinstance(document[field], str):
+            raise FieldError(str(path), field, "expected a text")
+    return DoctorReport(
+        host=document["host"],
+        url=document["url"],
+        time=as_number(path, "time", document["time"]),
+        findings=tuple(Finding(**finding) for finding in findings),
+    )
+
+
+def objection(report: DoctorReport, *, host: str, url: str, now: float) -> str:
+    """Says why a report does not allow a run; empty if it does.
+
+    Args:
+        report: The report.
+        host: Name of this computer.
+        url: LCM URL of the run.
+        now: Wall clock [s].
+    """
+    if report.host != host:
+        return f"is of another computer, {report.host}"
+    if report.url != url:
+        return f"is of another wire, {report.url}"
+    age = now - report.time
+    if not 0 <= age <= LONGEST_AGE:
+        return (
+            f"is {age / 3600:.1f} hours old; wanted: at most"
+            f" {LONGEST_AGE / 3600:.0f}"
+        )
+    if report.failed:
+        return f"says that {report.failed[0].line}"
+    return ""
+
+
+def check_doctor(path: Path, url: str, now: float) -> None:
+    """Refuses a run of a robot that no doctor has seen, or found well.
+
+    Args:
+        path: File of the report.
+        url: LCM URL of the run.
+        now: Wall clock [s].
+
+    Raises:
+        RemoSplatError: There is no such report, or it does not hold.
+    """
+    advice = "run `remosplat doctor` on this wire, or add --without-doctor"
+    if not path.exists():
+        raise RemoSplatError(f"{path}: no report on robot and wire; {advice}")
+    problem = objection(read_report(path), host=this_host(), url=url, now=now)
+    if problem:
+        raise RemoSplatError(f"{path}: the report {problem}; {advice}")

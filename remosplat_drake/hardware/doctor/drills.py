@@ -1,0 +1,294 @@
+"""Checks that need the robot to move, or a person to press something."""
+
+import dataclasses as dc
+import re
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.hardware.client.measurement import Measurement
+from remosplat_drake.hardware.client.robot_link import RobotLink
+from remosplat_drake.hardware.doctor.finding import (
+    ADVICE,
+    SKIPPED,
+    Finding,
+    judged,
+)
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.wire import panda as panda_wire
+from remosplat_drake.hardware.wire.base import MODE_NAMES
+from remosplat_drake.hardware.wire.messages.base_status import base_status
+from remosplat_drake.robot.robot_model import RobotModel
+
+STEP_SPEED, STEP_DURATION = 0.1, 1.0
+"""Speed of the base's step response [m/s], and how long it drives [s]."""
+
+LONGEST_DELAY = 0.5
+"""Longest time until the base has half of its speed, or of its stop [s]."""
+
+PATIENCE = 60.0
+"""Longest wait for a person to press or release something [s]."""
+
+_PERIOD = 0.02
+_STANDING = 0.01
+_SILENT = 0.5
+
+
+class DrilledRobot:
+    """The robot at the end of the wire, watched and moved a little.
+
+    Attributes:
+        measurement: What was heard last.
+    """
+
+    def __init__(self, config: HardwareConfig, robot: RobotModel):
+        """Joins the wire; nothing is sent.
+
+        Args:
+            config: The wire.
+            robot: The robot.
+        """
+        self._link = RobotLink(config, robot)
+        self._n_u = robot.n_u
+        self.measurement = Measurement()
+
+    def listen(self) -> None:
+        """Hears for a period."""
+        end = time.monotonic() + _PERIOD
+        while time.monotonic() < end:
+            self._link.lcm.HandleSubscriptions(5)
+        self._link.take_out()
+        self.measurement = self._link.updated(self.measurement)
+
+    def drive(self, forward: float) -> float:
+        """Commands the base for a period; the arm is told to stand.
+
+        Args:
+            forward: The base's speed [m/s].
+
+        Returns:
+            The measured speed [m/s].
+        """
+        u = np.zeros(self._n_u)
+        u[0] = forward
+        self._link.send(u)
+        self.listen()
+        base = self.measurement.base
+        return 0.0 if base is None else float(base.velocity[0])
+
+    def arm_stop(self) -> str:
+        """How the arm shows that it is stopped; empty if it does not."""
+        arm = self.measurement.arm
+        silence = time.time() - self.measurement.arm_stream.received
+        if arm is None or silence > _SILENT:
+            return "its statuses cease: the driver has ended"
+        mode = panda_wire.MODE_NAMES[arm.robot_mode]
+        return "" if mode in ("idle", "move", "other") else f"mode {mode}"
+
+    def base_stop(self) -> str:
+        """How the base shows that it is stopped; empty if it does not."""
+        base = self.measurement.base
+        silence = time.time() - self.measurement.base_stream.received
+        if base is None or silence > _SILENT:
+            return "its statuses cease"
+        if base.emergency_stop:
+            return "emergency stop"
+        stops = (base_status.STOPPED, base_status.FAULT)
+        return f"mode {MODE_NAMES[base.mode]}" if base.mode in stops else ""
+
+
+@dc.dataclass(frozen=True)
+class StepResponse:
+    """How the base answered a step of its commanded speed.
+
+    Attributes:
+        rise: Time until it had half the speed [s]; inf if never.
+        fall: Time after the command's end until it had less than half [s].
+        speed: Greatest speed [m/s].
+        rest: Speed at the end [m/s].
+    """
+
+    rise: float
+    fall: float
+    speed: float
+    rest: float
+
+
+def step_response(times: np.ndarray, speeds: np.ndarray) -> StepResponse:
+    """Evaluates a step that begins at time 0 and ends at `STEP_DURATION`.
+
+    Args:
+        times: Times of the measurements, ascending, shape (n,) [s].
+        speeds: Measured speeds, shape (n,) [m/s].
+    """
+    fast = speeds > STEP_SPEED / 2
+    rises = times[fast]
+    falls = times[~fast & (times > STEP_DURATION)]
+    return StepResponse(
+        rise=float(rises[0]) if len(rises) else np.inf,
+        fall=float(falls[0]) - STEP_DURATION if len(falls) else np.inf,
+        speed=float(speeds.max(initial=0.0)),
+        rest=float(abs(speeds[-1])) if len(speeds) else np.inf,
+    )
+
+
+def drill_base_step(robot: DrilledRobot) -> Finding:
+    """Drives the base forward for a moment and watches how it follows."""
+    start, times, speeds = time.monotonic(), [], []
+    while (now := time.monotonic() - start) < 2.5 * STEP_DURATION:
+        speed = robot.drive(STEP_SPEED if now < STEP_DURATION else 0.0)
+        times.append(time.monotonic() - start)
+        speeds.append(speed)
+    response = step_response(np.array(times), np.array(speeds))
+    return judged(
+        "step response of the base",
+        max(response.rise, response.fall) <= LONGEST_DELAY
+        and response.speed > 0.8 * STEP_SPEED
+        and response.rest < _STANDING,
+        found=f"half the speed after {1e3 * response.rise:.0f} ms, up to"
+        f" {response.speed:.3f} m/s, half of that"
+        f" {1e3 * response.fall:.0f} ms after the end",
+        wanted=f"{STEP_SPEED} m/s forward and back to rest, each half within"
+        f" {1e3 * LONGEST_DELAY:.0f} ms",
+        source="BASE_STATUS during a command of 1 s",
+        mend="look for stops of the base, for limits of its node, and for"
+        " another sender of its commands",
+    )
+
+
+def drill_stop(
+    part: str,
+    stopped: Callable[[], str],
+    robot: DrilledRobot,
+    say: Callable[[str], None],
+    patience: float = PATIENCE,
+) -> Finding:
+    """Waits for a stop to be pressed, and for nothing to move at its reset.
+
+    Args:
+        part: Name of the part, "arm" or "base".
+        stopped: Says how the part shows that it is stopped, or nothing.
+        robot: The robot.
+        say: Tells the person what to do.
+        patience: Longest wait for the person [s].
+    """
+    button = "user stop" if part == "arm" else "emergency stop"
+    say(f"press the {button} of the {part} now")
+    found = _wait(robot, stopped, patience)
+    wanted = "the statuses show it, or cease, and nothing moves at its reset"
+    source = "modes and silence of the statuses"
+    check = f"{button} of the {part}"
+    if not found:
+        return judged(
+            check,
+            False,
+            found=f"nothing within {patience:.0f} s",
+            wanted=wanted,
+            source=source,
+            mend="a driver that cannot tell of stops needs a topic that does,"
+            " or an ARCL connection beside it",
+        )
+    say(f"{found}; now reset it and start what has ended again")
+    _wait(robot, lambda: "" if stopped() else "it is back", patience)
+    moved = _watch_rest(robot)
+    return judged(
+        check,
+        not stopped() and moved < _STANDING,
+        found=f"{found}; afterwards it "
+        + ("is still stopped" if stopped() else f"moved at {moved:.3f}"),
+        wanted=wanted,
+        source=source,
+        mend="reset the stop and start the driver again; who moves here?",
+    )
+
+
+def _wait(robot: DrilledRobot, done: Callable[[], str], patience: float) -> str:
+    end = time.monotonic() + patience
+    while time.monotonic() < end:
+        robot.listen()
+        if text := done():
+            return text
+    return ""
+
+
+def _watch_rest(robot: DrilledRobot) -> float:
+    """The fastest motion within a second in which nothing is commanded."""
+    fastest, end = 0.0, time.monotonic() + 1.0
+    while time.monotonic() < end:
+        robot.listen()
+        arm, base = robot.measurement.arm, robot.measurement.base
+        if arm is not None:
+            fastest = max(fastest, float(np.abs(arm.v).max()))
+        if base is not None:
+            fastest = max(fastest, float(np.abs(base.velocity).max()))
+    return fastest
+
+
+def check_thresholds(processes: Path = Path("/proc")) -> Finding:
+    """Looks at what the arm's driver takes for a collision.
+
+    No status tells of it, and what Franka's Desk says does not hold: the driver
+    sets its own when it starts. Its command line says which, where it runs on
+    this computer.
+
+    Args:
+        processes: The folder of the processes.
+    """
+    check = "collision thresholds"
+    wanted = "at most 40 N m and 40 N, as the driver has set them"
+    mend = (
+        "start it with --joint_torque_limit=20 --cartesian_force_limit=20;"
+        " without these it sets 100 N m and 100 N"
+    )
+    for path in sorted(processes.glob("[0-9]*/cmdline")):
+        try:
+            line = path.read_bytes().decode("utf-8", "replace").split("\0")
+        except OSError:
+            continue
+        limits = driver_limits(line)
+        if limits is not None:
+            return judged(
+                check,
+                max(limits) <= 40,
+                found=f"{limits[0]:g} N m, {limits[1]:g} N",
+                wanted=wanted,
+                source=f"command line of process {path.parent.name}",
+                mend=mend,
+                otherwise=ADVICE,
+            )
+    return Finding(
+        check,
+        SKIPPED,
+        "no driver of an arm runs on this computer",
+        wanted,
+        "command lines of processes",
+        "look at the flags with which the driver was started: " + mend,
+    )
+
+
+def driver_limits(line: Sequence[str]) -> tuple[float, float] | None:
+    """Reads the limits with which a driver of an arm was started.
+
+    Args:
+        line: A command line.
+
+    Returns:
+        The joint torque [N m] and the force [N] that the driver takes for a
+        collision; None for another program.
+    """
+    if "franka_driver" in Path(line[0]).name:
+        otherwise = 100.0
+    elif "panda-driver" in line and "--hand" not in line:
+        otherwise = 20.0
+    else:
+        return None
+    text = " ".join(line)
+
+    def limit(flag: str) -> float:
+        pattern = flag.replace("-", "[-_]") + r"[= ]([\d.]+)"
+        match = re.search(pattern, text)
+        return float(match[1]) if match else otherwise
+
+    return limit("--joint-torque-limit"), limit("--cartesian-force-limit")

@@ -1,0 +1,108 @@
+"""Checks of this computer: clock, priorities, socket buffers."""
+
+import re
+import resource
+import shutil
+import subprocess
+from pathlib import Path
+
+from remosplat_drake.base.real_time import DRIVER_PRIORITY
+from remosplat_drake.hardware.doctor.finding import (
+    ADVICE,
+    SKIPPED,
+    Finding,
+    judged,
+)
+
+CLOCK_ERROR = 1e-3
+"""Largest error of a clock [s]."""
+
+BUFFER = 1 << 21
+"""Receive buffer of a socket that takes images [bytes]: three of them, as they
+come in fragments faster than they are read."""
+
+_SYSCTL = Path("/proc/sys")
+
+
+def check_clock() -> Finding:
+    """Asks chrony how far this computer's clock is off."""
+    check, wanted = "clock", f"within {1e3 * CLOCK_ERROR:g} ms of NTP or PTP"
+    mend = "install chrony on both computers; one follows the other"
+    if shutil.which("chronyc") is None:
+        return Finding(
+            check, SKIPPED, "there is no chronyc", wanted, "chronyc", mend
+        )
+    told = subprocess.run(
+        ["chronyc", "tracking"], capture_output=True, text=True, check=False
+    )
+    offset = clock_offset(told.stdout)
+    return judged(
+        check,
+        offset is not None and abs(offset) <= CLOCK_ERROR,
+        found="chrony follows no clock"
+        if offset is None
+        else f"{1e3 * offset:.3f} ms off",
+        wanted=wanted,
+        source="chronyc tracking",
+        mend=mend,
+        otherwise=ADVICE,
+    )
+
+
+def clock_offset(tracking: str) -> float | None:
+    """Reads the offset from what `chronyc tracking` prints [s].
+
+    Args:
+        tracking: The text.
+
+    Returns:
+        How far the clock is ahead; None if chrony follows no other.
+    """
+    match = re.search(
+        r"^System time\s*: ([\d.]+) seconds (fast|slow)", tracking, re.M
+    )
+    follows = re.search(r"^Leap status\s*: Normal", tracking, re.M)
+    if match is None or follows is None:
+        return None
+    return float(match[1]) * (1 if match[2] == "fast" else -1)
+
+
+def check_priority() -> Finding:
+    """Looks whether processes may have real-time priorities here."""
+    _, hard = resource.getrlimit(resource.RLIMIT_RTPRIO)
+    is_unlimited = hard == resource.RLIM_INFINITY
+    capabilities = Path("/proc/self/status").read_text()
+    match = re.search(r"^CapEff:\s*([0-9a-f]+)", capabilities, re.M)
+    # Bit 23 is CAP_SYS_NICE, which root has.
+    is_root = match is not None and bool(int(match[1], 16) >> 23 & 1)
+    return judged(
+        "real-time priority",
+        is_unlimited or is_root or hard >= DRIVER_PRIORITY,
+        found="any" if is_unlimited or is_root else f"up to {hard}",
+        wanted=f"{DRIVER_PRIORITY} or more",
+        source="RLIMIT_RTPRIO and CAP_SYS_NICE",
+        mend="`@robot - rtprio 20` in /etc/security/limits.conf, then log in"
+        " again",
+        otherwise=ADVICE,
+    )
+
+
+def check_buffers(has_camera: bool) -> Finding:
+    """Looks whether sockets can hold what comes while nobody reads.
+
+    Args:
+        has_camera: Whether images come, too.
+    """
+    path = _SYSCTL / "net/core/rmem_default"
+    size = int(path.read_text())
+    wanted = BUFFER if has_camera else 1 << 17
+    return judged(
+        "socket buffers",
+        size >= wanted,
+        found=f"{size} bytes",
+        wanted=f"{wanted} bytes or more",
+        source=str(path),
+        mend=f"`sysctl -w net.core.rmem_max={wanted}"
+        f" net.core.rmem_default={wanted}`",
+        otherwise=ADVICE,
+    )

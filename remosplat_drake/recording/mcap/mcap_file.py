@@ -1,0 +1,110 @@
+"""`McapFile`: messages on the disk, readable after whatever ends the program.
+
+Every second a chunk is finished and handed to the operating system. A file
+whose writer was killed has no index at its end; readers scan it instead.
+"""
+
+import json
+import time
+from pathlib import Path
+
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.system_libraries import import_optional
+from remosplat_drake.base.version import __version__
+from remosplat_drake.recording.mcap.messages import Message
+from remosplat_drake.recording.mcap.schemas import SCHEMAS
+
+_HELD = 1.0
+"""Time after which messages in memory are written [s]."""
+
+
+class McapFile:
+    """Writes messages until the file is as large as it may be.
+
+    Attributes:
+        trouble: Why messages are missing in the file; empty while none is.
+    """
+
+    def __init__(self, path: Path, limit: int):
+        """Begins a file.
+
+        Args:
+            path: The file; it must not exist.
+            limit: Size from which on nothing is added [bytes].
+
+        Raises:
+            FileError: The file exists or cannot be made.
+            MissingExtraError: The package `mcap` is not installed.
+        """
+        writer = import_optional("mcap.writer", "an MCAP file", "record")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = path.open("xb")
+        except OSError as error:
+            raise FileError(path, error.strerror or str(error)) from error
+        self._limit = limit
+        self._writer = writer.Writer(self._file)
+        self._writer.start(library=f"remosplat-drake {__version__}")
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[str, int] = {}
+        self._flushed = time.monotonic()
+        self.trouble = ""
+
+    def add(self, message: Message) -> None:
+        """Adds a message; where that fails, `trouble` says why."""
+        if self.trouble:
+            return
+        content = message.content
+        at = content.get("timestamp") or content["transforms"][0]["timestamp"]
+        nanoseconds = at["sec"] * 10**9 + at["nsec"]
+        try:
+            self._writer.add_message(
+                channel_id=self._channel(message),
+                log_time=nanoseconds,
+                publish_time=nanoseconds,
+                data=json.dumps(content, allow_nan=False).encode(),
+            )
+        except OSError as error:
+            self.trouble = error.strerror or str(error)
+
+    def flush(self, *, at_once: bool = False) -> None:
+        """Hands what is in memory to the operating system, once a second.
+
+        Args:
+            at_once: Whether to do so in any case.
+        """
+        now = time.monotonic()
+        if self.trouble or (now - self._flushed < _HELD and not at_once):
+            return
+        self._flushed = now
+        try:
+            self._writer.flush()
+            if self._file.tell() > self._limit:
+                self.trouble = f"the file has {self._limit >> 20} MiB"
+        except OSError as error:
+            self.trouble = error.strerror or str(error)
+
+    def close(self) -> None:
+        """Writes the index and closes the file."""
+        try:
+            self._writer.finish()
+            self._file.close()
+        except OSError as error:
+            self.trouble = error.strerror or str(error)
+
+    def _channel(self, message: Message) -> int:
+        """Number of the message's channel, which the first one declares."""
+        topic, name = message.topic, message.schema
+        if name not in self._schemas:
+            self._schemas[name] = self._writer.register_schema(
+                name=name,
+                encoding="jsonschema",
+                data=json.dumps(SCHEMAS[name]).encode(),
+            )
+        if topic not in self._channels:
+            self._channels[topic] = self._writer.register_channel(
+                topic=topic,
+                message_encoding="json",
+                schema_id=self._schemas[name],
+            )
+        return self._channels[topic]

@@ -1,0 +1,133 @@
+"""`McapRecorder`: hands ticks to the recording process, and never waits."""
+
+import contextlib
+import pickle
+import select
+import socket
+from collections import deque
+from pathlib import Path
+
+from remosplat_drake.base.child_process import ChildProcess
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.recording.mcap.recording_process import (
+    RecordingJob,
+    serve,
+)
+from remosplat_drake.recording.mcap.tick_record import TickRecord
+from remosplat_drake.robot.robot_model import RobotModel
+
+LIMIT = 4 << 30
+"""Largest size of a file [bytes]."""
+
+WAITING = 1000
+"""Number of ticks that wait for the process at most; more are left out."""
+
+_NICENESS = 10
+_BUFFER = 1 << 22
+_START, _END = 120.0, 120.0
+"""Longest waits for the process to begin and to end its file [s]."""
+
+
+class McapRecorder:
+    """Sends ticks to a process that writes an MCAP file.
+
+    What the process has not taken waits in a queue; where that is full, a
+    tick is left out and counted. In a simulation, where nobody is late,
+    `append` waits instead.
+
+    Attributes:
+        left_out: Number of ticks that were left out.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        robot: RobotModel,
+        *,
+        camera: HardwareConfig | None = None,
+        may_wait: bool = False,
+        limit: int = LIMIT,
+    ):
+        """Starts the process and waits until it has begun the file.
+
+        Args:
+            path: The file; it must not exist.
+            robot: The robot that is recorded.
+            camera: Where the wrist camera's images are heard; None for none.
+            may_wait: Whether `append` waits rather than leave a tick out.
+            limit: Largest size of the file [bytes].
+
+        Raises:
+            RemoSplatError: The file cannot be begun.
+        """
+        self._may_wait = may_wait
+        self._waiting: deque[bytes] = deque()
+        self.left_out = 0
+        self._trouble = ""
+        self._socket, theirs = socket.socketpair(
+            socket.AF_UNIX, socket.SOCK_SEQPACKET
+        )
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER)
+        self._socket.setblocking(False)
+        self._child = ChildProcess(serve, "recording", _NICENESS)
+        job = RecordingJob(path.absolute(), limit, robot, camera)
+        self._child.start(theirs, job)
+        self._child.wait_until_started()
+        theirs.close()
+        self._child.wait(_START)
+        problem = self._news() if self._child.has_news() else "it is silent"
+        if problem:
+            self.close()
+            raise RemoSplatError(f"--record: {problem}")
+
+    @property
+    def trouble(self) -> str:
+        """Says what the file lacks; empty while it lacks nothing."""
+        with contextlib.suppress(EOFError, OSError):
+            while self._child.connection is not None and self._child.has_news():
+                self._trouble = self._news()
+        if not self._trouble and self.left_out:
+            return f"the recording lacks {self.left_out} ticks: too busy"
+        return self._trouble and f"the recording has ended: {self._trouble}"
+
+    def _news(self) -> str:
+        assert self._child.connection is not None
+        return self._child.connection.recv()
+
+    def append(self, record: TickRecord) -> None:
+        """Hands a tick over.
+
+        Args:
+            record: The tick.
+        """
+        while self._may_wait and len(self._waiting) >= WAITING:
+            select.select([], [self._socket], [], _END)
+            self._send()
+        if len(self._waiting) >= WAITING:
+            self.left_out += 1
+            self._send()
+            return
+        self._waiting.append(pickle.dumps((self.left_out, record)))
+        self._send()
+
+    def _send(self) -> None:
+        """Sends what waits, as far as the process has room for it."""
+        try:
+            while self._waiting:
+                self._socket.send(self._waiting[0])
+                self._waiting.popleft()
+        except BlockingIOError:
+            return
+        except OSError as error:
+            # The process has died; the robot goes on.
+            self._waiting.clear()
+            self._trouble = self._trouble or error.strerror or str(error)
+
+    def close(self) -> None:
+        """Sends what waits, and waits until the file is complete."""
+        self._socket.settimeout(_END)
+        with contextlib.suppress(OSError):
+            self._send()
+        self._socket.close()
+        self._child.end(_END)

@@ -1,0 +1,212 @@
+"""What is in a tick, as messages of the schemas in `schemas`."""
+
+import base64
+import dataclasses as dc
+import io
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from remosplat_drake.base.system_libraries import import_optional
+from remosplat_drake.hardware.wire.images import CameraImages
+from remosplat_drake.recording.events import SUPERVISOR, TROUBLE, Event
+from remosplat_drake.recording.mcap.tick_record import TickRecord
+from remosplat_drake.robot.robot_model import RobotModel
+
+WORLD, TARGET, CAMERA = "world", "target", "wrist_camera"
+"""Names of frames: the world W, the target T and the camera C."""
+
+_INFO, _WARNING = 2, 3
+_LEVELS = {TROUBLE: _WARNING, SUPERVISOR: _WARNING}
+"""Levels of foxglove.Log by the kinds of events; others are information."""
+
+_QUALITY = 80
+"""Quality of JPEG, of 100."""
+
+_FARTHEST = 65.0
+"""Depths beyond are left out of the file [m]: they do not fit in 16 bits."""
+
+
+@dc.dataclass(frozen=True)
+class Message:
+    """A message of an MCAP file.
+
+    Attributes:
+        topic: Name of the channel.
+        schema: Name of the schema.
+        content: The fields, as JSON has them.
+    """
+
+    topic: str
+    schema: str
+    content: dict
+
+
+def stamp(time: float) -> dict:
+    """Returns a time [s] as seconds and nanoseconds."""
+    nanoseconds = max(0, round(1e9 * time))
+    return dict(zip(("sec", "nsec"), divmod(nanoseconds, 10**9), strict=True))
+
+
+def tick_messages(record: TickRecord, robot: RobotModel) -> Iterator[Message]:
+    """Yields the messages of a tick, without the transforms.
+
+    Args:
+        record: The tick.
+        robot: The robot.
+    """
+    at = {"timestamp": stamp(record.time)}
+    yield Message(
+        "/command",
+        "remosplat.Command",
+        at
+        | {
+            "commanded": record.commanded.tolist(),
+            "executed": record.executed.tolist(),
+            "status": record.status,
+            "reason": record.reason,
+            "scale": record.scale,
+            "duration": record.duration,
+        },
+    )
+    yield Message(
+        "/joint_states",
+        "foxglove.JointStates",
+        at | {"joints": _joints(record, robot)},
+    )
+    yield Message(
+        "/clearances",
+        "remosplat.Clearances",
+        at | _clearances(record, robot),
+    )
+    if record.mode:
+        content = at | {"mode": record.mode, "reason": record.stop_reason}
+        yield Message("/supervision", "remosplat.Supervision", content)
+    if record.station is not None:
+        station = dc.asdict(record.station)
+        if not math.isfinite(station["age"]):
+            del station["age"]
+        content = at | {
+            name: station[name] for name in station if name in _STATION
+        }
+        yield Message("/station_status", "remosplat.StationStatus", content)
+    yield from map(log, record.events)
+
+
+_STATION = (
+    "age",
+    "mode",
+    "stop_reason",
+    "robot_mode",
+    "success_rate",
+    "protective_stop",
+)
+
+
+def _joints(record: TickRecord, robot: RobotModel) -> list[dict]:
+    """Positions of the arm's joints; the base's are in the transforms."""
+    names = robot.description.arm.joints
+    q = record.q[-len(names) :].tolist()
+    return [
+        {"name": name, "position": position}
+        for name, position in zip(names, q, strict=True)
+        if math.isfinite(position)
+    ]
+
+
+def _clearances(record: TickRecord, robot: RobotModel) -> dict:
+    """The smallest clearance of each link that is near to something."""
+    links: dict[str, float] = {}
+    for sphere, distance in zip(
+        record.sphere.tolist(), record.distance.tolist(), strict=True
+    ):
+        link = robot.spheres.links[sphere]
+        links[link] = min(distance, links.get(link, math.inf))
+    if not links:
+        return {"links": {}}
+    nearest = min(links, key=links.__getitem__)
+    return {"minimum": links[nearest], "link": nearest, "links": links}
+
+
+def log(event: Event) -> Message:
+    """Returns an event as a message.
+
+    Args:
+        event: The event.
+    """
+    content = {
+        "timestamp": stamp(event.time),
+        "level": _LEVELS.get(event.kind, _INFO),
+        "message": event.text,
+        "name": event.kind,
+        "file": "",
+        "line": 0,
+    }
+    return Message("/events", "foxglove.Log", content)
+
+
+def transforms(record: TickRecord, robot: RobotModel) -> Message | None:
+    """Returns where all links and the target are in the world.
+
+    Args:
+        record: The tick.
+        robot: The robot.
+
+    Returns:
+        The message; None before the robot was measured.
+    """
+    if not np.isfinite(record.q).all():
+        return None
+    X_W = dict(zip(robot.tree.names, robot.body_poses(record.q), strict=True))
+    X_W.pop(WORLD, None)
+    if np.isfinite(record.X_WT).all():
+        X_W[TARGET] = record.X_WT
+    at = stamp(record.time)
+    content = {"transforms": [_transform(at, *item) for item in X_W.items()]}
+    return Message("/tf", "foxglove.FrameTransforms", content)
+
+
+def _transform(at: dict, name: str, X_WF: np.ndarray) -> dict:
+    quaternion = Rotation.from_matrix(X_WF[:3, :3]).as_quat().tolist()
+    return {
+        "timestamp": at,
+        "parent_frame_id": WORLD,
+        "child_frame_id": name,
+        "translation": dict(zip("xyz", X_WF[:3, 3].tolist(), strict=True)),
+        "rotation": dict(zip("xyzw", quaternion, strict=True)),
+    }
+
+
+def image_messages(images: CameraImages) -> Iterator[Message]:
+    """Yields the camera's colours as JPEG and its depths as PNG.
+
+    Args:
+        images: What the camera sent. Depths get whole millimetres, 16 bits; 0
+            stands for unknown.
+    """
+    known = np.isfinite(images.depth) & (images.depth < _FARTHEST)
+    steps = np.where(known, np.rint(1e3 * images.depth), 0).astype(np.uint16)
+    for topic, pixels, name in (
+        ("/wrist_camera/color", images.rgb, "jpeg"),
+        ("/wrist_camera/depth", steps, "png"),
+    ):
+        content = {
+            "timestamp": stamp(images.stamp),
+            "frame_id": CAMERA,
+            "data": _compressed(pixels, name),
+            "format": name,
+        }
+        yield Message(topic, "foxglove.CompressedImage", content)
+
+
+def _compressed(pixels: np.ndarray, name: str) -> str:
+    pictures = import_optional("PIL.Image", "images in a recording", "record")
+    file = io.BytesIO()
+    picture = pictures.fromarray(np.ascontiguousarray(pixels))
+    if name == "jpeg":
+        picture.save(file, name, quality=_QUALITY)
+    else:
+        picture.save(file, name, compress_level=1)
+    return base64.b64encode(file.getvalue()).decode()

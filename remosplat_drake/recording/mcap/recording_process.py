@@ -1,0 +1,143 @@
+"""The process that writes an MCAP file: `serve` is all that runs in it."""
+
+import dataclasses as dc
+import pickle
+import select
+import socket
+import time
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.wire.channels import WRIST_CAMERA
+from remosplat_drake.hardware.wire.images import decode_images
+from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.packets import BrokenMessage
+from remosplat_drake.recording.events import TROUBLE, Event
+from remosplat_drake.recording.mcap.mcap_file import McapFile
+from remosplat_drake.recording.mcap.messages import (
+    Message,
+    image_messages,
+    log,
+    stamp,
+    tick_messages,
+    transforms,
+)
+from remosplat_drake.recording.mcap.tick_record import TickRecord
+from remosplat_drake.robot.robot_model import RobotModel
+
+LARGEST = 1 << 20
+"""Size of the largest packet with a tick [bytes]."""
+
+_ROUND = 0.02
+"""Time between two looks at the camera's wire [s]."""
+
+_TRANSFORMS, _IMAGES = 1 / 30, 1 / 5
+"""Least time between two transforms, and between two images, in a file [s]."""
+
+
+@dc.dataclass(frozen=True)
+class RecordingJob:
+    """What the process is to write.
+
+    Attributes:
+        path: The file.
+        limit: Size from which on nothing is added [bytes].
+        robot: The robot.
+        camera: Where the wrist camera's images are heard; None for none.
+    """
+
+    path: Path
+    limit: int
+    robot: RobotModel
+    camera: HardwareConfig | None = None
+
+
+def serve(
+    connection: Connection, ticks: socket.socket, job: RecordingJob
+) -> None:
+    """Writes ticks and images until the other end of `ticks` is closed.
+
+    Args:
+        connection: Tells the parent that the file was begun, with an empty
+            text, or why it was not; and then each new trouble.
+        ticks: Pairs of a number of ticks left out so far and a `TickRecord`,
+            pickled, one a packet; an empty packet is the end.
+        job: What to write.
+    """
+    try:
+        file = McapFile(job.path, job.limit)
+    except RemoSplatError as error:
+        connection.send(str(error))
+        return
+    connection.send("")
+    recording = _Recording(job, file)
+    told = ""
+    try:
+        while recording.round(ticks):
+            if file.trouble != told:
+                told = file.trouble
+                connection.send(told)
+    except (BrokenPipeError, ConnectionResetError):
+        pass  # The parent has died; its ticks are in the file.
+    finally:
+        file.close()
+
+
+class _Recording:
+    """Sorts what comes into the file."""
+
+    def __init__(self, job: RecordingJob, file: McapFile):
+        self._job, self._file = job, file
+        self._left_out = 0
+        self._complaint = ""
+        self._transformed = self._pictured = float("-inf")
+        self._inbox = None
+        if job.camera is not None:
+            names = [job.camera.channels.wrist_camera]
+            self._inbox = Inbox(job.camera.open_camera_lcm(), names)
+
+    def round(self, ticks: socket.socket) -> bool:
+        """Writes what has come; returns whether more may come."""
+        if self._inbox is not None:
+            for _, packet in self._inbox.fetch():
+                self._picture(packet)
+        if select.select([ticks], [], [], _ROUND)[0]:
+            packet = ticks.recv(LARGEST)
+            if not packet:
+                return False
+            self._tick(*pickle.loads(packet))
+        self._file.flush()
+        return True
+
+    def _tick(self, left_out: int, record: TickRecord) -> None:
+        add, robot = self._file.add, self._job.robot
+        for message in tick_messages(record, robot):
+            add(message)
+        if not 0 <= record.time - self._transformed < _TRANSFORMS:
+            self._transformed = record.time
+            message = transforms(record, robot)
+            if message is not None:
+                add(message)
+        if left_out > self._left_out:
+            self._left_out = left_out
+            content = {"timestamp": stamp(record.time), "left_out": left_out}
+            add(Message("/recorder", "remosplat.Recorder", content))
+
+    def _complain(self, text: str) -> None:
+        """Notes a broken image, unless the latest one broke likewise."""
+        if text != self._complaint:
+            self._complaint = text
+            self._file.add(log(Event(time.time(), TROUBLE, text)))
+
+    def _picture(self, packet: bytes) -> None:
+        try:
+            images = decode_images(packet)
+        except BrokenMessage as error:
+            self._complain(f"{WRIST_CAMERA}: {error}")
+            return
+        if not 0 <= images.stamp - self._pictured < _IMAGES:
+            self._pictured = images.stamp
+            for message in image_messages(images):
+                self._file.add(message)

@@ -1,0 +1,83 @@
+"""`TickRecord`: what a control tick saw and did, small enough to send away."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.recording.events import Event
+from remosplat_drake.recording.tick_events import LoggedSignals
+from remosplat_drake.signals.station_status import StationStatus
+from remosplat_drake.signals.tick_report import TickReport
+
+
+@dc.dataclass(frozen=True, eq=False)
+class TickRecord:
+    """A control tick without the map and the kinematics that it used.
+
+    Attributes:
+        time: Time of the tick, by the diagram's clock [s].
+        q: Measured configuration, shape (n_q,) [m, rad].
+        commanded: The controller's command u, shape (n_u,) [m/s, rad/s].
+        executed: The command that the station got, shape (n_u,).
+        X_WT: Pose of the target, shape (4, 4).
+        status: Status of the controller, one of `STATUSES`.
+        reason: Why the status is not the best one.
+        scale: How far verification let the command go, 0 to 1.
+        duration: How long the tick took [s].
+        sphere: Sphere of each clearance, shape (m,).
+        distance: The clearances, shape (m,) [m].
+        mode: Mode of the supervisor; empty without one.
+        stop_reason: Why the supervisor stopped the robot.
+        station: Status of the station; None where none is connected.
+        events: What happened since the tick before.
+    """
+
+    time: float
+    q: np.ndarray
+    commanded: np.ndarray
+    executed: np.ndarray
+    X_WT: np.ndarray
+    status: str
+    reason: str
+    scale: float
+    duration: float
+    sphere: np.ndarray
+    distance: np.ndarray
+    mode: str
+    stop_reason: str
+    station: StationStatus | None
+    events: tuple[Event, ...]
+
+    @staticmethod
+    def of(
+        report: TickReport,
+        executed: np.ndarray,
+        signals: LoggedSignals,
+        events: tuple[Event, ...],
+    ) -> "TickRecord":
+        """Puts the record of a tick together.
+
+        Args:
+            report: The controller's report.
+            executed: The command as the robot got it, shape (n_u,).
+            signals: What else was found at the tick.
+            events: What happened since the tick before.
+        """
+        supervision = signals.supervision
+        return TickRecord(
+            time=report.time,
+            q=report.q,
+            commanded=report.command,
+            executed=np.array(executed),
+            X_WT=report.X_WT,
+            status=report.status,
+            reason=report.reason,
+            scale=report.scale,
+            duration=report.timings.get("total", 0.0),
+            sphere=report.clearances.sphere,
+            distance=report.clearances.distance,
+            mode=signals.mode,
+            stop_reason="" if supervision is None else supervision.reason,
+            station=signals.station,
+            events=events,
+        )

@@ -1,0 +1,79 @@
+"""`remosplat doctor` with the stand-in robot, as processes of their own."""
+
+import json
+import subprocess
+import time
+
+import pytest
+from drake import lcmt_drake_signal
+from patience import PATIENCE
+from pydrake.lcm import DrakeLcm
+from robot_process import Client, robot_process
+from runs import command_line, complaint, remosplat
+
+from remosplat_drake.acceptance.hardware_processes import free_url
+from remosplat_drake.hardware.stand_in import faults
+
+
+def inject(lcm: DrakeLcm, name: str) -> None:
+    message = lcmt_drake_signal()
+    message.dim, message.coord, message.val = 1, [name], [0.0]
+    lcm.Publish(faults.CHANNEL, message.encode())
+
+
+def read(path):
+    report = json.loads(path.read_text())
+    return {f["check"]: f for f in report["findings"]}
+
+
+def test_a_silent_wire_fails(tmp_path):
+    path, url = tmp_path / "doctor.json", free_url()
+    done = remosplat("doctor", "--lcm-url", url, "--report", path, "--yes")
+    assert done.returncode == 1, done.stderr
+    found = read(path)
+    assert found["who sends PANDA_STATUS"]["found"] == "nobody"
+    assert found["multicast"]["result"] == "passed"
+    assert found["base-step"]["result"] == "skipped"
+    assert "to mend: start the driver" in done.stdout
+
+
+def test_an_unknown_drill_is_told(capsys):
+    line = complaint(capsys, "doctor", "--skip", "dance")
+    assert "--skip: unknown drill 'dance'" in line
+
+
+@pytest.mark.slow
+def test_all_drills_pass_with_the_stand_in(tmp_path):
+    """Somebody presses each button when told to, and resets it."""
+    path, url = tmp_path / "doctor.json", free_url()
+    with robot_process(url, "TableReach"):
+        Client(url).wait_for_robot()
+        line = command_line(
+            *("doctor", "TableReach", "--lcm-url", url),
+            *("--report", path, "--yes", "--patience", str(PATIENCE)),
+        )
+        with subprocess.Popen(
+            line, stdout=subprocess.PIPE, text=True
+        ) as doctor:
+            person = DrakeLcm(url)
+            assert doctor.stdout is not None
+            said = []
+            for words in doctor.stdout:
+                said.append(words)
+                if "press the user stop" in words:
+                    inject(person, "user-stop")
+                elif "press the emergency stop" in words:
+                    inject(person, "base-emergency-stop")
+                elif "now reset it" in words:
+                    time.sleep(0.5)
+                    inject(person, faults.RECOVER)
+        found = read(path)
+    drills = (
+        "step response of the base",
+        "user stop of the arm",
+        "emergency stop of the base",
+    )
+    for drill in drills:
+        assert found[drill]["result"] == "passed", "".join(said)
+    assert "mode user_stopped" in found["user stop of the arm"]["found"]
+    assert found["who sends BASE_STATUS"]["result"] == "passed"

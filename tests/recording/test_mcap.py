@@ -1,0 +1,253 @@
+"""MCAP files, written by the recording process and read by the mcap library."""
+
+import json
+import os
+import signal
+import subprocess
+import time
+from base64 import b64decode
+from collections import defaultdict
+from io import BytesIO
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+from patience import PATIENCE
+from pydrake.lcm import DrakeLcm
+from runs import command_line, remosplat
+
+from remosplat_drake.acceptance.hardware_processes import free_url
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.hardware.hardware_config import HardwareConfig, beside
+from remosplat_drake.hardware.wire.channels import WRIST_CAMERA
+from remosplat_drake.hardware.wire.images import encode_images
+from remosplat_drake.recording.events import SUPERVISOR, Event
+from remosplat_drake.recording.mcap import mcap_recorder
+from remosplat_drake.recording.mcap.mcap_file import McapFile
+from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
+from remosplat_drake.recording.mcap.messages import Message, stamp
+from remosplat_drake.recording.mcap.tick_record import TickRecord
+from remosplat_drake.signals.station_status import StationStatus
+
+reader = pytest.importorskip("mcap.reader")
+pictures = pytest.importorskip("PIL.Image")
+
+
+def messages(path: Path) -> dict[str, list[dict]]:
+    """All messages of a file by topic, each of them valid by its schema.
+
+    It is read from the front, as a file without an index has to be.
+    """
+    found, validators = defaultdict(list), {}
+    with path.open("rb") as file:
+        try:
+            for schema, channel, message in reader.NonSeekingReader(
+                file, validate_crcs=True
+            ).iter_messages(log_time_order=False):
+                content = json.loads(message.data)
+                if schema.id not in validators:
+                    definition = json.loads(schema.data)
+                    jsonschema.Draft202012Validator.check_schema(definition)
+                    validators[schema.id] = jsonschema.Draft202012Validator(
+                        definition
+                    )
+                validators[schema.id].validate(content)
+                found[channel.topic].append(content)
+        except reader.McapError:
+            pass  # Its writer was killed.
+    return found
+
+
+def tick(robot, time: float, *events: Event) -> TickRecord:
+    return TickRecord(
+        time=time,
+        q=robot.q_home,
+        commanded=np.zeros(robot.n_u),
+        executed=np.ones(robot.n_u),
+        X_WT=np.eye(4),
+        status="optimal",
+        reason="",
+        scale=1.0,
+        duration=1e-3,
+        sphere=np.array([0, 3, 3]),
+        distance=np.array([0.3, 0.2, 0.1]),
+        mode="running",
+        stop_reason="",
+        station=StationStatus(age=np.inf),
+        events=events,
+    )
+
+
+def test_ticks_become_valid_messages(frankie, tmp_path):
+    path = tmp_path / "a.mcap"
+    recorder = McapRecorder(path, frankie)
+    recorder.append(tick(frankie, 100.0, Event(100.0, SUPERVISOR, "stopped")))
+    recorder.append(tick(frankie, 100.01))
+    recorder.close()
+    assert recorder.trouble == ""
+    found = messages(path)
+    assert [m["timestamp"]["nsec"] for m in found["/command"]] == [
+        0,
+        10_000_000,
+    ]
+    links = found["/clearances"][0]["links"]
+    assert links[frankie.spheres.links[3]] == 0.1
+    assert found["/clearances"][0]["minimum"] == 0.1
+    assert found["/events"][0]["message"] == "stopped"
+    joints = found["/joint_states"][0]["joints"]
+    assert [j["name"] for j in joints] == list(frankie.description.arm.joints)
+    # Two ticks within a thirtieth of a second have one set of transforms.
+    (transforms,) = (m["transforms"] for m in found["/tf"])
+    X_WL = frankie.body_poses(frankie.q_home)
+    by_name = {t["child_frame_id"]: t["translation"] for t in transforms}
+    hand = by_name["panda_link7"]
+    np.testing.assert_allclose(
+        [hand[axis] for axis in "xyz"],
+        X_WL[frankie.tree.index("panda_link7"), :3, 3],
+    )
+    assert "target" in by_name
+    with path.open("rb") as file:
+        summary = reader.make_reader(file).get_summary()
+    assert {s.encoding for s in summary.schemas.values()} == {"jsonschema"}
+    assert {c.message_encoding for c in summary.channels.values()} == {"json"}
+
+
+def test_images_on_the_cameras_wire_are_recorded(frankie, tmp_path):
+    path, url = tmp_path / "a.mcap", free_url()
+    recorder = McapRecorder(path, frankie, camera=HardwareConfig(lcm_url=url))
+    lcm = DrakeLcm(beside(url))
+    rgb = np.full((24, 32, 3), 100, np.uint8)
+    depth = np.full((24, 32), 1.5, np.float32)
+    end, n = time.monotonic() + PATIENCE, 0
+    while "/wrist_camera/depth" not in (found := messages(path)):
+        assert time.monotonic() < end
+        n += 1
+        lcm.Publish(WRIST_CAMERA, b"nonsense")
+        time.sleep(0.1)  # Drake keeps one message until it is fetched.
+        lcm.Publish(WRIST_CAMERA, encode_images(rgb, depth, 10**6 * n))
+        time.sleep(0.1)
+    recorder.close()
+    complaints = [message["message"] for message in found["/events"]]
+    assert complaints == ["WRIST_CAMERA: is not a whole lcmt_image_array"]
+    message = found["/wrist_camera/depth"][0]
+    steps = np.asarray(pictures.open(BytesIO(b64decode(message["data"]))))
+    np.testing.assert_array_equal(steps, np.full((24, 32), 1500))
+    message = found["/wrist_camera/color"][0]
+    colors = np.asarray(pictures.open(BytesIO(b64decode(message["data"]))))
+    np.testing.assert_allclose(colors, rgb, atol=3)
+
+
+def test_a_stalled_process_delays_nobody(frankie, tmp_path, monkeypatch):
+    monkeypatch.setattr(mcap_recorder, "WAITING", 5)
+    path = tmp_path / "a.mcap"
+    recorder = McapRecorder(path, frankie)
+    process = recorder._child.process
+    assert process is not None and process.pid is not None
+    os.kill(process.pid, signal.SIGSTOP)
+    slowest, count = 0.0, 0
+    while recorder.left_out < 3:
+        count += 1
+        start = time.thread_time()
+        recorder.append(tick(frankie, 100.0 + 0.01 * count))
+        slowest = max(slowest, time.thread_time() - start)
+    assert slowest < 0.1
+    assert recorder.trouble == "the recording lacks 3 ticks: too busy"
+    os.kill(process.pid, signal.SIGCONT)
+    recorder.close()
+    assert len(messages(path)["/command"]) == count - 3
+
+
+def test_a_killed_process_is_told(frankie, tmp_path):
+    path = tmp_path / "a.mcap"
+    recorder = McapRecorder(path, frankie)
+    process = recorder._child.process
+    assert process is not None
+    process.kill()
+    process.join()
+    recorder.append(tick(frankie, 100.0))
+    assert "the recording has ended" in recorder.trouble
+    recorder.close()
+
+
+def test_a_full_file_gets_no_more(tmp_path):
+    file = McapFile(tmp_path / "a.mcap", limit=1 << 20)
+    content = {
+        "timestamp": stamp(1.0),
+        "frame_id": "c",
+        "data": "",
+        "format": "png",
+    }
+    rng = np.random.default_rng(0)
+    while not file.trouble:
+        content["data"] = rng.bytes(50_000).hex()
+        file.add(Message("/x", "foxglove.CompressedImage", dict(content)))
+        file.flush(at_once=True)
+    assert file.trouble == "the file has 1 MiB"
+    size = (tmp_path / "a.mcap").stat().st_size
+    assert (1 << 20) < size < (1 << 20) + 100_000
+    file.add(Message("/x", "foxglove.CompressedImage", content))
+    file.close()
+    assert (tmp_path / "a.mcap").stat().st_size < size + 10_000
+
+
+def test_an_existing_file_is_not_overwritten(frankie, tmp_path):
+    path = tmp_path / "a.mcap"
+    path.write_bytes(b"mine")
+    with pytest.raises(RemoSplatError, match=r"--record: .*a.mcap: File exist"):
+        McapRecorder(path, frankie)
+    assert path.read_bytes() == b"mine"
+
+
+def test_a_run_is_recorded_whole(tmp_path):
+    path = tmp_path / "a.mcap"
+    done = remosplat(
+        "run",
+        "TableGroundTruth",
+        "--headless",
+        "--record",
+        path,
+        "--output",
+        tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    ticks = json.loads((tmp_path / "metrics.json").read_text())["ticks"]
+    found = messages(path)
+    assert len(found["/command"]) == ticks
+    assert len(found["/station_status"]) == ticks
+
+
+@pytest.mark.slow
+def test_the_recording_outlives_the_run(tmp_path):
+    """Kill -9 in the middle: what was seen before can be read."""
+    path = tmp_path / "a.mcap"
+    line = command_line(
+        "run",
+        "TableReach",
+        "--headless",
+        "--realtime-rate",
+        "0.2",
+        "--record",
+        path,
+    )
+    with subprocess.Popen(
+        line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    ) as run:
+        end = time.monotonic() + PATIENCE
+        while not path.exists() or len(messages(path)["/command"]) < 30:
+            assert run.poll() is None and time.monotonic() < end
+            time.sleep(0.2)
+        run.kill()
+    before = len(messages(path)["/command"])
+    while True:
+        with path.open("rb") as file:
+            try:
+                summary = reader.make_reader(file).get_summary()
+                break
+            except reader.McapError:
+                pass  # The recording process has not come to its end yet.
+        assert time.monotonic() < end
+        time.sleep(0.2)
+    counts = summary.statistics.channel_message_counts
+    topics = {c.topic: n for n, c in summary.channels.items()}
+    assert counts[topics["/command"]] >= before
