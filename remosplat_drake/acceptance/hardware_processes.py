@@ -83,7 +83,7 @@ def robot(url: str, *arguments: str) -> Iterator[subprocess.Popen]:
 def second_controller(url: str) -> Iterator[subprocess.Popen]:
     """Runs `remosplat run --hardware`, as somebody else in the lab would."""
     line = [sys.executable, "-c", _COMMAND, "run", "TableReach"]
-    flags = ["--hardware", "--headless", "--lcm-url", url]
+    flags = ["--hardware", "--without-doctor", "--headless", "--lcm-url", url]
     with _running([*line, *flags], subprocess.DEVNULL) as process:
         yield process
 
