@@ -28,6 +28,9 @@ PERIOD = 0.01
 STATUS_PERIOD = 3
 """Number of these between two odometries."""
 
+SPEED_PERIOD = 10
+"""Number of these between two measurements of the speed."""
+
 LIMIT = np.array([1.0, 3.0])
 """Greatest acceleration of commands [m/s^2, rad/s^2]."""
 
@@ -79,11 +82,14 @@ class Drive:
         path: The commands.
         stamp: Stamps of the odometry, shape (k,) [s].
         pose: x, y, yaw by it, shape (k, 3) [m, m, rad].
+        speed: Speeds that it tells, measured ten times a second, shape (k, 2)
+            [m/s, rad/s].
     """
 
     path: CommandedPath
     stamp: np.ndarray
     pose: np.ndarray
+    speed: np.ndarray
 
     def first_alarm(self, delay: float) -> float:
         """Returns when the residual finds a fault, infinite for never [s].
@@ -127,7 +133,7 @@ def driven(
     path = CommandedPath()
     pose, v, late = np.zeros(3), np.zeros(2), round(base.delay / PERIOD)
     share = -np.expm1(-PERIOD / base.lag)
-    stamps, poses = [], []
+    stamps, poses, speeds, told = [], [], [], v
     for i, u in enumerate(commands):
         t = i * PERIOD
         path.append(t, u)
@@ -137,10 +143,13 @@ def driven(
         else:
             v = np.zeros(2)
         pose = extrapolated_pose(pose, base.scale * v, PERIOD)
+        if i % SPEED_PERIOD == 0:
+            told = v
         if i % STATUS_PERIOD == 0 and random.random() >= LOSS:
             stamps.append(t + PERIOD + random.uniform(-JITTER, JITTER))
             poses.append(pose + NOISE * random.normal(size=3))
-    return Drive(path, np.array(stamps), np.array(poses))
+            speeds.append(told)
+    return Drive(path, np.array(stamps), np.array(poses), np.array(speeds))
 
 
 def random_commands(random: np.random.Generator, n: int) -> np.ndarray:

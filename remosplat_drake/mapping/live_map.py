@@ -21,6 +21,7 @@ from remosplat_drake.mapping.live_map_memory import (
     located,
     news,
 )
+from remosplat_drake.mapping.localization.base_localization import SIGMAS
 from remosplat_drake.mapping.map_status import first_status, noted
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.mapping.messages import (
@@ -30,6 +31,8 @@ from remosplat_drake.mapping.messages import (
     Track,
 )
 from remosplat_drake.mapping.store.map_file import open_map
+from remosplat_drake.oracle.uncertain_placement import UncertainPlacement
+from remosplat_drake.robot.planar_pose import largest_error
 from remosplat_drake.signals.base_correction import BaseCorrection
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.map_requests import MapRequests
@@ -252,11 +255,16 @@ class LiveMap(LeafSystem):
         if self._objection is None or memory.candidate is None:
             return ""
         scene_map, correction = memory.candidate
-        q = np.array(self._configuration_input.Eval(context))
+        q, field = (
+            np.array(self._configuration_input.Eval(context)),
+            scene_map.field,
+        )
         if np.isfinite(correction.time):
-            q[:3] = correction.base_at(context.get_time(), q[:3])
+            q[:3] = X_WB = correction.base_at(context.get_time(), q[:3])
+            off = largest_error(correction.covariance, SIGMAS, X_WB, X_WB)
+            field = UncertainPlacement(field, X_WB[:2], *off)
         u = self._executed_input.Eval(context)
-        return self._objection(scene_map.field, q, u)
+        return self._objection(field, q, u)
 
     def _tick(self, context: Context, state: State):
         before = self._memory(context)

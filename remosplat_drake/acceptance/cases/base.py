@@ -16,7 +16,7 @@ def _unnoticed(what: str, fault: str, speed: float) -> FaultCase:
     return robot_fault(
         f"{what} through ROS at {speed:g} m/s",
         "base-mute",
-        "by its commands",
+        "does not move as it should",
         then=fault,
         # A base that is told to stand, and stands, is as it should be.
         refusal=None,

@@ -139,22 +139,30 @@ class CommandedPath:
 def speed_problem(samples: Sequence[BaseSample]) -> str:
     """Says that a base's pose is not where its own speeds put it.
 
+    Speeds are told late, so that it is the poses that are delayed here.
+
     Args:
         samples: Where it was, the latest last.
 
     Returns:
         In words; empty if it is.
     """
-    rows = np.array([(s.stamp, *s.driven, *s.velocity) for s in samples])
+    rows = np.array([(s.stamp, *s.pose, *s.velocity) for s in samples])
     found = _compared(
         lambda start, end: _motions(rows, start, end, _OWN_HELD),
         samples,
-        # Of earlier motions the speeds are forgotten.
+        np.array([sample.driven for sample in samples]),
+        # Of earlier poses nothing is known.
         samples[0].stamp + OWN_DELAY,
         OWN_DELAY,
         OWN_SHARE,
     )
-    return found and f"{found} by its speeds"
+    if not found:
+        return ""
+    driven, moved, seconds = found
+    return (
+        f"it moved by {moved} in {seconds:.1f} s, not by {driven} by its speeds"
+    )
 
 
 def follow_problem(
@@ -168,42 +176,53 @@ def follow_problem(
         delay: Longest time from a command to its effect in the odometry [s].
     """
     # The first command follows whatever others had the base do.
-    found = _compared(commanded.motions, samples, commanded.began, delay, SHARE)
-    return found and f"{found} by its commands"
+    poses = np.array([sample.pose for sample in samples])
+    found = _compared(
+        commanded.motions, samples, poses, commanded.began, delay, SHARE
+    )
+    if not found:
+        return ""
+    moved, told, seconds = found
+    return (
+        f"it moved by {moved} in {seconds:.1f} s, not by {told} by its commands"
+    )
 
 
 def _compared(
     motions: Motions,
     samples: Sequence[BaseSample],
+    poses: np.ndarray,
     began: float,
     delay: float,
     share: float,
-) -> str:
-    """Says how motions differ from what they should be, empty if they do not.
+) -> tuple[str, str, float] | tuple[()]:
+    """Finds motions that differ from what they should be.
 
     Args:
-        motions: The motions that should be.
-        samples: Where the base was, the latest last.
+        motions: The motions that should be, delayed.
+        samples: When the base was somewhere, the latest last, length k.
+        poses: Where it was, shape (k, 3) [m, m, rad].
         began: Since when that is known [s].
         delay: Longest delay [s].
         share: Share of its way by which a motion may differ.
+
+    Returns:
+        The motion, and that which should be, in words, and how long it took
+        [s]; empty if they agree.
     """
     latest = samples[-1]
     since = [max(latest.stamp - window, began) for window in WINDOWS]
     first = [bisect_right(samples, t, key=lambda s: s.stamp) for t in since]
     if max(first) >= len(samples) - 1:
-        return ""
+        return ()
     start = np.array([samples[i].stamp for i in first])
-    moved = _relative(np.array([samples[i].pose for i in first]), latest.pose)
+    moved = _relative(poses[first], poses[-1])
     meant, excess = residuals(motions, start, latest.stamp, moved, delay, share)
     wrong = np.flatnonzero(~(excess <= 1.0))
     if not len(wrong):
-        return ""
+        return ()
     i = wrong[0]
-    return (
-        f"it moved by {_words(moved[i])} in {latest.stamp - start[i]:.1f} s,"
-        f" not by {_words(meant[i])}"
-    )
+    return _words(moved[i]), _words(meant[i]), latest.stamp - start[i]
 
 
 def residuals(

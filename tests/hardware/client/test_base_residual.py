@@ -14,6 +14,7 @@ from remosplat_drake.hardware.client.base_residual import (
     BaseSample,
     CommandedPath,
     follow_problem,
+    speed_problem,
 )
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 
@@ -70,6 +71,26 @@ def test_the_station_asks_as_the_study_does():
         and follow_problem(drive.path, samples[: i + 1], DELAY)
     ]
     assert found[0] == drive.first_alarm(DELAY)
+
+
+@pytest.mark.parametrize("drifts", [False, True])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_pose_is_held_against_speeds_that_are_told_late(seed, drifts):
+    random = np.random.default_rng(seed)
+    commands = random_commands(random, 3000)
+    drive = driven(random, Base(0.1, 0.05, np.ones(2)), commands)
+    sample = BaseSample(0.0, 0.0, np.zeros(3), np.zeros(2))
+    samples, found = [sample], []
+    heard = zip(drive.stamp, drive.pose, drive.speed, strict=True)
+    for t, pose, speed in heard:
+        off = np.array([0.02 * t * drifts, 0.0, 0.0])
+        sample = sample.then(t, t, pose + off, speed)
+        samples = [*samples[-100:], sample]
+        if speed_problem(samples):
+            found.append(t)
+    assert bool(found) == drifts, found
+    if drifts:
+        assert found[0] < 4.0
 
 
 def test_what_others_had_the_base_do_before_is_no_fault():

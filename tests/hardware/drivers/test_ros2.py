@@ -1,13 +1,23 @@
 """ROS 2 without ROS: bytes that another decoder reads, and a bridge."""
 
+import time
+
 import numpy as np
 import pytest
 from patience import PATIENCE
+from pydrake.lcm import DrakeLcm
 from robot_process import running
 from ros_robot import Station, check_bridge
 
 from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.base.clock import wall_utime
+from remosplat_drake.hardware.wire.channels import (
+    BASE_LOCALIZATION,
+    BASE_STATUS,
+)
+from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.localization import decode_localization
+from remosplat_drake.hardware.wire.messages.base_status import base_status
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 rosbags_typesys = pytest.importorskip(
@@ -23,6 +33,8 @@ from cyclonedds.topic import Topic
 from remosplat_drake.hardware.drivers import ros2_messages as ros
 
 DOMAIN = 77
+
+TF = "tf2_msgs/msg/TFMessage"
 
 
 @pytest.fixture(scope="module")
@@ -70,12 +82,41 @@ def test_an_odometry_is_read_by_another_decoder_and_back(store):
     assert ros.Odometry.deserialize(again) == message
 
 
+def test_localisations_and_flags_are_read_by_another_decoder(store):
+    pose = ros.PoseWithCovarianceStamped(ros.Header(frame_id="map"))
+    pose.pose.pose.position.y = -2.0
+    pose.pose.covariance[35] = 0.01
+    data = pose.serialize()
+    name = "geometry_msgs/msg/PoseWithCovarianceStamped"
+    read = store.deserialize_cdr(data, name)
+    assert (read.header.frame_id, read.pose.pose.position.y) == ("map", -2.0)
+    assert read.pose.covariance[35] == 0.01
+    assert bytes(store.serialize_cdr(read, name)) == data
+
+    found = ros.TransformStamped(ros.Header(frame_id="map"), "odom")
+    found.transform.translation.x = 3.0
+    data = ros.TFMessage([found, ros.TransformStamped()]).serialize()
+    register = rosbags_typesys.get_types_from_msg
+    store.register(register("geometry_msgs/TransformStamped[] transforms", TF))
+    read = store.deserialize_cdr(data, TF)
+    assert read.transforms[0].child_frame_id == "odom"
+    assert read.transforms[0].transform.translation.x == 3.0
+    assert bytes(store.serialize_cdr(read, TF)) == data
+
+    read = store.deserialize_cdr(
+        ros.Bool(True).serialize(), "std_msgs/msg/Bool"
+    )
+    assert read.data
+
+
 @pytest.mark.parametrize(
     ("message", "name"),
     [
         (ros.Twist, "geometry_msgs::msg::dds_::Twist_"),
         (ros.Odometry, "nav_msgs::msg::dds_::Odometry_"),
         (ros.Header, "std_msgs::msg::dds_::Header_"),
+        (ros.TFMessage, "tf2_msgs::msg::dds_::TFMessage_"),
+        (ros.Bool, "std_msgs::msg::dds_::Bool_"),
         (ros.Time, "builtin_interfaces::msg::dds_::Time_"),
     ],
 )
@@ -131,3 +172,56 @@ def test_a_base_is_driven_through_the_bridge():
         bridge.terminate()
         assert bridge.wait(PATIENCE) == 0
     assert set(robot.received()) == {(0.0, 0.0)}
+
+
+@pytest.mark.slow
+def test_stops_and_localisations_go_through_the_bridge():
+    url = free_url()
+    robot, participant = Robot(), DomainParticipant(DOMAIN)
+
+    def writer(name: str, kind) -> DataWriter:
+        return DataWriter(participant, Topic(participant, name, kind))
+
+    stop = writer("rt/e_stop", ros.Bool)
+    amcl = writer("rt/amcl_pose", ros.PoseWithCovarianceStamped)
+    tf = writer("rt/tf", ros.TFMessage)
+    lcm = DrakeLcm(url)
+    inbox = Inbox(lcm, [BASE_STATUS, BASE_LOCALIZATION])
+    heard: list[tuple[int, int]] = []
+    children: set[str] = set()
+
+    def exchange(pressed: bool | None, done) -> None:
+        end = time.monotonic() + PATIENCE
+        heard.clear()
+        while not done():
+            assert bridge.poll() is None and time.monotonic() < end
+            robot.send(1.5, 0.3)
+            if pressed is not None:
+                stop.write(ros.Bool(pressed))
+            amcl.write(ros.PoseWithCovarianceStamped(odometry().header))
+            found = ros.TransformStamped(odometry().header, "odom")
+            tf.write(ros.TFMessage([found]))
+            for channel, data in inbox.fetch(0.01):
+                if channel == BASE_STATUS:
+                    status = base_status.decode(data)
+                    heard.append((status.mode, status.emergency_stop))
+                else:
+                    fix = decode_localization(data)
+                    assert fix.frame == "map"
+                    children.add(fix.child_frame)
+
+    with running(
+        *("base-driver", "ros2", "--lcm-url", url, "--domain", str(DOMAIN)),
+        *("--emergency-stop-topic", "/e_stop", "--stop-expiry", "5"),
+        *("--localization-topic", "/amcl_pose"),
+        *("--localization-tf", "map", "odom"),
+    ) as bridge:
+        fault, moving = (base_status.FAULT, 0), (base_status.MOVING, 0)
+        # Nobody has said yet whether it is pressed.
+        exchange(None, lambda: fault in heard)
+        exchange(False, lambda: moving in heard)
+        exchange(True, lambda: (base_status.STOPPED, 1) in heard)
+        exchange(False, lambda: moving in heard)
+        exchange(False, lambda: children == {"base_link", "odom"})
+        bridge.terminate()
+        assert bridge.wait(PATIENCE) == 0

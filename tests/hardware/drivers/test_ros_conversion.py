@@ -8,9 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RollPitchYaw
 
+from remosplat_drake.hardware.drivers.base_stops import BaseStops, merged
+from remosplat_drake.hardware.drivers.ros_base import RosTopics, StopFlags
 from remosplat_drake.hardware.drivers.ros_conversion import (
     Odometry,
     read_odometry,
+    read_pose,
+    read_transforms,
     stamp_utime,
     status_of,
     write_twist,
@@ -88,3 +92,78 @@ def test_a_twist_has_only_what_a_base_can_do():
     assert (message.linear.x, message.angular.z) == (0.4, -0.1)
     assert (message.linear.y, message.linear.z) == (0.0, 0.0)
     assert (message.angular.x, message.angular.y) == (0.0, 0.0)
+
+
+def header(frame: str) -> Fields:
+    return Fields(stamp=Fields(sec=12, nanosec=500_000_000), frame_id=frame)
+
+
+def pose(yaw: float) -> tuple[Fields, Fields]:
+    rotation = Fields(x=0.0, y=0.0, z=math.sin(yaw / 2), w=math.cos(yaw / 2))
+    return Fields(x=1.0, y=-2.0, z=0.1), rotation
+
+
+def test_a_localised_pose_is_read():
+    position, rotation = pose(0.5)
+    covariance = [float(i == j) * (i + 1) for i in range(6) for j in range(6)]
+    covariance[5] = covariance[30] = 0.25  # x with yaw.
+    message = Fields(
+        header=header("map"),
+        pose=Fields(
+            pose=Fields(position=position, orientation=rotation),
+            covariance=covariance,
+        ),
+    )
+    fix = read_pose(message, "base_link")
+    assert fix.pose == pytest.approx([1.0, -2.0, 0.5])
+    assert fix.covariance.tolist() == [[1, 0, 0.25], [0, 2, 0], [0.25, 0, 6]]
+    assert (fix.frame, fix.child_frame) == ("map", "base_link")
+    assert fix.stamp == 12.5
+
+
+def test_the_wanted_transform_is_found_among_others():
+    position, rotation = pose(-0.5)
+    transform = Fields(translation=position, rotation=rotation)
+    message = Fields(
+        transforms=[
+            Fields(header=header(a), child_frame_id=b, transform=transform)
+            for a, b in (("odom", "base_link"), ("/map", "odom"), ("map", "x"))
+        ]
+    )
+    fixes = read_transforms(message, ("map", "odom"), [0.1, 0.1, 0.2])
+    assert [(f.frame, f.child_frame) for f in fixes] == [("/map", "odom")]
+    assert fixes[0].pose == pytest.approx([1.0, -2.0, -0.5])
+    assert fixes[0].covariance.diagonal() == pytest.approx([0.01, 0.01, 0.04])
+
+
+def test_stops_are_told_in_the_status():
+    odometry = Odometry(1, (0, 0, 0), 0.3, 0)
+    status = status_of(odometry, 1, BaseStops(emergency=True, battery=0.5))
+    assert status is not None
+    assert (status.emergency_stop, status.protective_stop) == (1, 0)
+    assert (status.mode, status.battery) == (base_status.STOPPED, 0.5)
+    unknown = status_of(odometry, 1, BaseStops(is_unknown=True))
+    assert unknown is not None
+    assert unknown.mode == base_status.FAULT
+
+
+def test_any_source_stops_the_base():
+    both = merged([BaseStops(protective=True), BaseStops(is_unknown=True)])
+    assert both == BaseStops(protective=True, is_unknown=True)
+    assert merged([]) == BaseStops()
+
+
+def test_topics_with_flags():
+    topics = RosTopics("", "", emergency_stop="/e", motors_on="/m")
+    flags = StopFlags(topics)
+    assert flags.stops(0.0).is_unknown
+    flags.put("emergency_stop", False, 0.0)
+    flags.put("motors_on", True, 0.0)
+    assert flags.stops(1.0) == BaseStops()
+    flags.put("motors_on", False, 1.0)
+    assert flags.stops(1.0) == BaseStops(motors_off=True)
+    flags.put("emergency_stop", True, 1.5)
+    assert flags.stops(2.0).emergency
+    # Nothing was heard of the motors any more.
+    assert flags.stops(3.4).is_unknown
+    assert StopFlags(RosTopics("", "")).stops(9.0) == BaseStops()
