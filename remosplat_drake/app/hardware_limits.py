@@ -34,6 +34,11 @@ NARROWER = {
     "supervisor.follow_dwell": Interval(ge=0, le=2),
     "hardware.arm_status_expiry": Interval(gt=0, le=0.5),
     "hardware.base_status_expiry": Interval(gt=0, le=0.5),
+    "hardware.base_delay": Interval(ge=0, le=0.5),
+    "hardware.localization.expiry": Interval(gt=0, le=3),
+    "hardware.localization.sigmas": Interval(ge=2, le=6),
+    "hardware.localization.max_shift": Interval(gt=0, le=0.3),
+    "hardware.localization.max_turn": Interval(gt=0, le=0.3),
     # Nobody sees obstacles that are made smaller or left out.
     "oracle.n_sigma": Interval(ge=0.5, le=10),
     "oracle.min_opacity": Interval(ge=0, le=0.5),

@@ -36,6 +36,7 @@ from remosplat_drake.base.errors import FieldError
 from remosplat_drake.controller.braking import braking_steps
 from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.localization_config import LocalizationConfig
 from remosplat_drake.hardware.wire import channels
 from remosplat_drake.hardware.wire.messages.base_command import base_command
 from remosplat_drake.oracle.oracle_config import (
@@ -298,6 +299,8 @@ def test_every_narrower_range_names_a_field_and_admits_its_default():
     for oracle in oracles:
         check_for_hardware(Scenario(oracle=oracle))
     owners = [Scenario(oracle=oracle) for oracle in oracles]
+    owners[0].hardware.localization = LocalizationConfig()
+    check_for_hardware(owners[0])
     for field in (*NARROWER, *REQUIRED):
         assert any(has(owner, field) for owner in owners), field
 
