@@ -214,7 +214,8 @@ def _compared(
     if not len(wrong):
         return ()
     i = wrong[0]
-    return _words(moved[i]), _words(meant[i]), latest.stamp - start[i]
+    seconds = float(latest.stamp - start[i])
+    return _words(moved[i]), _words(meant[i]), seconds
 
 
 def residuals(
