@@ -34,9 +34,6 @@ SHARE = 0.06
 """Share of its way by which a motion may differ besides: wheels slip, and no
 base is calibrated perfectly."""
 
-OWN_SHARE = 0.02
-"""The same between a base's pose and its own speeds, which wheels tell both."""
-
 OWN_DELAY = 0.15
 """Longest time by which a base tells its speeds late [s]."""
 
@@ -155,7 +152,6 @@ def speed_problem(samples: Sequence[BaseSample]) -> str:
         # Of earlier poses nothing is known.
         samples[0].stamp + OWN_DELAY,
         OWN_DELAY,
-        OWN_SHARE,
     )
     if not found:
         return ""
@@ -177,9 +173,7 @@ def follow_problem(
     """
     # The first command follows whatever others had the base do.
     poses = np.array([sample.pose for sample in samples])
-    found = _compared(
-        commanded.motions, samples, poses, commanded.began, delay, SHARE
-    )
+    found = _compared(commanded.motions, samples, poses, commanded.began, delay)
     if not found:
         return ""
     moved, told, seconds = found
@@ -194,7 +188,6 @@ def _compared(
     poses: np.ndarray,
     began: float,
     delay: float,
-    share: float,
 ) -> tuple[str, str, float] | tuple[()]:
     """Finds motions that differ from what they should be.
 
@@ -204,7 +197,6 @@ def _compared(
         poses: Where it was, shape (k, 3) [m, m, rad].
         began: Since when that is known [s].
         delay: Longest delay [s].
-        share: Share of its way by which a motion may differ.
 
     Returns:
         The motion, and that which should be, in words, and how long it took
@@ -217,12 +209,13 @@ def _compared(
         return ()
     start = np.array([samples[i].stamp for i in first])
     moved = _relative(poses[first], poses[-1])
-    meant, excess = residuals(motions, start, latest.stamp, moved, delay, share)
+    meant, excess = residuals(motions, start, latest.stamp, moved, delay)
     wrong = np.flatnonzero(~(excess <= 1.0))
     if not len(wrong):
         return ()
     i = wrong[0]
-    return _words(moved[i]), _words(meant[i]), latest.stamp - start[i]
+    seconds = float(latest.stamp - start[i])
+    return _words(moved[i]), _words(meant[i]), seconds
 
 
 def residuals(
@@ -231,7 +224,6 @@ def residuals(
     end: np.ndarray | float,
     moved: np.ndarray,
     delay: float,
-    share: float = SHARE,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Compares n motions of a base with those that should be.
 
@@ -241,7 +233,6 @@ def residuals(
         end: Times at which they ended, shape (n,) or one for all [s].
         moved: The motions, by their own axes, shape (n, 3) [m, m, rad].
         delay: Longest delay of what should be [s].
-        share: Share of its way by which a motion may differ.
 
     Returns:
         The motion that should be and fits each best, shape (n, 3), and how far
@@ -253,7 +244,7 @@ def residuals(
     error = _size(_relative(told, moved[:, None]))
     spread = 0.5 * _size(_relative(told[:, :-1], told[:, 1:])).max(axis=1)
     way = np.maximum(_size(told).max(axis=1), _size(moved))
-    allowed = SLACK + share * way + spread
+    allowed = SLACK + SHARE * way + spread
     # A heading that is off swings the way.
     allowed[:, 0] += 0.5 * allowed[:, 1] * way[:, 0]
     excess = (error / allowed[:, None]).max(axis=2)

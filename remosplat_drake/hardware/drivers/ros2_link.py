@@ -94,8 +94,8 @@ class Ros2Link:
             for sample in _taken(self._poses)
         ]
         deviation = np.array(topics.deviation)
+        frames = topics.transform or ("", "")
         for sample in _taken(self._transforms):
-            frames = topics.transform
             fixes += read_transforms(sample, frames, deviation)
         return fixes
 

@@ -77,7 +77,7 @@ def test_the_station_asks_as_the_study_does():
 @pytest.mark.parametrize("seed", range(3))
 def test_a_pose_is_held_against_speeds_that_are_told_late(seed, drifts):
     random = np.random.default_rng(seed)
-    commands = random_commands(random, 3000)
+    commands = 0.3 * random_commands(random, 3000)
     drive = driven(random, Base(0.1, 0.05, np.ones(2)), commands)
     sample = BaseSample(0.0, 0.0, np.zeros(3), np.zeros(2))
     samples, found = [sample], []

@@ -116,9 +116,9 @@ def test_a_drift_of_the_odometry():
     drive.go_on(2.0)
     for _ in range(70):
         drive.off[0] -= 0.02 * PERIOD
-        if "by its speeds" in drive.go_on(PERIOD):
+        if "does not move as it should" in drive.go_on(PERIOD):
             break
-    assert 0 < np.hypot(*drive.off[:2]) < 0.035
+    assert 0 < np.hypot(*drive.off[:2]) < 0.042
 
 
 @pytest.mark.parametrize(

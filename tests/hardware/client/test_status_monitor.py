@@ -44,7 +44,10 @@ def heard(
         )
         measurement = with_base_status(
             measurement,
-            base_message(**stamped(t), **((base or {}) if last else {})),
+            base_message(
+                **({"forward": 0.0, "yaw_rate": 0.0} | stamped(t)),
+                **((base or {}) if last else {}),
+            ),
             t,
             CONFIG,
         )
