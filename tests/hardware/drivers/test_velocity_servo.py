@@ -189,7 +189,7 @@ def test_a_staircase_at_100_hz_is_smoother_than_by_the_limiter():
 
 
 def test_a_braking_ramp_is_hardly_longer_than_by_libfrankas_filter():
-    """The ramp as the supervisor sends it, at 100 Hz; its lag is 4 ms longer."""
+    """The ramp as the supervisor sends it; the lag is 4 ms longer."""
     servo, limited = VelocityServo(), JointCommand(RATES, np.zeros(7))
     run(servo, RATES, 100)
     ours, theirs = np.zeros(7), np.zeros(7)
