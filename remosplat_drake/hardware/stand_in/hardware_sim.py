@@ -63,7 +63,7 @@ class HardwareSim:
         self._inbox = Inbox(
             lcm,
             [
-                *([] if fci else [channels.PANDA_COMMAND]),
+                channels.PANDA_COMMAND,
                 channels.BASE_COMMAND,
                 channels.PANDA_HAND_COMMAND,
                 faults.CHANNEL,
