@@ -29,7 +29,7 @@ class Rectifier:
         self._config = config
         self._lens: tuple | None = None
         self._pixels = np.zeros(0, int)
-        self._outside = np.zeros(0, bool)
+        self._outside = np.zeros((0, 0), bool)
 
     def __call__(self, image: RgbdImage) -> RgbdImage:
         """Returns what the scenario's camera would have seen.
