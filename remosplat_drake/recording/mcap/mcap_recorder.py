@@ -76,7 +76,12 @@ class McapRecorder:
         self._child.wait_until_started()
         theirs.close()
         self._child.wait(_START)
-        problem = self._news() if self._child.has_news() else "it is silent"
+        problem = "the recording process is silent"
+        if self._child.has_news():
+            try:
+                problem = self._news()
+            except EOFError:
+                problem = "the recording process has died"
         if problem:
             self.close()
             raise RemoSplatError(f"--record: {problem}")
