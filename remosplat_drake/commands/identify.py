@@ -22,6 +22,7 @@ from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.commands.wire import announce_wire
 from remosplat_drake.hardware.client.measurement import Measurement
 from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.robot.actuators import Actuator, default_actuators
@@ -84,6 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
     console = Console(stderr=True)
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     prepare_for_hardware(scenario, arguments.lcm_url)
+    announce_wire(scenario.hardware.url, console)
     world = load_world(scenario)
     robot = world.robot
     path = arguments.output or Path(robot.description.source)
@@ -97,6 +99,8 @@ def run(arguments: argparse.Namespace) -> int:
     if not (arguments.yes or _agrees(console, len(axes))):
         raise RemoSplatError("identify: nobody agreed; nothing has moved")
     link = RobotLink(scenario.hardware, robot)
+    link.wait_for_statuses()
+    link.take_command()
     fits: dict[int, Fit] = {}
     for axis in axes:
         fit = _identified(

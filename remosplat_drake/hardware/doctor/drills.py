@@ -62,6 +62,15 @@ class DrilledRobot:
         self._link.take_out()
         self.measurement = self._link.updated(self.measurement)
 
+    def take_command(self) -> None:
+        """Tells the drivers to obey this program.
+
+        Raises:
+            RemoSplatError: Somebody else commands them.
+        """
+        self._link.wait_for_statuses()
+        self._link.take_command()
+
     def drive(self, forward: float) -> float:
         """Commands the base for a period; the arm is told to stand.
 
@@ -135,7 +144,15 @@ def step_response(times: np.ndarray, speeds: np.ndarray) -> StepResponse:
 
 
 def drill_base_step(robot: DrilledRobot) -> Finding:
-    """Drives the base forward for a moment and watches how it follows."""
+    """Drives the base forward for a moment and watches how it follows.
+
+    Args:
+        robot: The robot, which stands.
+
+    Raises:
+        RemoSplatError: Somebody else commands it.
+    """
+    robot.take_command()
     start, times, speeds = time.monotonic(), [], []
     while (now := time.monotonic() - start) < 2.5 * STEP_DURATION:
         speed = robot.drive(STEP_SPEED if now < STEP_DURATION else 0.0)

@@ -1,6 +1,7 @@
 """Checks of the wire: who sends on it, how often, by which clock."""
 
 import collections
+import contextlib
 import dataclasses as dc
 import re
 import socket
@@ -10,7 +11,6 @@ from collections.abc import Sequence
 
 from pydrake.lcm import DrakeLcm
 
-from remosplat_drake.hardware.doctor.eavesdropper import Eavesdropper, Packet
 from remosplat_drake.hardware.doctor.finding import (
     FAILED,
     SKIPPED,
@@ -21,6 +21,7 @@ from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire import base as base_wire
 from remosplat_drake.hardware.wire import panda as panda_wire
 from remosplat_drake.hardware.wire.base import decode_base_status
+from remosplat_drake.hardware.wire.multicast import MulticastListener
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.hardware.wire.panda import decode_panda_status
 
@@ -29,6 +30,8 @@ PROBE = "REMOSPLAT_DOCTOR"
 
 LISTENING = 2.0
 """Time for which the wire is listened to [s]."""
+
+_LISTENING_PERIOD = 1e-3
 
 ARM_RATE, BASE_RATE = 200.0, 9.0
 """Least rates of statuses [Hz]; a real arm's is 1 kHz."""
@@ -69,8 +72,25 @@ def check_loopback(url: str) -> Finding:
     )
 
 
-def hear_wire(url: str, duration: float = LISTENING) -> list[Packet]:
-    """Listens to all packets of a wire.
+@dc.dataclass(frozen=True)
+class Heard:
+    """A message that was heard.
+
+    Attributes:
+        sender: Address of the process that sent it, `IP:PORT`.
+        channel: Name of its channel.
+        data: The encoded message.
+        received: When it came, by our wall clock [s].
+    """
+
+    sender: str
+    channel: str
+    data: bytes
+    received: float
+
+
+def hear_wire(url: str, duration: float = LISTENING) -> list[Heard]:
+    """Listens to all messages of a wire; images are too large to count.
 
     Args:
         url: LCM URL of the wire.
@@ -79,12 +99,21 @@ def hear_wire(url: str, duration: float = LISTENING) -> list[Packet]:
     Raises:
         RemoSplatError: The wire cannot be joined.
     """
-    with Eavesdropper(url) as wire:
-        return list(wire.listen(duration))
+    listener = MulticastListener(url)
+    heard, end = [], time.monotonic() + duration
+    with contextlib.closing(listener):
+        while time.monotonic() < end:
+            time.sleep(_LISTENING_PERIOD)
+            now = time.time()
+            heard += [
+                Heard(packet.sender, packet.channel, packet.data, now)
+                for packet in listener.fetch()
+            ]
+    return heard
 
 
 def check_publishers(
-    packets: Sequence[Packet], config: HardwareConfig, has_base: bool
+    packets: Sequence[Heard], config: HardwareConfig, has_base: bool
 ) -> list[Finding]:
     """Looks who sends statuses, and whether somebody commands already.
 
@@ -113,11 +142,8 @@ def check_publishers(
     ]
 
 
-def _addresses(senders: set[tuple[str, int]]) -> str:
-    return (
-        ", ".join(f"{host}:{port}" for host, port in sorted(senders))
-        or "nobody"
-    )
+def _addresses(senders: set[str]) -> str:
+    return ", ".join(sorted(senders)) or "nobody"
 
 
 def _publisher_advice(channel: str, wanted: int, found: int) -> str:
@@ -128,7 +154,7 @@ def _publisher_advice(channel: str, wanted: int, found: int) -> str:
     return "end the other controller, or take another port in the LCM URL"
 
 
-def check_reach(packets: Sequence[Packet], config: HardwareConfig) -> Finding:
+def check_reach(packets: Sequence[Heard], config: HardwareConfig) -> Finding:
     """Looks whether our commands get as far as the drivers.
 
     Args:
@@ -139,7 +165,7 @@ def check_reach(packets: Sequence[Packet], config: HardwareConfig) -> Finding:
     ttl = int(match[1]) if match else 1
     names = config.channels
     drivers = {
-        packet.sender[0]
+        packet.sender.partition(":")[0]
         for packet in packets
         if packet.channel in (names.arm_status, names.base_status)
     }
@@ -187,7 +213,7 @@ class _Source:
 
 
 def check_statuses(
-    packets: Sequence[Packet],
+    packets: Sequence[Heard],
     config: HardwareConfig,
     n_arm: int,
     has_base: bool,
@@ -228,7 +254,7 @@ def check_statuses(
 
 
 def _source(
-    part: str, channel: str, rate: float, packets: Sequence[Packet], read
+    part: str, channel: str, rate: float, packets: Sequence[Heard], read
 ) -> _Source:
     ages, problem, modes = [], "", set()
     for packet in packets:

@@ -1,6 +1,6 @@
 """The doctor's checks on what they read, without a robot."""
 
-import struct
+import threading
 import time
 
 import numpy as np
@@ -19,11 +19,6 @@ from remosplat_drake.hardware.doctor.doctor_report import (
     objection,
     read_report,
     this_host,
-)
-from remosplat_drake.hardware.doctor.eavesdropper import (
-    Eavesdropper,
-    Packet,
-    parse_packet,
 )
 from remosplat_drake.hardware.doctor.finding import (
     ADVICE,
@@ -58,29 +53,25 @@ def test_an_image_wants_a_larger_buffer_than_a_status():
     assert small.found == large.found
 
 
-def test_packets_of_lcm_are_read():
-    short = b"LC02" + struct.pack(">I", 7) + b"CHANNEL\0data"
-    assert parse_packet(short) == ("CHANNEL", b"data")
-    first = b"LC03" + struct.pack(">IIIHH", 7, 100, 0, 0, 3) + b"IMAGES\0da"
-    assert parse_packet(first) == ("IMAGES", b"da")
-    second = b"LC03" + struct.pack(">IIIHH", 7, 100, 9, 1, 3) + b"ta\0"
-    assert parse_packet(second) is None
-    for broken in (b"", b"LC02", b"LC03\0", b"other words\0"):
-        assert parse_packet(broken) is None
-
-
 def test_senders_are_told_apart_by_their_addresses():
-    url, found = free_url(), set()
+    url, heard = free_url(), []
     senders = [DrakeLcm(url), DrakeLcm(url)]
     end = time.monotonic() + PATIENCE
-    with Eavesdropper(url) as wire:
-        while len(found) < 2:
-            assert time.monotonic() < end
+    stop = threading.Event()
+
+    def send():
+        while not stop.wait(0.01):
             for sender in senders:
                 sender.Publish("PROBE", b"x" * 10)
-            found |= {(p.sender, p.channel, p.data) for p in wire.listen(0.05)}
-    assert {channel for _, channel, _ in found} == {"PROBE"}
-    assert {data for _, _, data in found} == {b"x" * 10}
+
+    thread = threading.Thread(target=send)
+    thread.start()
+    while len({each.sender for each in heard}) < 2:
+        assert time.monotonic() < end
+        heard += wire_checks.hear_wire(url, 0.05)
+    stop.set()
+    thread.join()
+    assert {(h.channel, h.data) for h in heard} == {("PROBE", b"x" * 10)}
 
 
 def test_an_own_packet_comes_back():
@@ -88,7 +79,7 @@ def test_an_own_packet_comes_back():
 
 
 def packet(channel: str, port: int, data: bytes = b"", at: float = 0.0):
-    return Packet(("192.0.2.7", port), channel, data, at)
+    return wire_checks.Heard(f"192.0.2.7:{port}", channel, data, at)
 
 
 def results(findings: list[Finding]) -> dict[str, str]:
