@@ -12,6 +12,8 @@ PICKLES = {"pickle", "cPickle", "cloudpickle", "dill", "joblib", "shelve"}
 OUR_PIPES = {
     "controller/guidance/map_transfer.py",
     "controller/guidance/rule_transfer.py",
+    "recording/mcap/mcap_recorder.py",
+    "recording/mcap/recording_process.py",
 }
 """Modules that pickle what they tell a process of their own."""
 

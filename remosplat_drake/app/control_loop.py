@@ -131,9 +131,7 @@ def AddControlLoop(
     if localization is not None:
         configuration = localization.GetOutputPort("configuration")
     targets = add_targets(configuration)
-    predictor = AddPrediction(
-        builder, scenario, robot, station, hardware=hardware
-    )
+    predictor = AddPrediction(builder, scenario, robot, station)
     planned = configuration
     if predictor is not None:
         planned = predictor.GetOutputPort("configuration")

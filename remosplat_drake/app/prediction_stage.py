@@ -14,7 +14,7 @@ from remosplat_drake.controller.prediction.motion_predictor import (
     MotionPredictor,
 )
 from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
-from remosplat_drake.robot.actuators import ActuatorModel, default_actuators
+from remosplat_drake.robot.actuators import ActuatorModel
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.station.actuated_command import ActuatedCommand
@@ -28,24 +28,19 @@ def AddPrediction(
     scenario: Scenario,
     robot: RobotModel,
     station: Diagram,
-    *,
-    hardware: bool,
 ) -> MotionPredictor | None:
-    """Adds the predictor, where the robot does not obey at once.
+    """Adds the predictor, where it is known how the robot's axes follow.
 
-    A real robot whose description has no actuators is taken to have those of
-    `default_actuators`; a simulated one without them obeys at once.
+    A robot whose description has no actuators is taken to obey at once, as far
+    as its follow error allows.
 
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
         robot: The robot.
         station: The robot, simulated or real, as a system.
-        hardware: Whether the station is the real robot.
     """
     actuators = robot.description.actuators
-    if not actuators and hardware:
-        actuators = default_actuators(robot.n_base, robot.n_u - robot.n_base)
     if not actuators:
         return None
     predictor = builder.AddSystem(

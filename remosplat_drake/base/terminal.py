@@ -25,7 +25,7 @@ class TerminalLines:
         if not self._open:
             return None
         number = sys.stdin.fileno()
-        if os.tcgetpgrp(number) != os.getpgrp():
+        if not _is_in_foreground(number):
             return None
         if not select.select([number], [], [], 0)[0]:
             return None
@@ -33,3 +33,11 @@ class TerminalLines:
         data = os.read(number, 4096)
         self._open = bool(data)
         return data.decode(errors="replace").strip() if data else None
+
+
+def _is_in_foreground(number: int) -> bool:
+    """Whether we may read; a terminal that controls nobody stops nobody."""
+    try:
+        return os.tcgetpgrp(number) == os.getpgrp()
+    except OSError:
+        return True

@@ -103,6 +103,10 @@ class HardwareConfig(Config):
     # Longest time from a command to the base until its odometry shows it [s].
     # A base that has not done by then what it was told is stopped.
     base_delay: Annotated[float, Interval(ge=0, le=1)] = 0.25
+    # Share of its way by which the base's motion may differ from its commands
+    # and from its own speeds: wheels slip. A base that differs by more is
+    # stopped.
+    base_share: Annotated[float, Interval(ge=0.01, le=0.5)] = 0.06
     # Greatest age of the base's statuses when they come, or how far their
     # clock may be ahead [s]; with more of it the robot is stopped.
     base_latency: Annotated[float, Interval(gt=0, le=0.5)] = 0.15

@@ -288,7 +288,9 @@ def test_a_robot_that_no_doctor_has_seen_is_not_driven(
     capsys, tmp_path, monkeypatch
 ):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    line = complaint(capsys, "run", "--hardware", "--headless")
+    line = complaint(
+        capsys, "run", "--hardware", "--headless", "--lcm-url", free_url()
+    )
     assert "doctor.json: no report on robot and wire" in line
     assert "--without-doctor" in line
 

@@ -127,9 +127,9 @@ def ticks(monkeypatch) -> list[float]:
     """Times at which the law was run."""
     times = []
 
-    def counted(law, time, *arguments):
+    def counted(law, time, *arguments, **options):
         times.append(time)
-        return run_tick(law, time, *arguments)
+        return run_tick(law, time, *arguments, **options)
 
     run_tick = reactive_controller.run_tick
     monkeypatch.setattr(reactive_controller, "run_tick", counted)

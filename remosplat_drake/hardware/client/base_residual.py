@@ -133,13 +133,14 @@ class CommandedPath:
         return _motions(self._rows[: self._n], start, end, COMMAND_EXPIRY)
 
 
-def speed_problem(samples: Sequence[BaseSample]) -> str:
+def speed_problem(samples: Sequence[BaseSample], share: float = SHARE) -> str:
     """Says that a base's pose is not where its own speeds put it.
 
     Speeds are told late, so that it is the poses that are delayed here.
 
     Args:
         samples: Where it was, the latest last.
+        share: Share of its way by which a motion may differ.
 
     Returns:
         In words; empty if it is.
@@ -152,6 +153,7 @@ def speed_problem(samples: Sequence[BaseSample]) -> str:
         # Of earlier poses nothing is known.
         samples[0].stamp + OWN_DELAY,
         OWN_DELAY,
+        share,
     )
     if not found:
         return ""
@@ -162,7 +164,10 @@ def speed_problem(samples: Sequence[BaseSample]) -> str:
 
 
 def follow_problem(
-    commanded: CommandedPath, samples: Sequence[BaseSample], delay: float
+    commanded: CommandedPath,
+    samples: Sequence[BaseSample],
+    delay: float,
+    share: float = SHARE,
 ) -> str:
     """Says that a base does not do what it is told; empty if it does.
 
@@ -170,10 +175,13 @@ def follow_problem(
         commanded: What it was told.
         samples: Where it was, the latest last.
         delay: Longest time from a command to its effect in the odometry [s].
+        share: Share of its way by which a motion may differ.
     """
     # The first command follows whatever others had the base do.
     poses = np.array([sample.pose for sample in samples])
-    found = _compared(commanded.motions, samples, poses, commanded.began, delay)
+    found = _compared(
+        commanded.motions, samples, poses, commanded.began, delay, share
+    )
     if not found:
         return ""
     moved, told, seconds = found
@@ -188,6 +196,7 @@ def _compared(
     poses: np.ndarray,
     began: float,
     delay: float,
+    share: float,
 ) -> tuple[str, str, float] | tuple[()]:
     """Finds motions that differ from what they should be.
 
@@ -197,6 +206,7 @@ def _compared(
         poses: Where it was, shape (k, 3) [m, m, rad].
         began: Since when that is known [s].
         delay: Longest delay [s].
+        share: Share of its way by which a motion may differ.
 
     Returns:
         The motion, and that which should be, in words, and how long it took
@@ -209,7 +219,7 @@ def _compared(
         return ()
     start = np.array([samples[i].stamp for i in first])
     moved = _relative(poses[first], poses[-1])
-    meant, excess = residuals(motions, start, latest.stamp, moved, delay)
+    meant, excess = residuals(motions, start, latest.stamp, moved, delay, share)
     wrong = np.flatnonzero(~(excess <= 1.0))
     if not len(wrong):
         return ()
@@ -224,6 +234,7 @@ def residuals(
     end: np.ndarray | float,
     moved: np.ndarray,
     delay: float,
+    share: float = SHARE,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Compares n motions of a base with those that should be.
 
@@ -233,6 +244,7 @@ def residuals(
         end: Times at which they ended, shape (n,) or one for all [s].
         moved: The motions, by their own axes, shape (n, 3) [m, m, rad].
         delay: Longest delay of what should be [s].
+        share: Share of its way by which a motion may differ.
 
     Returns:
         The motion that should be and fits each best, shape (n, 3), and how far
@@ -244,7 +256,7 @@ def residuals(
     error = _size(_relative(told, moved[:, None]))
     spread = 0.5 * _size(_relative(told[:, :-1], told[:, 1:])).max(axis=1)
     way = np.maximum(_size(told).max(axis=1), _size(moved))
-    allowed = SLACK + SHARE * way + spread
+    allowed = SLACK + share * way + spread
     # A heading that is off swings the way.
     allowed[:, 0] += 0.5 * allowed[:, 1] * way[:, 0]
     excess = (error / allowed[:, None]).max(axis=2)

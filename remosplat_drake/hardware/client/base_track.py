@@ -137,10 +137,12 @@ def with_base_sample(
         kept = ()  # What a jump has done is no disobedience.
     close = len(kept) > 1 and kept[-1].stamp - kept[-2].stamp < _SPACING
     samples = (*(kept[:-1] if close else kept), sample)
-    disobeys = speed_problem(samples)
+    share = config.base_share
+    disobeys = speed_problem(samples, share)
     if commanded is not None:
         disobeys = (
-            follow_problem(commanded, samples, config.base_delay) or disobeys
+            follow_problem(commanded, samples, config.base_delay, share)
+            or disobeys
         )
     fusion = track.filter
     if fusion is None and config.localization is not None:

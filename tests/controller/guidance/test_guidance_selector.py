@@ -134,9 +134,9 @@ def test_the_controller_follows_the_selection_one_period_late(
     followed, chosen = [], []
     run_tick = reactive_controller.run_tick
 
-    def noting(*arguments):
+    def noting(*arguments, **options):
         followed.append(arguments[-1])
-        return run_tick(*arguments)
+        return run_tick(*arguments, **options)
 
     monkeypatch.setattr(reactive_controller, "run_tick", noting)
     app = application("{}")
