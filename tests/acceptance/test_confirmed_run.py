@@ -86,9 +86,9 @@ def test_what_somebody_confirms_is_driven_and_kept(wire, scenario, tmp_path):
     ):
         read(screen, lambda text: b"to drive all the same: " in text)
         os.write(screen, b"map-error\n")
-        read(screen, lambda text: b"waiting for an operator" in text)
+        said = read(screen, lambda text: b"waiting for an operator" in text)
         os.write(screen, b"arm\n")
-        rest = read(screen, lambda text: False)
+        rest = said + read(screen, lambda text: False)
         assert process.wait(PATIENCE) == 1, rest
         end(stand_in)
     assert b"accepted: map-error: controller.collision.stopping" in rest
