@@ -101,6 +101,7 @@ def stranger(url: str, what: str) -> Iterator[subprocess.Popen]:
         yield process
 
 
+@contextlib.contextmanager
 def arm_driver(url: str, port: int) -> Iterator[subprocess.Popen]:
     """Runs `remosplat panda-driver` between a wire and the stand-in's arm.
 
