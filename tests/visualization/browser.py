@@ -46,14 +46,16 @@ class Browser:
         self._ask("Page.enable")
         self._ask("Page.addScriptToEvaluateOnNewDocument", source=script)
 
-    def set_drawing(self, on: bool):
-        """Lets a Meshcat page leave out its 3D pictures, or draw them again.
+    def draw_nothing(self):
+        """Lets Meshcat pages leave out their 3D pictures from now on.
 
-        In software a picture takes so long that the page would fall behind
-        what a moving robot tells it.
+        In software a picture takes so long that a page would fall behind what
+        a moving robot tells it, lose its connection, and load itself again.
         """
-        draw = "delete viewer.render" if on else "viewer.render = () => {}"
-        self.evaluate(f"{draw}; viewer.set_dirty()")
+        self.run_first(
+            "addEventListener('DOMContentLoaded',"
+            " () => { viewer.render = () => {}; })"
+        )
 
     def evaluate(self, expression: str) -> Any:
         """The value of a JavaScript expression in the page."""

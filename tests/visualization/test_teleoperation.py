@@ -52,13 +52,17 @@ class Operator:
         text = f"document.querySelector('.remosplat-about-{topic}')?.innerText"
         return self.tab.evaluate(f"{text} ?? ''")
 
+    @property
+    def said(self) -> str:
+        """All lines of the page."""
+        notes = "[...document.querySelectorAll('.remosplat-note')]"
+        return self.tab.evaluate(f"{notes}.map(n => n.innerText).join('; ')")
+
     def until(self, condition: Callable[[], bool]):
         """Waits until something is so."""
         end = time.monotonic() + PATIENCE
         while not condition():
-            assert time.monotonic() < end, self.tab.evaluate(
-                "document.querySelector('.dg.main').innerText"
-            )
+            assert time.monotonic() < end, (self.said, self.events)
             time.sleep(0.1)
 
     def until_said(self, topic: str, text: str):
@@ -136,9 +140,9 @@ def test_an_operator_maps_drives_stops_and_comes_back(
 ):
     session = tmp_path / "session"
     with open_browser((1400, 900)) as tab:
+        tab.draw_nothing()
         tab.open(address(process))
         tab.wait_for("document.querySelectorAll('.remosplat-slider').length")
-        tab.set_drawing(False)
         operator = Operator(tab, session, frankie)
         scan_and_drive(operator)
         see_what_changes(operator)
