@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.math import RollPitchYaw, RotationMatrix
 
 from remosplat_drake.app.scenario import find_scenario, load_scenario
-from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.atomic_file import replace_checked
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.yaml_edit import with_values
 from remosplat_drake.base.yaml_nodes import read_text
@@ -44,15 +44,13 @@ def write_mount(spec: str, X_FC: np.ndarray) -> None:
     before = read_text(path)
     values = {field: str(value) for field, value in fields.items()}
     after = with_values(before, (name, "wrist_camera"), values, path)
-    write_atomically(path, after)
-    try:
+
+    def check() -> None:
         camera = load_scenario(f"{path}:{name}").camera
-        is_set = camera is not None and all(
-            getattr(camera, field) == value for field, value in fields.items()
-        )
-    except Exception:
-        write_atomically(path, before)
-        raise
-    if not is_set:
-        write_atomically(path, before)
-        raise FileError(path, f"cannot take wrist_camera: set {values} by hand")
+        if camera is None or any(
+            getattr(camera, field) != value for field, value in fields.items()
+        ):
+            problem = f"cannot take wrist_camera: set {values} by hand"
+            raise FileError(path, problem)
+
+    replace_checked(path, after, check)

@@ -1,7 +1,7 @@
 """Write a file completely or not at all."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import mkstemp
@@ -66,6 +66,27 @@ def _umask() -> int:
     umask = os.umask(0)
     os.umask(umask)
     return umask
+
+
+def replace_checked(path: Path, text: str, check: Callable[[], object]) -> None:
+    """Replaces a text file, and undoes that if it does not pass a check.
+
+    Args:
+        path: The file, which exists.
+        text: Its new content.
+        check: Reads the file; what it raises brings the old content back.
+
+    Raises:
+        FileError: The folder cannot be made or written.
+        Exception: What the check raises.
+    """
+    before = path.read_bytes()
+    write_atomically(path, text)
+    try:
+        check()
+    except BaseException:
+        write_atomically(path, before)
+        raise
 
 
 def write_atomically(path: Path, data: bytes | str) -> None:

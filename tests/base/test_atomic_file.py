@@ -8,6 +8,7 @@ import pytest
 from remosplat_drake.base.atomic_file import (
     atomic_write,
     check_writable,
+    replace_checked,
     write_atomically,
 )
 from remosplat_drake.base.errors import FileError
@@ -66,3 +67,19 @@ def test_asking_makes_nothing(tmp_path, monkeypatch):
     check_writable(tmp_path / "a" / "b")
     check_writable(tmp_path.relative_to(tmp_path) / "c")
     assert os.listdir(tmp_path) == []
+
+
+def test_what_does_not_pass_its_check_is_undone(tmp_path):
+    path, seen = tmp_path / "a.yaml", []
+    path.write_bytes(b"old\r\n")
+
+    def refuse():
+        seen.append(path.read_text())
+        raise ValueError("no")
+
+    with pytest.raises(ValueError, match="no"):
+        replace_checked(path, "new\n", refuse)
+    assert seen == ["new\n"] and path.read_bytes() == b"old\r\n"
+    replace_checked(path, "new\n", lambda: None)
+    assert path.read_bytes() == b"new\n"
+    assert os.listdir(tmp_path) == ["a.yaml"]

@@ -5,7 +5,11 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.atomic_file import (
+    replace_checked,
+    write_atomically,
+)
+from remosplat_drake.base.yaml_nodes import read_text
 from remosplat_drake.robot.actuators import Actuator
 from remosplat_drake.robot.robot_description import load_robot_description
 
@@ -53,11 +57,15 @@ def write_actuators(
         Path of the copy of the file before.
 
     Raises:
-        FileError: One of the files cannot be written.
+        RemoSplatError: One of the files cannot be read or written, or the
+            description does not take them; it is as it was then.
     """
-    text = path.read_text()
+    text = read_text(path)
     kept = path.with_suffix(".before_identify.yaml")
     write_atomically(kept, text)
-    write_atomically(path, with_actuators(text, actuators, names, when))
-    load_robot_description(path)
+    replace_checked(
+        path,
+        with_actuators(text, actuators, names, when),
+        lambda: load_robot_description(path),
+    )
     return kept
