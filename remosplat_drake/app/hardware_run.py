@@ -34,7 +34,6 @@ from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.controller.braking import braking_command
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.hardware.client.robot_link import RobotLink
-from remosplat_drake.hardware.hardware_config import check_lcm_url
 from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
 from remosplat_drake.signals import station_ports as ports
 
@@ -89,10 +88,7 @@ def prepare_for_hardware(
     """
     check_for_hardware(scenario)
     if lcm_url is not None:
-        check_lcm_url(lcm_url)
-        scenario.hardware.lcm_url = lcm_url
-        if scenario.hardware.lcm is not None:
-            scenario.hardware.lcm.lcm_url = ""
+        scenario.hardware.use_url(lcm_url)
     scenario.hardware.shadow |= shadow
     scenario.scene.unknown = scenario.scene.unknown or OBSTACLE
     hardware, controller = scenario.hardware, scenario.controller

@@ -24,7 +24,6 @@ from remosplat_drake.hardware.doctor.finding import (
     SKIPPED,
     Finding,
 )
-from remosplat_drake.hardware.hardware_config import check_lcm_url
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 
 DRILLS = {
@@ -93,8 +92,7 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario)
     hardware = scenario.hardware
     if arguments.lcm_url:
-        check_lcm_url(arguments.lcm_url)
-        hardware.lcm_url, hardware.lcm = arguments.lcm_url, None
+        hardware.use_url(arguments.lcm_url)
     robot = load_robot(scenario.robot.model, scenario.robot.spheres)
     findings = []
     for finding in _examine(scenario, robot, arguments, console):

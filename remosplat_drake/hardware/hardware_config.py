@@ -154,6 +154,20 @@ class HardwareConfig(Config):
         """URL of the LCM network, from `lcm` or from `lcm_url`."""
         return (self.lcm and self.lcm.lcm_url) or self.lcm_url
 
+    def use_url(self, url: str) -> None:
+        """Takes another LCM network; the names of its channels stay.
+
+        Args:
+            url: LCM URL of the network.
+
+        Raises:
+            RemoSplatError: The URL is unusable.
+        """
+        check_lcm_url(url)
+        self.lcm_url = url
+        if self.lcm is not None:
+            self.lcm.lcm_url = ""
+
     @property
     def suffix(self) -> str:
         """Text behind the names of all channels."""

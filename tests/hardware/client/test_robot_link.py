@@ -322,3 +322,15 @@ def test_who_else_commands_is_the_stations_problem(link, drivers, url):
     assert heard.intruder.startswith(f"{channels.PANDA_COMMAND}: ")
     assert link.guard is not None
     assert "commands, too" in link.guard.take_command(0.0)
+
+
+def test_another_network_keeps_the_names_of_channels():
+    there, here = (f"udpm://239.255.76.67:{port}?ttl=0" for port in (1, 2))
+    lcm = DrakeLcmParams(lcm_url=there, channel_suffix="_2")
+    config = HardwareConfig(lcm=lcm)
+    config.use_url(here)
+    assert config.url == here and config.suffix == "_2"
+    assert not list(config.check())
+    with pytest.raises(RemoSplatError, match="nonsense"):
+        config.use_url("nonsense")
+    assert config.url == here
