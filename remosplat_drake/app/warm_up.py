@@ -30,7 +30,6 @@ from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
-from remosplat_drake.robot.actuators import default_actuators
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -95,22 +94,10 @@ def compile_kernels(scenario: Scenario, world: World) -> None:
         unseen = np.zeros((_ROOM, _ROOM, _ROOM), bool)
         around = UnknownSpaceField(unseen, p_WE - 0.5 * _ROOM, 1.0)
         field = CompositeDistanceField([field, around])
-    robot = _predicted(world.robot)
-    beside = World(robot, splat_W, truth, field, world.q0)
+    beside = World(world.robot, splat_W, truth, field, world.q0)
     simulator = Simulator(build(scenario, beside).diagram)
     simulator.AdvanceTo((TICKS - 0.5) * scenario.control_period)
     _plan_once(scenario, beside)
-
-
-def _predicted(robot: RobotModel) -> RobotModel:
-    """Returns the robot with actuators, whose motion is predicted."""
-    description = robot.description
-    slow = default_actuators(robot.n_base, robot.n_u - robot.n_base)
-    robot = copy.copy(robot)
-    robot.description = dc.replace(
-        description, actuators=description.actuators or slow
-    )
-    return robot
 
 
 def _plan_once(scenario: Scenario, world: World) -> None:

@@ -128,11 +128,10 @@ class ActuatorModel:
 
 
 def default_actuators(n_base: int, n_arm: int) -> list[Actuator]:
-    """Returns what is assumed of a real robot that nobody has identified.
+    """Returns what is assumed of axes that could not be identified.
 
     The tubes hold a robot that follows at once, a base that is 80 ms late and
-    an arm that is 20 ms late. Who is later is stopped when it shows, before
-    the error has grown beyond what verification allows for.
+    an arm that is 20 ms late.
 
     Args:
         n_base: Number of base commands, 0 or 2.
