@@ -5,7 +5,6 @@ from remosplat_drake.acceptance.cases import (
     base,
     controller,
     master,
-    motion,
     network,
     robot,
     target,
@@ -17,7 +16,6 @@ CASES = (
     *base.CASES,
     *controller.CASES,
     *master.CASES,
-    *motion.CASES,
     *network.CASES,
     *target.CASES,
 )
