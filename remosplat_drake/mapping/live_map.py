@@ -255,10 +255,8 @@ class LiveMap(LeafSystem):
         if self._objection is None or memory.candidate is None:
             return ""
         scene_map, correction = memory.candidate
-        q, field = (
-            np.array(self._configuration_input.Eval(context)),
-            scene_map.field,
-        )
+        q = np.array(self._configuration_input.Eval(context))
+        field = scene_map.field
         if np.isfinite(correction.time):
             q[:3] = X_WB = correction.base_at(context.get_time(), q[:3])
             off = largest_error(correction.covariance, SIGMAS, X_WB, X_WB)

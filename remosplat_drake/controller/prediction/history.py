@@ -115,11 +115,8 @@ class History:
         """
         if not np.isfinite(q).all():
             return self
-        n_base = 2 * (len(q) > len(modelled))
-        pose, arm = (
-            q[: len(q) - len(modelled) + n_base],
-            q[len(q) - len(modelled) + n_base :],
-        )
+        n_base, n_pose = (2, 3) if len(q) > len(modelled) else (0, 0)
+        pose, arm = q[:n_pose], q[n_pose:]
         if np.isnan(self.measured).any():
             measured = np.concatenate([np.zeros(n_base), arm])
             drift = np.tile(measured - modelled, (len(self.sent), 1))

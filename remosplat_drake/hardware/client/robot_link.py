@@ -107,7 +107,11 @@ class RobotLink:
 
     def take_out(self) -> None:
         """Empties Drake's subscriptions, so that they keep newer packets."""
-        self.lcm.HandleSubscriptions(0)
+        self._hear(0)
+
+    def _hear(self, milliseconds: int) -> None:
+        """Waits for packets, and looks who sends them."""
+        self.lcm.HandleSubscriptions(milliseconds)
         if self.guard is not None:
             self.guard.listen()
 
@@ -133,9 +137,7 @@ class RobotLink:
             left = deadline - time.monotonic()
             if left <= 0:
                 return False
-            self.lcm.HandleSubscriptions(math.ceil(1e3 * left))
-        if self.guard is not None:
-            self.guard.listen()
+            self._hear(math.ceil(1e3 * left))
         return True
 
     def wait_for_statuses(self) -> None:
@@ -158,9 +160,7 @@ class RobotLink:
                     f" within {self._config.connect_timeout:g} s;"
                     " is the driver running?"
                 )
-            self.lcm.HandleSubscriptions(50)
-            if self.guard is not None:
-                self.guard.listen()
+            self._hear(50)
             silent = {
                 channel: (box, count)
                 for channel, (box, count) in silent.items()
