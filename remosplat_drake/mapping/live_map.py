@@ -257,10 +257,10 @@ class LiveMap(LeafSystem):
         scene_map, correction = memory.candidate
         q = np.array(self._configuration_input.Eval(context))
         field = scene_map.field
-        if np.isfinite(correction.time):
-            q[:3] = X_WB = correction.base_at(context.get_time(), q[:3])
-            off = largest_error(correction.covariance, SIGMAS, X_WB, X_WB)
-            field = UncertainPlacement(field, X_WB[:2], *off)
+        if correction.estimate is not None:
+            q[:3], P = correction.base_at(context.get_time(), q[:3])
+            off = largest_error(P, SIGMAS, q[:3], q[:3])
+            field = UncertainPlacement(field, q[:2], *off)
         u = self._executed_input.Eval(context)
         return self._objection(field, q, u)
 

@@ -1,67 +1,65 @@
-"""`BaseCorrection`: where the frame of the base's odometry lies in the map."""
+"""`BaseCorrection`: where the map has the base, whatever its odometry says."""
 
 import dataclasses as dc
-from typing import ClassVar
 
 import numpy as np
+
+from remosplat_drake.robot.planar_pose import odometry_frame
+from remosplat_drake.signals.base_estimate import (
+    BaseEstimate,
+    Drift,
+    predicted,
+)
 
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseCorrection:
-    """The pose X_WO of the odometry's frame O in the map's frame W.
+    """What a map knows of a base whose odometry drifts.
 
-    A base measures its pose X_OB by its wheels, and drifts. A map knows where
-    the base really was when frames were taken; the two tell X_WO, with which
-    X_WB = X_WO X_OB. It is a localisation: whoever uses it takes small steps
-    towards it. Copying returns the object itself.
+    A base measures its pose X_OB by its wheels, in the frame O of its
+    odometry, which leaves the map's frame W by and by. A map knows where the
+    base really was when frames were taken, and how fast it went astray. It is
+    a localisation: whoever uses it takes small steps towards it. Copying
+    returns the object itself.
 
     Attributes:
-        pose: x, y, yaw of X_WO, shape (3,) [m, rad].
-        covariance: Covariance of the base's x, y, yaw in W when the newest
-            frame was taken, shape (3, 3) [m^2, m rad, rad^2].
-        time: When that frame was taken, by the diagram's clock [s]; -inf where
-            nothing has been corrected.
-        rate: How fast x, y and yaw of the base in W leave what this correction
-            tells, because the odometry drifts, shape (3,) [m/s, rad/s].
+        estimate: Where the base was at the newest frame; None where nothing
+            has been corrected, and W is O.
+        drift: How fast the odometry may go wrong.
         version: Number of the map that it belongs to.
     """
 
-    MEMORY: ClassVar[float] = 60.0
-    """Time over which such rates stay about the same [s]."""
-
-    pose: np.ndarray = dc.field(default_factory=lambda: np.zeros(3))
-    covariance: np.ndarray = dc.field(default_factory=lambda: np.zeros((3, 3)))
-    time: float = -np.inf
-    rate: np.ndarray = dc.field(default_factory=lambda: np.zeros(3))
+    estimate: BaseEstimate | None = None
+    drift: Drift = dc.field(default_factory=lambda: Drift(0.0, 0.0))
     version: int = 0
 
     def __deepcopy__(self, memo) -> "BaseCorrection":
         return self
 
-    def corrected(self, q: np.ndarray) -> np.ndarray:
-        """Returns a configuration in W.
+    @property
+    def pose(self) -> np.ndarray:
+        """X_WO when the newest frame was taken, shape (3,) [m, rad]."""
+        if self.estimate is None:
+            return np.zeros(3)
+        return odometry_frame(self.estimate.X_WB, self.estimate.X_OB)
 
-        Args:
-            q: Configuration whose first three entries are the base's x, y, yaw
-                in O, shape (n_q,) or (n, n_q).
-        """
-        q = np.array(q, float)
-        x, y, yaw = self.pose
-        c, s = np.cos(yaw), np.sin(yaw)
-        q[..., :2] = q[..., :2] @ np.array([[c, s], [-s, c]]) + [x, y]
-        q[..., 2] += yaw
-        return q
-
-    def base_at(self, time: float, X_OB: np.ndarray) -> np.ndarray:
-        """Returns where the base is, as the odometry has drifted since.
+    def base_at(
+        self, time: float, X_OB: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Tells where the base is, as it has moved and drifted since.
 
         Args:
             time: The time now [s].
             X_OB: The base's pose by odometry now, shape (3,) [m, rad].
 
         Returns:
-            x, y, yaw of X_WB, shape (3,) [m, rad].
+            x, y, yaw of X_WB, shape (3,) [m, rad], and their covariance,
+            shape (3, 3), which grows with the time and the way since the
+            newest frame.
         """
-        waited = max(0.0, time - self.time) if np.isfinite(self.time) else 0.0
-        reach = self.MEMORY * -np.expm1(-waited / self.MEMORY)
-        return self.corrected(X_OB) + reach * self.rate
+        if self.estimate is None:
+            return np.array(X_OB, float), np.zeros((3, 3))
+        # A frame's clock may be ahead by a moment: another run it is not.
+        now = max(time, self.estimate.time)
+        after = predicted(self.estimate, X_OB, now, self.drift)
+        return after.X_WB, after.covariance[:3, :3]

@@ -21,6 +21,7 @@ from remosplat_drake.mapping.map_status import first_status
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.base_correction import BaseCorrection
+from remosplat_drake.signals.base_estimate import BaseEstimate, Drift
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.signals.supervisor_state import STOPPED
 
@@ -80,14 +81,20 @@ def test_the_robot_brakes_before_such_a_map_counts(tmp_path: Path):
         assert 0 < distance < ROOM
 
 
+def estimate(x: float, time: float) -> BaseEstimate:
+    """A base that is ahead of its odometry."""
+    first = BaseEstimate.first(time, np.zeros(3), Drift(0.0, 0.0))
+    return dc.replace(first, X_WB=np.array([x, 0, 0]))
+
+
 def test_map_and_pose_change_together():
     old = SceneMap(1, 0, (), 0.0, SignedDistanceField(PrimitiveScene()))
     new = dc.replace(old, version=2)
     status = first_status(old)
-    there = BaseCorrection(np.array([0.1, 0, 0]), time=1.0, version=2)
+    there = BaseCorrection(estimate(0.1, 1.0), version=2)
     memory = LiveMapMemory(status, candidate=(new, there))
     # While it waits a look at the base counts for the new map only.
-    later = BaseCorrection(np.array([0.2, 0, 0]), time=2.0)
+    later = BaseCorrection(estimate(0.2, 2.0))
     waiting = changed(located(memory, later), "no room")
     assert waiting.status.scene_map is old
     assert (waiting.hold, waiting.status.trouble) == ("no room", "no room")

@@ -9,7 +9,6 @@ from mapped_table import table_world
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.mapping.frame_choice import contradiction
-from remosplat_drake.mapping.localization.drift import Drift
 from remosplat_drake.mapping.localization.frame_aligner import (
     FrameAligner,
     Tracked,
@@ -20,6 +19,7 @@ from remosplat_drake.robot.planar_pose import (
     matrix,
     relative,
 )
+from remosplat_drake.signals.base_estimate import Drift
 
 EXPECTED = Drift(0.02, 0.002)
 
@@ -48,7 +48,8 @@ def error(frames: DrivenFrames, i: int, X_WB: np.ndarray) -> float:
 
 
 def test_drift_and_its_rate_are_found(frames):
-    tracked = follow(frames, FrameAligner(EXPECTED), range(24))
+    aligner = FrameAligner(EXPECTED)
+    tracked = follow(frames, aligner, range(24))
     assert np.hypot(*(DRIFT * frames.time[-1])[:2]) > 0.2
     errors = [error(frames, i, t.estimate.X_WB) for i, t in enumerate(tracked)]
     assert max(errors) < 0.002
@@ -57,8 +58,9 @@ def test_drift_and_its_rate_are_found(frames):
     np.testing.assert_allclose(last.rate, -DRIFT, atol=2e-3)
     assert 0 < last.deviations[:2].max() < 0.004
     # What follows from it a second later, before there is a frame.
-    later = last.correction.base_at(last.time + 1, last.X_OB + DRIFT)
+    later, P = aligner.correction.base_at(last.time + 1, last.X_OB + DRIFT)
     np.testing.assert_allclose(later, last.X_WB, atol=3e-3)
+    assert (np.diag(P) > np.diag(last.covariance)[:3]).all()
 
 
 def test_over_a_bare_floor_the_rate_carries_on(frames):

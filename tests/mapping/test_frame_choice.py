@@ -47,7 +47,7 @@ def test_of_nothing_nothing_is_kept():
     assert not len(frames_to_keep(poses(), 2))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.lists(st.floats(0, 0.1), max_size=12), st.integers(1, 12))
 def test_the_newest_is_kept_and_all_that_are_kept_differ(positions, most):
     kept = frames_to_keep(poses(*positions), most)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.mapping.localization.drift import BaseEstimate, Drift
 from remosplat_drake.mapping.localization.frame_placement import (
     updated,
     without_slips,
 )
+from remosplat_drake.signals.base_estimate import BaseEstimate, Drift
 
 
 def walls(*normals: tuple[float, float, float]) -> np.ndarray:

@@ -12,7 +12,6 @@ from remosplat_drake.robot.planar_pose import (
     relative_jacobians,
     stepped,
 )
-from remosplat_drake.signals.base_correction import BaseCorrection
 
 POSES = st.tuples(st.floats(-3, 3), st.floats(-3, 3), st.floats(-1.5, 1.5)).map(
     np.array
@@ -28,10 +27,6 @@ def test_agree_with_matrices(a, b):
         matrix(relative(a, b)), np.linalg.inv(matrix(a)) @ matrix(b), atol=1e-12
     )
     np.testing.assert_allclose(composed(odometry_frame(a, b), b), a, atol=1e-12)
-    q = np.array([*b, 0.1, 0.2])
-    np.testing.assert_allclose(
-        BaseCorrection(a).corrected(q), [*composed(a, b), 0.1, 0.2], atol=1e-12
-    )
 
 
 @settings(max_examples=30)

@@ -41,7 +41,7 @@ def asked(compiled, question, answer):
 
 
 @pytest.mark.parametrize("name", sorted(FIELDS))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 10_000), reach=st.sampled_from([0.05, 0.4, 5.0]))
 def test_kernels_hear_the_distances_that_python_hears(name, seed, reach):
     field = FIELDS[name]

@@ -44,8 +44,8 @@ class BaseLocalization(LeafSystem):
     and base move together. Commands are velocities in the base's own frame,
     the same in both. `base_uncertainty` is how far the base's pose may be off,
     shift and turn [m, rad]: on the input that of the measured one, on the
-    output with what the correction's covariance adds, and with what is still
-    to be corrected.
+    output with what the correction's covariance adds, which grows from one
+    frame to the next, and with what is still to be corrected.
     """
 
     def __init__(self, *, n_q: int, period: float, speed: float):
@@ -80,7 +80,7 @@ class BaseLocalization(LeafSystem):
             "base_uncertainty",
             2,
             self._calc_uncertainty,
-            {*known, self._uncertainty.ticket()},
+            {*known, self._uncertainty.ticket(), self.time_ticket()},
         )
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._step)
 
@@ -102,7 +102,7 @@ class BaseLocalization(LeafSystem):
     def _calc_configuration(self, context: Context, output: BasicVector):
         measured = self._measured.Eval(context)
         pose = self._in_effect(context)[:3]
-        output.SetFromVector(BaseCorrection(pose).corrected(measured))
+        output.SetFromVector([*composed(pose, measured[:3]), *measured[3:]])
 
     def _calc_uncertainty(self, context: Context, output: BasicVector):
         bound = np.zeros(2)
@@ -111,10 +111,9 @@ class BaseLocalization(LeafSystem):
         if self._correction.HasValue(context):
             correction = self._correction.Eval(context)
             X_OB = self._measured.Eval(context)[:3]
-            X_WB = correction.base_at(context.get_time(), X_OB)
+            X_WB, P = correction.base_at(context.get_time(), X_OB)
             told = composed(self._in_effect(context)[:3], X_OB)
-            own = largest_error(correction.covariance, SIGMAS, X_WB, told)
-            bound = bound + own
+            bound = bound + largest_error(P, SIGMAS, X_WB, told)
         output.SetFromVector(bound)
 
     def _in_effect(self, context: Context) -> np.ndarray:
@@ -126,7 +125,7 @@ class BaseLocalization(LeafSystem):
         if correction.version == known[3]:
             return known
         X_OB = self._measured.Eval(context)[:3]
-        X_WB = correction.base_at(context.get_time(), X_OB)
+        X_WB, _ = correction.base_at(context.get_time(), X_OB)
         return np.append(odometry_frame(X_WB, X_OB), correction.version)
 
     def _step(self, context: Context, state: DiscreteValues):
@@ -134,6 +133,7 @@ class BaseLocalization(LeafSystem):
             return
         *pose, version = self._in_effect(context)
         X_OB = self._measured.Eval(context)[:3]
-        goal = self._correction.Eval(context).base_at(context.get_time(), X_OB)
+        correction = self._correction.Eval(context)
+        goal, _ = correction.base_at(context.get_time(), X_OB)
         after = stepped(np.array(pose), goal, X_OB, self._most)
         state.set_value(0, np.append(after, version))

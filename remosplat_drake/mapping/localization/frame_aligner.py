@@ -5,11 +5,6 @@ import dataclasses as dc
 import numpy as np
 
 from remosplat_drake.capture.frames import Frame
-from remosplat_drake.mapping.localization.drift import (
-    BaseEstimate,
-    Drift,
-    predicted,
-)
 from remosplat_drake.mapping.localization.frame_placement import (
     Placed,
     candidates,
@@ -32,6 +27,11 @@ from remosplat_drake.robot.planar_pose import (
 )
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.base_correction import BaseCorrection
+from remosplat_drake.signals.base_estimate import (
+    BaseEstimate,
+    Drift,
+    predicted,
+)
 
 _SAMPLES = 300
 """Points of a frame that are compared with others."""
@@ -216,10 +216,8 @@ class FrameAligner:
 
     @property
     def correction(self) -> BaseCorrection:
-        """Where the odometry's frame is, by the newest frame."""
-        if self._latest is None:
-            return BaseCorrection()
-        return self._latest.correction
+        """Where the base is, by the newest frame."""
+        return BaseCorrection(self._latest, self._drift)
 
     def knows(self, key: Key) -> bool:
         """Tells whether a frame is among the keyframes."""

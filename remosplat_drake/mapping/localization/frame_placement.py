@@ -10,7 +10,6 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.mapping.localization.drift import BaseEstimate
 from remosplat_drake.mapping.localization.keyframe_graph import (
     LEVELS,
     REFINING,
@@ -23,6 +22,7 @@ from remosplat_drake.reconstruction.alignment.solver import (
     State,
     residual_spread,
 )
+from remosplat_drake.signals.base_estimate import BaseEstimate
 
 _POINTS = 40
 """Points of a frame that are looked for in other views."""

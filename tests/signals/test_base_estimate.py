@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from remosplat_drake.mapping.localization.drift import (
+from remosplat_drake.signals.base_estimate import (
     OTHER_RUN,
     BaseEstimate,
     Drift,

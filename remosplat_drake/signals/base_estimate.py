@@ -16,9 +16,6 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.robot.planar_pose import odometry_frame
-from remosplat_drake.signals.base_correction import BaseCorrection
-
 _WHITE = np.array([5e-4, 5e-4, 2.5e-4])
 """Standard deviations of what else goes wrong between two frames [m, rad]."""
 
@@ -38,7 +35,7 @@ class Drift:
 
     shift: float
     turn: float
-    memory: float = BaseCorrection.MEMORY
+    memory: float = 60.0
 
     @property
     def variances(self) -> np.ndarray:
@@ -95,13 +92,6 @@ class BaseEstimate:
     def deviations(self) -> np.ndarray:
         """Standard deviations of x, y and yaw, shape (3,) [m, rad]."""
         return np.sqrt(np.diag(self.covariance)[:3])
-
-    @property
-    def correction(self) -> BaseCorrection:
-        """Where the odometry's frame is, and how fast it goes."""
-        X_WO = odometry_frame(self.X_WB, self.X_OB)
-        covariance = self.covariance[:3, :3]
-        return BaseCorrection(X_WO, covariance, self.time, self.rate)
 
 
 def predicted(
