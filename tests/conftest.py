@@ -24,10 +24,12 @@ from remosplat_drake.capture.rendering.synthetic import (
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
-# CI tries the same examples each time; elsewhere each run tries new ones.
-hypothesis.settings.register_profile("ci", derandomize=True)
-if os.environ.get("CI"):
-    hypothesis.settings.load_profile("ci")
+# CI tries the same examples each time; elsewhere each run tries new ones. None
+# has a deadline: a busy computer fails no test.
+hypothesis.settings.register_profile(
+    "project", deadline=None, derandomize=bool(os.environ.get("CI"))
+)
+hypothesis.settings.load_profile("project")
 
 _TESTS = Path(__file__).resolve().parent
 THREE_LINK = _TESTS / "data" / "three_link.yaml"

@@ -137,7 +137,7 @@ def law_with(robot: RobotModel, gains: str) -> ReactiveLaw:
 @given(
     seed=st.integers(0, 2**32 - 1), gains=st.sampled_from(["paper", "tuned"])
 )
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_the_true_clearance_is_kept(frankie, seed, gains):
     rng = np.random.default_rng(seed)
     field = SignedDistanceField(random_scene(rng))
@@ -152,7 +152,7 @@ def test_the_true_clearance_is_kept(frankie, seed, gains):
 
 
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 def test_the_clearance_by_a_splat_is_kept(frankie, seed):
     rng = np.random.default_rng(seed)
     field = SphereToEllipsoidField(splat_of(random_scene(rng), rng))
@@ -166,7 +166,7 @@ def test_the_clearance_by_a_splat_is_kept(frankie, seed):
 
 
 @given(seed=st.integers(0, 2**32 - 1), nearest_only=st.booleans())
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 def test_the_clearance_by_depth_views_is_kept(frankie, seed, nearest_only):
     """Views are no true distance: what they see may jump between ticks."""
     rng = np.random.default_rng(seed)

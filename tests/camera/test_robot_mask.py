@@ -48,7 +48,7 @@ def reference(spheres, K, X_WC, depth, margin):
     return hidden
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 10**6))
 def test_the_mask_equals_its_reference(seed):
     rng = np.random.default_rng(seed)

@@ -73,7 +73,7 @@ def test_the_same_row_twice_changes_nothing():
     m=st.integers(1, 60),
     steepness=st.floats(-1, 3),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_equals_clarabel(seed, m, steepness):
     """Programs like a tick's: nine variables, boxed, six rows tracked."""
     rng = np.random.default_rng(seed)

@@ -187,7 +187,7 @@ def test_every_binding_is_described(frankie, make_tick):
 
 
 @given(seed=st.integers(0, 10_000), gains=st.sampled_from(["paper", "tuned"]))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_the_solution_satisfies_the_optimality_conditions(
     frankie, make_tick, seed, gains
 ):
@@ -227,7 +227,7 @@ def test_another_solver_finds_the_same_command(frankie, make_tick, seed):
 
 
 @given(seed=st.integers(0, 10_000), gains=st.sampled_from(["paper", "tuned"]))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_the_active_set_finds_the_same_command(frankie, make_tick, seed, gains):
     tick = random_tick(frankie, make_tick, seed)
     ingredients = ingredients_of(frankie, gains)
@@ -289,7 +289,7 @@ def with_all_rows(program: ReactiveProgram) -> ReactiveProgram:
 
 
 @given(seed=st.integers(0, 10_000), use_acceleration=st.booleans())
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_pruning_changes_no_command(frankie, make_tick, seed, use_acceleration):
     tick = random_tick(frankie, make_tick, seed)
     u = []
@@ -313,7 +313,7 @@ def test_pruning_changes_no_command(frankie, make_tick, seed, use_acceleration):
     ),
     data=st.data(),
 )
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_no_command_within_bounds_breaks_a_pruned_row(
     three_link, make_tick, rows, data
 ):

@@ -37,7 +37,7 @@ def test_a_small_rotation_keeps_its_digits(angle):
         lambda a: np.linalg.norm(a) > 0.1
     ),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_the_vector_is_angle_times_axis(angle, axis):
     unit = np.array(axis) / np.linalg.norm(axis)
     np.testing.assert_allclose(

@@ -294,7 +294,7 @@ def test_an_ellipsoid_is_seen_where_it_is_densest_along_the_ray():
     assert 0.3 * np.cos(tilt) <= distance.min() < 0.3 * np.cos(tilt) + 1e-3
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     st.integers(0, 2**32 - 1),
     st.integers(1, 60),

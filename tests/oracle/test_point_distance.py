@@ -73,7 +73,7 @@ def test_refuses_an_undefined_sphere():
         dut.clearances(Spheres.at([[np.nan, 0, 0]]))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**16), max_distance=st.floats(-0.1, 1.0))
 def test_equals_trying_every_point(seed, max_distance):
     rng = np.random.default_rng(seed)

@@ -113,7 +113,7 @@ def _drake_signed_distances(scene, points):
     return distance, gradient
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.integers(0, 10_000))
 def test_agrees_with_scene_graph(seed):
     rng = np.random.default_rng(seed)
@@ -135,7 +135,7 @@ def test_agrees_with_scene_graph(seed):
     np.testing.assert_allclose(closest.distance, distance.min(1), atol=1e-12)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.integers(0, 10_000))
 def test_direction_is_minus_the_gradient(seed):
     rng = np.random.default_rng(seed)

@@ -220,7 +220,7 @@ def assert_equal_to_every_splat(splat, spheres, max_distance, steps=None):
     )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     seed=st.integers(0, 10_000),
     n=st.integers(1, 80),
@@ -334,7 +334,7 @@ def test_uncertain_splats_within_a_distance_are_all_found():
     assert len(field.clearances(Spheres.at(np.zeros(3)), 0.15)) == 0
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     seed=st.integers(0, 10_000),
     scales=st.sampled_from([2, 3]),

@@ -23,7 +23,7 @@ def moved(p_WS: np.ndarray, p_WB: np.ndarray, error: np.ndarray) -> np.ndarray:
     return p_WS @ X[:3, :3].T + X[:3, 3]
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.integers(0, 2**32 - 1))
 def test_no_error_within_the_bounds_comes_nearer(scene, seed):
     random = np.random.default_rng(seed)
@@ -47,7 +47,7 @@ def test_the_margin_is_that_of_each_lever_arm(scene):
     np.testing.assert_allclose(uncertain.margin(p_WS), [0.02, 0.02 + 0.06])
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.integers(0, 2**32 - 1))
 def test_it_stays_lipschitz(scene, seed):
     random = np.random.default_rng(seed)

@@ -167,7 +167,7 @@ def random_grid(rng, fraction):
     return unseen, lower, voxel, p_WS
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(**GRIDS)
 def test_equals_trying_all_voxels(seed, fraction, floor):
     rng = np.random.default_rng(seed)
@@ -188,7 +188,7 @@ def test_equals_trying_all_voxels(seed, fraction, floor):
     np.testing.assert_array_equal(near.sphere, np.flatnonzero(expected < 0.2))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(**GRIDS)
 def test_the_distance_is_lipschitz_and_the_direction_its_derivative(
     seed, fraction, floor

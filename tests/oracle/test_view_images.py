@@ -40,7 +40,7 @@ def random_sphere(rng: np.random.Generator, ignore_below: float) -> Spheres:
     filtered=st.booleans(),
     floor=st.sampled_from([-np.inf, -0.1]),
 )
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 def test_images_equal_the_reference(seed, n_scales, filtered, floor):
     rng = np.random.default_rng(seed)
     splat = random_splat(rng, n_scales)
@@ -54,7 +54,7 @@ def test_images_equal_the_reference(seed, n_scales, filtered, floor):
 
 
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 def test_nearest_pixels_are_the_oracle_s_answer(seed):
     rng = np.random.default_rng(seed)
     splat, sphere = random_splat(rng, 2), random_sphere(rng, -np.inf)

@@ -84,7 +84,7 @@ def poses(capture, seed, size=0.01):
 
 
 @given(seed=st.integers(0, 1000))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_residuals_equal_the_reference(scene_capture, stack, seed):
     X = poses(scene_capture, seed)
     pose = np.ascontiguousarray(X[:, :3])

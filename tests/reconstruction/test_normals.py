@@ -36,7 +36,7 @@ def test_there_is_no_normal_across_an_edge():
 
 
 @given(seed=st.integers(0, 1000), holes=st.floats(0, 0.3))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_equals_the_reference(seed, holes):
     rng = np.random.default_rng(seed)
     depth = 1 + rng.normal(0, 0.02, (16, 20)) + rng.integers(0, 2, (16, 20))

@@ -81,7 +81,7 @@ def test_an_empty_splat_is_black():
     assert image.alpha.max() == 0
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     seed=st.integers(0, 2**16),
     axes=st.sampled_from([2, 3]),

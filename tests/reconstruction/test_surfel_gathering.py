@@ -52,7 +52,7 @@ def patches_before(view: DepthView, rng: np.random.Generator) -> Patches:
     )
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_kernels_equal_their_reference(seed):
     rng = np.random.default_rng(seed)

@@ -23,7 +23,7 @@ KINDS = st.one_of(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(KINDS, SPEED, SPEED, st.floats(1e-3, 0.5), st.floats(0.0, 1.0))
 def test_two_short_steps_are_one_long_step(axis, v, target, dt, share):
     whole, way = axis.step(v, target, dt)
@@ -33,7 +33,7 @@ def test_two_short_steps_are_one_long_step(axis, v, target, dt, share):
     assert first + second == pytest.approx(way, abs=1e-12)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(KINDS, SPEED, SPEED)
 def test_the_way_is_the_integral_of_the_velocity(axis, v, target):
     n, dt = 2000, 2e-4
@@ -67,7 +67,7 @@ def test_a_lag_and_a_ramp_exclude_each_other():
         Actuator(time_constant=0.1, acceleration=1.0)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(KINDS, min_size=3, max_size=3), st.data())
 def test_a_response_is_that_of_small_steps_behind_a_delay_line(kinds, data):
     tick, per_tick = 0.01, 10

@@ -440,7 +440,7 @@ histories = st.lists(
 
 
 @given(histories)
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_whatever_happens(history):
     law = make_law()
     drive = Drive(law)

@@ -65,7 +65,7 @@ def test_truncated_anywhere(tmp_path, whole_files, suffix):
 
 
 @given(data=st.data())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_changed_bytes_never_escape(data, whole_files, tmp_path_factory):
     suffix = data.draw(st.sampled_from(sorted(whole_files)))
     content = bytearray(whole_files[suffix])

@@ -55,7 +55,7 @@ def test_holds_every_box_once(n):
     check(center - half, center + half)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     st.integers(1, 60),
     st.sampled_from([0.0, 1e-30, 1.0, 1e6]),

@@ -95,7 +95,7 @@ def bounds(format_, splat) -> tuple[float, float, float, float]:
 
 @EACH
 @given(splat=splats)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 def test_round_trip_within_the_format_s_steps(format_, splat, tmp_path_factory):
     path = tmp_path_factory.mktemp("splat") / f"ckpt_1_rank0{format_.suffix}"
     write_splat(path, splat)

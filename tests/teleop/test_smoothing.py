@@ -17,7 +17,7 @@ from remosplat_drake.teleop.smoothing import (
 )
 
 DT = 0.01
-tries = settings(max_examples=25, deadline=None)
+tries = settings(max_examples=25)
 vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array)
 angles = st.tuples(*[st.floats(-3, 3)] * 3)
 

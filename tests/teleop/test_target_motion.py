@@ -32,7 +32,7 @@ CONFIG = TeleopConfig(
     poses={"shelf": SavedPose([0.5, 0.5, 0.5], [0, 0, 90])},
     scan=ScanConfig(dwell=0.1, timeout=2.0),
 )
-tries = settings(max_examples=15, deadline=None)
+tries = settings(max_examples=15)
 points = st.tuples(*[st.floats(-2, 2)] * 3)
 
 

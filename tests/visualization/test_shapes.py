@@ -33,7 +33,7 @@ def test_tube_is_closed():
     assert all(edges[b, a] == count == 1 for (a, b), count in edges.items())
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 10**6), st.integers(2, 12))
 def test_rings_keep_their_radius_on_any_path(seed, n):
     points = np.random.default_rng(seed).normal(size=(n, 3))

@@ -173,7 +173,7 @@ def test_the_nearest_of_several_decides_most():
     climb=st.floats(-1.0, 1.0),
     side=st.sampled_from([-1.0, 1.0]),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_the_bend_is_continuous(distance, azimuth, climb, side):
     horizontal = np.cos(climb)
 

@@ -103,7 +103,7 @@ def test_without_a_plan_the_arm_stays_stuck(maze):
     assert "stalled" in run.selection.reason
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 @given(shoulder=st.floats(-1.5, -0.5), elbow=st.floats(-0.5, 0.5))
 def test_a_planned_run_arrives_and_keeps_its_distance(maze, shoulder, elbow):
     run = start(maze, np.array([shoulder, elbow, 0.0]))

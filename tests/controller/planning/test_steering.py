@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from remosplat_drake.controller.planning.steering import (
@@ -19,7 +19,6 @@ def configuration(frankie, place) -> np.ndarray:
     return np.array([*place, *frankie.home + 0.1 * place[0]])
 
 
-@settings(deadline=None)
 @given(a=PLACES, b=PLACES, backing=st.sampled_from([0.0, 1.0]))
 def test_held_commands_lead_from_corner_to_corner(frankie, a, b, backing):
     a, b = configuration(frankie, a), configuration(frankie, b)

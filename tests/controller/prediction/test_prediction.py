@@ -49,7 +49,7 @@ def test_an_old_measurement_is_led_along_the_commands(three_link):
     np.testing.assert_allclose(motion.q_start, [0.015, 0.012, 0.0])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 99))
 def test_by_the_next_command_the_plan_moves_as_without_delays(three_link, seed):
     axes = model(LATE)

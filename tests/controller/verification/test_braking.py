@@ -35,7 +35,7 @@ def test_an_unknown_command_is_replaced_by_a_standstill(bad):
 
 
 @given(u=st.tuples(*[st.floats(-5, 5)] * 3))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_the_ramp_is_straight_within_limits_and_ends(u):
     u = np.array(u)
     steps = int(np.ceil((np.abs(u) / (LIMIT * DT)).max())) + 1

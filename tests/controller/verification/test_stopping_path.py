@@ -56,7 +56,7 @@ def test_without_delays_it_is_the_path_of_a_held_command(three_link):
     )
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 999))
 def test_braking_follows_the_path_that_was_checked(three_link, seed):
     rng = np.random.default_rng(seed)
@@ -102,7 +102,7 @@ def test_the_tube_widens_with_the_speed_and_is_zero_at_rest(three_link):
     assert (tubes[1] > 0).all()
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.integers(0, 999))
 def test_what_passes_keeps_its_distances_on_the_whole_path(frankie, seed):
     rng = np.random.default_rng(seed)

@@ -153,7 +153,7 @@ def test_a_lower_bound_of_far_clearances_is_enough(three_link):
     joint=st.tuples(*[st.floats(-1, 1)] * 9),
     ahead=st.floats(0.0, 0.6),
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_a_true_distance_allows_no_more_than_what_is_none(
     frankie, seed, joint, ahead
 ):
@@ -173,7 +173,7 @@ def test_a_true_distance_allows_no_more_than_what_is_none(
     joint=st.tuples(*[st.floats(-1, 1)] * 9),
     ahead=st.floats(0.0, 0.6),
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_the_scaled_command_keeps_every_sphere_clear(
     frankie, seed, joint, ahead
 ):
@@ -229,7 +229,7 @@ def test_a_refused_command_gives_way_to_the_braking_ramp(pendulum):
     joint=st.tuples(*[st.floats(-1, 1)] * 9),
     before=st.tuples(*[st.floats(-1, 1)] * 9),
 )
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_tried_commands_keep_the_acceleration_bounds(
     frankie, seed, joint, before
 ):
@@ -303,7 +303,7 @@ _BAND = 2e-5
     joint=st.tuples(*[st.floats(-1, 1)] * 9),
     ahead=st.floats(0.0, 0.6),
 )
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_it_allows_what_looking_very_often_allows(
     frankie, frankie_itself, dt, seed, joint, ahead
 ):
@@ -455,7 +455,7 @@ def test_bend_bounds_every_change_of_velocity(frankie, three_link):
     time=st.floats(0.01, 0.5),
     joint=st.tuples(*[st.floats(-1, 1)] * 9),
 )
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_no_sphere_travels_farther_than_its_bound(frankie, seed, time, joint):
     q = np.array([0, 0, 0, *frankie.home])
     u = np.array(joint) * frankie.velocity_limit

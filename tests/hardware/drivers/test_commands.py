@@ -125,7 +125,7 @@ def test_a_clamped_turn_is_one_that_the_robots_node_accepts():
     assert 0.8 < yaw_rate < math.radians(50)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.floats(), st.floats())
 def test_no_command_exceeds_the_maxima(forward, yaw_rate):
     v, omega = clamped(forward, yaw_rate, BaseMaxima())

@@ -38,7 +38,7 @@ def commands(steps, advance) -> np.ndarray:
 
 
 @pytest.mark.parametrize("advance", [limit_rate, next_command])
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(steps=targets)
 def test_no_target_makes_the_robot_abort(advance, steps):
     velocity = commands(steps, advance)
@@ -67,7 +67,7 @@ def test_the_limiters_velocity_bound():
     assert LIMITER.velocity[0] == pytest.approx(2.129)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(target=st.lists(st.floats(-2, 2), min_size=7, max_size=7))
 def test_a_constant_target_is_reached_without_overshoot(target):
     velocity = commands([(target, 600)], next_command)

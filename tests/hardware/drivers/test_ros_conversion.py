@@ -40,7 +40,7 @@ def test_a_quaternion_of_zeros_has_no_yaw():
     assert math.isnan(yaw_of(0, 0, 0, 0))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-3.1, 3.1))
 def test_yaw_is_that_of_roll_pitch_yaw(roll, pitch, yaw):
     R = RollPitchYaw(roll, pitch, yaw).ToQuaternion()

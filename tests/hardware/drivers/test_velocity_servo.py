@@ -57,7 +57,7 @@ phases = st.lists(
 )
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(phases=phases)
 def test_the_robot_takes_every_command_until_it_ends(phases):
     """Jumps, old setpoints, what is no number, lost packets: no abort.

@@ -64,7 +64,7 @@ def test_straight_ahead():
     np.testing.assert_allclose(pose, [1, 2.05, math.pi / 2], atol=1e-15)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(
     st.floats(-3, 3), st.floats(-0.5, 0.5), st.floats(-2, 2), st.floats(0, 0.3)
 )

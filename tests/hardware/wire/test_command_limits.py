@@ -47,7 +47,7 @@ def test_a_bound_of_zero_is_one():
     assert excess(np.array([-1e-3]), lower, upper) == (0, 0.0)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.lists(st.floats(-5, 5), min_size=4, max_size=4))
 def test_it_is_a_multiple_within_the_limits(values):
     u = np.array(values)
