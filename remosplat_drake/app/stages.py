@@ -4,7 +4,6 @@
 arguments.
 """
 
-import dataclasses as dc
 import math
 from functools import partial
 from typing import cast
@@ -324,11 +323,8 @@ def AddSupervisor(
         smallest_stopping=config.smallest_stopping,
         bounded_start=config.velocity_limits.acceleration,
         strict=config.velocity_limits.strict,
+        obeyed=not scenario.hardware.shadow,
     )
-    if scenario.hardware.shadow:
-        # Nobody follows a shadow's commands.
-        thresholds = dc.replace(law.config, max_follow_error=math.inf)
-        law = dc.replace(law, config=thresholds)
     supervisor = SafetySupervisor.AddToBuilder(
         builder,
         law=law,

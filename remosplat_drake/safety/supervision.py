@@ -28,6 +28,8 @@ class SupervisorLaw:
         min_clearance: Clearance below which the robot must stop [m].
         strict: Whether a command beyond the bounds on |u| and |du/dt| stops
             the robot instead of being passed on.
+        obeyed: Whether the robot gets the commands; it need not follow those
+            of a shadow.
     """
 
     config: SupervisorConfig
@@ -37,6 +39,7 @@ class SupervisorLaw:
     velocity: np.ndarray
     min_clearance: float
     strict: bool = False
+    obeyed: bool = True
 
     @staticmethod
     def make(
@@ -47,6 +50,7 @@ class SupervisorLaw:
         smallest_stopping: float,
         bounded_start: bool = True,
         strict: bool = False,
+        obeyed: bool = True,
     ) -> "SupervisorLaw":
         """Makes the law for a robot.
 
@@ -59,6 +63,7 @@ class SupervisorLaw:
             bounded_start: Whether the first commands must respect the
                 robot's acceleration limits.
             strict: Whether no command beyond the robot's limits is passed on.
+            obeyed: Whether the robot gets the commands.
 
         Raises:
             FieldError: A threshold is unusable.
@@ -73,6 +78,7 @@ class SupervisorLaw:
             robot.velocity_limit,
             smallest_stopping - config.clearance_margin,
             strict,
+            obeyed,
         )
 
 

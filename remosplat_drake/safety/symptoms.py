@@ -103,6 +103,8 @@ def _of_motion(
     if not np.isfinite(now.u_measured).all():
         yield Symptom("measurement", "measured velocities are not finite")
         return
+    if not law.obeyed:
+        return
     expected, motion = state.command, now.motion
     if motion is not None:
         expected = motion.v_measured

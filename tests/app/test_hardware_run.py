@@ -14,7 +14,7 @@ from drake import lcmt_panda_command
 from patience import PATIENCE
 from pydrake.lcm import DrakeLcm
 from robot_process import Client, robot_process
-from runs import PATIENT, command_line, complaint
+from runs import PATIENT, command_line, complaint, remosplat
 
 from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.app import warm_up
@@ -152,6 +152,23 @@ def test_a_rehearsal_sends_nothing(robot):
         loop.start()
     assert heard
     assert not np.any(heard)
+
+
+def test_a_shadow_computes_everything_and_sends_nothing(robot, tmp_path):
+    url, client = robot
+    with commands_heard(url) as heard:
+        ran = remosplat(
+            *("run", "TableReach", "--hardware", "--shadow", "--headless"),
+            *("--lcm-url", url, "--output", tmp_path),
+            *("--scenario-text", f"time_limit: 2{PATIENT}"),
+        )
+        assert_stays_still(client)
+    assert not heard
+    assert "time limit at target 1" in ran.stderr
+    written = np.load(tmp_path / "trajectory.npz")
+    # It would have driven: each tick begins at rest, where the robot is.
+    assert np.abs(written["command"]).max() > 0
+    assert np.ptp(written["q"], axis=0).max() < 1e-4
 
 
 def test_the_table_scenario_reaches_its_target_through_the_wire(robot):
