@@ -10,7 +10,7 @@ from rich.progress import track
 from rich.table import Table
 
 from remosplat_drake.base.atomic_file import atomic_write
-from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.base.strict_json import parse_json
 from remosplat_drake.commands.bench_hardware import run_faults, run_loops
 from remosplat_drake.timing.depth_cases import depth_cases
@@ -23,8 +23,8 @@ from remosplat_drake.timing.tick_cases import tick_cases
 GROUPS = ("tick", "oracle", "depth", "guidance", "planning")
 """Names of the groups of functions that are timed."""
 
-ON_A_WIRE = {"hardware": run_loops, "faults": run_faults}
-"""Groups that drive the stand-in robot, by name, each with its own table."""
+ON_A_WIRE = ("hardware", "faults")
+"""Groups that drive the stand-in robot, each with its own table."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,6 +41,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scenario", help="scenario whose run the tick cases follow"
     )
     parser.add_argument(
+        "--case",
+        metavar="TEXT",
+        default="",
+        help="with faults: only those whose names have this in them",
+    )
+    parser.add_argument(
         "--json", type=Path, metavar="FILE", help="also write the timings"
     )
     parser.add_argument(
@@ -54,8 +60,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Measures every case and prints one table."""
     console = Console()
-    if arguments.group in ON_A_WIRE:
-        return ON_A_WIRE[arguments.group](console)
+    if arguments.group != "faults" and arguments.case:
+        raise RemoSplatError("--case chooses among faults")
+    if arguments.group == "hardware":
+        return run_loops(console)
+    if arguments.group == "faults":
+        return run_faults(console, arguments.case)
     earlier = _read(arguments.compare) if arguments.compare else {}
     cases = []
     if arguments.group in (None, "tick"):

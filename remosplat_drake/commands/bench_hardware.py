@@ -12,19 +12,32 @@ from remosplat_drake.acceptance.hardware_processes import wire_works
 from remosplat_drake.acceptance.loop_cases import RATES, load, measure_loop
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
-from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.base.real_time import LoopQuality, Spread
 
 _FAILED = 1
 
 
-def run_faults(console: Console) -> int:
-    """Runs the fault campaign; returns 1 if a case did not end as expected."""
+def run_faults(console: Console, only: str = "") -> int:
+    """Runs the fault campaign; returns 1 if a case did not end as expected.
+
+    Args:
+        console: Where the table is printed.
+        only: Text in the names of the cases to run; all have the empty one.
+
+    Raises:
+        RemoSplatError: No case has such a name, or nothing is heard here.
+    """
+    cases = [case for case in CASES if only in case.name]
+    if not cases:
+        names = [case.name for case in CASES]
+        raise RemoSplatError(unknown_name("fault", only, names))
     _check_wire()
     world = load_world(load_scenario())
-    results = [
-        run_case(case, world) for case in _tracked(CASES, "breaking things")
-    ]
+    results, news = [], Console(stderr=True)
+    for case in track(cases, "breaking things", console=news, transient=True):
+        results.append(run_case(case, world))
+        news.print(f"{case.name}: {results[-1].problem or 'as it should be'}")
     console.print(fault_table(results))
     console.print(load())
     return _FAILED if any(result.problem for result in results) else 0
@@ -36,7 +49,12 @@ def run_loops(console: Console) -> int:
     console.print(load())
     loops = [
         measure_loop(rate, text)
-        for rate, text in _tracked(RATES.items(), "driving")
+        for rate, text in track(
+            RATES.items(),
+            "driving",
+            console=Console(stderr=True),
+            transient=True,
+        )
     ]
     console.print(loop_table(loops))
     return 0
@@ -48,10 +66,6 @@ def _check_wire() -> None:
             "this computer hears none of its own multicasts; `ip link set lo"
             " multicast on` and `ip route add 224.0.0.0/4 dev lo` mend it"
         )
-
-
-def _tracked(items, doing: str):
-    return track(items, doing, console=Console(stderr=True), transient=True)
 
 
 def fault_table(results: list[FaultResult]) -> Table:
