@@ -53,6 +53,7 @@ class Pacer:
     Attributes:
         ticks: Number of calls of `wait`.
         missed: Number of ticks that were dropped after stalls.
+        late: The delay of the latest tick [s].
         worst: The largest delay of a tick so far [s].
     """
 
@@ -68,6 +69,7 @@ class Pacer:
         self._start = self._due = 0.0
         self.ticks = 0
         self.missed = 0
+        self.late = 0.0
         self.worst = 0.0
 
     def wait(self) -> None:
@@ -79,13 +81,14 @@ class Pacer:
             self._due += self._period
         self.ticks += 1
         late = now - self._due
+        self.late = max(0.0, late)
         if late < 0:
             time.sleep(-late)
             return
         self.worst = max(self.worst, late)
         if late > self._patience:
             self.missed += round(late / self._period)
-            self._due = now
+            self._due, self.late = now, 0.0
 
     @property
     def rate(self) -> float:

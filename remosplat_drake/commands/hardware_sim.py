@@ -35,6 +35,10 @@ from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
 from remosplat_drake.hardware.stand_in.true_motion import TrueMotion
 from remosplat_drake.station.station_config import DynamicStation
 
+_PATIENCE = 0.25
+"""Longest stall of the computer that the robot makes up for [s]: a real one
+goes on meanwhile."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""
@@ -116,7 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
         inbox=inbox,
     )
     motion = TrueMotion(plant) if arguments.record else None
-    pacer = Pacer(TICK / arguments.realtime_rate)
+    pacer = Pacer(TICK / arguments.realtime_rate, _PATIENCE)
     console.print(f"the robot is on {arguments.lcm_url}; Ctrl-C ends")
     # A collection of everything that was loaded would cost several ticks.
     gc.collect()
@@ -125,7 +129,7 @@ def run(arguments: argparse.Namespace) -> int:
         try:
             while not request.made and robot.time < arguments.time_limit:
                 pacer.wait()
-                robot.step()
+                robot.step(pacer.late)
                 if motion is not None:
                     motion.sample(robot.time)
         finally:

@@ -38,6 +38,10 @@ def commanded(has_arm_driver: bool = False) -> list[str]:
     return [*arm, channels.BASE_COMMAND, channels.PANDA_HAND_COMMAND]
 
 
+_SPARSE = 4
+"""One in so many of the arm's statuses is sent while time is made up for."""
+
+
 class HardwareSim:
     """A simulated arm, base and hand with their drivers, in 1 ms steps.
 
@@ -95,6 +99,7 @@ class HardwareSim:
         self._late: deque[tuple[float, bytes]] = deque()
         self._measured = plant.arm
         self._ticks = 0
+        self._behind = 0.0
         self._first_command: float | None = None
         self._frozen = lcmt_panda_status()
 
@@ -103,8 +108,17 @@ class HardwareSim:
         """The robot's own clock, which starts at 0 [s]."""
         return self._ticks * TICK
 
-    def step(self) -> None:
-        """Runs one millisecond of the robot."""
+    def step(self, late: float = 0.0) -> None:
+        """Runs one millisecond of the robot.
+
+        A robot goes on while the computer that simulates it stalls. So what
+        is late is made up for, and stamped with when it was due; while there
+        is more of it, fewer statuses of the arm are sent.
+
+        Args:
+            late: How late this millisecond is, by the wall clock [s].
+        """
+        self._behind = late
         t = self.time
         self._hear(t)
         self._break(t)
@@ -138,7 +152,7 @@ class HardwareSim:
     def _now(self) -> int:
         """The wall clock of the robot's computer, as far off as it is [us]."""
         jump = self._faults.value("clock-jump", 0.0)
-        return self._clock() + round(jump * MICROSECONDS)
+        return self._clock() + round((jump - self._behind) * MICROSECONDS)
 
     def _hear(self, t: float) -> None:
         for channel, data in self._inbox.fetch():
@@ -178,7 +192,8 @@ class HardwareSim:
 
     def _tell(self, t: float) -> None:
         now = self._now()
-        if self._fci is None and "status-stops" not in self._faults:
+        is_due = self._behind <= TICK or self._ticks % _SPARSE == 0
+        if self._fci is None and is_due and "status-stops" not in self._faults:
             status = self._arm_status(now)
             self._lcm.Publish(channels.PANDA_STATUS, status.encode())
         pose = self._plant.q[:3]

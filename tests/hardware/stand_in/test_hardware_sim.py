@@ -312,3 +312,26 @@ def test_the_arm_may_obey_a_driver_of_its_own(world):
     moved = plant.q[3:] - start[3:]
     np.testing.assert_allclose(moved, 0.19 * SLOWLY, atol=2e-3)
     arm.close()
+
+
+def test_a_computer_that_stalls_does_not_hold_the_robot_up(world):
+    steady, stalled = make_lab(world), make_lab(world)
+    for lab in (steady, stalled):
+        lab.drive_for(0.2, SLOWLY, (0.1, 0.2))
+        lab.forget()
+    for _ in range(100):
+        steady.listen()
+    stalled.utime += 100_000
+    for k in range(1, 101):
+        stalled.robot.step(late=(100 - k) * 1e-3)
+        Client.listen(stalled, 0.0)
+    assert stalled.time == steady.time
+    np.testing.assert_allclose(
+        stalled.arm[-1].joint_position, steady.arm[-1].joint_position
+    )
+    # Everything is stamped with when it was so; of the arm's there are less.
+    told = {status.utime: status.pose for status in steady.base}
+    assert {status.utime: status.pose for status in stalled.base} == told
+    stamps = [status.utime for status in stalled.arm]
+    assert 25 <= len(stamps) < 30
+    assert set(stamps) <= {status.utime for status in steady.arm}
