@@ -54,6 +54,10 @@ CERTAIN = np.zeros(2)
 """Bounds on the error of a pose that is trusted [m, rad]."""
 
 
+_CLOCK_STEP = 0.1
+"""Beyond this the base's clock has been set, or the network stalled [s]."""
+
+
 @dc.dataclass(frozen=True, eq=False)
 class BaseTrack:
     """What the statuses of the base have told; copying returns itself.
@@ -128,12 +132,13 @@ def with_base_sample(
     kept = tuple(
         s for s in track.samples if 0 < sample.stamp - s.stamp <= _KEPT
     )
-    expected = state.pose
+    expected, is_set = state.pose, False
     if track.samples:
         expected = _expected(track.samples[-1], sample)
+        is_set = _sets_its_clock(track.samples[-1], sample)
     off = relative(expected, state.pose)
     jumped = composed(odometry_frame(state.pose, expected), track.jumped)
-    if off.any():
+    if off.any() or is_set:
         kept = ()  # What a jump has done is no disobedience.
     close = len(kept) > 1 and kept[-1].stamp - kept[-2].stamp < _SPACING
     samples = (*(kept[:-1] if close else kept), sample)
@@ -250,6 +255,12 @@ def _expected(before: BaseSample, after: BaseSample) -> np.ndarray:
     off = _sizes(relative(expected, after.pose))
     is_near = (off <= _STEP + _STEP_RATE * seconds).all()
     return after.pose if is_near else expected
+
+
+def _sets_its_clock(before: BaseSample, after: BaseSample) -> bool:
+    """Whether stamps go on otherwise than time does."""
+    passed = after.received - before.received
+    return abs(after.stamp - before.stamp - passed) > _CLOCK_STEP
 
 
 def _sizes(motion: np.ndarray) -> np.ndarray:

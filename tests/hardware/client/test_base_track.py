@@ -134,6 +134,17 @@ def test_a_clock_that_is_off(late, words):
     assert "set the clocks" in problem
 
 
+@pytest.mark.parametrize("late", [0.2, -0.2])
+def test_a_clock_that_is_set_right_is_no_disobedience(late):
+    drive = Drive()
+    drive.go_on(2.0)
+    for drive.late in (late, 0.0):
+        for _ in range(70):
+            problem = drive.go_on(PERIOD)
+            assert problem == "" or "set the clocks" in problem
+    assert problem == ""
+
+
 def test_what_the_stamps_are_late_makes_the_pose_uncertain():
     drive = Drive()
     drive.late = 0.1
