@@ -88,9 +88,9 @@ class FaultRun:
 
     @property
     def reason(self) -> str:
-        """Reason of the stop; empty if the robot was not stopped."""
-        reasons = [e["reason"] for e in self.events if _is_latched(e)]
-        return reasons[-1] if reasons else ""
+        """Reason of the first stop; empty if the robot was not stopped."""
+        reasons = (e["reason"] for e in self.events if _is_latched(e))
+        return next(reasons, "")
 
     @property
     def refusal(self) -> str:

@@ -36,8 +36,10 @@ def run_faults(console: Console, only: str = "") -> int:
     world = load_world(load_scenario())
     results, news = [], Console(stderr=True)
     for case in track(cases, "breaking things", console=news, transient=True):
-        results.append(run_case(case, world))
-        news.print(f"{case.name}: {results[-1].problem or 'as it should be'}")
+        result = run_case(case, world)
+        news.print(f"{case.name}: {result.problem or 'as it should be'}")
+        news.print(f"  {result.reason or result.case.outcome}", style="dim")
+        results.append(result)
     console.print(fault_table(results))
     console.print(load())
     return _FAILED if any(result.problem for result in results) else 0
