@@ -1,5 +1,6 @@
 """`WireTap`: hears what goes to and fro, and makes faults happen."""
 
+import struct
 import time
 from collections.abc import Callable
 
@@ -72,7 +73,11 @@ class WireTap:
 
 
 def _velocities(channel: str, data: bytes) -> list[float]:
-    if channel == channels.PANDA_COMMAND:
-        return list(lcmt_panda_command.decode(data).joint_velocity)
-    message = base_command.decode(data)
+    """Commanded velocities; none in what a stranger has garbled."""
+    try:
+        if channel == channels.PANDA_COMMAND:
+            return list(lcmt_panda_command.decode(data).joint_velocity)
+        message = base_command.decode(data)
+    except (ValueError, struct.error):
+        return []
     return [message.forward, message.yaw_rate]

@@ -35,9 +35,9 @@ from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
 from remosplat_drake.hardware.stand_in.true_motion import TrueMotion
 from remosplat_drake.station.station_config import DynamicStation
 
-_PATIENCE = 0.25
+_PATIENCE = 0.04
 """Longest stall of the computer that the robot makes up for [s]: a real one
-goes on meanwhile."""
+goes on meanwhile. After longer ones its statuses would be too old for good."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
