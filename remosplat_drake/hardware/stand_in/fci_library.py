@@ -181,7 +181,11 @@ class Robot:
             try:
                 data = self._socket.recv(LARGEST, socket.MSG_DONTWAIT)
             except OSError:
-                return State.decode(data)
+                break
+        try:
+            return State.decode(data)
+        except ValueError as error:
+            raise RuntimeError(f"libfranka: UDP receive: {error}") from error
 
 
 def _check_motion(state: State) -> None:
