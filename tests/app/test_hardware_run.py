@@ -45,6 +45,7 @@ from remosplat_drake.oracle.oracle_config import (
     GroundTruth,
     SphereToEllipsoid,
 )
+from remosplat_drake.recording.trajectory import load_trajectory
 
 STILL = 1e-3  # [rad/s]
 END = "END"  # The channel of a message that comes after all commands.
@@ -165,10 +166,10 @@ def test_a_shadow_computes_everything_and_sends_nothing(robot, tmp_path):
         assert_stays_still(client)
     assert not heard
     assert "time limit at target 1" in ran.stderr
-    written = np.load(tmp_path / "trajectory.npz")
+    written = load_trajectory(tmp_path / "trajectory.npz")
     # It would have driven: each tick begins at rest, where the robot is.
-    assert np.abs(written["command"]).max() > 0
-    assert np.ptp(written["q"], axis=0).max() < 1e-4
+    assert np.abs(written.u).max() > 0
+    assert np.ptp(written.q, axis=0).max() < 1e-4
 
 
 def test_the_table_scenario_reaches_its_target_through_the_wire(robot):

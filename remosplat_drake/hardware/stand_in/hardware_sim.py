@@ -99,7 +99,7 @@ class HardwareSim:
         self._late: deque[tuple[float, bytes]] = deque()
         self._measured = plant.arm
         self._ticks = 0
-        self._behind = 0.0
+        self._is_late, self._stamp = False, clock()
         self._first_command: float | None = None
         self._frozen = lcmt_panda_status()
 
@@ -112,13 +112,15 @@ class HardwareSim:
         """Runs one millisecond of the robot.
 
         A robot goes on while the computer that simulates it stalls. So what
-        is late is made up for, and stamped with when it was due; while there
-        is more of it, fewer statuses of the arm are sent.
+        is late is made up for, with stamps a millisecond apart; while there is
+        more of it, fewer statuses of the arm are sent.
 
         Args:
             late: How late this millisecond is, by the wall clock [s].
         """
-        self._behind = late
+        now, due = self._clock(), self._stamp + round(TICK * MICROSECONDS)
+        self._is_late = late > TICK
+        self._stamp = min(due, now) if late > 0 else now
         t = self.time
         self._hear(t)
         self._break(t)
@@ -152,7 +154,7 @@ class HardwareSim:
     def _now(self) -> int:
         """The wall clock of the robot's computer, as far off as it is [us]."""
         jump = self._faults.value("clock-jump", 0.0)
-        return self._clock() + round((jump - self._behind) * MICROSECONDS)
+        return self._stamp + round(jump * MICROSECONDS)
 
     def _hear(self, t: float) -> None:
         for channel, data in self._inbox.fetch():
@@ -192,7 +194,7 @@ class HardwareSim:
 
     def _tell(self, t: float) -> None:
         now = self._now()
-        is_due = self._behind <= TICK or self._ticks % _SPARSE == 0
+        is_due = not self._is_late or self._ticks % _SPARSE == 0
         if self._fci is None and is_due and "status-stops" not in self._faults:
             status = self._arm_status(now)
             self._lcm.Publish(channels.PANDA_STATUS, status.encode())
