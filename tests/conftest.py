@@ -1,6 +1,8 @@
 """Fixtures for the whole suite."""
 
+import fcntl
 import os
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -78,6 +80,19 @@ def equal_niceness() -> Iterator[None]:
             "mapping.mapping_process",
         ):
             patch.setattr(f"remosplat_drake.{module}._NICENESS", 0)
+        yield
+
+
+@pytest.fixture
+def lone_robot() -> Iterator[None]:
+    """No other test on this computer has a robot process meanwhile.
+
+    A robot and its controller run in real time: two of each leave nothing of
+    two cores to what starts beside them.
+    """
+    path = Path(tempfile.gettempdir(), f"remosplat-robot-{os.getuid()}.lock")
+    with path.open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
 

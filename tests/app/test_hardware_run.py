@@ -63,7 +63,7 @@ def make_application(url: str, follow_dwell: float = 2.0, **hardware: float):
 
 
 @pytest.fixture
-def robot() -> Iterator[tuple[str, Client]]:
+def robot(lone_robot) -> Iterator[tuple[str, Client]]:
     """The wire to a robot at the start of the scenario, and a listener."""
     url = free_url()
     with robot_process(url, "TableReach"), consenting(url):

@@ -10,6 +10,8 @@ from robot_process import Client, robot_process
 
 from remosplat_drake.acceptance.hardware_processes import free_url
 
+pytestmark = pytest.mark.usefixtures("lone_robot")
+
 MOVE, REFLEX = 2, 4
 STILL = 1e-3  # [rad/s]
 

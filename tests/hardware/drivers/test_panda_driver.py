@@ -163,7 +163,7 @@ class Rig:
 
 
 @pytest.fixture
-def rig(tmp_path) -> Iterator[Rig]:
+def rig(lone_robot, tmp_path) -> Iterator[Rig]:
     """A rig whose arm moves."""
     for _ in range(ATTEMPTS):
         with contextlib.ExitStack() as stack:
@@ -229,7 +229,7 @@ def test_the_last_statuses_tell_of_a_user_stop(rig):
 
 
 @pytest.mark.slow
-def test_whoever_only_watches_sees_every_mode(tmp_path):
+def test_whoever_only_watches_sees_every_mode(lone_robot, tmp_path):
     with contextlib.ExitStack() as stack:
         rig = Rig(tmp_path, stack, "--status-only")
         client = rig.client
