@@ -31,7 +31,7 @@ from remosplat_drake.hardware.stand_in.hardware_sim import (
     HardwareSim,
     commanded,
 )
-from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
+from remosplat_drake.hardware.stand_in.robot_plant import PERIOD, RobotPlant
 from remosplat_drake.hardware.stand_in.true_motion import TrueMotion
 from remosplat_drake.station.station_config import DynamicStation
 
@@ -153,5 +153,5 @@ def run(arguments: argparse.Namespace) -> int:
 def _plant(scenario: Scenario, world: World) -> RobotPlant:
     config = scenario.station
     if not isinstance(config, DynamicStation):
-        config = DynamicStation()
+        config = DynamicStation(time_step=PERIOD)
     return RobotPlant(config, world.robot, world.truth, world.q0)

@@ -22,13 +22,23 @@ from remosplat_drake.station.velocity_driver import (
 
 _RUNNING = StationStatus()
 
+_INSTANT = 1e-9
+"""What rounding may make of no time [s]."""
+
+
+PERIOD = 0.005
+"""Time between two steps of the bodies that a stand-in can afford [s]: in steps
+of a millisecond they alone take half of a slow core, and a robot must not be
+late."""
+
 
 class RobotPlant:
-    """The robot's rigid bodies and motors, in steps of a millisecond.
+    """The robot's rigid bodies and motors, stepped from outside.
 
     It obeys the same law as the dynamic station, but the law is called once a
-    step and not by Drake through ports: half the time of a step otherwise
-    goes there, and a robot must not be late.
+    step of the bodies and not by Drake through ports, which takes as long as
+    the bodies themselves. Between two of their steps, each of the station's
+    `time_step`, they go on at the velocity of the latest one.
     """
 
     def __init__(
@@ -55,6 +65,8 @@ class RobotPlant:
         plant = body.plant
         self._robot, self._body = robot, body
         self._hand_speed = config.hand_speed
+        self._period = config.time_step
+        self._stepped, self._since = 0.0, 0.0
         self._simulator = Simulator(builder.Build())
         self._context = plant.GetMyMutableContextFromRoot(
             self._simulator.get_mutable_context()
@@ -90,6 +102,9 @@ class RobotPlant:
     ) -> None:
         """Moves the robot up to time t.
 
+        The bodies' step that ends by then obeys this command, as if it had
+        been given all the while.
+
         Args:
             t: Time at the end of the step [s].
             base: Commanded speed forward and turning rate, shape (2,)
@@ -97,6 +112,9 @@ class RobotPlant:
             arm: Commanded joint rates, shape (7,) [rad/s].
             hand: Commanded width and bound on the force, shape (2,) [m, N].
         """
+        self._since = t - self._stepped
+        if self._since < self._period - _INSTANT:
+            return
         command = StationCommand(
             np.concatenate([base, arm]), hand[0], hand[1], _RUNNING
         )
@@ -113,20 +131,22 @@ class RobotPlant:
             x_desired[rows] = desired[source]
             fixed.GetMutableData().get_mutable_value().SetFromVector(x_desired)
         self._simulator.AdvanceTo(t)
+        self._stepped, self._since = t, 0.0
         self._measure()
 
     @property
     def q(self) -> np.ndarray:
         """Configuration (x, y, yaw, arm), shape (n_q,) [m, rad]."""
-        return self._q[: self._robot.n_q]
+        n = self._robot.n_q
+        return self._q[:n] + self._since * self._v[:n]
 
     @property
     def arm(self) -> ArmMeasurement:
         """Positions, rates and torques that the arm's sensors measure."""
-        joints = slice(self._robot.n_q - JOINTS, self._robot.n_q)
+        n = self._robot.n_q
         return ArmMeasurement(
-            self._q[joints],
-            self._v[joints],
+            self.q[n - JOINTS :],
+            self._v[n - JOINTS : n],
             self._torque.Eval(self._context),
             self._external.Eval(self._context),
         )

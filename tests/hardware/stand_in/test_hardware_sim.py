@@ -23,7 +23,7 @@ from remosplat_drake.hardware.stand_in.faults import Fault
 from remosplat_drake.hardware.stand_in.fci_arm import FciArm
 from remosplat_drake.hardware.stand_in.fci_packets import Kind, Request
 from remosplat_drake.hardware.stand_in.hardware_sim import HardwareSim
-from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
+from remosplat_drake.hardware.stand_in.robot_plant import PERIOD, RobotPlant
 from remosplat_drake.hardware.wire.messages.base_status import base_status
 from remosplat_drake.station.station_config import DynamicStation
 
@@ -82,9 +82,10 @@ def world() -> World:
     return load_world(load_scenario(), blank=True)
 
 
-def make_lab(world: World, *schedule: Fault) -> Lab:
-    """A robot that stands still."""
-    plant = RobotPlant(DynamicStation(), world.robot, world.truth, world.q0)
+def make_lab(world: World, *schedule: Fault, period: float = 0.001) -> Lab:
+    """A robot that stands still; its bodies are stepped once a period [s]."""
+    station = DynamicStation(time_step=period)
+    plant = RobotPlant(station, world.robot, world.truth, world.q0)
     return Lab(plant, *schedule)
 
 
@@ -312,6 +313,27 @@ def test_the_arm_may_obey_a_driver_of_its_own(world):
     moved = plant.q[3:] - start[3:]
     np.testing.assert_allclose(moved, 0.19 * SLOWLY, atol=2e-3)
     arm.close()
+
+
+def test_fewer_steps_of_the_bodies_tell_the_same(world):
+    """Between them every status goes on by the velocity that it tells."""
+    fine, coarse = make_lab(world), make_lab(world, period=PERIOD)
+    for lab in (fine, coarse):
+        lab.drive_for(0.4, SLOWLY, (0.1, 0.2))
+    exact, q = (
+        np.array([status.joint_position for status in lab.arm])
+        for lab in (fine, coarse)
+    )
+    np.testing.assert_allclose(q, exact, atol=0.2 * PERIOD)
+    np.testing.assert_allclose(
+        coarse.base[-1].pose, fine.base[-1].pose, atol=0.2 * PERIOD
+    )
+    np.testing.assert_allclose(
+        np.diff(q, axis=0)[-50:],
+        1e-3 * coarse.arm_velocities()[-50:],
+        atol=1e-7,
+    )
+    np.testing.assert_allclose(coarse.arm_velocities()[-1], SLOWLY, atol=1e-4)
 
 
 def test_a_computer_that_stalls_does_not_hold_the_robot_up(world):
