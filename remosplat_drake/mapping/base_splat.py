@@ -3,6 +3,7 @@
 import numpy as np
 
 from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.checks.overlap import sample_points, to_world
 from remosplat_drake.mapping.carving import find_gone
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.sphere_model import Spheres
@@ -10,7 +11,10 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_conversion import with_thickness
 
 _COVERED = 0.01
-"""Distance to an old disc within which a new disc shows nothing new [m]."""
+"""Distance to an old disc within which a surface shows nothing new [m]."""
+
+_SAMPLES = 400
+"""Points of a frame that are looked for in the base."""
 
 
 def updated(
@@ -27,7 +31,7 @@ def updated(
         The updated splat, in W.
     """
     kept = base.select(~find_gone(base.p_GK, capture))
-    added = seen.select(~find_covered(kept, seen))
+    added = seen.select(~find_covered(kept, seen.p_GK))
     if not kept.is_surfel:
         added = with_thickness(added)
     # Nobody has measured how wrong a live disc is; no better than the worst
@@ -38,20 +42,39 @@ def updated(
     return kept.joined_with(added, worst)
 
 
-def find_covered(base: GaussianSplat, seen: GaussianSplat) -> np.ndarray:
-    """Finds the discs at surfaces that the base has as well.
+def find_covered(base: GaussianSplat, p_WQ: np.ndarray) -> np.ndarray:
+    """Finds the points on surfaces that the base has as well.
 
     Args:
         base: The splat from before the run, in W.
-        seen: n discs on the surfaces that live frames show, in W.
+        p_WQ: Points on surfaces that live frames show, shape (n, 3) [m].
 
     Returns:
-        A mask of the discs in `seen`, shape (n,).
+        A mask of the points, shape (n,).
     """
-    covered = np.zeros(len(seen), bool)
+    covered = np.zeros(len(p_WQ), bool)
     # Two standard deviations reach over the gaps between discs.
     surfaces = base.with_uncertainty(None)
     field = SphereToEllipsoidField(surfaces, n_sigma=2.0)
-    near = field.clearances(Spheres.at(seen.p_GK.reshape(-1, 3)), _COVERED)
+    near = field.clearances(Spheres.at(p_WQ.reshape(-1, 3)), _COVERED)
     covered[near.sphere] = True
     return covered
+
+
+def shares_of(base: GaussianSplat, capture: Capture) -> np.ndarray:
+    """Computes which part of what each live frame shows the base has as well.
+
+    Args:
+        base: The splat from before the run, in W.
+        capture: The n live frames.
+
+    Returns:
+        Fractions of the frames' surfaces, shape (n,); 0 for one without depth.
+    """
+    p_C = sample_points(capture, _SAMPLES, np.random.default_rng(0))
+    shares = np.zeros(len(capture))
+    for view, points in enumerate(p_C):
+        if not np.isnan(points).any():
+            p_WQ = to_world(capture, points, view)
+            shares[view] = find_covered(base, p_WQ).mean()
+    return shares

@@ -52,18 +52,26 @@ class Changes:
         return self.gone | self.hidden_now
 
 
-def find_changes(capture: Capture, margin: float = 0.03) -> Changes:
+def find_changes(
+    capture: Capture,
+    confirmed: np.ndarray | None = None,
+    margin: float = 0.03,
+) -> Changes:
     """Compares every view with all newer ones.
 
     Args:
         capture: Views, oldest first.
+        confirmed: Which of them may say that others are out of date, shape
+            (n,) bool; None for all.
         margin: Difference of depths below which views agree [m]; beyond 2 m
             it grows with the square of the depth.
     """
     gone = np.zeros(capture.depth.shape, bool)
     hidden_now, come = np.zeros((2, *capture.depth.shape), bool)
     points = [capture.points_W(i) for i in range(len(capture))]
-    for new in range(len(capture)):
+    if confirmed is None:
+        confirmed = np.ones(len(capture), bool)
+    for new in np.flatnonzero(confirmed).tolist():
         for old in range(new):
             gone[old] |= _seen_through(capture, points[old], new, margin)
             shown = _seen_through(capture, points[new], old, margin)

@@ -4,13 +4,24 @@ import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.checks.overlap import measure_overlap, wrong_frames
+from remosplat_drake.capture.checks.overlap import (
+    measure_overlap,
+    supported_fractions,
+    wrong_frames,
+)
+from remosplat_drake.mapping.base_splat import shares_of
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 SAME_POSITION = 0.01
 """Distance of two cameras below which they may see the same [m]."""
 
 SAME_ROTATION = np.deg2rad(2.0)
 """Angle between two cameras below which they may see the same [rad]."""
+
+_MIN_SHARE = 0.2
+"""Something bears a frame out that shows so much of the same. Of rendered
+tables, others show 0.58 or more of a frame that is right, and nothing of one
+that is elsewhere."""
 
 
 def frames_to_keep(X_WC: np.ndarray, most: int) -> np.ndarray:
@@ -59,6 +70,27 @@ def contradicting_frames(capture: Capture, trusted: int) -> np.ndarray:
             " the camera's calibration is wrong"
         )
     return wrong[wrong >= trusted]
+
+
+def confirmed_frames(
+    capture: Capture, base: GaussianSplat | None = None
+) -> np.ndarray:
+    """Finds the frames that others, or the map from before, bear out.
+
+    Nobody knows whether another one is where it seems to be: something may
+    stand where it looks through.
+
+    Args:
+        capture: The frames.
+        base: The splat from before them, in W; None for none.
+
+    Returns:
+        A mask of the frames, shape (n,).
+    """
+    shares = supported_fractions(capture)
+    if base is not None and len(base):
+        shares = np.maximum(shares, shares_of(base, capture))
+    return shares >= _MIN_SHARE
 
 
 def contradiction(residual: float) -> str:

@@ -4,6 +4,8 @@ import dataclasses as dc
 from collections.abc import Callable
 from time import perf_counter
 
+import numpy as np
+
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.mapping.base_splat import updated
@@ -15,6 +17,7 @@ from remosplat_drake.mapping.changes import (
     without,
 )
 from remosplat_drake.mapping.depth_specks import without_specks
+from remosplat_drake.mapping.frame_choice import confirmed_frames
 from remosplat_drake.mapping.known_space import known_space
 from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.oracle.composite import CompositeDistanceField
@@ -62,6 +65,9 @@ def build_map(
 ) -> SceneMap:
     """Makes a map of frames; where they contradict, the newest counts.
 
+    What a frame shows that nothing bears out is there, too, but nothing is
+    free or gone since it looks through it: its pose may be wrong.
+
     Args:
         capture: The frames, oldest first, with the robot hidden.
         config: Settings of the live map.
@@ -89,15 +95,17 @@ def build_map(
     start = perf_counter()
     report("comparing frames", 0, 1)
     looks = without_specks(capture)
-    changes = find_changes(looks)
+    confirmed = confirmed_frames(looks, base)
+    changes = find_changes(looks, confirmed)
     report("comparing frames", 1, 1)
-    looks = without(looks, changes.outdated)
+    looks = without(looks, changes.outdated).select(np.flatnonzero(confirmed))
     splat_W = _surfaces(capture, changes, looks, config, effort, report)
     if base is not None and len(base):
         splat_W = updated(base, splat_W, looks)
     report("finding what was seen", 0, 1)
     coverage = known_space(
-        looks, changes.come, splat_W, robot_free, config, base_seen
+        *(looks, changes.come[confirmed], splat_W, robot_free, config),
+        base_seen,
     )
     report("finding what was seen", 1, 1)
     field = make_field(splat_W)
@@ -114,7 +122,7 @@ def build_map(
         splat_W=splat_W,
         coverage=coverage,
         tiles=tiles,
-        quality=_describe(len(capture), splat_W, coverage, seconds),
+        quality=_describe(confirmed, splat_W, coverage, seconds),
     )
 
 
@@ -133,7 +141,7 @@ def _surfaces(
     Args:
         capture: The frames as they were taken.
         changes: What is out of date in them.
-        looks: The rest of them, without specks.
+        looks: The rest of those that may clear space, without specks.
         config: Settings of the live map.
         effort: `QUICK` or `FULL`.
         report: Told how far it has come.
@@ -166,11 +174,15 @@ def _within(capture: Capture, max_depth: float) -> Capture:
 
 
 def _describe(
-    frames: int, splat: GaussianSplat, coverage: Coverage, seconds: float
+    confirmed: np.ndarray,
+    splat: GaussianSplat,
+    coverage: Coverage,
+    seconds: float,
 ) -> str:
+    alone = np.count_nonzero(~confirmed)
+    frames = f"{len(confirmed)} frames"
+    if alone:
+        frames += f" ({alone} borne out by nothing: clearing no space)"
     discs = f"{len(splat) / 1000:.0f}k" if len(splat) > 999 else len(splat)
     unseen = 100 * coverage.fraction(UNSEEN)
-    return (
-        f"{frames} frames, {discs} discs,"
-        f" {unseen:.0f} % unseen, {seconds:.1f} s"
-    )
+    return f"{frames}, {discs} discs, {unseen:.0f} % unseen, {seconds:.1f} s"

@@ -33,14 +33,14 @@ def above(splat: GaussianSplat, height: float) -> np.ndarray:
 
 
 def test_surfaces_of_the_base_are_not_doubled(bare_discs, laden_discs):
-    assert find_covered(bare_discs, bare_discs).all()
-    covered = find_covered(bare_discs, laden_discs)
+    assert find_covered(bare_discs, bare_discs.p_GK).all()
+    covered = find_covered(bare_discs, laden_discs.p_GK)
     assert not covered[above(laden_discs, 0.02)].any()
     table = ~above(laden_discs, 0.005)
     assert covered[table].mean() > 0.8
     nothing = GaussianSplat.empty()
-    assert not find_covered(nothing, laden_discs).any()
-    assert len(find_covered(bare_discs, nothing)) == 0
+    assert not find_covered(nothing, laden_discs.p_GK).any()
+    assert len(find_covered(bare_discs, nothing.p_GK)) == 0
 
 
 def test_a_thing_that_comes_is_added_one_that_goes_taken_away(
@@ -76,5 +76,7 @@ def test_live_discs_are_as_uncertain_as_the_worst_of_the_base(
 def test_an_uncertain_disc_covers_no_more_than_a_certain_one(
     bare_discs, laden_discs
 ):
-    vague = find_covered(bare_discs.with_uncertainty(0.5), laden_discs)
-    np.testing.assert_array_equal(vague, find_covered(bare_discs, laden_discs))
+    vague = find_covered(bare_discs.with_uncertainty(0.5), laden_discs.p_GK)
+    np.testing.assert_array_equal(
+        vague, find_covered(bare_discs, laden_discs.p_GK)
+    )

@@ -12,9 +12,15 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.mapping.frame_choice import (
     SAME_POSITION,
     SAME_ROTATION,
+    confirmed_frames,
     contradicting_frames,
     frames_to_keep,
 )
+from remosplat_drake.reconstruction.surfels.surfels import (
+    splat_of_surfels,
+    surfels_from_capture,
+)
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 
 def poses(*positions: float, turn: float = 0.0) -> np.ndarray:
@@ -78,6 +84,19 @@ def test_one_that_shares_nothing_with_others_is_not_judged(scene_capture):
     """View 4 is moved to where no other one looks."""
     capture = misplaced(scene_capture, 4)
     assert not len(contradicting_frames(capture, trusted=3))
+
+
+def test_nothing_bears_it_out_but_a_map_that_shows_the_same(scene_capture):
+    capture = misplaced(scene_capture, 4)
+    assert confirmed_frames(scene_capture).all()
+    others = np.arange(len(capture)) != 4
+    np.testing.assert_array_equal(confirmed_frames(capture), others)
+    alone = scene_capture.select(np.array([4]))
+    assert not confirmed_frames(alone)
+    assert not confirmed_frames(alone, GaussianSplat.empty())
+    base = splat_of_surfels(surfels_from_capture(scene_capture, 8000))
+    assert confirmed_frames(alone, base)
+    assert not confirmed_frames(misplaced(alone, 0), base)
 
 
 def test_what_is_in_a_map_is_not_judged_again(scene_capture):

@@ -13,7 +13,7 @@ from remosplat_drake.mapping.store.map_file import open_map, write_map
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.signals.coverage import FREE, UNSEEN
+from remosplat_drake.signals.coverage import FREE, SURFACE, UNSEEN
 from remosplat_drake.signals.scene_map import SceneMap
 
 CONFIG = MappingConfig(
@@ -33,6 +33,17 @@ def a_map(capture, config=CONFIG, **options) -> SceneMap:
         make_field=SphereToEllipsoidField,
         **options,
     )
+
+
+ASIDE, ACROSS = [0.0, -1.2, 0.9], [0.0, 1.4, 0.4]
+NEARLY = [0.02, 0.0, 0.0]
+
+
+def moved(capture, shift: list[float]):
+    """The first view, by a camera that believes to be elsewhere [m]."""
+    X_WC = capture.X_WC[:1].copy()
+    X_WC[:, :3, 3] += shift
+    return dc.replace(capture.select(np.array([0])), X_WC=X_WC)
 
 
 def distances(scene_map: SceneMap, spheres: Spheres) -> np.ndarray:
@@ -99,6 +110,33 @@ def test_a_base_is_brought_up_to_date(bare, laden):
     np.testing.assert_allclose(
         distances(cleared, BESIDE_THING), truth(), atol=0.02
     )
+
+
+def test_a_frame_that_nothing_bears_out_fills_space_and_clears_none(laden):
+    """It may be elsewhere: it shows what is there, but not what is free."""
+    alone = moved(laden, ASIDE)
+    both = a_map(joined(laden, alone), unseen_is_solid=True)
+    assert (
+        "4 frames (1 borne out by nothing: clearing no space)" in both.quality
+    )
+    without = a_map(laden, unseen_is_solid=True)
+    was_unseen = without.coverage.state == UNSEEN
+    now = both.coverage.state[was_unseen]
+    assert (now != FREE).all()
+    assert (now == SURFACE).sum() > 20
+    # Somebody else sees the same: then it counts.
+    again = a_map(
+        joined(laden, alone, moved(alone, NEARLY)), unseen_is_solid=True
+    )
+    assert again.coverage.fraction(FREE) > without.coverage.fraction(FREE)
+
+
+def test_nor_does_it_say_that_anything_has_gone(laden):
+    base = a_map(laden).splat_W
+    two = joined(moved(laden, ASIDE), moved(laden, ACROSS))
+    alone = a_map(two, base=base)
+    assert "2 borne out by nothing" in alone.quality
+    assert len(alone.splat_W) >= len(base)
 
 
 def test_unknown_space_is_an_obstacle_if_so_configured(laden):

@@ -7,6 +7,7 @@ looked through it.
 """
 
 import dataclasses as dc
+from itertools import permutations
 
 import numpy as np
 
@@ -118,6 +119,27 @@ def measure_overlap(
         differences=np.concatenate(differences),
         supported=float(supported.mean()) if supported.size else 0.0,
     )
+
+
+def supported_fractions(
+    capture: Capture, seed: int = 0, tolerance: float = TOLERANCE
+) -> np.ndarray:
+    """Computes which part of what each view shows any other one shows as well.
+
+    Args:
+        capture: The n views.
+        seed: Seed of the random choice of points.
+        tolerance: Fraction of a depth by which agreeing depths may differ.
+
+    Returns:
+        Fractions of the views' points, shape (n,); 0 for one without depth.
+    """
+    p_C = sample_points(capture, _SAMPLES, np.random.default_rng(seed))
+    supported = np.zeros(p_C.shape[:2], bool)
+    for a, b in permutations(range(len(capture)), 2):
+        z, measured = compare(capture, p_C[a], a, b)
+        supported[a] |= np.abs(z - measured) < tolerance * measured
+    return supported.mean(axis=1)
 
 
 def wrong_frames(overlap: Overlap) -> np.ndarray:
