@@ -63,9 +63,11 @@ class CompositeDistanceField(DistanceField):
         direction_W = np.concatenate([a.direction_W for a in answers])
         p_WC = np.concatenate([a.p_WC for a in answers])
         # The sort is stable, so of equal distances the first part's row wins.
+        # What is not known (NaN) may be nearest of all, so it comes first.
         by_distance = self.rows == "closest"
+        nearness = np.where(np.isnan(distance), -np.inf, distance)
         order = (
-            np.lexsort((distance, sphere))
+            np.lexsort((nearness, sphere))
             if by_distance
             else np.argsort(sphere, kind="stable")
         )

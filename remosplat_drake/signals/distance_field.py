@@ -68,8 +68,11 @@ class Clearances:
         return result
 
     def within(self, distance: float) -> "Clearances":
-        """Returns the rows whose distance is less than `distance` [m]."""
-        keep = self.distance < distance
+        """Returns the rows whose distance is less than `distance` [m].
+
+        A row whose distance is not known (NaN) stays: it may be near.
+        """
+        keep = ~(self.distance >= distance)
         if keep.all():
             return self
         return Clearances(

@@ -1,5 +1,7 @@
 """A map that lies elsewhere: no nearer than the margin says, for any pose."""
 
+import dataclasses as dc
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,11 +9,13 @@ from hypothesis import strategies as st
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
+from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.uncertain_placement import UncertainPlacement
 from remosplat_drake.robot.planar_pose import matrix
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 SHIFT, TURN = 0.02, 0.03
 
@@ -45,6 +49,35 @@ def test_the_margin_is_that_of_each_lever_arm(scene):
     uncertain = UncertainPlacement(field, np.array([1.0, 2.0]), SHIFT, TURN)
     p_WS = np.array([[1.0, 2.0, 5.0], [1.0, 4.0, 0.0]])
     np.testing.assert_allclose(uncertain.margin(p_WS), [0.02, 0.02 + 0.06])
+
+
+class UnknownField(DistanceField):
+    """A map that does not know where one sphere stands."""
+
+    revision = "unknown"
+    is_lipschitz = True
+
+    def __init__(self, sphere: int):
+        self._sphere = sphere
+
+    def clearances(self, spheres, max_distance=np.inf):
+        answer = Clearances.unknown(len(spheres))
+        distance = np.full(len(spheres), 0.1)
+        distance[self._sphere] = np.nan
+        answer = dc.replace(answer, distance=distance)
+        return answer.within(max_distance)
+
+
+def test_what_is_not_known_stays_so(scene):
+    """It must not count as far away, or the robot would not brake for it."""
+    spheres = Spheres.at([[0.0, 0.0, 1.0], [5.0, 0.0, 1.0]])
+    for field in (
+        UncertainPlacement(UnknownField(1), np.zeros(2), SHIFT, TURN),
+        CompositeDistanceField([SignedDistanceField(scene), UnknownField(1)]),
+    ):
+        found = field.clearances(spheres, 0.05)
+        np.testing.assert_array_equal(found.sphere, [1])
+        assert np.isnan(found.minimum())
 
 
 @settings(max_examples=50)

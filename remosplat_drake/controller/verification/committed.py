@@ -32,7 +32,7 @@ def committed(
     peak = np.maximum(motion.in_flight, np.abs(u))
     peak = np.maximum(peak, np.abs(u_previous))
     needed = around.stopping + robot.jacobian_bound @ (motion.model.tube * peak)
-    near = np.flatnonzero(clearance < needed)
+    near = np.flatnonzero(~(clearance >= needed))
     if len(near):
         spheres = robot.place_spheres(
             motion.q_start[None], np.zeros(len(near), int), near
