@@ -138,8 +138,11 @@ def with_base_sample(
         is_set = _sets_its_clock(track.samples[-1], sample)
     off = relative(expected, state.pose)
     jumped = composed(odometry_frame(state.pose, expected), track.jumped)
-    if off.any() or is_set:
-        kept = ()  # What a jump has done is no disobedience.
+    silence = sample.stamp - track.samples[-1].stamp if track.samples else 0.0
+    if off.any() or is_set or silence > config.base_status_expiry:
+        # What a jump has done is no disobedience, and how fast the base was
+        # while nothing came nobody knows.
+        kept = ()
     close = len(kept) > 1 and kept[-1].stamp - kept[-2].stamp < _SPACING
     samples = (*(kept[:-1] if close else kept), sample)
     share = config.base_share

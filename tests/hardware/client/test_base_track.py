@@ -134,6 +134,19 @@ def test_a_clock_that_is_off(late, words):
     assert "set the clocks" in problem
 
 
+def test_how_fast_it_was_while_nothing_came_nobody_knows():
+    """It brakes meanwhile: neither its last speed nor its next one is it."""
+    drive = Drive()
+    drive.go_on(2.0)
+    silence, way = 1.0, 0.5 * U
+    drive.t += silence
+    drive.pose = extrapolated_pose(drive.pose, way, silence)
+    drive.path.append(drive.t, U)
+    drive.hear(0.0 * U)
+    for _ in range(70):
+        assert drive.go_on(PERIOD) == ""
+
+
 @pytest.mark.parametrize("late", [0.2, -0.2])
 def test_a_clock_that_is_set_right_is_no_disobedience(late):
     drive = Drive()
