@@ -53,6 +53,8 @@ REACHES = "reaches the target"
 """Resumption: after a release the robot goes on to its target."""
 MOVES = "moves"
 """Resumption: after a release the robot moves; its target is unreachable."""
+STAYS = ""
+"""Resumption: none; what has gone wrong stays so until a restart."""
 
 
 @dc.dataclass(frozen=True)
@@ -68,8 +70,8 @@ class FaultCase:
         reason: Text that the reason of the stop must contain.
         refusal: Text that the answer to a release must contain while the fault
             is present; None where no release is tried.
-        resumes: Expected resumption, REACHES or MOVES, once the fault is gone
-            and the stop released.
+        resumes: Expected resumption, REACHES, MOVES or STAYS, once the fault
+            is gone and the stop released.
         then: Name of another fault that follows at once; empty for none.
         tick_status: Status that some of the controller's ticks must have,
             where it has to notice the fault; empty for any.

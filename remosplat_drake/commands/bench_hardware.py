@@ -71,25 +71,18 @@ def _check_wire() -> None:
 
 
 def fault_table(results: list[FaultResult]) -> Table:
-    """Makes a table with one row a fault."""
-    table = Table("fault", "reason shown")
-    for heading in (
-        "time to zero [ms]",
-        "moved after [mm]",
-        "clearance [mm]",
-    ):
+    """Makes a table with one row a fault; its reasons are told as it ends."""
+    table = Table("fault")
+    for heading in ("to rest [ms]", "then moved [mm]", "clearance [mm]"):
         table.add_column(heading, justify="right")
-    table.add_column("release while the fault lasts")
-    table.add_column("release after it")
+    table.add_column("released", no_wrap=True)
     table.add_column("result")
     for result in results:
         table.add_row(
             result.case.name,
-            result.reason or f"({result.case.outcome})",
             _milli(result.time_to_zero, 0),
             _milli(result.moved_after, 2),
             _milli(result.clearance, 1),
-            result.refusal or "–",
             result.resumed or "–",
             result.problem or "as it should be",
         )

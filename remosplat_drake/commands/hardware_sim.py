@@ -39,6 +39,10 @@ _PATIENCE = 0.04
 """Longest stall of the computer that the robot makes up for [s]: a real one
 goes on meanwhile. After longer ones its statuses would be too old for good."""
 
+_FCI_PATIENCE = 0.002
+"""The same where a driver must answer each millisecond: in those that are made
+up for it has no time to [s]."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""
@@ -120,7 +124,8 @@ def run(arguments: argparse.Namespace) -> int:
         inbox=inbox,
     )
     motion = TrueMotion(plant) if arguments.record else None
-    pacer = Pacer(TICK / arguments.realtime_rate, _PATIENCE)
+    patience = _PATIENCE if fci is None else _FCI_PATIENCE
+    pacer = Pacer(TICK / arguments.realtime_rate, patience)
     console.print(f"the robot is on {arguments.lcm_url}; Ctrl-C ends")
     # A collection of everything that was loaded would cost several ticks.
     gc.collect()

@@ -2,6 +2,13 @@
 
 from remosplat_drake.acceptance.fault_case import FaultCase, Part
 
+_LIGHT = """
+control_period: 0.02
+controller: {solver: active_set, guidance: {enabled: false}}
+"""
+"""Robot, driver, callback and controller must not be late, on as many cores as
+there are: so the controller does with little."""
+
 CASES = (
     FaultCase(
         "arm driver stalled",
@@ -9,6 +16,7 @@ CASES = (
         reason="nothing came for",
         refusal="nothing came for",
         arm_driver=True,
+        text=_LIGHT,
         watch=2.0,
     ),
     FaultCase(
@@ -17,6 +25,7 @@ CASES = (
         reason="nothing came for",
         refusal="nothing came for",
         arm_driver=True,
+        text=_LIGHT,
         watch=2.0,
     ),
     # Without a refusal: the driver tells of the stop, and ends.
@@ -26,6 +35,7 @@ CASES = (
         "user-stop",
         reason="user_stopped",
         arm_driver=True,
+        text=_LIGHT,
         watch=2.0,
     ),
 )

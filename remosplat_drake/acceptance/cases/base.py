@@ -1,6 +1,6 @@
 """The base stops unnoticed, and its pose goes wrong."""
 
-from remosplat_drake.acceptance.fault_case import FaultCase, robot_fault
+from remosplat_drake.acceptance.fault_case import STAYS, FaultCase, robot_fault
 
 _SPEEDS = (0.05, 0.2, 0.5)
 """Speeds at which the base drives when it stops [m/s]."""
@@ -73,6 +73,8 @@ CASES = (
         "localization-drift",
         "jumped by",
         value=0.02,
+        # It drifts no more, but does not come back.
+        resumes=STAYS,
         **_LOCALIZED,
     ),
     robot_fault(
