@@ -9,10 +9,15 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from remosplat_drake.base.atomic_file import atomic_write
+from remosplat_drake.base.atomic_file import check_writable, write_atomically
 from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.base.strict_json import parse_json
-from remosplat_drake.commands.bench_hardware import run_faults, run_loops
+from remosplat_drake.commands.bench_hardware import (
+    fault_rows,
+    loop_rows,
+    run_faults,
+    run_loops,
+)
 from remosplat_drake.timing.depth_cases import depth_cases
 from remosplat_drake.timing.guidance_cases import guidance_cases
 from remosplat_drake.timing.measuring import Timing, measure
@@ -47,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="with faults: only those whose names have this in them",
     )
     parser.add_argument(
-        "--json", type=Path, metavar="FILE", help="also write the timings"
+        "--json", type=Path, metavar="FILE", help="also write the numbers"
     )
     parser.add_argument(
         "--compare",
@@ -62,10 +67,19 @@ def run(arguments: argparse.Namespace) -> int:
     console = Console()
     if arguments.group != "faults" and arguments.case:
         raise RemoSplatError("--case chooses among faults")
+    if arguments.group in ON_A_WIRE:
+        for flag in ("scenario", "compare"):
+            if getattr(arguments, flag):
+                raise RemoSplatError(f"--{flag} is not for {arguments.group}")
+    if arguments.json:
+        check_writable(arguments.json)
     if arguments.group == "hardware":
-        return run_loops(console)
+        _write(arguments.json, loop_rows(run_loops(console)))
+        return 0
     if arguments.group == "faults":
-        return run_faults(console, arguments.case)
+        results = run_faults(console, arguments.case)
+        _write(arguments.json, fault_rows(results))
+        return 1 if any(result.problem for result in results) else 0
     earlier = _read(arguments.compare) if arguments.compare else {}
     cases = []
     if arguments.group in (None, "tick"):
@@ -85,10 +99,13 @@ def run(arguments: argparse.Namespace) -> int:
         )
     ]
     console.print(_table(timings, earlier))
-    if arguments.json:
-        with atomic_write(arguments.json) as file:
-            json.dump([dc.asdict(timing) for timing in timings], file, indent=1)
+    _write(arguments.json, [dc.asdict(timing) for timing in timings])
     return 0
+
+
+def _write(path: Path | None, rows: list[dict]) -> None:
+    if path is not None:
+        write_atomically(path, json.dumps(rows, indent=1) + "\n")
 
 
 def _read(path: Path) -> dict[str, float]:

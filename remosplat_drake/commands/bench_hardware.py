@@ -1,5 +1,6 @@
 """The tables of `remosplat bench` about a robot on a wire."""
 
+import dataclasses as dc
 import math
 
 from rich.console import Console
@@ -15,11 +16,9 @@ from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.base.real_time import LoopQuality, Spread
 
-_FAILED = 1
 
-
-def run_faults(console: Console, only: str = "") -> int:
-    """Runs the fault campaign; returns 1 if a case did not end as expected.
+def run_faults(console: Console, only: str = "") -> list[FaultResult]:
+    """Runs the fault campaign and prints a table.
 
     Args:
         console: Where the table is printed.
@@ -42,10 +41,10 @@ def run_faults(console: Console, only: str = "") -> int:
         results.append(result)
     console.print(fault_table(results))
     console.print(load())
-    return _FAILED if any(result.problem for result in results) else 0
+    return results
 
 
-def run_loops(console: Console) -> int:
+def run_loops(console: Console) -> list[LoopQuality]:
     """Measures the real-time loop at every rate and prints a table."""
     _check_wire()
     console.print(load())
@@ -59,7 +58,7 @@ def run_loops(console: Console) -> int:
         )
     ]
     console.print(loop_table(loops))
-    return 0
+    return loops
 
 
 def _check_wire() -> None:
@@ -87,6 +86,26 @@ def fault_table(results: list[FaultResult]) -> Table:
             result.problem or "as it should be",
         )
     return table
+
+
+def fault_rows(results: list[FaultResult]) -> list[dict]:
+    """Returns the results as JSON has them; a number that is none is null."""
+    rows = []
+    for result in results:
+        row = {"fault": result.case.name, **vars(result)}
+        del row["case"]
+        rows.append(
+            {
+                name: None if isinstance(x, float) and math.isnan(x) else x
+                for name, x in row.items()
+            }
+        )
+    return rows
+
+
+def loop_rows(loops: list[LoopQuality]) -> list[dict]:
+    """Returns the qualities of loops as JSON has them."""
+    return [dc.asdict(loop) for loop in loops]
 
 
 def _milli(value: float, decimals: int) -> str:
