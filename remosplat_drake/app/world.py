@@ -215,7 +215,11 @@ def _check_start(world: World, where: str) -> None:
         joint = robot.joint_names[int(outside.argmax())]
         raise FieldError(where, "robot.arm", f"{joint} is beyond its limits")
     clearances = world.field.clearances(robot.spheres_at(q0))
-    if not clearances.minimum() >= 0:
+    if not clearances.is_known:
+        raise FieldError(
+            where, "oracle", "does not know how near the robot would start"
+        )
+    if clearances.minimum() < 0:
         row = int(clearances.distance.argmin())
         link = robot.spheres.links[clearances.sphere[row]]
         raise FieldError(

@@ -40,7 +40,7 @@ def objection(
         return ""
     state, influence = law.robot.state(q), law.collision.influence
     clearances = field.clearances(state.spheres, influence)
-    if not (clearances.distance > -np.inf).all():
+    if not clearances.is_known:
         return f"{NO_WAY_TO_STOP}: clearances are not finite"
     around = Surroundings(
         law.robot,

@@ -111,9 +111,8 @@ def run_tick(
 def _unknown_surroundings(q: np.ndarray, clearances: Clearances) -> str:
     if not np.isfinite(q).all():
         return "measured configuration is not finite"
-    # Infinitely far is an answer, infinitely deep is none.
-    known = (clearances.distance > -np.inf).all()
-    if not (known and np.isfinite(clearances.direction_W).all()):
+    known = clearances.is_known and np.isfinite(clearances.direction_W).all()
+    if not known:
         return "clearances are not finite"
     return ""
 

@@ -50,6 +50,11 @@ class Clearances:
     def __deepcopy__(self, memo) -> "Clearances":
         return self
 
+    @property
+    def is_known(self) -> bool:
+        """Whether all distances are: infinitely deep is no answer, nor NaN."""
+        return bool((self.distance > -np.inf).all())
+
     def minimum(self) -> float:
         """Returns the smallest distance [m]; inf when there is no row."""
         return float(self.distance.min(initial=np.inf))

@@ -164,6 +164,11 @@ def test_an_oracle_must_make_a_field(load):
         load_world(load(override="{oracle: outside.oracle:Nothing}"))
 
 
+def test_an_oracle_must_know_how_near_the_robot_starts(load):
+    with pytest.raises(FieldError, match="oracle: does not know how near"):
+        load_world(load(override="{oracle: outside.oracle:Blind}"))
+
+
 def test_a_station_from_outside_is_driven(load):
     application = made(load("  station: outside.station:Elsewhere\n"))
     assert application.station.get_name() == "elsewhere"

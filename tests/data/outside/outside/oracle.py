@@ -7,7 +7,7 @@ from annotated_types import Interval
 
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 
 @dc.dataclass
@@ -41,3 +41,22 @@ class Nothing(Config):
 
     def make(self, splat_W, truth):
         """Forgets to."""
+
+
+@dc.dataclass
+class Blind(Config):
+    """Makes a field that knows nothing."""
+
+    def make(self, splat_W, truth) -> DistanceField:
+        """Builds the field."""
+        return BlindField()
+
+
+class BlindField(DistanceField):
+    """Answers that no distance is known."""
+
+    revision = "blind"
+
+    def clearances(self, spheres, max_distance=float("inf")):
+        """See `DistanceField`."""
+        return Clearances.unknown(len(spheres))
