@@ -132,14 +132,17 @@ def with_base_sample(
     kept = tuple(
         s for s in track.samples if 0 < sample.stamp - s.stamp <= _KEPT
     )
-    expected, is_set = state.pose, False
+    expected, begins_anew = state.pose, False
     if track.samples:
-        expected = _expected(track.samples[-1], sample)
-        is_set = _sets_its_clock(track.samples[-1], sample)
+        before = track.samples[-1]
+        expected = _expected(before, sample)
+        silence = sample.stamp - before.stamp
+        begins_anew = silence > config.base_status_expiry or _sets_its_clock(
+            before, sample
+        )
     off = relative(expected, state.pose)
     jumped = composed(odometry_frame(state.pose, expected), track.jumped)
-    silence = sample.stamp - track.samples[-1].stamp if track.samples else 0.0
-    if off.any() or is_set or silence > config.base_status_expiry:
+    if off.any() or begins_anew:
         # What a jump has done is no disobedience, and how fast the base was
         # while nothing came nobody knows.
         kept = ()
