@@ -16,6 +16,7 @@ from remosplat_drake.acceptance.fault_case import (
     GOES_ON,
     MOVES,
     REACHES,
+    STAYS,
     STOPS,
     FaultCase,
     Part,
@@ -47,7 +48,7 @@ class FaultResult:
         moved_after: Largest distance that any part of the robot moved between
             the standstill and the release [m]; NaN without a standstill.
         refusal: Answer to a release while the fault was present.
-        resumed: REACHES or MOVES after the release; empty without a release.
+        resumed: REACHES, MOVES or STAYS after the release; STAYS without one.
         clearance: Smallest true distance from the scene over the whole run
             [m].
         problem: Deviation from the expected outcome; empty if there is none.
@@ -117,11 +118,11 @@ def _judged_stop(
 
 
 def _resumed(run: FaultRun, true_run: TrueRun, world: World) -> str:
-    """Returns REACHES, MOVES or nothing: what the robot did once released."""
+    """Returns REACHES, MOVES or STAYS: what the robot did once released."""
     if run.events[-1].get("outcome") == REACHED:
-        return REACHES if math.isfinite(run.released) else ""
+        return REACHES if math.isfinite(run.released) else STAYS
     after = true_run.since(run.released)
-    return MOVES if distance_moved(after, world.robot) > CREEP else ""
+    return MOVES if distance_moved(after, world.robot) > CREEP else STAYS
 
 
 def _without_effect(run: FaultRun, case: FaultCase) -> str:

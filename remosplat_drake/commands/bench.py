@@ -14,7 +14,6 @@ from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.base.strict_json import parse_json
 from remosplat_drake.commands.bench_hardware import (
     fault_rows,
-    loop_rows,
     run_faults,
     run_loops,
 )
@@ -74,7 +73,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         check_writable(arguments.json)
     if arguments.group == "hardware":
-        _write(arguments.json, loop_rows(run_loops(console)))
+        loops = run_loops(console)
+        _write(arguments.json, [dc.asdict(loop) for loop in loops])
         return 0
     if arguments.group == "faults":
         results = run_faults(console, arguments.case)

@@ -1,6 +1,5 @@
 """The tables of `remosplat bench` about a robot on a wire."""
 
-import dataclasses as dc
 import math
 
 from rich.console import Console
@@ -101,11 +100,6 @@ def fault_rows(results: list[FaultResult]) -> list[dict]:
             }
         )
     return rows
-
-
-def loop_rows(loops: list[LoopQuality]) -> list[dict]:
-    """Returns the qualities of loops as JSON has them."""
-    return [dc.asdict(loop) for loop in loops]
 
 
 def _milli(value: float, decimals: int) -> str:

@@ -2,12 +2,14 @@
 
 from remosplat_drake.acceptance.fault_case import FaultCase, Part
 
-_LIGHT = """
-control_period: 0.02
-controller: {solver: active_set, guidance: {enabled: false}}
-"""
-"""Robot, driver, callback and controller must not be late, on as many cores as
-there are: so the controller does with little."""
+_DRIVEN = {
+    "arm_driver": True,
+    "watch": 2.0,
+    # Robot, driver, callback and controller must not be late, on as many cores
+    # as there are: so the controller does with little.
+    "text": "{control_period: 0.02, controller:"
+    " {solver: active_set, guidance: {enabled: false}}}",
+}
 
 CASES = (
     FaultCase(
@@ -15,18 +17,14 @@ CASES = (
         Part.ARM_DRIVER_STALLED,
         reason="nothing came for",
         refusal="nothing came for",
-        arm_driver=True,
-        text=_LIGHT,
-        watch=2.0,
+        **_DRIVEN,
     ),
     FaultCase(
         "arm driver's callback stalled",
         Part.ARM_CALLBACK_STALLED,
         reason="nothing came for",
         refusal="nothing came for",
-        arm_driver=True,
-        text=_LIGHT,
-        watch=2.0,
+        **_DRIVEN,
     ),
     # Without a refusal: the driver tells of the stop, and ends.
     FaultCase(
@@ -34,9 +32,7 @@ CASES = (
         Part.ROBOT,
         "user-stop",
         reason="user_stopped",
-        arm_driver=True,
-        text=_LIGHT,
-        watch=2.0,
+        **_DRIVEN,
     ),
 )
 """Cases of the arm's driver, which obeys the wire in the stand-in's place."""
