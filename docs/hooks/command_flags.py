@@ -1,32 +1,29 @@
 """The reference of all commands, read from their argument parsers."""
 
 import argparse
-import importlib
 
-from remosplat_drake.commands.main import COMMANDS
+from remosplat_drake.commands.catalogue import GROUPS
+from remosplat_drake.commands.command_parser import CommandParser
 
 
 def reference_of_commands() -> str:
-    """Markdown: one section for each command."""
-    return "\n".join(map(_section, COMMANDS))
+    """Markdown: one section for each command, group by group."""
+    return "\n".join(
+        _section(command, summary)
+        for group in GROUPS
+        for command, summary in group.commands.items()
+    )
 
 
-def make_parser(command: str) -> argparse.ArgumentParser:
+def make_parser(command: str) -> CommandParser:
     """The parser of one command."""
-    parser = argparse.ArgumentParser(
-        prog=f"remosplat {command}",
-        formatter_class=lambda prog: argparse.HelpFormatter(prog, width=79),
-    )
-    module = importlib.import_module(
-        f"remosplat_drake.commands.{command.replace('-', '_')}"
-    )
-    module.add_arguments(parser)
+    parser = CommandParser(command)
+    parser.formatter_class = lambda prog: argparse.HelpFormatter(prog, width=79)
     return parser
 
 
-def _section(command: str) -> str:
+def _section(command: str, summary: str) -> str:
     parser = make_parser(command)
-    summary = COMMANDS[command]
     lines = [
         f"## {command}",
         "",
@@ -40,6 +37,7 @@ def _section(command: str) -> str:
     rows = [_row(action) for action in parser._actions[1:]]
     if rows:
         lines += ["| argument | meaning |", "|---|---|", *rows, ""]
+    lines += ["```sh", *parser.examples.splitlines(), "```", ""]
     return "\n".join(lines)
 
 

@@ -17,7 +17,7 @@ from pydrake.systems.analysis import SimulatorConfig
 from pydrake.systems.sensors import CameraConfig
 
 from remosplat_drake.base import resources
-from remosplat_drake.base.errors import FileError, unknown_name
+from remosplat_drake.base.errors import FileError, RemoSplatError, unknown_name
 from remosplat_drake.base.ranges import (
     Config,
     Cosine,
@@ -64,6 +64,8 @@ YAML_SUFFIXES = (".yaml", ".yml")
 
 LONGEST_RUN = 1e9
 """Longest time limit of a run, decades: more than a robot's life [s]."""
+
+_SPECS = "a NAME that `remosplat scenarios` lists, FILE.yaml or FILE.yaml:NAME"
 
 DEFAULT_SCENARIO = "TableReach"
 """What `remosplat run` runs when nothing is named."""
@@ -337,7 +339,7 @@ def find_scenario(spec: str) -> tuple[Path, str]:
         spec: NAME, FILE or FILE:NAME, as on the command line.
 
     Raises:
-        FileError: There is no such file, or no such scenario.
+        RemoSplatError: There is no such file, or no such scenario.
     """
     found = split_spec(spec)
     if found is not None:
@@ -349,9 +351,15 @@ def find_scenario(spec: str) -> tuple[Path, str]:
             raise FileError(path, unknown_name("scenario", name, names))
         return path, name or names[0]
     shipped = shipped_scenarios()
-    if spec not in shipped:
-        raise FileError("scenario", unknown_name("scenario", spec, shipped))
-    return shipped[spec], spec
+    if spec in shipped:
+        return shipped[spec], spec
+    path = Path(spec)
+    if path.exists():
+        what = "a folder" if path.is_dir() else "no scenario file"
+        raise FileError(path, f"is {what}; valid: {_SPECS}")
+    if path.suffix or len(path.parts) > 1:
+        raise FileError(path, f"no such file; valid: {_SPECS}")
+    raise RemoSplatError(unknown_name("scenario", spec, shipped))
 
 
 def split_spec(spec: str) -> tuple[str, str] | None:

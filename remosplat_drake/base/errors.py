@@ -75,6 +75,7 @@ def unknown_name(kind: str, name: object, valid: Iterable[str]) -> str:
         valid: ...".
     """
     names = sorted(valid)
-    close = get_close_matches(str(name), names, n=1)
-    guess = f" (did you mean {close[0]!r}?)" if close else ""
+    by_key = {n.casefold(): n for n in names}
+    close = get_close_matches(str(name).casefold(), by_key, n=1)
+    guess = f" (did you mean {by_key[close[0]]!r}?)" if close else ""
     return f"unknown {kind} {name!r}{guess}; valid: {', '.join(names)}"

@@ -15,6 +15,12 @@ _STAYS = 1
 _PATIENCE = 1.0
 """Time for the controller to answer [s]."""
 
+EXAMPLES = """
+remosplat arm
+remosplat arm --rehearsal
+"""
+"""What `--help` ends with."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""

@@ -36,6 +36,12 @@ ROS1, ROS2 = "ros1", "ros2"
 
 _LAST_ZEROS = 10
 
+EXAMPLES = """
+remosplat base-driver ros2 --localization-topic /amcl_pose
+remosplat base-driver ros1 --localization-tf map odom --tf-deviation 0.03 1
+"""
+"""What `--help` ends with."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""

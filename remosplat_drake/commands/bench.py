@@ -30,6 +30,12 @@ GROUPS = ("tick", "oracle", "depth", "guidance", "planning")
 ON_A_WIRE = ("hardware", "faults")
 """Groups that drive the stand-in robot, each with its own table."""
 
+EXAMPLES = """
+remosplat bench tick
+remosplat bench --compare before.json
+"""
+"""What `--help` ends with."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""

@@ -42,6 +42,7 @@ from remosplat_drake.benchmark.suites import (
 from remosplat_drake.benchmark.trained_splats import stored_records
 from remosplat_drake.benchmark.trial import Trial
 from remosplat_drake.commands.benchmark_progress import BenchmarkProgress
+from remosplat_drake.commands.number_flags import at_least_one, positive
 from remosplat_drake.commands.splat_making import (
     add_splat_arguments,
     splat_folders,
@@ -58,12 +59,18 @@ to run."""
 
 HEADING = "Benchmark"
 
+EXAMPLES = """
+remosplat benchmark --scenes 20 --output results/first
+remosplat benchmark --methods my_controller:make,sdf-hard --scenes 2
+"""
+"""What `--help` ends with."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""
     parser.add_argument(
         "--scenes",
-        type=_positive,
+        type=at_least_one,
         default=20,
         metavar="N",
         help="how many of each family (default: 20)",
@@ -125,27 +132,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--stop-after",
-        type=_minutes,
+        type=positive,
         default=math.inf,
         metavar="MINUTES",
         help="start nothing new after that time, and report what is there;"
         " the same command goes on with the rest",
     )
     add_splat_arguments(parser)
-
-
-def _minutes(text: str) -> float:
-    minutes = float(text)
-    if not minutes > 0:
-        raise argparse.ArgumentTypeError(f"{text} is not a time > 0")
-    return minutes
-
-
-def _positive(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"{text} is not a number >= 1")
-    return number
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -30,6 +30,12 @@ from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.hardware.hardware_config import check_lcm_url
 from remosplat_drake.robot.robot_model import load_robot
 
+EXAMPLES = """
+remosplat calibrate-hand-eye kitchen.yaml --board 7x5:0.04:0.03
+remosplat calibrate-hand-eye kitchen.yaml --board 7x5:0.04:0.03 --write
+"""
+"""What `--help` ends with."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""

@@ -17,6 +17,12 @@ from remosplat_drake.commands.wire import (
     open_camera_wire,
 )
 
+EXAMPLES = """
+remosplat camera-driver kitchen.yaml
+remosplat camera-driver kitchen.yaml --lcm-url 'udpm://239.255.76.67:7667?ttl=1'
+"""
+"""What `--help` ends with."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""

@@ -15,18 +15,24 @@ from remosplat_drake.camera.camera_sim import (
     HeardConfiguration,
 )
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
+from remosplat_drake.commands.number_flags import positive
 from remosplat_drake.commands.wire import (
     add_camera_wire_argument,
     add_wire_argument,
     open_camera_wire,
     open_wire,
-    positive_rate,
 )
 from remosplat_drake.hardware.hardware_config import REHEARSAL_URL
 from remosplat_drake.hardware.wire.channels import BASE_STATUS, PANDA_STATUS
 from remosplat_drake.hardware.wire.inbox import Inbox
 
 _YIELD = 10
+
+EXAMPLES = """
+remosplat camera-sim StudioLive
+remosplat camera-sim StudioLive --rate 2
+"""
+"""What `--help` ends with."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_camera_wire_argument(parser)
     parser.add_argument(
         "--rate",
-        type=positive_rate,
+        type=positive,
         default=5.0,
         metavar="HZ",
         help="images a second at most (default: %(default)s)",

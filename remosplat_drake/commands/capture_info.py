@@ -26,6 +26,12 @@ from remosplat_drake.commands.flags import (
 WRONG = 1
 """Exit code for a capture with which something is wrong."""
 
+EXAMPLES = """
+remosplat capture-info my_capture
+remosplat capture-info my_capture --picture frames.png
+"""
+"""What `--help` ends with."""
+
 
 def add_arguments(parser: argparse.ArgumentParser):
     """Declares the command's flags."""

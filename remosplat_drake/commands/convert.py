@@ -20,6 +20,12 @@ from remosplat_drake.splat.surfel_conversion import THICKNESS, flattened
 
 _MODELS = {"2dgs": True, "3dgs": False}
 
+EXAMPLES = """
+remosplat convert kitchen.ply kitchen.spz
+remosplat convert kitchen.ply kitchen.sog --crop -2 -2 0 2 2 2
+"""
+"""What `--help` ends with."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
-from remosplat_drake.commands.flags import positive
+from remosplat_drake.commands.number_flags import positive
 from remosplat_drake.hardware.doctor import drills, host_checks, wire_checks
 from remosplat_drake.hardware.doctor.doctor_report import (
     DoctorReport,
@@ -39,6 +39,12 @@ _STYLES = {
     FAILED: "bold red",
     SKIPPED: "dim",
 }
+
+EXAMPLES = """
+remosplat doctor kitchen.yaml --skip all
+remosplat doctor kitchen.yaml --lcm-url 'udpm://239.255.76.67:7667?ttl=1'
+"""
+"""What `--help` ends with."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -18,6 +18,12 @@ from remosplat_drake.robot.robot_description import load_robot_description
 from remosplat_drake.robot.sphere_model import load_sphere_model
 from remosplat_drake.robot.visuals import load_visuals
 
+EXAMPLES = """
+remosplat fit-hulls frankie --output collision
+remosplat fit-hulls frankie --links panda_link7 --tolerance 2
+"""
+"""What `--help` ends with."""
+
 
 def add_arguments(parser: argparse.ArgumentParser):
     """Declares the command's flags."""

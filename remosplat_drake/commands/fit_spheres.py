@@ -22,6 +22,11 @@ from remosplat_drake.robot.fitting.model_surfaces import (
 from remosplat_drake.robot.fitting.sphere_fitting import fit_spheres
 from remosplat_drake.robot.robot_description import load_robot_description
 
+EXAMPLES = """
+remosplat fit-spheres my_arm.urdf --output spheres.yaml
+"""
+"""What `--help` ends with."""
+
 
 def add_arguments(parser: argparse.ArgumentParser):
     """Declares the command's flags."""

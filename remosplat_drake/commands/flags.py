@@ -1,7 +1,6 @@
 """Flags that several commands share, and what all check about theirs."""
 
 import argparse
-import math
 import time
 from pathlib import Path
 
@@ -22,18 +21,6 @@ from remosplat_drake.robot.robot_model import RobotModel
 TRUTH = "truth.json"
 """Name of the file with a rendered capture's true geometry, an RMMI file beside
 its images."""
-
-
-def positive(text: str) -> float:
-    """Parses a positive, finite number from the command line.
-
-    Raises:
-        ArgumentTypeError: The text is no positive, finite number.
-    """
-    value = float(text)
-    if not (math.isfinite(value) and value > 0):
-        raise argparse.ArgumentTypeError(f"{text} is not a number > 0")
-    return value
 
 
 def add_capture_arguments(parser: argparse.ArgumentParser):

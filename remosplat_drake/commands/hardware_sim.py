@@ -13,11 +13,11 @@ from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.clock import Pacer
 from remosplat_drake.base.real_time import DRIVER_PRIORITY, realtime_priority
 from remosplat_drake.base.stop_signals import stop_signals
+from remosplat_drake.commands.number_flags import positive
 from remosplat_drake.commands.wire import (
     add_wire_argument,
     leased_inbox,
     open_wire,
-    positive_rate,
 )
 from remosplat_drake.hardware.drivers.panda_limits import TICK
 from remosplat_drake.hardware.hardware_config import REHEARSAL_URL
@@ -43,6 +43,12 @@ _FCI_PATIENCE = 0.002
 """The same where a driver must answer each millisecond: in those that are made
 up for it has no time to [s]."""
 
+EXAMPLES = """
+remosplat hardware-sim TableReach
+remosplat hardware-sim TableReach --fci 20000
+"""
+"""What `--help` ends with."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""
@@ -55,7 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_wire_argument(parser, REHEARSAL_URL)
     parser.add_argument(
         "--realtime-rate",
-        type=positive_rate,
+        type=positive,
         default=1.0,
         metavar="R",
         help="seconds of the robot in a second of the wall clock (default: 1)",

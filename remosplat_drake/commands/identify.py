@@ -32,6 +32,12 @@ _INCOMPLETE = 1
 _TRIES = 5
 """How often an axis is measured until no command came late."""
 
+EXAMPLES = """
+remosplat identify kitchen.yaml
+remosplat identify kitchen.yaml --axes 0,1 --fraction 0.5
+"""
+"""What `--help` ends with."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""

@@ -36,6 +36,12 @@ from remosplat_drake.visualization.unseen_space import show_unseen_space
 _BEHIND = (-1.0, -1.2, 0.7)
 """Position of the page's camera relative to the sphere, in W [m]."""
 
+EXAMPLES = """
+remosplat inspect TableReach --sphere panda_hand --output hand.png
+remosplat inspect kitchen.yaml --page
+"""
+"""What `--help` ends with."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""

@@ -13,7 +13,7 @@ from remosplat_drake.base.real_time import (
     realtime_priority,
 )
 from remosplat_drake.base.stop_signals import stop_signals
-from remosplat_drake.commands.flags import positive
+from remosplat_drake.commands.number_flags import positive
 from remosplat_drake.commands.wire import (
     add_wire_argument,
     leased_inbox,
@@ -41,6 +41,12 @@ from remosplat_drake.hardware.wire.channels import (
     PANDA_HAND_COMMAND,
     PANDA_STATUS,
 )
+
+EXAMPLES = """
+remosplat panda-driver 172.16.0.2 --status-only
+remosplat panda-driver 172.16.0.2 --hand
+"""
+"""What `--help` ends with."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

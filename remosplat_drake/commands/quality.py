@@ -41,6 +41,12 @@ from remosplat_drake.splat.formats import read_splat
 COMPARED = 8
 """Default step between views that are compared: every eighth is."""
 
+EXAMPLES = """
+remosplat quality kitchen.ply my_capture
+remosplat quality kitchen.ply my_capture --held-out 8
+"""
+"""What `--help` ends with."""
+
 
 def add_arguments(parser: argparse.ArgumentParser):
     """Declares the command's flags."""

@@ -71,6 +71,11 @@ from remosplat_drake.splat.formats import format_of_name, write_splat
 _LEAST_COUNT = 100
 """Smallest number of splats that make a scene."""
 
+EXAMPLES = """
+remosplat reconstruct my_capture -o kitchen.ply
+"""
+"""What `--help` ends with."""
+
 
 def add_arguments(parser: argparse.ArgumentParser):
     """Declares the command's flags."""

@@ -56,6 +56,13 @@ class _Subject:
     truth: PrimitiveScene | None = None
 
 
+EXAMPLES = """
+remosplat render-capture scene.json capture --floor
+remosplat render-capture scene.json capture --floor --noise kinect
+"""
+"""What `--help` ends with."""
+
+
 def add_arguments(parser: argparse.ArgumentParser):
     """Declares the command's flags."""
     parser.add_argument(

@@ -12,6 +12,7 @@ from rich.table import Table
 from remosplat_drake.app.recorded_run import RecordedRun, load_recorded_run
 from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.commands.hold import add_page_arguments, hold
+from remosplat_drake.commands.number_flags import positive
 from remosplat_drake.recording.events import REQUEST
 from remosplat_drake.recording.operator_figure import (
     check_figure_path,
@@ -21,6 +22,12 @@ from remosplat_drake.recording.operator_figure import (
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.replay import record_replay
 from remosplat_drake.visualization.truth_view import TruthView
+
+EXAMPLES = """
+remosplat replay sessions/monday
+remosplat replay sessions/monday --save-html replay.html --figure figure.png
+"""
+"""What `--help` ends with."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -49,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--rate",
-        type=_positive,
+        type=positive,
         default=1.0,
         metavar="R",
         help="seconds of the run that pass in a second (1)",
@@ -67,13 +74,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="plot clearance and deviation over time (.png, .svg or .pdf)",
     )
     add_page_arguments(parser)
-
-
-def _positive(text: str) -> float:
-    value = float(text)
-    if not (math.isfinite(value) and value > 0):
-        raise argparse.ArgumentTypeError(f"{text} is not a number > 0")
-    return value
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -31,6 +31,7 @@ from remosplat_drake.commands.gate_keeping import (
     check_accepted,
 )
 from remosplat_drake.commands.hold import add_page_arguments, hold, is_held
+from remosplat_drake.commands.number_flags import not_negative
 from remosplat_drake.commands.wire import (
     add_robot_arguments,
     prepare_robot,
@@ -41,6 +42,13 @@ from remosplat_drake.visualization.page import MeshcatPage
 
 METRICS, TRAJECTORY = "metrics.json", "trajectory.npz"
 """Names of a run's files in its output folder."""
+
+EXAMPLES = """
+remosplat run BookshelfReach
+remosplat run TableReach --headless --output results/table
+remosplat run TableReach --hardware --rehearsal
+"""
+"""What `--help` ends with."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -57,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--realtime-rate",
-        type=_rate,
+        type=not_negative,
         metavar="R",
         help="pace against the wall clock, 0 = unlimited"
         " (default: the scenario's, else 1 with the page, 0 headless)",
@@ -90,13 +98,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_record_argument(parser)
     add_accept_argument(parser)
     add_page_arguments(parser)
-
-
-def _rate(text: str) -> float:
-    rate = float(text)
-    if not (math.isfinite(rate) and rate >= 0):
-        raise argparse.ArgumentTypeError(f"{text} is not a rate >= 0")
-    return rate
 
 
 def run(arguments: argparse.Namespace) -> int:

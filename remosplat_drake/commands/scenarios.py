@@ -11,6 +11,11 @@ from remosplat_drake.app.scenario import (
     shipped_scenarios,
 )
 
+EXAMPLES = """
+remosplat scenarios
+"""
+"""What `--help` ends with."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares no flags: the command takes none."""

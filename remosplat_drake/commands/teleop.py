@@ -28,7 +28,6 @@ from remosplat_drake.commands.driving import drive
 from remosplat_drake.commands.flags import (
     add_record_argument,
     opened_recorder,
-    positive,
 )
 from remosplat_drake.commands.gate_keeping import (
     Admission,
@@ -36,6 +35,7 @@ from remosplat_drake.commands.gate_keeping import (
     admit,
     check_accepted,
 )
+from remosplat_drake.commands.number_flags import positive
 from remosplat_drake.commands.wire import (
     add_robot_arguments,
     prepare_robot,
@@ -49,6 +49,12 @@ DEFAULT_SCENARIO = "StudioLive"
 MAP_KNOWLEDGE = "map_knowledge.json"
 """Name of the file in a run's folder that says what was known of a given map,
 and accepted."""
+
+EXAMPLES = """
+remosplat teleop StudioLive
+remosplat teleop --session sessions/monday
+"""
+"""What `--help` ends with."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

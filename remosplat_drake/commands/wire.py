@@ -1,7 +1,6 @@
 """What the command lines of drivers have in common."""
 
 import argparse
-import math
 from collections.abc import Collection
 
 from pydrake.lcm import DrakeLcm
@@ -160,18 +159,6 @@ def open_camera_wire(arguments: argparse.Namespace) -> tuple[DrakeLcm, str]:
     """
     url = arguments.camera_url or beside(arguments.lcm_url)
     return open_wire(url, "--camera-url"), url
-
-
-def positive_rate(text: str) -> float:
-    """Parses a positive, finite rate from the command line.
-
-    Raises:
-        ArgumentTypeError: The text is no positive, finite number.
-    """
-    rate = float(text)
-    if not (math.isfinite(rate) and rate > 0):
-        raise argparse.ArgumentTypeError(f"{text} is not a rate > 0")
-    return rate
 
 
 def open_wire(url: str, flag: str = "--lcm-url") -> DrakeLcm:

@@ -1,11 +1,10 @@
-"""The README and docs/ keep their word: what they show works.
+"""The README, docs/ and `--help` keep their word: what they show works.
 
 Commands are run, shortened where they take long, scenarios are loaded, Python
 is executed and links lead somewhere. A block with a title is a file beside
 the reader: the other blocks of its document may use it.
 """
 
-import importlib
 import re
 import shlex
 import shutil
@@ -20,6 +19,8 @@ import pytest
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.resources import models_dir
+from remosplat_drake.commands.catalogue import GROUPS
+from remosplat_drake.commands.command_parser import load_command
 from remosplat_drake.commands.main import COMMANDS, main
 from remosplat_drake.hardware.hardware_config import check_lcm_url
 from remosplat_drake.splat.codecs.ply import write_ply
@@ -74,6 +75,17 @@ BLOCKS = [
     for document in DOCUMENTS
     for found in _BLOCK.findall(document.read_text())
 ]
+
+HELP = ROOT / "remosplat_drake/commands/main.py"
+BLOCKS += [
+    Block(HELP, "sh", "", example)
+    for examples in (
+        *(group.example for group in GROUPS),
+        *(load_command(command).EXAMPLES for command in COMMANDS),
+    )
+    for example in examples.strip().splitlines()
+]
+"""The examples of `remosplat --help` and of each command's."""
 
 
 def blocks(language: str) -> list[Block]:
@@ -148,10 +160,7 @@ def carry_out(
     assert command in COMMANDS
     # Nobody has a robot at hand.
     if command not in SHORTER or "--hardware" in arguments:
-        module = importlib.import_module(
-            f"remosplat_drake.commands.{command.replace('-', '_')}"
-        )
-        monkeypatch.setattr(module, "run", lambda arguments: 0)
+        monkeypatch.setattr(load_command(command), "run", lambda arguments: 0)
         assert main(arguments) == 0
         for name, value in pairwise(arguments):
             if name == "--lcm-url":

@@ -1,0 +1,115 @@
+"""All commands by group, each in one line: what `remosplat --help` shows.
+
+Nothing here loads a command's module, so that help comes at once.
+"""
+
+from typing import NamedTuple
+
+
+class Group(NamedTuple):
+    """Commands that serve one purpose.
+
+    Attributes:
+        title: The purpose.
+        example: A command line of one of them.
+        commands: What each command does, in one line, by name.
+    """
+
+    title: str
+    example: str
+    commands: dict[str, str]
+
+
+GROUPS = (
+    Group(
+        "Drive",
+        "remosplat run BookshelfReach",
+        {
+            "run": "drive the robot of a scenario to its targets",
+            "teleop": "move the target by hand while the map grows",
+            "replay": "play a recorded session again",
+        },
+    ),
+    Group(
+        "Look",
+        "remosplat inspect TableReach --sphere panda_hand",
+        {
+            "scenarios": "list the shipped scenarios",
+            "inspect": "show what a sphere's depth views see",
+        },
+    ),
+    Group(
+        "Maps",
+        "remosplat reconstruct my_capture -o kitchen.ply",
+        {
+            "capture-info": "describe an RGB-D capture and check it",
+            "reconstruct": "make a splat from an RGB-D capture",
+            "quality": "measure how far a splat can be trusted",
+            "convert": "turn a splat from one format of file into another",
+            "render-capture": "render RGB-D views of a scene, a model or a"
+            " mesh",
+        },
+    ),
+    Group(
+        "The real robot",
+        "remosplat doctor TableReach --skip all",
+        {
+            "doctor": "check robot, wire and computer before the robot moves",
+            "arm": "let a real robot go that waits for an operator",
+            "identify": "measure how the axes of the real robot follow"
+            " commands",
+            "calibrate-hand-eye": "find where the camera sits on the robot",
+            "panda-driver": "drive a Panda through panda-python",
+            "base-driver": "drive a mobile base that speaks ROS",
+            "camera-driver": "send the images of a RealSense camera",
+            "hardware-sim": "stand in for the real robot, behind the same wire",
+            "camera-sim": "stand in for the real robot's wrist camera",
+        },
+    ),
+    Group(
+        "Measure",
+        "remosplat benchmark --scenes 2 --output results/first",
+        {
+            "benchmark": "compare controllers in many scenes, as the paper"
+            " does",
+            "bench": "time the oracle and the control tick on this machine",
+        },
+    ),
+    Group(
+        "Your own robot",
+        "remosplat fit-spheres my_arm.urdf --output spheres.yaml",
+        {
+            "fit-spheres": "cover a robot's links with spheres",
+            "fit-hulls": "cut a robot's meshes into convex collision shapes",
+        },
+    ),
+)
+"""The groups, in the order in which they are shown."""
+
+COMMANDS = {
+    name: summary
+    for group in GROUPS
+    for name, summary in group.commands.items()
+}
+"""All commands by name; each one's module is loaded only when it is called."""
+
+
+def overview() -> str:
+    """Words the help on all commands, in lines of at most 80 columns."""
+    width = max(map(len, COMMANDS))
+    parts = [
+        "usage: remosplat COMMAND ...\n\n"
+        "Reactive mobile manipulation on Gaussian splats.\n"
+    ]
+    for group in GROUPS:
+        lines = [f"{group.title}, as in `{group.example}`:"]
+        lines += [
+            f"  {name:{width}}  {summary}"
+            for name, summary in group.commands.items()
+        ]
+        parts.append("\n".join(lines) + "\n")
+    parts.append(
+        "`remosplat COMMAND --help` tells of one command, with examples;\n"
+        "`remosplat --version` is the version.\n"
+    )
+    return "\n".join(parts)

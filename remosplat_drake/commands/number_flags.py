@@ -1,0 +1,66 @@
+"""Numbers on the command line: parsed, and refused in plain words."""
+
+import argparse
+import math
+
+
+def number(text: str) -> float:
+    """Parses a number, which may be infinite or NaN.
+
+    Raises:
+        ArgumentTypeError: The text is no number.
+    """
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+
+
+def whole_number(text: str) -> int:
+    """Parses a whole number.
+
+    Raises:
+        ArgumentTypeError: The text is no whole number.
+    """
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is not a whole number"
+        ) from None
+
+
+def positive(text: str) -> float:
+    """Parses a positive, finite number.
+
+    Raises:
+        ArgumentTypeError: The text is no positive, finite number.
+    """
+    value = number(text)
+    if not (math.isfinite(value) and value > 0):
+        raise argparse.ArgumentTypeError(f"{text} is not a number > 0")
+    return value
+
+
+def not_negative(text: str) -> float:
+    """Parses a finite number that is not negative.
+
+    Raises:
+        ArgumentTypeError: The text is no such number.
+    """
+    value = number(text)
+    if not (math.isfinite(value) and value >= 0):
+        raise argparse.ArgumentTypeError(f"{text} is not a number >= 0")
+    return value
+
+
+def at_least_one(text: str) -> int:
+    """Parses a whole number of at least one.
+
+    Raises:
+        ArgumentTypeError: The text is no such number.
+    """
+    value = whole_number(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not a whole number >= 1")
+    return value
