@@ -11,13 +11,14 @@ from remosplat_drake.recording.run_log import RunLog
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.surfel_tiles import MAX_SURFELS, largest, make_tiles
+from remosplat_drake.splat.surfel_tiles import MAX_SURFELS
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.robot_view import (
     PUBLISH_PERIOD,
     AddRobotView,
 )
 from remosplat_drake.visualization.run_view import RunView
+from remosplat_drake.visualization.splat_view import draw_surfels
 from remosplat_drake.visualization.toggle import Toggle
 
 SPLATS = f"{ROOT}/splat"
@@ -130,12 +131,7 @@ def draw_maps(
     budget = MAX_SURFELS // max(1, len(splats))
     for version, splat in splats.items():
         path = f"{SPLATS}/{version}"
-        shown = largest(splat, budget)
-        tiles = make_tiles(shown, np.arange(len(shown)), size=budget)
-        for tile in tiles:
-            meshcat.SetTriangleColorMesh(
-                path, tile.vertices, tile.faces, tile.colors
-            )
+        draw_surfels(meshcat, path, splat, budget)
         is_asked = versions == version
         changed = np.flatnonzero(np.diff(is_asked)) + 1
         for k in (0, *changed.tolist()):

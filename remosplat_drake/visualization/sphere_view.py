@@ -20,9 +20,9 @@ _STEPS = 16
 class SphereView:
     """Draws translucent spheres, red where the scene is near.
 
-    They are hidden until somebody clicks their button.
-
-    While they are hidden, an update costs nothing.
+    They are hidden until somebody clicks their button. Hidden ones move with
+    the robot, too: they may be asked for after the run, or in its replay. Only
+    the colours wait until they are on show.
 
     Args:
         page: The page to draw on.
@@ -55,7 +55,7 @@ class SphereView:
         page.add_toggle(self._toggle)
 
     def update(self, q: np.ndarray, clearances: Clearances, time: float):
-        """Moves and colours the spheres, if they are on show.
+        """Moves the spheres, and colours them if they are on show.
 
         Args:
             q: Measured configuration, shape (n_q,).
@@ -63,8 +63,6 @@ class SphereView:
                 far from the scene.
             time: Time of the step in a recording [s].
         """
-        if self._toggle.state == 0:
-            return
         X_WL = self._robot.body_poses(q)
         for link, body in zip(self._links, self._body, strict=True):
             self._meshcat.SetTransform(
@@ -72,6 +70,8 @@ class SphereView:
                 RigidTransform(X_WL[body]),
                 time_in_recording=time,
             )
+        if self._toggle.state == 0:
+            return
         distance = clearances.per_sphere(len(self._paths))
         fraction = np.clip(distance / _FAR, 0.0, 1.0)
         shade = np.rint((_STEPS - 1) * fraction).astype(int)

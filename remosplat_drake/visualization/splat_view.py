@@ -1,18 +1,24 @@
 """`SplatView`: a Gaussian splat as surfels or as points."""
 
-import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
-from pydrake.perception import BaseField, Fields, PointCloud
 
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.surfel_tiles import MAX_SURFELS, largest, surfel_mesh
+from remosplat_drake.splat.surfel_tiles import MAX_SURFELS, largest
+from remosplat_drake.visualization.instanced_splat import InstancedSplat
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.toggle import Toggle
 
 SURFELS = f"{ROOT}/splat/surfels"
 POINTS = f"{ROOT}/splat/points"
-_POINT_SIZE = 0.015
+N_SIGMA = 1.6
+"""Radius of the discs in standard deviations."""
+
+MIN_OPACITY = 0.1
+"""Opacity below which Gaussians are not drawn; the distance oracle's default,
+so that the page shows what the robot avoids."""
+
+_POINT_RADIUS = 0.006  # [m]
 
 
 class SplatView:
@@ -22,9 +28,6 @@ class SplatView:
         page: The page to draw on.
         splat: The splat in its frame G.
         X_WG: Pose of the splat in the world; None for the identity.
-        n_sigma: Radius of the discs in standard deviations.
-        min_opacity: Opacity below which Gaussians are not drawn; the distance
-            oracle's default, so that the page shows what the robot avoids.
     """
 
     def __init__(
@@ -32,39 +35,40 @@ class SplatView:
         page: MeshcatPage,
         splat: GaussianSplat,
         X_WG: RigidTransform | None = None,
-        *,
-        n_sigma: float = 1.6,
-        min_opacity: float = 0.1,
     ):
-        self._meshcat = page.meshcat
-        self._n_sigma = n_sigma
-        self._min_opacity = min_opacity
-        self._meshcat.SetTransform(f"{ROOT}/splat", X_WG or RigidTransform())
-        self.draw(splat)
+        meshcat = page.meshcat
+        meshcat.SetTransform(f"{ROOT}/splat", X_WG or RigidTransform())
+        shown = opaque(splat, MAX_SURFELS)
+        if len(shown):
+            instanced = InstancedSplat(shown, N_SIGMA)
+            meshcat.SetObject(SURFELS, instanced.surfels())
+            meshcat.SetObject(POINTS, instanced.points(_POINT_RADIUS))
         page.add_toggle(
             Toggle(
-                page.meshcat,
+                meshcat,
                 label="Splat: surfels / points / off",
                 keycode="Digit1",
                 states=[[SURFELS], [POINTS], []],
             )
         )
 
-    def draw(self, splat: GaussianSplat):
-        """Draws another splat in the place of the present one."""
-        splat = splat.select(splat.opacities >= self._min_opacity)
-        _draw_points(self._meshcat, splat)
-        vertices, faces, colors = surfel_mesh(
-            largest(splat, MAX_SURFELS), self._n_sigma
-        )
-        self._meshcat.SetTriangleColorMesh(
-            SURFELS, vertices.T, faces.T, colors.T
-        )
+
+def draw_surfels(
+    meshcat: Meshcat, path: str, splat: GaussianSplat, count: int
+) -> None:
+    """Draws a splat's largest discs; of an empty one, nothing.
+
+    Args:
+        meshcat: What it is drawn on.
+        path: Path in the scene tree.
+        splat: The splat in the path's frame.
+        count: Greatest number of discs.
+    """
+    shown = opaque(splat, count)
+    if len(shown):
+        meshcat.SetObject(path, InstancedSplat(shown, N_SIGMA).surfels())
 
 
-def _draw_points(meshcat: Meshcat, splat: GaussianSplat):
-    cloud = PointCloud(len(splat), Fields(BaseField.kXYZs | BaseField.kRGBs))
-    cloud.mutable_xyzs()[:] = splat.p_GK.T
-    rgb = np.clip(splat.colors.T, 0.0, 1.0)
-    cloud.mutable_rgbs()[:] = np.round(255 * rgb).astype(np.uint8)
-    meshcat.SetObject(POINTS, cloud, point_size=_POINT_SIZE)
+def opaque(splat: GaussianSplat, count: int) -> GaussianSplat:
+    """Returns the splats worth drawing, at most `count` of them."""
+    return largest(splat.select(splat.opacities >= MIN_OPACITY), count)

@@ -4,7 +4,12 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.visualization.splat_view import POINTS, SURFELS, SplatView
+from remosplat_drake.visualization.splat_view import (
+    POINTS,
+    SURFELS,
+    SplatView,
+    opaque,
+)
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 
@@ -22,7 +27,7 @@ def make_splat(scales, opacities=None, colors=(0.5, 0.5, 0.5)):
 
 def test_splat_is_drawn_below_its_pose(page, pose_of, click, is_visible):
     X_WG = RigidTransform([1.0, 2.0, 3.0])
-    dut = SplatView(page, make_splat([[0.1, 0.1]] * 3), X_WG)
+    SplatView(page, make_splat([[0.1, 0.1]] * 3), X_WG)
     assert page.meshcat.HasPath(SURFELS) and page.meshcat.HasPath(POINTS)
     np.testing.assert_array_equal(
         pose_of(page.meshcat, "/remosplat/splat"), X_WG.GetAsMatrix4()
@@ -33,16 +38,9 @@ def test_splat_is_drawn_below_its_pose(page, pose_of, click, is_visible):
     assert is_visible(page.meshcat, POINTS)
     assert not is_visible(page.meshcat, SURFELS)
 
-    # Another map does not undo the user's choice.
-    dut.draw(make_splat([[0.1, 0.1]]))
-    assert not is_visible(page.meshcat, SURFELS)
-
 
 def test_faint_splats_are_not_drawn(page):
     splat = make_splat([[0.1, 0.1]] * 3, opacities=[0.05, 0.5, 0.9])
-    dut = SplatView(page, splat)
-    size = len(page.meshcat._GetPackedObject(SURFELS))
-    dut.draw(splat.select(np.array([1, 2])))
-    assert len(page.meshcat._GetPackedObject(SURFELS)) == size
-    dut.draw(splat.select(np.array([0])))
-    assert len(page.meshcat._GetPackedObject(SURFELS)) < size
+    assert len(opaque(splat, 10)) == 2
+    SplatView(page, splat.select(np.array([0])))
+    assert page.meshcat._GetPackedObject(SURFELS) == b""

@@ -1,0 +1,157 @@
+"""`InstancedSplat`: a splat as one small shape that is drawn many times.
+
+Each splat is an instance of the shape (glTF's EXT_mesh_gpu_instancing), in 26
+bytes, where a polygon of its own takes 250. The material is unlit
+(KHR_materials_unlit), since a splat's colours hold their light already.
+"""
+
+import json
+
+import numpy as np
+from pydrake.common import MemoryFile
+from pydrake.geometry import InMemoryMesh, Mesh
+
+from remosplat_drake.base.colors import linear_rgb
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.visualization.gltf_buffer import (
+    SIGNED,
+    UNSIGNED,
+    GltfBuffer,
+)
+
+_SIDES = 8
+_RISE = 0.2
+_INSTANCING = "EXT_mesh_gpu_instancing"
+_UNLIT = "KHR_materials_unlit"
+# glTF is y-up; Meshcat turns its files about x.
+_UPRIGHT = [-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]
+
+Shape = tuple[np.ndarray, np.ndarray]
+"""Vertices, shape (n, 3), and faces, shape (m, 3), outward by the right-hand
+rule."""
+
+
+class InstancedSplat:
+    """Meshes of one splat, which share its data.
+
+    Args:
+        splat: At least one disc or ellipsoid in its frame G.
+        n_sigma: Radius of the discs in standard deviations.
+    """
+
+    def __init__(self, splat: GaussianSplat, n_sigma: float):
+        lower, upper = splat.p_GK.min(axis=0), splat.p_GK.max(axis=0)
+        self._p_GC = (lower.astype(float) + upper) / 2
+        R_GD, size = _discs(splat, n_sigma)
+        # What all lengths are shares of.
+        self._unit = max(float((upper - lower).max()) / 2, float(size.max()))
+        self._buffer = GltfBuffer()
+        p_CK = (splat.p_GK - self._p_GC) / self._unit
+        self._places = {
+            "TRANSLATION": self._buffer.add_shares(p_CK, SIGNED),
+            "_COLOR_0": self._buffer.add_shares(
+                linear_rgb(splat.colors), UNSIGNED
+            ),
+        }
+        self._poses = {
+            "ROTATION": self._buffer.add_shares(quaternions(R_GD), SIGNED),
+            "SCALE": self._buffer.add_shares(size / self._unit, UNSIGNED),
+        }
+
+    def surfels(self) -> Mesh:
+        """Makes a mesh of discs over the splats' two largest axes.
+
+        The discs are flat double cones: where two of them overlap, each is
+        seen on its own side of the line between them, in whatever order they
+        are drawn.
+        """
+        return self._mesh(double_cone(_SIDES), self._places | self._poses)
+
+    def points(self, radius: float) -> Mesh:
+        """Makes a mesh of octahedra at the splats' centres.
+
+        Args:
+            radius: Distance from a centre to a corner [m].
+        """
+        vertices, faces = double_cone(4)
+        return self._mesh((vertices * radius / self._unit, faces), self._places)
+
+    def _mesh(self, shape: Shape, attributes: dict[str, int]) -> Mesh:
+        own = GltfBuffer(number=1, first=len(self._buffer.views))
+        primitive = {
+            "attributes": {"POSITION": own.add_floats(shape[0])},
+            "indices": own.add_indices(shape[1].ravel()),
+            "material": 0,
+        }
+        instances = {
+            "translation": self._p_GC.tolist(),
+            "scale": 3 * [self._unit],
+            "mesh": 0,
+            "extensions": {_INSTANCING: {"attributes": attributes}},
+        }
+        document = {
+            "asset": {"version": "2.0"},
+            "extensionsUsed": [_INSTANCING, _UNLIT],
+            "scene": 0,
+            "scenes": [{"nodes": [0]}],
+            "nodes": [{"rotation": _UPRIGHT, "children": [1]}, instances],
+            "meshes": [{"primitives": [primitive]}],
+            "materials": [{"extensions": {_UNLIT: {}}}],
+            "buffers": [self._buffer.uri(), own.uri()],
+            "bufferViews": self._buffer.views + own.views,
+            "accessors": self._buffer.accessors + own.accessors,
+        }
+        file = MemoryFile(json.dumps(document), ".gltf", "splat")
+        return Mesh(InMemoryMesh(mesh_file=file))
+
+
+def _discs(
+    splat: GaussianSplat, n_sigma: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Frames D of the discs, with the thin axis last, and their semi-axes."""
+    rows = np.arange(len(splat))
+    k0, k1 = np.argsort(-splat.scales, axis=1, kind="stable")[:, :2].T
+    x, y = splat.R_GK[rows, :, k0], splat.R_GK[rows, :, k1]
+    R_GD = np.stack([x, y, np.cross(x, y)], axis=2)
+    a, b = n_sigma * splat.scales[rows, k0], n_sigma * splat.scales[rows, k1]
+    return R_GD, np.stack([a, b, _RISE * b], axis=1)
+
+
+def double_cone(sides: int) -> Shape:
+    """Makes two cones of radius 1 and height 1, base to base.
+
+    Args:
+        sides: Number of corners of the base.
+    """
+    angle = 2 * np.pi * np.arange(sides) / sides
+    rim = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    tips = np.array([[0, 0, 1.0], [0, 0, -1.0]])
+    k = np.arange(sides)
+    turn = (k + 1) % sides
+    upper = np.stack([k, turn, 0 * k + sides], axis=1)
+    lower = np.stack([turn, k, 0 * k + sides + 1], axis=1)
+    return np.concatenate([rim, tips]), np.concatenate([upper, lower])
+
+
+def quaternions(R: np.ndarray) -> np.ndarray:
+    """Converts rotation matrices to quaternions.
+
+    Args:
+        R: Rotation matrices, shape (n, 3, 3).
+
+    Returns:
+        Unit quaternions x, y, z, w, shape (n, 4).
+    """
+    # Rows of 4 q q^T; the one with the largest diagonal is safe to scale.
+    Q = np.empty((len(R), 4, 4))
+    trace = np.trace(R, axis1=1, axis2=2)
+    Q[:, 3, 3] = 1 + trace
+    for i in range(3):
+        Q[:, i, i] = 1 + 2 * R[:, i, i] - trace
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        Q[:, i, j] = Q[:, j, i] = R[:, i, j] + R[:, j, i]
+    for i, (j, k) in enumerate(((2, 1), (0, 2), (1, 0))):
+        Q[:, i, 3] = Q[:, 3, i] = R[:, j, k] - R[:, k, j]
+    best = np.einsum("nii->ni", Q).argmax(axis=1)
+    row = Q[np.arange(len(R)), best]
+    return row / np.linalg.norm(row, axis=1, keepdims=True)
