@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from remosplat_drake.base.table import Table
+from remosplat_drake.benchmark.cells import format_rare, format_rate
 from remosplat_drake.benchmark.result import COLLISION, ERROR
 from remosplat_drake.benchmark.summary import Comparison, Row
-from remosplat_drake.benchmark.tables import Table, format_rare, format_rate
 
 ALL = "all"
 """Name of the rows over all families."""
@@ -53,6 +54,7 @@ def motion_table(comparison: Comparison, rule: str) -> Table:
         " whatever else ran, and the configurations and motions that these"
         " looked at. Errors are problems that cannot be used; they count as"
         " not reached.",
+        texts=2,
     )
 
 

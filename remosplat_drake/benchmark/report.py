@@ -5,23 +5,23 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import binomtest
 
-from remosplat_drake.benchmark.motion_table import motion_table
-from remosplat_drake.benchmark.paper_results import PAPER_TRIALS, PaperRow
-from remosplat_drake.benchmark.result import RULE_TITLES, RULES, TrialResult
-from remosplat_drake.benchmark.scan_table import scan_table
-from remosplat_drake.benchmark.summary import Comparison, Row, gather
-from remosplat_drake.benchmark.tables import (
-    Table,
+from remosplat_drake.base.table import Table
+from remosplat_drake.benchmark.cells import (
     format_mean,
     format_median,
     format_rare,
     format_rate,
 )
+from remosplat_drake.benchmark.motion_table import motion_table
+from remosplat_drake.benchmark.paper_results import PAPER_TRIALS, PaperRow
+from remosplat_drake.benchmark.result import RULE_TITLES, RULES, TrialResult
+from remosplat_drake.benchmark.scan_table import scan_table
+from remosplat_drake.benchmark.summary import Comparison, Row, gather
 
 KINEMATIC = "kinematic"
 """Name of the station that the dynamic one is compared with."""
 
-STARRED = (
+COMMON = (
     ("average_distance", 3),
     ("gracefulness", 3),
     ("path_length", 3),
@@ -65,10 +65,11 @@ def main_table(comparison: Comparison, rule: str) -> Table:
         rule: One of the success rules in `RULES`.
     """
     common = comparison.common(rule)
-    rows = []
+    rows, quoted = [], []
     for row in comparison.rows:
         rows.append(_main_row(row, rule, common))
         if row.method in comparison.paper:
+            quoted.append(len(rows))
             rows.append(_paper_row(comparison.paper[row.method]))
     return Table(
         f"{comparison.title}: {RULE_TITLES[rule]}",
@@ -77,30 +78,32 @@ def main_table(comparison: Comparison, rule: str) -> Table:
             "gains",
             "splat",
             "success [%]",
-            "avg distance* [m]",
-            "gracefulness* [m/s²]",
-            "path* [m]",
-            "rate-free acc.* [m/s²]",
-            "time* [s]",
+            "avg distance† [m]",
+            "gracefulness† [m/s²]",
+            "path† [m]",
+            "rate-free acc.† [m/s²]",
+            "time† [s]",
             "collisions",
             "min clearance [mm]",
             "QP [ms]",
         ),
         tuple(rows),
-        f"* mean ± 95 % over the {int(common.sum())} scenes that every method"
+        f"† mean ± 95 % over the {int(common.sum())} scenes that every method"
         " of this table solves. Rates: solved/run with 95 % Wilson intervals."
         " Collisions are judged by the true geometry, at ticks and at four"
         " points between; for each: count/run and upper 95 % bound."
         + (
             f" The paper ran {PAPER_TRIALS} scenes." if comparison.paper else ""
         ),
+        texts=3,
+        quoted=frozenset(quoted),
     )
 
 
 def _main_row(row: Row, rule: str, common: np.ndarray) -> tuple[str, ...]:
-    starred = [
+    over_common = [
         format_mean(row.values(field, rule, common), decimals)
-        for field, decimals in STARRED
+        for field, decimals in COMMON
     ]
     everything = np.ones(len(row), bool)
     clearance = row.values("minimum_distance", rule, everything)
@@ -111,7 +114,7 @@ def _main_row(row: Row, rule: str, common: np.ndarray) -> tuple[str, ...]:
         row.gains,
         row.splat_label,
         format_rate(int(row.successes(rule).sum()), len(row)),
-        *starred,
+        *over_common,
         format_rare(row.collisions(), len(row)),
         f"{1e3 * clearance.min():.1f}" if len(clearance) else "–",
         f"{solve.mean():.2f} ± {solve.std():.2f}" if len(solve) else "–",
@@ -121,7 +124,7 @@ def _main_row(row: Row, rule: str, common: np.ndarray) -> tuple[str, ...]:
 def _paper_row(paper: PaperRow) -> tuple[str, ...]:
     mean, std = paper.solve
     return (
-        f"*paper: {paper.label}*",
+        f"paper: {paper.label}",
         "paper",
         "",
         format_rate(paper.successes, PAPER_TRIALS),
@@ -210,6 +213,7 @@ def timing_table(comparison: Comparison) -> Table:
         ),
         tuple(rows),
         "Medians over the trials, several of which ran at once.",
+        texts=2,
     )
 
 

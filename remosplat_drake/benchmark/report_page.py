@@ -6,10 +6,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from remosplat_drake.base.table import Table
+from remosplat_drake.benchmark.cells import rate_interval
 from remosplat_drake.benchmark.paper_results import PAPER_TRIALS
 from remosplat_drake.benchmark.result import TrialResult
 from remosplat_drake.benchmark.summary import Comparison, Row, gather
-from remosplat_drake.benchmark.tables import Table, rate_interval
 
 OURS, PAPERS = "tab:blue", "tab:orange"
 

@@ -2,6 +2,8 @@
 
 from collections import defaultdict
 
+from remosplat_drake.base.table import Table
+from remosplat_drake.benchmark.cells import format_mean
 from remosplat_drake.benchmark.paper_results import (
     PAPER_SCANS,
     PAPER_TARGETS,
@@ -9,7 +11,6 @@ from remosplat_drake.benchmark.paper_results import (
 )
 from remosplat_drake.benchmark.result import COLLISION, RULE_TITLES
 from remosplat_drake.benchmark.summary import Comparison, Row
-from remosplat_drake.benchmark.tables import Table, format_mean
 
 
 def scan_table(comparison: Comparison, rule: str) -> Table:
@@ -20,6 +21,7 @@ def scan_table(comparison: Comparison, rule: str) -> Table:
         rule: One of the success rules in `RULES`.
     """
     rows = [_row(row, rule) for row in comparison.rows]
+    ours = len(rows)
     for family in comparison.families():
         rows += [_paper_row(paper) for paper in PAPER_SCANS[family]]
     return Table(
@@ -41,6 +43,7 @@ def scan_table(comparison: Comparison, rule: str) -> Table:
         " clearances are judged by the true solids or, where nobody knows"
         " them, by the capture's own depth, at ticks and at four points"
         " between. The paper's scene and targets are others.",
+        quoted=frozenset(range(ours, len(rows))),
     )
 
 
@@ -76,7 +79,7 @@ def _not_reached(row: Row, rule: str) -> str:
 def _paper_row(paper: PaperScanRow) -> tuple[str, ...]:
     gracefulness, collisions = paper.gracefulness, paper.collisions
     return (
-        f"*paper: {paper.label}*",
+        f"paper: {paper.label}",
         "paper",
         "",
         f"{paper.successes}/{PAPER_TARGETS}",

@@ -5,10 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from remosplat_drake.base.table import Table
+from remosplat_drake.benchmark.cells import format_median
 from remosplat_drake.benchmark.reaching_task import TRAINED
 from remosplat_drake.benchmark.splat_recipe import SplatRecipe
 from remosplat_drake.benchmark.splat_record import SplatRecord
-from remosplat_drake.benchmark.tables import Table, format_median
 from remosplat_drake.reconstruction.report.quality import DistanceQuality
 
 
@@ -55,6 +56,7 @@ def splat_table(records: Sequence[SplatRecord]) -> Table | None:
         " from the scene, around start and target: the medians over the"
         " scenes of each scene's median and 99th percentile, and the worst"
         " over- and underestimate of all.",
+        texts=3,
     )
 
 

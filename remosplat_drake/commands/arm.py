@@ -2,9 +2,8 @@
 
 import argparse
 
-from rich.console import Console
-
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import add_wire_argument, open_wire
 from remosplat_drake.hardware.client.operator import Operator
 from remosplat_drake.hardware.hardware_config import REHEARSAL_URL
@@ -40,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Arms one session; returns 1 if its robot stays stopped."""
-    console = Console(highlight=False)
+    console = open_console(highlight=False)
     url = REHEARSAL_URL if arguments.rehearsal else arguments.lcm_url
     operator = Operator(open_wire(url))
     lease = _chosen(operator.listen_for(LEASE_EXPIRY), arguments.session, url)

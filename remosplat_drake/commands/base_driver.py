@@ -13,6 +13,7 @@ from rich.console import Console
 from remosplat_drake.base.clock import Pacer, wall_utime
 from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.base.stop_signals import stop_signals
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import (
     add_wire_argument,
     leased_inbox,
@@ -144,7 +145,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Bridges wire and ROS until Ctrl-C, and then tells the base to stop."""
     lcm = open_wire(arguments.lcm_url)
     link = _link(arguments)
-    console = Console(stderr=True)
+    console = open_console(stderr=True)
     inbox = leased_inbox(lcm, [BASE_COMMAND], "base-driver", console)
     pacer = Pacer(PERIOD)
     with stop_signals() as request, _arcl(arguments, console) as sources:

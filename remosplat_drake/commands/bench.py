@@ -2,21 +2,21 @@
 
 import argparse
 import dataclasses as dc
-import json
 from pathlib import Path
 
-from rich.console import Console
 from rich.progress import track
-from rich.table import Table
 
 from remosplat_drake.base.atomic_file import check_writable, write_atomically
 from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.base.strict_json import parse_json
+from remosplat_drake.base.table import Table
 from remosplat_drake.commands.bench_hardware import (
     fault_rows,
     run_faults,
     run_loops,
 )
+from remosplat_drake.commands.json_output import json_text, print_json
+from remosplat_drake.commands.tables import open_console, print_table
 from remosplat_drake.timing.depth_cases import depth_cases
 from remosplat_drake.timing.guidance_cases import guidance_cases
 from remosplat_drake.timing.measuring import Timing, measure
@@ -35,6 +35,10 @@ remosplat bench tick
 remosplat bench --compare before.json
 """
 """What `--help` ends with."""
+
+
+STDOUT = "-"
+"""What `--json` stands for without a file."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -57,7 +61,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="with faults: only those whose names have this in them",
     )
     parser.add_argument(
-        "--json", type=Path, metavar="FILE", help="also write the numbers"
+        "--json",
+        nargs="?",
+        const=STDOUT,
+        metavar="FILE",
+        help="write the numbers, too; without FILE: print them as one JSON"
+        " document on stdout, and nothing else there",
     )
     parser.add_argument(
         "--compare",
@@ -69,15 +78,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measures every case and prints one table."""
-    console = Console()
+    console = open_console(stderr=arguments.json == STDOUT)
     if arguments.group != "faults" and arguments.case:
         raise RemoSplatError("--case chooses among faults")
     if arguments.group in ON_A_WIRE:
         for flag in ("scenario", "compare"):
             if getattr(arguments, flag):
                 raise RemoSplatError(f"--{flag} is not for {arguments.group}")
-    if arguments.json:
-        check_writable(arguments.json)
+    if arguments.json not in (None, STDOUT):
+        check_writable(Path(arguments.json))
     if arguments.group == "hardware":
         loops = run_loops(console)
         _write(arguments.json, [dc.asdict(loop) for loop in loops])
@@ -98,20 +107,21 @@ def run(arguments: argparse.Namespace) -> int:
         cases += guidance_cases()
     if arguments.group in (None, "planning"):
         cases += planning_cases()
+    news = open_console(stderr=True)
     timings = [
         measure(case)
-        for case in track(
-            cases, "measuring", console=Console(stderr=True), transient=True
-        )
+        for case in track(cases, "measuring", console=news, transient=True)
     ]
-    console.print(_table(timings, earlier))
+    print_table(console, _table(timings, earlier))
     _write(arguments.json, [dc.asdict(timing) for timing in timings])
     return 0
 
 
-def _write(path: Path | None, rows: list[dict]) -> None:
-    if path is not None:
-        write_atomically(path, json.dumps(rows, indent=1) + "\n")
+def _write(path: str | None, rows: list[dict]) -> None:
+    if path == STDOUT:
+        print_json(rows)
+    elif path is not None:
+        write_atomically(Path(path), json_text(rows) + "\n")
 
 
 def _read(path: Path) -> dict[str, float]:
@@ -127,21 +137,16 @@ def _read(path: Path) -> dict[str, float]:
 
 
 def _table(timings: list[Timing], earlier: dict[str, float]) -> Table:
-    table = Table("case")
-    for heading in ("p50 [ms]", "p99 [ms]", "max [ms]", "calls"):
-        table.add_column(heading, justify="right")
+    header = ["case", "p50 [ms]", "p99 [ms]", "max [ms]", "calls"]
     if earlier:
-        table.add_column("p50 / earlier", justify="right")
+        header.append("p50 / earlier")
+    rows = []
     for timing in timings:
-        row = [
-            timing.name,
-            f"{1e3 * timing.p50:.3f}",
-            f"{1e3 * timing.p99:.3f}",
-            f"{1e3 * timing.longest:.3f}",
-            str(timing.calls),
-        ]
+        times = (timing.p50, timing.p99, timing.longest)
+        row = [timing.name, *(f"{1e3 * time:.3f}" for time in times)]
+        row.append(str(timing.calls))
         if earlier:
             before = earlier.get(timing.name)
             row.append(f"{timing.p50 / before:.2f}" if before else "")
-        table.add_row(*row)
-    return table
+        rows.append(tuple(row))
+    return Table("", tuple(header), tuple(rows))

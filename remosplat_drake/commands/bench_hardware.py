@@ -4,7 +4,6 @@ import math
 
 from rich.console import Console
 from rich.progress import track
-from rich.table import Table
 
 from remosplat_drake.acceptance.fault_campaign import FaultResult, run_case
 from remosplat_drake.acceptance.fault_cases import CASES
@@ -14,6 +13,8 @@ from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.base.real_time import LoopQuality, Spread
+from remosplat_drake.base.table import Table
+from remosplat_drake.commands.tables import open_console, print_table
 
 
 def run_faults(console: Console, only: str = "") -> list[FaultResult]:
@@ -32,13 +33,13 @@ def run_faults(console: Console, only: str = "") -> list[FaultResult]:
         raise RemoSplatError(unknown_name("fault", only, names))
     _check_wire()
     world = load_world(load_scenario())
-    results, news = [], Console(stderr=True)
+    results, news = [], open_console(stderr=True)
     for case in track(cases, "breaking things", console=news, transient=True):
         result = run_case(case, world)
         news.print(f"{case.name}: {result.problem or 'as it should be'}")
         news.print(f"  {result.reason or result.case.outcome}", style="dim")
         results.append(result)
-    console.print(fault_table(results))
+    print_table(console, fault_table(results))
     console.print(load())
     return results
 
@@ -52,11 +53,11 @@ def run_loops(console: Console) -> list[LoopQuality]:
         for rate, text in track(
             RATES.items(),
             "driving",
-            console=Console(stderr=True),
+            console=open_console(stderr=True),
             transient=True,
         )
     ]
-    console.print(loop_table(loops))
+    print_table(console, loop_table(loops))
     return loops
 
 
@@ -70,21 +71,29 @@ def _check_wire() -> None:
 
 def fault_table(results: list[FaultResult]) -> Table:
     """Makes a table with one row a fault; its reasons are told as it ends."""
-    table = Table("fault")
-    for heading in ("to rest [ms]", "then moved [mm]", "clearance [mm]"):
-        table.add_column(heading, justify="right")
-    table.add_column("released", no_wrap=True)
-    table.add_column("result")
-    for result in results:
-        table.add_row(
-            result.case.name,
-            _milli(result.time_to_zero, 0),
-            _milli(result.moved_after, 2),
-            _milli(result.clearance, 1),
-            result.resumed or "–",
-            result.problem or "as it should be",
-        )
-    return table
+    return Table(
+        "",
+        (
+            "fault",
+            "released",
+            "result",
+            "to rest [ms]",
+            "then moved [mm]",
+            "clearance [mm]",
+        ),
+        tuple(
+            (
+                result.case.name,
+                result.resumed or "–",
+                result.problem or "as it should be",
+                _milli(result.time_to_zero, 0),
+                _milli(result.moved_after, 2),
+                _milli(result.clearance, 1),
+            )
+            for result in results
+        ),
+        texts=3,
+    )
 
 
 def fault_rows(results: list[FaultResult]) -> list[dict]:
@@ -108,27 +117,31 @@ def _milli(value: float, decimals: int) -> str:
 
 def loop_table(loops: list[LoopQuality]) -> Table:
     """Makes a table with one row a rate: median, 99th percentile, maximum."""
-    table = Table("rate", caption="p50 / p99 / max")
-    for heading in (
-        "status to command [ms]",
-        "period jitter [ms]",
-        "work of a tick [ms]",
-        "processor time [ms]",
-        "ticks",
-        "left out",
-        "without new status",
-    ):
-        table.add_column(heading, justify="right")
-    for loop in loops:
-        table.add_row(
-            f"{1 / loop.period:.0f} Hz",
-            _spread(loop.age),
-            _spread(loop.jitter),
-            _spread(loop.work),
-            _spread(loop.busy),
-            *(str(n) for n in (loop.ticks, loop.missed, loop.unheard)),
-        )
-    return table
+    return Table(
+        "",
+        (
+            "rate",
+            "status to command [ms]",
+            "period jitter [ms]",
+            "work of a tick [ms]",
+            "processor time [ms]",
+            "ticks",
+            "left out",
+            "without new status",
+        ),
+        tuple(
+            (
+                f"{1 / loop.period:.0f} Hz",
+                _spread(loop.age),
+                _spread(loop.jitter),
+                _spread(loop.work),
+                _spread(loop.busy),
+                *(str(n) for n in (loop.ticks, loop.missed, loop.unheard)),
+            )
+            for loop in loops
+        ),
+        "Times: p50 / p99 / max.",
+    )
 
 
 def _spread(spread: Spread) -> str:

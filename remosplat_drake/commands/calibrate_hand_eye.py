@@ -27,6 +27,7 @@ from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.checks.overlap import measure_overlap
 from remosplat_drake.capture.formats import read_capture
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.hardware.hardware_config import check_lcm_url
 from remosplat_drake.robot.robot_model import load_robot
 
@@ -80,7 +81,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Finds the mount, prints it, and writes it where that is wanted."""
-    console = Console(soft_wrap=True)
+    console = open_console(soft_wrap=True)
     if arguments.write and split_spec(arguments.scenario) is None:
         raise RemoSplatError(
             "--write: shipped scenarios stay as they are; name a file"

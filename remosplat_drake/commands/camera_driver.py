@@ -11,6 +11,7 @@ from remosplat_drake.camera.camera_driver import CameraDriver
 from remosplat_drake.camera.realsense import RealSenseCamera
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.commands.flags import check_positive
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import (
     add_camera_wire_argument,
     add_wire_argument,
@@ -66,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.serial,
     )
     driver = CameraDriver(lcm, config, open_camera)
-    console = Console(stderr=True)
+    console = open_console(stderr=True)
     console.print(f"the camera is on {url}; Ctrl-C ends")
     with stop_signals() as request:
         try:

@@ -4,8 +4,6 @@ import argparse
 import os
 import time
 
-from rich.console import Console
-
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.clock import wall_utime
@@ -16,6 +14,7 @@ from remosplat_drake.camera.camera_sim import (
 )
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.commands.number_flags import positive
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import (
     add_camera_wire_argument,
     add_wire_argument,
@@ -70,7 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
     # Rendering must not delay those who move the robot.
     os.nice(_YIELD)
     with stop_signals() as request:
-        Console(stderr=True).print(f"the camera is on {url}; Ctrl-C ends")
+        open_console(stderr=True).print(f"the camera is on {url}; Ctrl-C ends")
         while not request.made:
             _listen(inbox, heard, 1.0 / arguments.rate)
             if heard.q is not None:

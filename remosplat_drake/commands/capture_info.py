@@ -4,11 +4,10 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
 from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.resources import resolve
+from remosplat_drake.base.table import Table
 from remosplat_drake.capture.checks.findings import list_frames
 from remosplat_drake.capture.checks.inspection import (
     CaptureInspection,
@@ -22,6 +21,8 @@ from remosplat_drake.commands.flags import (
     captured,
     check_positive,
 )
+from remosplat_drake.commands.json_output import add_json_argument, print_json
+from remosplat_drake.commands.tables import open_console, print_table
 
 WRONG = 1
 """Exit code for a capture with which something is wrong."""
@@ -42,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         metavar="FILE.png",
         help="draw the frames, and the cameras from above",
     )
+    add_json_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -50,15 +52,20 @@ def run(arguments: argparse.Namespace) -> int:
     check_positive("capture-info", arguments, *numbers)
     if arguments.picture:
         check_writable(arguments.picture)
-    console = Console()
+    console = open_console(stderr=arguments.json)
     path = resolve(arguments.capture)
     arguments.format = arguments.format or detect_format(path)
     capture = captured(arguments)
     inspection = inspect_capture(capture)
-    console.print(_table(f"{path} ({arguments.format})", inspection))
-    tell_findings(console, inspection.findings)
-    if not inspection.findings:
-        console.print("[green]nothing seems wrong[/green]")
+    if arguments.json:
+        print_json(_document(path, arguments.format, inspection))
+    else:
+        title = f"{path} ({arguments.format})"
+        rows = tuple(_rows(inspection))
+        print_table(console, Table(title, ("", ""), rows, texts=2))
+        tell_findings(console, inspection.findings)
+        if not inspection.findings:
+            console.print("[green]nothing seems wrong[/green]")
     if arguments.picture:
         from remosplat_drake.capture.picture import draw_capture
         from remosplat_drake.visualization.depth_views import save_picture
@@ -71,13 +78,46 @@ def run(arguments: argparse.Namespace) -> int:
     return WRONG if inspection.findings else 0
 
 
-def _table(title: str, inspection: CaptureInspection) -> Table:
-    table = Table(title=title, title_justify="left", show_header=False)
-    table.add_column(style="bold")
-    table.add_column()
-    for name, value in _rows(inspection):
-        table.add_row(name, value)
-    return table
+def _document(path: Path, kind: str, inspection: CaptureInspection) -> dict:
+    """What `--json` says of a capture."""
+    height, width = inspection.size
+    near, median, far = inspection.depth
+    registration, overlap = inspection.registration, inspection.overlap
+    return {
+        "capture": path,
+        "format": kind,
+        "frames": inspection.frames,
+        "width": width,
+        "height": height,
+        "focal": inspection.focal,
+        "fov_deg": inspection.fov_deg,
+        "depth": {"percentile_1": near, "median": median, "percentile_99": far},
+        "known": inspection.known,
+        "hidden": inspection.hidden,
+        "path_length": inspection.path_length,
+        "extent": inspection.extent,
+        "registration": registration
+        and {
+            "shift": registration.shift,
+            "correlation": registration.correlation,
+        },
+        "overlap": {
+            "pairs": len(overlap),
+            "agreement": overlap.agreement,
+            "median": overlap.median,
+        },
+        "wrong_frames": inspection.wrong_frames,
+        "findings": [
+            {
+                "name": finding.name,
+                "severity": finding.severity,
+                "problem": finding.problem,
+                "frames": finding.frames,
+                "remedy": finding.remedy,
+            }
+            for finding in inspection.findings
+        ],
+    }
 
 
 def _rows(inspection: CaptureInspection) -> list[tuple[str, str]]:

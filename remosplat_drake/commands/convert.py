@@ -4,10 +4,10 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.resources import resolve
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.splat.codecs.conversion_error import conversion_error
 from remosplat_drake.splat.formats import (
     FORMATS,
@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
     target = format_of_name(arguments.output)
     source = resolve(arguments.source)
     splat = read_splat(source, _MODELS.get(arguments.model))
-    console = Console(highlight=False, soft_wrap=True)
+    console = open_console(highlight=False, soft_wrap=True)
     title = format_of_file(source).title
     console.print(f"{source}: {title}, {_description(splat)}")
     if arguments.crop is not None:

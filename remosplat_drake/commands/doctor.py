@@ -10,7 +10,9 @@ from rich.console import Console
 
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
+from remosplat_drake.commands.json_output import add_json_argument, print_json
 from remosplat_drake.commands.number_flags import positive
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.hardware.doctor import drills, host_checks, wire_checks
 from remosplat_drake.hardware.doctor.doctor_report import (
     DoctorReport,
@@ -86,11 +88,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="longest wait for a person in a drill (default: %(default)s)",
     )
+    add_json_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Checks everything; returns 1 if something keeps the robot from moving."""
-    console = Console(soft_wrap=True)
+    console = open_console(stderr=arguments.json, soft_wrap=True)
     for name in arguments.skip:
         if name not in (*DRILLS, "all"):
             problem = unknown_name("drill", name, [*DRILLS, "all"])
@@ -110,6 +113,8 @@ def run(arguments: argparse.Namespace) -> int:
     path = arguments.report or default_path()
     report.save(path)
     console.print(f"the report is {path}")
+    if arguments.json:
+        print_json(report)
     return 1 if report.failed else 0
 
 

@@ -3,12 +3,12 @@
 import argparse
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
 from remosplat_drake.base import resources
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FieldError, RemoSplatError, unknown_name
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.robot.fitting.convex_pieces import (
     ConvexPiece,
     convex_pieces,
@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
     for link in args.links:
         if link not in visuals:
             raise RemoSplatError(unknown_name("link", link, visuals))
-    console = Console()
+    console = open_console()
     shapes = {}
     for link in args.links or visuals:
         console.print(f"cutting {link}")

@@ -3,13 +3,13 @@
 import argparse
 from pathlib import Path
 
-from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
 
 from remosplat_drake.base import resources
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.base.table import Table
+from remosplat_drake.commands.tables import open_console, print_table
 from remosplat_drake.robot.fitting.link_spheres import (
     Bulge,
     LinkSpheres,
@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser):
 def run(args: argparse.Namespace) -> int:
     """Fits the spheres, prints a table and writes the sphere model."""
     model, options = _options(args)
-    console = Console()
+    console = open_console()
     with Progress(console=console, transient=True) as progress:
         task = progress.add_task("reading the surfaces", total=None)
         surfaces = model_surfaces(model, options, args.seed)
@@ -93,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
         link: measure_bulge(fit, surfaces[link].solid)
         for link, fit in fits.items()
     }
-    console.print(_table(fits, bulges))
+    print_table(console, _table(fits, bulges))
     if args.output:
         write_atomically(args.output, _to_yaml(args, fits, bulges))
         console.print(f"wrote {args.output}")
@@ -139,19 +139,19 @@ def _weight(text: str) -> tuple[str, float]:
 
 
 def _table(fits: dict[str, LinkSpheres], bulges: dict[str, Bulge]) -> Table:
-    table = Table(title=f"{_total(fits)} spheres; all surface points inside")
-    table.add_column("link")
-    for name in ("spheres", "mean bulge [mm]", "max bulge [mm]"):
-        table.add_column(name, justify="right")
-    for link, fit in fits.items():
-        bulge = bulges[link]
-        table.add_row(
-            link,
-            str(len(fit.radius)),
-            f"{1e3 * bulge.mean:.1f}",
-            f"{1e3 * bulge.max:.1f}",
-        )
-    return table
+    return Table(
+        f"{_total(fits)} spheres; all surface points inside",
+        ("link", "spheres", "mean bulge [mm]", "max bulge [mm]"),
+        tuple(
+            (
+                link,
+                str(len(fit.radius)),
+                f"{1e3 * bulges[link].mean:.1f}",
+                f"{1e3 * bulges[link].max:.1f}",
+            )
+            for link, fit in fits.items()
+        ),
+    )
 
 
 def _to_yaml(

@@ -5,8 +5,6 @@ import gc
 import math
 from pathlib import Path
 
-from rich.console import Console
-
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.atomic_file import check_writable
@@ -14,6 +12,7 @@ from remosplat_drake.base.clock import Pacer
 from remosplat_drake.base.real_time import DRIVER_PRIORITY, realtime_priority
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.commands.number_flags import positive
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import (
     add_wire_argument,
     leased_inbox,
@@ -104,7 +103,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Simulates the robot until Ctrl-C or the time limit."""
-    console = Console(stderr=True)
+    console = open_console(stderr=True)
     schedule = [parse_fault(text) for text in arguments.fault]
     if arguments.record:
         check_writable(arguments.record)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
 from remosplat_drake.app.hardware_run import prepare_for_hardware
 from remosplat_drake.app.identification.drive import drive, measured
@@ -22,6 +21,8 @@ from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.table import Table
+from remosplat_drake.commands.tables import open_console, print_table
 from remosplat_drake.commands.wire import announce_wire
 from remosplat_drake.hardware.client.measurement import Measurement
 from remosplat_drake.hardware.client.robot_link import RobotLink
@@ -88,7 +89,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Moves the axes one by one, fits them, and writes the description."""
-    console = Console(stderr=True)
+    console = open_console(stderr=True)
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     prepare_for_hardware(scenario, arguments.lcm_url)
     announce_wire(scenario.hardware.url, console)
@@ -116,7 +117,7 @@ def run(arguments: argparse.Namespace) -> int:
             console.print(f"axis {axis}: no room to move; not measured")
         else:
             fits[axis] = fit
-    console.print(fit_table(fits))
+    print_table(console, fit_table(fits))
     known = list(robot.description.actuators) or default_actuators(
         robot.n_base, robot.n_u - robot.n_base
     )
@@ -199,19 +200,15 @@ def _identified(
 
 def fit_table(fits: dict[int, Fit]) -> Table:
     """Makes a table with one row an axis."""
-    table = Table("axis")
-    for heading in (
-        "delay [ms]",
-        "lag [ms]",
-        "ramp",
-        "dead band",
-        "tube [ms]",
-        "largest residual",
-    ):
-        table.add_column(heading, justify="right")
-    for axis, fit in fits.items():
-        table.add_row(str(axis), *_cells(fit.actuator), f"{fit.residual:.4f}")
-    return table
+    header = ("axis", "delay [ms]", "lag [ms]", "ramp", "dead band")
+    return Table(
+        "",
+        (*header, "tube [ms]", "largest residual"),
+        tuple(
+            (str(axis), *_cells(fit.actuator), f"{fit.residual:.4f}")
+            for axis, fit in fits.items()
+        ),
+    )
 
 
 def _cells(actuator: Actuator) -> list[str]:

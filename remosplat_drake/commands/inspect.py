@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder
-from rich.console import Console
 
 from remosplat_drake.app.map_knowledge import examine_map, target_places
 from remosplat_drake.app.scenario import load_scenario
@@ -13,6 +12,7 @@ from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.commands.gate_keeping import describe
 from remosplat_drake.commands.hold import add_page_arguments, hold
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
@@ -99,7 +99,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Writes the picture, and serves the page if it is asked for."""
-    console = Console(stderr=True)
+    console = open_console(stderr=True)
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     world = load_world(scenario)
     if world.splat_W is None:

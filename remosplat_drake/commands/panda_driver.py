@@ -3,7 +3,6 @@
 import argparse
 
 from pydrake.lcm import DrakeLcm
-from rich.console import Console
 
 from remosplat_drake.base.clock import Pacer, wall_utime
 from remosplat_drake.base.errors import RemoSplatError
@@ -14,6 +13,7 @@ from remosplat_drake.base.real_time import (
 )
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.commands.number_flags import positive
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import (
     add_wire_argument,
     leased_inbox,
@@ -106,7 +106,7 @@ def _drive_arm(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
     library = _library(arguments)
     arm = CallbackProcess(library, arguments.host, _limits(arguments))
     inbox = leased_inbox(
-        lcm, [PANDA_COMMAND], "panda-driver", Console(stderr=True)
+        lcm, [PANDA_COMMAND], "panda-driver", open_console(stderr=True)
     )
     driver = PandaDriver(lcm, arm, inbox)
     pacer = Pacer(TICK)
@@ -166,7 +166,7 @@ def _drive_hand(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
         lcm,
         [PANDA_HAND_COMMAND],
         "panda-driver --hand",
-        Console(stderr=True),
+        open_console(stderr=True),
     )
     driver = HandDriver(lcm, PandaPythonHand(arguments.host), inbox)
     pacer = Pacer(PERIOD)
@@ -179,6 +179,6 @@ def _drive_hand(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
 
 def _announce(arguments: argparse.Namespace) -> None:
     """Prints that the robot is under control, and how to end that."""
-    Console(stderr=True).print(
+    open_console(stderr=True).print(
         f"{arguments.lcm_url} <-> {arguments.host}; Ctrl-C ends"
     )

@@ -6,10 +6,13 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
+from rich.text import Text
 
+from remosplat_drake.app.map_grade import GRADE_STYLES, grade_map
+from remosplat_drake.app.map_knowledge import MapError
 from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.resources import resolve
+from remosplat_drake.base.table import Table
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.readers.text_files import read_matrix
 from remosplat_drake.commands.capture_admission import (
@@ -25,6 +28,8 @@ from remosplat_drake.commands.flags import (
     check_positive,
     check_seed,
 )
+from remosplat_drake.commands.json_output import add_json_argument, print_json
+from remosplat_drake.commands.tables import open_console, print_table
 from remosplat_drake.reconstruction.alignment.cameras_file import with_cameras
 from remosplat_drake.reconstruction.report.assessment import assess
 from remosplat_drake.reconstruction.report.quality_report import (
@@ -43,7 +48,7 @@ COMPARED = 8
 
 EXAMPLES = """
 remosplat quality kitchen.ply my_capture
-remosplat quality kitchen.ply my_capture --held-out 8
+remosplat quality kitchen.ply my_capture --json
 """
 """What `--help` ends with."""
 
@@ -100,6 +105,7 @@ def add_arguments(parser: argparse.ArgumentParser):
     )
     parser.add_argument("--seed", type=int, default=0)
     add_inspection_arguments(parser)
+    add_json_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -109,7 +115,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_finite("quality", arguments, "focus")
     check_seed("quality", arguments)
     check_inspection_arguments(arguments)
-    console = Console()
+    console = open_console(stderr=arguments.json)
     splat_path = resolve(arguments.splat)
     folder = arguments.output or splat_path.parent
     for path in (report_path(splat_path), page_path(splat_path)):
@@ -139,9 +145,24 @@ def run(arguments: argparse.Namespace) -> int:
             progress=status.update,
         )
     page = write_assessment(splat_path, assessment, folder)
+    if arguments.json:
+        print_json(
+            {
+                "grade": grade(assessment.report),
+                **dc.asdict(assessment.report),
+                "page": page,
+            }
+        )
+        return 0
     print_report(console, assessment.report)
     console.print(f"pictures: {page}")
     return 0
+
+
+def grade(report: QualityReport) -> str:
+    """Returns how good a map is, as `grade_map` has it."""
+    warnings = tuple(report.warnings)
+    return grade_map(MapError(report.remaining_error, warnings=warnings))
 
 
 def _placed(
@@ -158,20 +179,15 @@ def _placed(
 
 def print_report(console: Console, report: QualityReport):
     """Prints the numbers of a report and the verdict."""
-    table = Table(title="distance errors [mm]")
-    for heading in ("oracle", "against"):
-        table.add_column(heading)
-    for heading in ("points", "median", "99 %", "over", "under"):
-        table.add_column(heading, justify="right")
+    rows = []
     for row in report.distances:
         values = (row.median, row.percentile_99, row.over, row.under)
-        table.add_row(
-            row.oracle,
-            row.reference,
-            str(row.count),
-            *(f"{1e3 * value:.1f}" for value in values),
-        )
-    console.print(table)
+        lengths = (f"{1e3 * value:.1f}" for value in values)
+        rows.append((row.oracle, row.reference, str(row.count), *lengths))
+    header = ("oracle", "against", "points", "median", "99 %", "over", "under")
+    print_table(
+        console, Table("distance errors [mm]", header, tuple(rows), texts=2)
+    )
     images = report.images
     console.print(
         f"{images.views} views: PSNR {images.psnr:.1f} dB, SSIM"
@@ -179,4 +195,5 @@ def print_report(console: Console, report: QualityReport):
         f" (median), {1e3 * images.depth_percentile_99:.1f} mm (99 %)",
         soft_wrap=True,
     )
-    console.print(report.trust)
+    verdict = grade(report)
+    console.print(Text(verdict, GRADE_STYLES[verdict]), report.trust)

@@ -39,6 +39,7 @@ from remosplat_drake.commands.suggested_scenario import (
     scenario_path,
     write_scenario,
 )
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.reconstruction.alignment.cameras_file import (
     cameras_path,
     write_cameras,
@@ -150,7 +151,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Writes the splat, its report and a scenario of it."""
     _check(arguments)
     device = choose_device(arguments.device)
-    console = Console()
+    console = open_console()
     prepared = prepare_capture(arguments, console)
     capture = prepared.capture
     held_out = np.arange(len(capture)) % arguments.held_out == 0

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
-from rich.console import Console
 from rich.progress import Progress
 
 from remosplat_drake.base.atomic_file import check_writable
@@ -38,6 +37,7 @@ from remosplat_drake.commands.flags import (
     check_positive,
     check_seed,
 )
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
@@ -128,7 +128,7 @@ def run(arguments: argparse.Namespace) -> int:
         subject.radius,
         min(CLEARANCE, CLEARANCE * subject.radius / RADIUS),
     )
-    console = Console(stderr=True)
+    console = open_console(stderr=True)
     with Progress(console=console, transient=True) as progress:
         task = progress.add_task("rendering", total=len(poses))
         capture = render_views(
@@ -145,7 +145,7 @@ def run(arguments: argparse.Namespace) -> int:
         if subject.truth is not None:
             write_rmmi(arguments.folder / TRUTH, subject.truth)
         write_capture(arguments.folder, capture)
-    Console().print(f"{len(capture)} views in {arguments.folder}")
+    open_console().print(f"{len(capture)} views in {arguments.folder}")
     return 0
 
 

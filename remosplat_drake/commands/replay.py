@@ -13,6 +13,7 @@ from remosplat_drake.app.recorded_run import RecordedRun, load_recorded_run
 from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.commands.hold import add_page_arguments, hold
 from remosplat_drake.commands.number_flags import positive
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.recording.events import REQUEST
 from remosplat_drake.recording.operator_figure import (
     check_figure_path,
@@ -78,7 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Replays the run, and writes what was asked for."""
-    console = Console(stderr=True)
+    console = open_console(stderr=True)
     if arguments.figure:
         check_figure_path(arguments.figure)
     for path in filter(None, (arguments.save_html, arguments.figure)):

@@ -32,6 +32,7 @@ from remosplat_drake.commands.gate_keeping import (
 )
 from remosplat_drake.commands.hold import add_page_arguments, hold, is_held
 from remosplat_drake.commands.number_flags import not_negative
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import (
     add_robot_arguments,
     prepare_robot,
@@ -102,7 +103,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Runs the scenario; returns 0 if the targets were reached, else 1."""
-    console = Console(stderr=True)
+    console = open_console(stderr=True)
     _check_outputs(arguments)
     check_accepted(arguments)
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)

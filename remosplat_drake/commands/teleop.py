@@ -36,6 +36,7 @@ from remosplat_drake.commands.gate_keeping import (
     check_accepted,
 )
 from remosplat_drake.commands.number_flags import positive
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import (
     add_robot_arguments,
     prepare_robot,
@@ -112,7 +113,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Teleoperates until Ctrl-C; returns 1 if the robot ended up stopped."""
-    console = Console(stderr=True)
+    console = open_console(stderr=True)
     check_accepted(arguments)
     scenario = _load_scenario(arguments)
     folder = arguments.session or _new_folder(scenario)

@@ -10,6 +10,7 @@ from remosplat_drake.app.hardware_run import prepare_for_hardware
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.commands.flags import add_doctor_arguments, check_report
+from remosplat_drake.commands.tables import open_console
 from remosplat_drake.hardware.drivers.leased_inbox import LeasedInbox
 from remosplat_drake.hardware.hardware_config import (
     REHEARSAL_URL,
@@ -172,7 +173,7 @@ def open_wire(url: str, flag: str = "--lcm-url") -> DrakeLcm:
         RemoSplatError: The URL is unusable.
     """
     check_lcm_url(url)
-    announce_wire(url, Console(stderr=True))
+    announce_wire(url, open_console(stderr=True))
     try:
         return DrakeLcm(url)
     except RuntimeError as error:

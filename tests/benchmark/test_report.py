@@ -5,6 +5,8 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
+from remosplat_drake.base.table import Table
+from remosplat_drake.benchmark.cells import format_mean, format_rate
 from remosplat_drake.benchmark.report import (
     main_table,
     outcome_table,
@@ -17,7 +19,6 @@ from remosplat_drake.benchmark.report_page import to_html
 from remosplat_drake.benchmark.result import COLLISION, LOCAL_MINIMUM, SUCCESS
 from remosplat_drake.benchmark.scan_table import scan_table
 from remosplat_drake.benchmark.summary import gather
-from remosplat_drake.benchmark.tables import Table, format_mean, format_rate
 
 
 def cells(table: Table, method: str) -> dict[str, str]:
@@ -41,7 +42,7 @@ def test_rows_are_gathered_by_set_up_and_scenes(make_result):
     assert both.rows[0].scenes == (("a", 0), ("b", 0))
 
 
-def test_starred_metrics_are_over_scenes_that_all_solve(make_result):
+def test_averages_are_over_scenes_that_all_solve(make_result):
     results = [
         make_result("sdf-hard", "a", distance=0.1),
         make_result("sdf-hard", "b", distance=0.5),
@@ -51,17 +52,17 @@ def test_starred_metrics_are_over_scenes_that_all_solve(make_result):
     (comparison,) = gather(results)
     np.testing.assert_array_equal(comparison.common("text"), [True, False])
     table = main_table(comparison, "text")
-    assert cells(table, "sdf-hard")["avg distance* [m]"] == "0.100"
-    assert cells(table, "sdf-active")["avg distance* [m]"] == "0.200"
+    assert cells(table, "sdf-hard")["avg distance† [m]"] == "0.100"
+    assert cells(table, "sdf-active")["avg distance† [m]"] == "0.200"
     assert "over the 1 scenes" in table.notes
     both = main_table(comparison, "authors")
-    assert cells(both, "sdf-hard")["avg distance* [m]"].startswith("0.300 ±")
+    assert cells(both, "sdf-hard")["avg distance† [m]"].startswith("0.300 ±")
 
 
 def test_the_papers_rows_stand_below_ours(make_result):
     (comparison,) = gather([make_result(), make_result("mine")])
     labels = [row[0] for row in main_table(comparison, "text").rows]
-    assert labels == ["sdf-hard", "*paper: RMMI, ground truth, hard*", "mine"]
+    assert labels == ["sdf-hard", "paper: RMMI, ground truth, hard", "mine"]
     paper = main_table(comparison, "text").rows[1]
     assert "77.8 [75.1, 80.3] (778/1000)" in paper
 
@@ -128,11 +129,11 @@ def test_scans_stand_beside_the_papers_tables_two_and_three(make_result):
     assert (row["success"], row["collisions"]) == ("1/2", "0/2")
     assert row["not reached"] == "local minimum: cupboard"
     assert row["gracefulness [m/s²]"] == "0.400"
-    paper = cells(clean, "*paper: depth rasterisation*")
+    paper = cells(clean, "paper: depth rasterisation")
     assert (paper["success"], paper["gracefulness [m/s²]"]) == ("6/7", "0.196")
     row = cells(noisy, "depth-hard")
     assert (row["success"], row["collisions"]) == ("0/2", "1/2")
-    assert cells(noisy, "*paper: sphere-to-ellipsoid*")["success"] == "0/7"
+    assert cells(noisy, "paper: sphere-to-ellipsoid")["success"] == "0/7"
     # Nothing of Table I stands in a report about scans.
     assert "RMMI" not in to_markdown(report_tables(results), "Scans")
 
@@ -198,7 +199,7 @@ def test_tables_as_markdown_and_html():
         "| 1    |   2 |\n| long |   3 |\n\nnote\n"
     )
     assert "<h3>a &lt; b</h3>" in table.to_html()
-    assert "<td>long</td><td>3</td>" in table.to_html()
+    assert '<td class="text">long</td><td>3</td>' in table.to_html()
 
 
 def test_the_page_holds_plots_and_tables(make_result):

@@ -11,6 +11,7 @@ from runs import complaint, remosplat
 from remosplat_drake.acceptance.fault_campaign import FaultResult
 from remosplat_drake.acceptance.fault_cases import CASES
 from remosplat_drake.commands.bench_hardware import fault_rows, fault_table
+from remosplat_drake.commands.tables import print_table
 
 STOPPED = FaultResult(CASES[0], "a reason", 0.25, 0.0, "no", "moves", 0.0381)
 DISTURBED = FaultResult(CASES[1], "too early", problem="not tried")
@@ -36,13 +37,13 @@ def test_a_file_that_cannot_be_written_is_named_first(capsys, tmp_path):
 
 def test_the_table_fits_a_terminal():
     console = Console(width=80, file=io.StringIO())
-    console.print(fault_table([STOPPED, DISTURBED]))
+    print_table(console, fault_table([STOPPED, DISTURBED]))
     assert isinstance(console.file, io.StringIO)
     table = console.file.getvalue()
     assert "…" not in table
     assert f"{CASES[0].name} " in table
     assert " 250 " in table
-    assert " 38.1 " in table
+    assert " 38.1\n" in table
     assert "not tried" in table
 
 

@@ -1,6 +1,7 @@
 """`remosplat capture-info` on rendered folders, right and wrong ones."""
 
 import dataclasses as dc
+import json
 
 import numpy as np
 import pytest
@@ -31,6 +32,18 @@ def test_a_good_capture(folder, capsys):
     assert "57.3 degrees" in text
     assert "pairs of frames" in text and "100 % by less than 2 %" in text
     assert "nothing seems wrong" in text
+
+
+def test_what_it_found_as_json(folder, capsys):
+    assert main(["capture-info", str(folder), "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert set(document) == set(
+        "capture format frames width height focal fov_deg depth known hidden"
+        " path_length extent registration overlap wrong_frames findings".split()
+    )
+    assert (document["width"], document["height"]) == (120, 90)
+    assert document["overlap"]["agreement"] > 0.99
+    assert document["findings"] == document["wrong_frames"] == []
 
 
 def test_world_to_camera_poses_are_named(scene_capture, tmp_path, capsys):

@@ -28,13 +28,15 @@ def read(path):
 
 def test_a_silent_wire_fails(tmp_path):
     path, url = tmp_path / "doctor.json", free_url()
-    done = remosplat("doctor", "--lcm-url", url, "--report", path, "--yes")
+    flags = ("--lcm-url", url, "--report", path, "--yes", "--json")
+    done = remosplat("doctor", *flags)
     assert done.returncode == 1, done.stderr
     found = read(path)
     assert found["who sends PANDA_STATUS"]["found"] == "nobody"
     assert found["multicast"]["result"] == "passed"
     assert found["base-step"]["result"] == "skipped"
-    assert "to mend: start the driver" in done.stdout
+    assert "to mend: start the driver" in done.stderr
+    assert json.loads(done.stdout) == json.loads(path.read_text())
 
 
 def test_an_unknown_drill_is_told(capsys):

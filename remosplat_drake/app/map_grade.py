@@ -1,0 +1,40 @@
+"""How good a map is, in one word, for whoever has no time to read."""
+
+from remosplat_drake.app.map_knowledge import MapError
+from remosplat_drake.controller.ingredients import CollisionDamperConfig
+from remosplat_drake.reconstruction.report.quality_report import (
+    MAP_ERROR_MARGIN,
+)
+from remosplat_drake.task.suggestion import NEAR
+
+GOOD, FAIR, POOR, UNKNOWN = "good", "fair", "poor", "unknown"
+"""Grades of a map, see `grade_map`."""
+
+GRADE_STYLES = {
+    GOOD: "bold green",
+    FAIR: "bold yellow",
+    POOR: "bold red",
+    UNKNOWN: "bold yellow",
+}
+"""Styles of the grades in a terminal."""
+
+
+def grade_map(error: MapError) -> str:
+    """Grades a map by what its error allows.
+
+    Args:
+        error: How wrong the map is.
+
+    Returns:
+        `GOOD`: the usual stopping distance is safe. `FAIR`: only a larger one
+        is, or the capture was doubtful. `POOR`: not even one at which a hand
+        is still near to something. `UNKNOWN`: nobody has measured it.
+    """
+    if error.largest is None:
+        return UNKNOWN
+    least = error.largest + MAP_ERROR_MARGIN
+    if least >= NEAR:
+        return POOR
+    if error.warnings or least > CollisionDamperConfig().stopping:
+        return FAIR
+    return GOOD

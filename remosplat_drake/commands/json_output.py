@@ -1,0 +1,53 @@
+"""The flag `--json`: what a command has found, for other programs."""
+
+import argparse
+import dataclasses as dc
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+
+def add_json_argument(parser: argparse.ArgumentParser) -> None:
+    """Declares the flag `--json`."""
+    parser.add_argument(
+        "--json",
+        action="store_true",
+        help="print one JSON document on stdout, and nothing else there",
+    )
+
+
+def print_json(document: Any) -> None:
+    """Prints a document as JSON; `plain` tells what it may hold."""
+    print(json_text(document))
+
+
+def json_text(document: Any) -> str:
+    """Writes a document as JSON; `plain` tells what it may hold."""
+    return json.dumps(plain(document), indent=1, ensure_ascii=False)
+
+
+def plain(value: Any) -> Any:
+    """Turns dataclasses, arrays, paths and numbers into what JSON has.
+
+    A number that is infinite or none becomes null.
+
+    Args:
+        value: One of these, or a list, tuple or mapping of them.
+    """
+    if dc.is_dataclass(value) and not isinstance(value, type):
+        fields = dc.fields(value)
+        return {f.name: plain(getattr(value, f.name)) for f in fields}
+    if isinstance(value, dict):
+        return {str(name): plain(item) for name, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
