@@ -1,46 +1,60 @@
 """The report as one page of HTML: its tables, and plots of them."""
 
+import dataclasses as dc
 import html
-import io
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from remosplat_drake.base.html_report import (
+    OTHERS,
+    OURS,
+    cards,
+    make_page,
+    new_plot,
+    to_svg,
+)
 from remosplat_drake.base.table import Table
 from remosplat_drake.benchmark.cells import rate_interval
+from remosplat_drake.benchmark.overview import headline, overview_table
 from remosplat_drake.benchmark.paper_results import PAPER_TRIALS
 from remosplat_drake.benchmark.result import TrialResult
 from remosplat_drake.benchmark.summary import Comparison, Row, gather
 
-OURS, PAPERS = "tab:blue", "tab:orange"
-
-STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto;
-       max-width: 90em; padding: 0 1em; color: #222; }
-table { display: block; overflow-x: auto; border-collapse: collapse;
-        font-variant-numeric: tabular-nums; }
-td, th { padding: .25em .7em; text-align: right; white-space: nowrap; }
-td:first-child, th:first-child { text-align: left; }
-thead { border-bottom: 2px solid #888; }
-tbody tr:nth-child(even) { background: #f4f4f4; }
-figure { display: inline-block; margin: 1em; vertical-align: top; }
-p { color: #555; max-width: 60em; }
-"""
+_WIDTH = 6.4
+"""Width of a plot [inches]."""
 
 
 def to_html(
     results: Sequence[TrialResult], tables: Sequence[Table], heading: str
 ) -> str:
     """Makes one self-contained HTML page of plots and the report's tables."""
-    parts = [_figures(comparison) for comparison in gather(results)]
-    parts += [table.to_html() for table in tables]
-    title = html.escape(heading)
-    body = "\n".join(parts)
-    return (
-        "<!doctype html>\n"
-        f'<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
-        f"<style>{STYLE}</style></head>\n"
-        f"<body><h1>{title}</h1>\n{body}</body></html>\n"
+    parts = [_overview(comparison) for comparison in gather(results)]
+    if tables:
+        parts.append("<h2>All tables</h2>")
+        parts += [table.to_html() for table in tables]
+    return make_page(heading, "\n".join(parts))
+
+
+def _overview(comparison: Comparison) -> str:
+    """What one comparison shows at a glance: sentence, cards, table, plots."""
+    table = overview_table(comparison)
+    rows, common = comparison.rows, comparison.common("text")
+    numbers = {
+        "scenes": f"{len(rows[0]):,}",
+        "methods": str(len(rows)),
+        "trials": f"{sum(map(len, rows)):,}",
+        "scenes that all methods reach": str(int(common.sum())),
+        "collisions": str(sum(row.collisions() for row in rows)),
+    }
+    return "\n".join(
+        [
+            f"<h2>{html.escape(table.title)}</h2>",
+            f'<p class="trust">{html.escape(headline(comparison))}</p>',
+            cards(numbers),
+            dc.replace(table, title="").to_html(),
+            _figures(comparison),
+        ]
     )
 
 
@@ -61,7 +75,7 @@ def _figures(comparison: Comparison) -> str:
         for caption, svg in plots.items()
         if svg
     )
-    return f"<h2>{html.escape(comparison.title)}</h2>\n{figures}\n"
+    return f'<div class="plots">{figures}</div>'
 
 
 def _success_plot(comparison: Comparison) -> str:
@@ -74,11 +88,11 @@ def _success_plot(comparison: Comparison) -> str:
             paper = comparison.paper.get(row.method)
             if paper is not None:
                 _draw_rate(
-                    axes, place + 0.12, paper.successes, PAPER_TRIALS, PAPERS
+                    axes, place + 0.12, paper.successes, PAPER_TRIALS, OTHERS
                 )
-        axes.set_xlim(0, 100)
+        axes.set_xlim(0, 102)
         axes.set_xlabel(
-            "success [%], 95 % interval (blue: ours, orange: paper)"
+            "success [%], 95 % interval (blue: ours, orange: the paper)"
         )
 
     return _methods_plot(comparison, draw)
@@ -105,10 +119,7 @@ def _rate_plot(comparison: Comparison) -> str:
     rows = [row for row in comparison.rows if row.splat != "none"]
     if not rows:
         return ""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(6.4, 3.5), layout="constrained")
-    axes = figure.subplots()
+    axes, figure = new_plot(_WIDTH, 3.5)
     for row in rows:
         timed = [t for t in row.trials if t.times is not None]
         axes.plot(
@@ -120,8 +131,8 @@ def _rate_plot(comparison: Comparison) -> str:
     axes.set_xlabel("splats")
     axes.set_ylabel("control rate possible [Hz]")
     axes.set_yscale("log")
-    axes.legend()
-    return _to_svg(figure)
+    axes.legend(frameon=False)
+    return to_svg(figure)
 
 
 def _draw_rate(axes, y: float, successes: int, count: int, color: str):
@@ -151,6 +162,7 @@ def _values_plot(
             orientation="horizontal",
             positions=range(len(comparison.rows)),
             whis=(0, 100),
+            medianprops={"color": OURS, "lw": 2},
         )
         axes.set_xlabel(f"{label}: median, quartiles, range")
         axes.set_xscale("log" if log else "linear")
@@ -160,20 +172,10 @@ def _values_plot(
 
 def _methods_plot(comparison: Comparison, draw: Callable) -> str:
     """Makes a plot with one line a method, the first on top."""
-    from matplotlib.figure import Figure
-
     names = [row.method for row in comparison.rows]
-    figure = Figure(figsize=(6.4, 1 + 0.4 * len(names)), layout="constrained")
-    axes = figure.subplots()
+    axes, figure = new_plot(_WIDTH, 1 + 0.4 * len(names))
     draw(axes)
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.grid(axis="x", alpha=0.3)
-    return _to_svg(figure)
-
-
-def _to_svg(figure) -> str:
-    text = io.StringIO()
-    figure.savefig(text, format="svg", metadata={"Date": None})
-    # Without the XML header, which has no place inside a page.
-    return text.getvalue()[text.getvalue().index("<svg") :]
+    return to_svg(figure)

@@ -4,6 +4,7 @@ import argparse
 import dataclasses as dc
 import math
 import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from time import monotonic
@@ -13,6 +14,7 @@ from rich.console import Console
 from remosplat_drake.app import warm_up
 from remosplat_drake.base.atomic_file import check_writable, write_atomically
 from remosplat_drake.benchmark.methods import GROUPS, load_methods
+from remosplat_drake.benchmark.overview import document, overview_table
 from remosplat_drake.benchmark.report import report_tables, to_markdown
 from remosplat_drake.benchmark.report_page import to_html
 from remosplat_drake.benchmark.result import (
@@ -39,15 +41,18 @@ from remosplat_drake.benchmark.suites import (
     interleave_families,
     load_cases,
 )
+from remosplat_drake.benchmark.summary import gather
 from remosplat_drake.benchmark.trained_splats import stored_records
 from remosplat_drake.benchmark.trial import Trial
 from remosplat_drake.commands.benchmark_progress import BenchmarkProgress
+from remosplat_drake.commands.json_output import add_json_argument, print_json
 from remosplat_drake.commands.number_flags import at_least_one, positive
 from remosplat_drake.commands.splat_making import (
     add_splat_arguments,
     splat_folders,
     splat_making,
 )
+from remosplat_drake.commands.tables import open_console, print_table
 
 RESULTS, SPLATS = "trials.jsonl", "splats.jsonl"
 REPORT, PAGE = "report.md", "report.html"
@@ -58,6 +63,10 @@ CRASHED, UNUSABLE, UNFINISHED = 1, 2, 3
 to run."""
 
 HEADING = "Benchmark"
+
+METHODS = "paper,sdf-guided,ellipsoid-guided"
+"""Methods that are compared by default: the paper's, and guided control with
+true distances and on splats."""
 
 EXAMPLES = """
 remosplat benchmark --scenes 20 --output results/first
@@ -92,11 +101,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--methods",
-        default="paper",
+        default=METHODS,
         metavar="A,B,...",
         help="names, FILE or FILE:NAME of benchmark/methods.yaml's kind, your"
         " own controller as MODULE:FUNCTION (see custom_controller.py), or"
-        f" groups: {', '.join(GROUPS)} (default: paper)",
+        f" groups: {', '.join(GROUPS)} (default: {METHODS})",
     )
     parser.add_argument(
         "--spheres",
@@ -139,6 +148,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " the same command goes on with the rest",
     )
     add_splat_arguments(parser)
+    add_json_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -151,7 +161,7 @@ def run(arguments: argparse.Namespace) -> int:
         3: `--stop-after` has left some trials.
     """
     started = monotonic()
-    console = Console(stderr=True)
+    console = open_console(stderr=True)
     output: Path = arguments.output
     for name in (RESULTS, SPLATS, REPORT, PAGE):
         check_writable(output / name)
@@ -190,7 +200,15 @@ def run(arguments: argparse.Namespace) -> int:
         made = stored_records(cases, splats.recipe)
         write_records(output / SPLATS, [*made, *outcome.failed_splats])
     # What has just been run counts more than the same with other splats.
-    _report([*read_results(output / RESULTS), *outcome.results], output)
+    results = [*read_results(output / RESULTS), *outcome.results]
+    text = _report(results, output)
+    if arguments.json:
+        print_json({**document(results), "output": output})
+    elif sys.stdout.isatty():
+        for comparison in gather(results):
+            print_table(open_console(), overview_table(comparison))
+    else:
+        print(text)
     console.print(f"wrote {RESULTS}, {REPORT} and {PAGE} to {output}")
     return _conclude(outcome, console)
 
@@ -238,14 +256,14 @@ def _run(
     )
 
 
-def _report(results: list[TrialResult], output: Path) -> None:
-    """Prints and writes the tables and plots."""
+def _report(results: list[TrialResult], output: Path) -> str:
+    """Writes the tables and plots, and returns the tables as Markdown."""
     made = splat_table(read_records(output / SPLATS))
     tables = [*report_tables(results), *filter(None, [made])]
     text = to_markdown(tables, HEADING)
     write_atomically(output / REPORT, text)
     write_atomically(output / PAGE, to_html(results, tables, HEADING))
-    print(text)
+    return text
 
 
 def _conclude(outcome: _Outcome, console: Console) -> int:

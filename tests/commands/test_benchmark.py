@@ -1,12 +1,17 @@
 """`remosplat benchmark` from its command line."""
 
+import json
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
+from rich.text import Text
 
+from remosplat_drake.benchmark.methods import GROUPS, load_methods
 from remosplat_drake.benchmark.result import read_results
 from remosplat_drake.benchmark.suites import PUBLISHED_FOLDERS
+from remosplat_drake.commands.command_parser import CommandParser
 from remosplat_drake.commands.main import main
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.scene.rmmi import write_rmmi
@@ -61,8 +66,28 @@ def test_ones_own_method_beside_the_papers(scenes, capsys):
     assert {r.method for r in results} == {"sdf-hard", "toy"}
     assert {r.spheres for r in results} == {"paper"}
     before = path.read_bytes()
-    assert benchmark(scenes, *methods) == 0
+    assert benchmark(scenes, *methods, "--json") == 0
     assert path.read_bytes() == before
+    document = json.loads(capsys.readouterr().out)
+    assert document["output"] == str(scenes / "out")
+    (comparison,) = document["comparisons"]
+    assert [m["method"] for m in comparison["methods"]] == ["sdf-hard", "toy"]
+
+
+def test_a_terminal_shows_one_table_that_fits(scenes, capsys, monkeypatch):
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "80")
+    assert benchmark(scenes, "--methods", "sdf-hard") == 0
+    shown = Text.from_ansi(capsys.readouterr().out).plain
+    assert "sdf-hard" in shown
+    assert "|" not in shown
+    assert max(map(len, shown.splitlines())) <= 80
+
+
+def test_guided_control_stands_beside_the_papers_by_default():
+    arguments = CommandParser("benchmark").parse_args([])
+    names = [m.name for m in load_methods(arguments.methods.split(","))]
+    assert {*GROUPS["paper"], "sdf-guided", "ellipsoid-guided"} == {*names}
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.html_report import cards, make_page
+from remosplat_drake.base.table import Table
 from remosplat_drake.reconstruction.report.assessment import Assessment
 from remosplat_drake.reconstruction.report.pictures import Picture
 from remosplat_drake.reconstruction.report.quality_report import (
@@ -32,40 +34,14 @@ _CAPTIONS = (
     "depth error",
 )
 
-STYLE = """
-:root { --ink: #1f2933; --soft: #616e7c; --line: #d9e2ec; --wash: #f5f7fa; }
-body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink);
-       margin: 2.5em auto; max-width: 74em; padding: 0 1.5em; }
-h1 { font-size: 1.7em; margin: 0; }
-h2 { font-size: 1.2em; margin: 2.4em 0 .6em; padding-bottom: .25em;
-     border-bottom: 1px solid var(--line); }
-p { color: var(--soft); max-width: 62em; }
-.method { color: var(--soft); margin: .2em 0 1.4em; }
-.trust { background: var(--wash); border-left: .3em solid #2f6fae;
-         color: var(--ink); font-size: 1.08em; padding: .9em 1.2em; }
-.warnings { border-left: .3em solid #b54708; background: #fff6ed;
-            padding: .7em 1.2em .7em 2.4em; }
-.cards { display: grid; gap: .8em; margin: 1.4em 0;
-         grid-template-columns: repeat(auto-fit, minmax(10em, 1fr)); }
-.card { border: 1px solid var(--line); border-radius: .5em;
-        padding: .7em 1em; }
-.card b { display: block; font-size: 1.45em; font-weight: 600;
-          font-variant-numeric: tabular-nums; }
-.card span { color: var(--soft); font-size: .88em; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { padding: .35em .9em; text-align: right; }
-th { color: var(--soft); font-weight: 600; }
-td:nth-child(-n+2), th:nth-child(-n+2) { text-align: left; }
-thead { border-bottom: 2px solid var(--line); }
-tbody tr + tr { border-top: 1px solid var(--line); }
+_STYLE = """
 .view { display: grid; grid-template-columns: repeat(5, 1fr); gap: .35em;
         margin: 0 0 .35em; }
 .captions { color: var(--soft); font-size: .85em; font-weight: 600; }
 img { display: block; width: 100%; border-radius: .2em; }
 .plot { margin-top: 1.4em; }
-.plot svg { max-width: 100%; height: auto; }
 """
-"""Style sheet (CSS) of the page."""
+"""Style sheet (CSS) of the pictures, beside that of every report."""
 
 
 def to_html(assessment: Assessment, title: str) -> str:
@@ -76,27 +52,20 @@ def to_html(assessment: Assessment, title: str) -> str:
         title: Heading, such as the splat's name.
     """
     report = assessment.report
-    name = html.escape(title)
     body = "\n".join(
         [
-            f"<h1>{name}</h1>",
             f'<p class="method">{html.escape(report.method)} ·'
             f" {report.splats:,} splats · {report.views} views</p>",
             f'<p class="trust">{html.escape(report.trust)}</p>',
             _warnings(report),
-            _cards(report),
+            cards(_numbers(report)),
             _distances(assessment),
             _views(assessment),
             _coverage(assessment),
             _floaters(report),
         ]
     )
-    return (
-        "<!doctype html>\n"
-        f'<html lang="en"><head><meta charset="utf-8"><title>{name}</title>'
-        '<meta name="viewport" content="width=device-width">'
-        f"<style>{STYLE}</style></head>\n<body>\n{body}\n</body></html>\n"
-    )
+    return make_page(title, body, _STYLE)
 
 
 def write_assessment(
@@ -128,9 +97,9 @@ def _warnings(report: QualityReport) -> str:
     return f'<ul class="warnings">{items}</ul>'
 
 
-def _cards(report: QualityReport) -> str:
+def _numbers(report: QualityReport) -> dict[str, str]:
     images = report.images
-    cards = {
+    return {
         "largest over-estimate of a distance": rounded_up(report.map_error),
         "median depth error of the pixels": _mm(images.depth_median),
         "PSNR": f"{images.psnr:.1f} dB",
@@ -138,25 +107,13 @@ def _cards(report: QualityReport) -> str:
         "floaters": str(report.floaters.count),
         "of the workspace never seen": f"{100 * report.coverage.unseen:.0f} %",
     }
-    inner = "".join(
-        f'<div class="card"><b>{value}</b><span>{label}</span></div>'
-        for label, value in cards.items()
-    )
-    return f'<div class="cards">{inner}</div>'
 
 
 def _distances(assessment: Assessment) -> str:
     names = {"capture": "the capture's depth", "truth": "the true geometry"}
-    rows = "".join(
-        f"<tr><td>{d.oracle}</td><td>{names.get(d.reference, d.reference)}</td>"
-        f"<td>{d.count:,}</td><td>{_mm(d.median)}</td>"
-        f"<td>{_mm(d.percentile_99)}</td><td>{_mm(d.over)}</td>"
-        f"<td>{_mm(d.under)}</td></tr>"
-        for d in assessment.report.distances
-    )
-    head = "".join(
-        f"<th>{cell}</th>"
-        for cell in (
+    table = Table(
+        "",
+        (
             "oracle",
             "against",
             "points",
@@ -164,7 +121,17 @@ def _distances(assessment: Assessment) -> str:
             "99 %",
             "over by up to",
             "under by up to",
-        )
+        ),
+        tuple(
+            (
+                d.oracle,
+                names.get(d.reference, d.reference),
+                f"{d.count:,}",
+                *map(_mm, (d.median, d.percentile_99, d.over, d.under)),
+            )
+            for d in assessment.report.distances
+        ),
+        texts=2,
     )
     return (
         "<h2>Distances</h2>\n"
@@ -173,7 +140,7 @@ def _distances(assessment: Assessment) -> str:
         " an obstacle; an under-estimate invents one. The capture's own depth"
         " knows only what was seen, and its surfaces scatter by"
         f" {_mm(assessment.report.scatter)}.</p>\n"
-        f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>\n"
+        f"{table.to_html()}"
         f'<div class="plot">{error_histogram(assessment.errors)}</div>\n'
         "<p>Right of 0 an obstacle seems farther than it is. The outermost"
         " bars hold what is beyond them.</p>"

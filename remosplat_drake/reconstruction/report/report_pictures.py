@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from remosplat_drake.base.html_report import new_plot, to_svg
 from remosplat_drake.signals.coverage import FREE, SURFACE, UNSEEN, Coverage
 
 _MAX_WIDTH = 400  # Of a picture inside the page [pixels].
@@ -53,7 +54,7 @@ def depth_error_image(error: np.ndarray, limit: float) -> str:
 
 def error_histogram(errors: dict[str, np.ndarray]) -> str:
     """Draws a histogram of distance errors [m] by oracle, as SVG."""
-    axes, figure = _axes(7.5, 2.8)
+    axes, figure = new_plot(7.5, 2.8)
     reach = max(np.percentile(np.abs(e), 99.5) for e in errors.values())
     reach = 1e3 * max(reach, 1e-4)
     bins = np.linspace(-reach, reach, 81)
@@ -70,7 +71,7 @@ def error_histogram(errors: dict[str, np.ndarray]) -> str:
     axes.set_ylabel("points")
     axes.axvline(0, color="#616e7c", lw=0.8)
     axes.legend(frameon=False)
-    return _to_svg(figure)
+    return to_svg(figure)
 
 
 def coverage_slices(coverage: Coverage) -> str:
@@ -112,23 +113,7 @@ def coverage_slices(coverage: Coverage) -> str:
         ncols=3,
         frameon=False,
     )
-    return _to_svg(figure)
-
-
-def _axes(width: float, height: float):
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    axes = figure.subplots()
-    axes.spines[["top", "right"]].set_visible(False)
-    return axes, figure
-
-
-def _to_svg(figure) -> str:
-    text = io.StringIO()
-    figure.savefig(text, format="svg", metadata={"Date": None})
-    # Without the XML header, which has no place inside a page.
-    return text.getvalue()[text.getvalue().index("<svg") :]
+    return to_svg(figure)
 
 
 def _colored(values: np.ndarray, colors: str) -> str:

@@ -1,0 +1,129 @@
+"""A comparison at a glance: one table, one sentence, one JSON document."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from remosplat_drake.base.table import Table
+from remosplat_drake.benchmark.cells import (
+    format_median,
+    format_rate,
+    rate_interval,
+)
+from remosplat_drake.benchmark.paper_results import PAPER_TRIALS
+from remosplat_drake.benchmark.result import RULES
+from remosplat_drake.benchmark.summary import Comparison, Row, gather
+
+RULE = RULES[0]
+"""The success rule of what is seen at a glance: the paper's text."""
+
+
+def overview_table(comparison: Comparison) -> Table:
+    """Makes the table with what matters most, one method a row.
+
+    Args:
+        comparison: The methods to show.
+    """
+    rows = []
+    for row in comparison.rows:
+        paper = comparison.paper.get(row.method)
+        least = _least_clearance(row)
+        rows.append(
+            (
+                row.method,
+                format_rate(_successes(row), len(row)),
+                ""
+                if paper is None
+                else f"{100 * paper.successes / PAPER_TRIALS:.1f}",
+                str(row.collisions()),
+                "–" if least is None else f"{1e3 * least:.1f}",
+                format_median(1e3 * row.times("tick_p50"), 2),
+            )
+        )
+    header = ("method", "reached [%]", "paper [%]", "collisions")
+    return Table(
+        comparison.title,
+        (*header, "least clearance [mm]", "tick [ms]"),
+        tuple(rows),
+        "Reached by the paper's text, with 95 % intervals; ticks: median.",
+    )
+
+
+def headline(comparison: Comparison) -> str:
+    """Says in a sentence or two which methods reach most.
+
+    Args:
+        comparison: The methods to compare.
+    """
+    most = max(map(_successes, comparison.rows))
+    best = [row for row in comparison.rows if _successes(row) == most]
+    count, several = len(best[0]), len(best) > 1
+    low, high = rate_interval(most, count)
+    collisions = sum(row.collisions() for row in best)
+    touched = "never" if not collisions else f"{collisions} times"
+    text = (
+        f"{', '.join(row.method for row in best)}"
+        f" {'reach' if several else 'reaches'} most: {most} of {count} scenes"
+        f" ({100 * low:.0f} to {100 * high:.0f} % with 95 % confidence),"
+        f" colliding {touched}."
+    )
+    run = [row for row in comparison.rows if row.method in comparison.paper]
+    if not run:
+        return text
+    papers = max(run, key=lambda row: comparison.paper[row.method].successes)
+    theirs = comparison.paper[papers.method].successes / PAPER_TRIALS
+    return (
+        f"{text} Of the paper's methods that were run, {papers.method} is the"
+        f" best by its numbers: {_successes(papers)} of {len(papers)} here, and"
+        f" {100 * theirs:.1f} % in the paper."
+    )
+
+
+def document(trials: Sequence) -> dict:
+    """Gathers results into what `benchmark --json` prints.
+
+    Args:
+        trials: The results of all trials.
+    """
+    return {"comparisons": [_entry(c) for c in gather(trials)]}
+
+
+def _entry(comparison: Comparison) -> dict:
+    first = comparison.rows[0]
+    return {
+        "title": comparison.title,
+        "suite": comparison.suite,
+        "families": comparison.families(),
+        "spheres": first.spheres,
+        "station": first.station,
+        "scenes": len(first),
+        "methods": [_method(row, comparison) for row in comparison.rows],
+    }
+
+
+def _method(row: Row, comparison: Comparison) -> dict:
+    paper = comparison.paper.get(row.method)
+    ticks = {name: row.times(name) for name in ("tick_p50", "tick_p99")}
+    return {
+        "method": row.method,
+        "gains": row.gains,
+        "splat": row.splat,
+        "trials": len(row),
+        "reached": {rule: int(row.successes(rule).sum()) for rule in RULES},
+        "collisions": row.collisions(),
+        "least_clearance": _least_clearance(row),
+        **{
+            name: float(np.median(times)) if len(times) else None
+            for name, times in ticks.items()
+        },
+        "paper": paper and {"trials": PAPER_TRIALS, "reached": paper.successes},
+    }
+
+
+def _successes(row: Row) -> int:
+    return int(row.successes(RULE).sum())
+
+
+def _least_clearance(row: Row) -> float | None:
+    values = row.values("minimum_distance", RULE, np.ones(len(row), bool))
+    return float(values.min()) if len(values) else None
