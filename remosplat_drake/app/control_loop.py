@@ -22,6 +22,7 @@ from remosplat_drake.app.stages import (
     AddGuidance,
     AddLocalization,
     AddOracle,
+    AddStanding,
     AddSupervisor,
     ConnectUncertainty,
     MakeStation,
@@ -39,6 +40,7 @@ from remosplat_drake.mapping.localization.base_localization import (
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.standing.standing_system import StandingSystem
 from remosplat_drake.station.connections import AddConfiguration, ConnectCommand
 from remosplat_drake.task.targets import Targets
 
@@ -64,6 +66,7 @@ class ControlLoop:
             wants no guidance.
         supervisor: The safety supervisor between controller and station; None
             if the scenario wants none.
+        standing: The system that says how things stand, in one sentence.
     """
 
     scenario: Scenario
@@ -78,6 +81,7 @@ class ControlLoop:
     controller: ReactiveController
     selector: GuidanceSelector | None
     supervisor: SafetySupervisor | None
+    standing: StandingSystem
 
     @property
     def report(self) -> OutputPort:
@@ -153,6 +157,17 @@ def AddControlLoop(
         station,
         armed=not hardware or scenario.hardware.shadow,
     )
+    standing = AddStanding(
+        builder,
+        scenario,
+        world,
+        configuration,
+        targets,
+        oracle,
+        controller,
+        selector,
+        supervisor,
+    )
     loop = ControlLoop(
         scenario,
         world,
@@ -166,6 +181,7 @@ def AddControlLoop(
         controller,
         selector,
         supervisor,
+        standing,
     )
     carried_out = loop.executed
     if not hardware:

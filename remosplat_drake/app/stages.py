@@ -34,11 +34,13 @@ from remosplat_drake.mapping.localization.base_localization import (
     BaseLocalization,
 )
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.safety.supervision import SupervisorLaw
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.standing.standing_system import StandingSystem
 from remosplat_drake.station.base_uncertainty import BaseUncertainty
 from remosplat_drake.station.connections import AddMeasuredVelocity
 from remosplat_drake.station.simulated_station import MakeSimulatedStation
@@ -339,6 +341,53 @@ def AddSupervisor(
         station.GetOutputPort(ports.STATUS), supervisor.GetInputPort("status")
     )
     return supervisor
+
+
+def AddStanding(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+    targets: Targets,
+    oracle: DistanceOracle,
+    controller: ReactiveController,
+    selector: GuidanceSelector | None,
+    supervisor: SafetySupervisor | None,
+) -> StandingSystem:
+    """Adds what says in one sentence how things stand with the robot.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        world: What the scenario's files hold.
+        configuration: The output port of the measured q, n_q entries.
+        targets: The system that says where the end effector shall go.
+        oracle: The system that hands out the map.
+        controller: The controller whose reports are put into words.
+        selector: The look-ahead beside the controller; None without one.
+        supervisor: The safety supervisor; None without one.
+    """
+    inputs = {
+        "configuration": configuration,
+        "report": controller.GetOutputPort("report"),
+        "distance_field": oracle.GetOutputPort("distance_field"),
+    }
+    if targets.HasOutputPort("progress"):
+        inputs["progress"] = targets.GetOutputPort("progress")
+    if selector is not None:
+        inputs["selection"] = selector.GetOutputPort("selection")
+    if supervisor is not None:
+        inputs["supervision"] = supervisor.GetOutputPort("supervision")
+    truth = world.truth
+    return StandingSystem.AddToBuilder(
+        builder,
+        inputs=inputs,
+        robot=world.robot,
+        arrival=scenario.arrival,
+        period=scenario.control_period,
+        floor_height=scenario.scene.floor_height,
+        truth=None if truth is None else SignedDistanceField(truth),
+    )
 
 
 def AddRecorder(

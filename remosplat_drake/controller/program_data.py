@@ -1,10 +1,15 @@
 """A tick's quadratic program as plain data."""
 
 import dataclasses as dc
+from collections.abc import Callable
 
 import numpy as np
 
 from remosplat_drake.controller.active_set import DenseProgram
+
+Label = Callable[[int], str | tuple[str, ...]]
+"""Says what a row is about, by its number: names of links or joints, or a
+text."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -16,11 +21,18 @@ class Rows:
         b: Right-hand sides of the rows, shape (m,).
         kept: Which rows are in the program, shape (m,) bool; the bounds on u
             imply the others.
+        label: Says what row i is about: names of links or joints, or a text.
     """
 
     A: np.ndarray
     b: np.ndarray
     kept: np.ndarray
+    label: Label = "row {}".format
+
+    def about(self, i: int) -> tuple[str, ...]:
+        """Returns what row i is about, as names or a text."""
+        said = self.label(i)
+        return (said,) if isinstance(said, str) else said
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ the ingredients, one small class each.
 """
 
 import dataclasses as dc
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Protocol
 
@@ -17,6 +17,7 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.controller.drake_program import DrakeProgram, fill
 from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
 from remosplat_drake.controller.program_data import (
+    Label,
     ProgramData,
     Rows,
     Tracking,
@@ -211,7 +212,7 @@ class ReactiveProgram(ProgramData):
         name: str,
         A: np.ndarray,
         b: np.ndarray,
-        label: Callable[[int], str] = "row {}".format,
+        label: Label = "row {}".format,
     ) -> None:
         """Adds the rows A u <= b.
 
@@ -219,8 +220,9 @@ class ReactiveProgram(ProgramData):
             name: Name of the set of rows, unique among these.
             A: Coefficients of the rows, shape (m, n_u).
             b: Right-hand sides of the rows, shape (m,).
-            label: Says what row i is about, for messages; asked only when
-                the row must yield.
+            label: Says what row i is about, for people: names of links or
+                joints, or a text. It is asked only where the row must yield
+                or holds the command back.
 
         Raises:
             TermError: There are rows of that name already, or A has another
@@ -229,11 +231,13 @@ class ReactiveProgram(ProgramData):
         self._check(
             "a set of rows", name, name in self.rows, A, (len(b), self.n_u)
         )
+        rows = Rows(A, b, np.ones(len(b), bool), label)
         if self.relax:
-            negative = np.flatnonzero(b < 0)
-            self.yielded += [f"{name}[{label(int(i))}]" for i in negative]
-            b = np.maximum(b, 0.0)
-        self.rows[name] = Rows(A, b, np.ones(len(b), bool))
+            for i in np.flatnonzero(b < 0).tolist():
+                said = " and ".join(rows.about(i))
+                self.yielded.append(f"{name}[{said}]")
+            rows = dc.replace(rows, b=np.maximum(b, 0.0))
+        self.rows[name] = rows
 
     def track(
         self,

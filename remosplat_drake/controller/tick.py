@@ -4,24 +4,23 @@ from time import perf_counter
 
 import numpy as np
 
+from remosplat_drake.controller.binding import TIGHT, find_binding
 from remosplat_drake.controller.decision import Decision, brake, decide
 from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
-from remosplat_drake.controller.ingredients import collision_damper
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.reactive_program import Tick, build_program
 from remosplat_drake.controller.verification.committed import committed
 from remosplat_drake.controller.verification.verify import (
     Surroundings,
+    Verdict,
     verified_command,
 )
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotState
+from remosplat_drake.signals.binding import COLLISION, NONE_BINDS
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.tick_report import TickReport
-
-_TIGHT = 1e-4
-"""Rows this close to equality count as tight [m/s]."""
 
 
 def run_tick(
@@ -83,22 +82,25 @@ def run_tick(
         after_build = perf_counter()
         decision = brake(law.robot, u_previous, law.dt, "target is not finite")
     after_solve = perf_counter()
-    command, scale = _verified(
+    verdict = _verified(
         law, field, state, decision.u, u_previous, clearances, guidance, motion
     )
     end = perf_counter()
     kept, tight = _row_flags(decision, len(clearances))
+    program = decision.program
     return TickReport(
         time=time,
         q=q,
-        command=command,
+        command=verdict.command,
         status=decision.status,
         reason=decision.reason,
-        scale=scale,
+        scale=verdict.scale,
         clearances=clearances,
         kept=kept,
         tight=tight,
         X_WT=X_WT,
+        binding=find_binding(program, decision.u) if program else NONE_BINDS,
+        objection=verdict.objection,
         timings={
             "kinematics": after_kinematics - start,
             "build": after_build - after_kinematics,
@@ -151,10 +153,10 @@ def _verified(
     clearances: Clearances,
     guidance: Guidance,
     motion: Motion | None,
-) -> tuple[np.ndarray, float]:
-    """Returns the command that may be applied, and its fraction of u."""
+) -> Verdict:
+    """Returns the command that may be applied, and how it differs from u."""
     if not law.verify:
-        return u, 1.0
+        return Verdict(u, 1.0)
     robot, collision = law.robot, law.collision
     around = Surroundings(
         robot,
@@ -175,8 +177,8 @@ def _verified(
 
 def _row_flags(decision: Decision, m: int) -> tuple[np.ndarray, np.ndarray]:
     program = decision.program
-    rows = program and program.rows.get(collision_damper.NAME)
+    rows = program and program.rows.get(COLLISION)
     if not rows:
         return np.zeros(m, bool), np.zeros(m, bool)
-    tight = rows.kept & (rows.A @ decision.u >= rows.b - _TIGHT)
+    tight = rows.kept & (rows.A @ decision.u >= rows.b - TIGHT)
     return rows.kept, tight

@@ -8,6 +8,7 @@ import numpy as np
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.signals.thing import Thing
 
 ROWS = ("all", "closest")
 """Which rows a composite field answers: all of them, or one a sphere."""
@@ -81,3 +82,9 @@ class CompositeDistanceField(DistanceField):
             p_WC[order],
             self.revision,
         )
+
+    def thing_at(self, p_W: np.ndarray) -> Thing:
+        """Says what is at a place: the part whose surface is nearest to it."""
+        point = Spheres.at(p_W)
+        off = [abs(part.clearances(point).minimum()) for part in self.parts]
+        return self.parts[int(np.argmin(off))].thing_at(p_W)

@@ -13,6 +13,7 @@ from remosplat_drake.oracle.unknown_space import (
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.coverage import FREE, UNSEEN, Coverage
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.signals.thing import UNSEEN_SPACE, Thing
 
 _UPRIGHT = 1e-9
 """Largest component of a frame's tilted z axis that passes for rounding."""
@@ -87,6 +88,10 @@ class PlacedUnknownSpace(DistanceField):
             answer = self._ask(field, asked, everything, max_distance)
             answers.append(dc.replace(answer, sphere=index[answer.sphere]))
         return _merged(answers)
+
+    def thing_at(self, p_W: np.ndarray) -> Thing:
+        """Says that it is unseen space; see `DistanceField.thing_at`."""
+        return UNSEEN_SPACE
 
     def _ask(
         self,

@@ -16,6 +16,7 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.compiled_map import answers
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.signals.thing import SOLID, Thing
 
 ROWS = ("closest", "per_primitive")
 """Which rows the field answers: one a sphere, or one a sphere and primitive."""
@@ -62,6 +63,14 @@ class SignedDistanceField(DistanceField):
             self.rows == "closest",
         )
         return Clearances(sphere, distance, direction_W, p_WC, self.revision)
+
+    def thing_at(self, p_W: np.ndarray) -> Thing:
+        """Names the solid at a place; see `DistanceField.thing_at`."""
+        if not len(self.scene):
+            return Thing(SOLID, "the scene")
+        all_solids = SignedDistanceField(self.scene, "per_primitive")
+        off = np.abs(all_solids.clearances(Spheres.at(p_W)).distance)
+        return Thing(SOLID, self.scene.name_of(int(off.argmin())))
 
 
 class Primitives(NamedTuple):

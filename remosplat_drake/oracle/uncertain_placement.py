@@ -16,6 +16,7 @@ import numpy as np
 
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.signals.thing import Thing
 
 
 class UncertainPlacement(DistanceField):
@@ -77,3 +78,7 @@ class UncertainPlacement(DistanceField):
             found.p_WC,
             found.revision,
         ).within(max_distance)
+
+    def thing_at(self, p_W: np.ndarray) -> Thing:
+        """Says what is at a place; see `DistanceField.thing_at`."""
+        return self._field.thing_at(p_W)

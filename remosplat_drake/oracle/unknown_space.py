@@ -15,6 +15,7 @@ from remosplat_drake.oracle.voxel_octree import (
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.coverage import UNSEEN, Coverage
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.signals.thing import UNSEEN_SPACE, Thing
 
 
 class UnknownSpaceField(DistanceField):
@@ -118,6 +119,10 @@ class UnknownSpaceField(DistanceField):
             p_WC=answer[:, 2:5],
             revision=self.revision,
         )
+
+    def thing_at(self, p_W: np.ndarray) -> Thing:
+        """Says that it is unseen space; see `DistanceField.thing_at`."""
+        return UNSEEN_SPACE
 
 
 def unknown_space_field(

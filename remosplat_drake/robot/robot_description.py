@@ -1,6 +1,7 @@
 """`RobotDescription`: the YAML file that says what a robot consists of."""
 
 import dataclasses as dc
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -80,6 +81,9 @@ class RobotDescription(Config):
     locked: dict[str, JointPosition] = dc.field(default_factory=dict)
     # Names of links that stand on the floor: their spheres do not see it.
     floor_links: list[str] = dc.field(default_factory=list)
+    # What people call a link, by its name: elbow, wrist. Others are called by
+    # their names.
+    link_names: dict[str, str] = dc.field(default_factory=dict)
     # Sphere sets by name; their files are relative to this one.
     spheres: dict[str, str] = dc.field(default_factory=dict)
     # Table of visual meshes, relative to this file; empty for none.
@@ -95,6 +99,17 @@ class RobotDescription(Config):
             FileError: There is no such file.
         """
         return resources.resolve(self.model, Path(self.source).parent)
+
+    def called(self, name: str) -> str:
+        """Returns what people call a link or a joint: elbow, joint 4.
+
+        Args:
+            name: Its name in the model file.
+        """
+        if name in self.link_names:
+            return self.link_names[name]
+        words = name.removeprefix(f"{self.arm.name}_").replace("_", " ")
+        return re.sub(r"(?<=[a-z])(?=\d)", " ", words)
 
 
 def load_robot_description(name: str | Path) -> RobotDescription:

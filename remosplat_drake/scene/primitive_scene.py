@@ -17,6 +17,7 @@ class Box:
     Attributes:
         X_WP: Pose of the box's frame P, at its centre, in W.
         half_extents: Half side lengths along P's axes, shape (3,) [m].
+        name: What people call it, "shelf" for example; may be empty.
 
     Raises:
         RemoSplatError: A half side length is not positive.
@@ -24,6 +25,7 @@ class Box:
 
     X_WP: RigidTransform
     half_extents: np.ndarray
+    name: str = ""
 
     def __post_init__(self):
         half_extents = np.array(self.half_extents, float)
@@ -47,11 +49,13 @@ class Cylinder:
             z axis the cylinder's axis.
         radius: Radius [m].
         half_height: Half the length along the axis [m].
+        name: What people call it, "can" for example; may be empty.
     """
 
     X_WP: RigidTransform
     radius: float
     half_height: float
+    name: str = ""
 
     def __post_init__(self):
         for name in ("radius", "half_height"):
@@ -102,6 +106,19 @@ class PrimitiveScene:
         """All primitives, boxes first; indices of primitives refer to them."""
         return (*self.boxes, *self.cylinders)
 
+    def name_of(self, i: int) -> str:
+        """Returns what a primitive is called in a sentence.
+
+        Args:
+            i: Its index in `primitives`.
+        """
+        primitive = self.primitives[i]
+        if primitive.name:
+            return f"the {primitive.name}"
+        if isinstance(primitive, Box):
+            return f"box {i + 1}"
+        return f"cylinder {i + 1 - len(self.boxes)}"
+
     @cached_property
     def content_hash(self) -> str:
         """SHA-256 digest of the geometry (not of task or name), in hex."""
@@ -136,6 +153,7 @@ class PrimitiveScene:
         floor = Box(
             RigidTransform([*center, -thickness / 2]),
             np.array([half_extent, half_extent, thickness / 2]),
+            "floor",
         )
         return dc.replace(self, boxes=(*self.boxes, floor))
 

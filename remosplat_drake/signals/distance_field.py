@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 import numpy as np
 
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.thing import THE_MAP, Thing
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -175,6 +176,16 @@ class DistanceField(ABC):
         Returns:
             The rows; a sphere may own none, one or several.
         """
+
+    def thing_at(self, p_W: np.ndarray) -> Thing:
+        """Says what is at a place, for people.
+
+        Args:
+            p_W: A point on the surface of something, such as the closest point
+                of a clearance, in W, shape (3,) [m].
+        """
+        del p_W  # A map without names says the same of every place.
+        return THE_MAP
 
     def __deepcopy__(self, memo) -> "DistanceField":
         return self

@@ -53,6 +53,11 @@ class SupervisorState:
         return self
 
     @property
+    def runs(self) -> bool:
+        """Whether the controller's commands are passed on."""
+        return self.mode == RUNNING
+
+    @property
     def is_latched(self) -> bool:
         """Whether only a release lets the robot move on."""
         return self.mode in LATCHED

@@ -4,6 +4,7 @@ import dataclasses as dc
 
 import numpy as np
 
+from remosplat_drake.signals.binding import NONE_BINDS, Binding
 from remosplat_drake.signals.distance_field import Clearances
 
 OPTIMAL = "optimal"
@@ -43,6 +44,10 @@ class TickReport:
         tight: Which rows hold with equality at the program's optimum, before
             verification, shape (m,), bool (the active constraints).
         X_WT: Pose of the target at this tick, shape (4, 4).
+        binding: All rows that hold with equality at the program's optimum, of
+            whatever kind, and what pushes against them.
+        objection: What verification has against that optimum: `COLLISION`,
+            `JOINT_LIMIT` or `SELF_COLLISION`; empty if nothing.
         timings: Wall-clock time of each phase [s]: guidance (of the period
             before), oracle, kinematics, build, solve, verify, total.
     """
@@ -57,6 +62,8 @@ class TickReport:
     kept: np.ndarray
     tight: np.ndarray
     X_WT: np.ndarray
+    binding: Binding = NONE_BINDS
+    objection: str = ""
     timings: dict[str, float] = dc.field(default_factory=dict)
 
     def __deepcopy__(self, memo) -> "TickReport":

@@ -52,6 +52,10 @@ class Targets(Protocol):
         """Finds an output port by its name, as every Drake system does."""
         ...
 
+    def HasOutputPort(self, port_name: str) -> bool:
+        """Tells whether there is such a port, as every Drake system does."""
+        ...
+
     def GetMyContextFromRoot(self, root_context: Context) -> Context:
         """Finds the context of this system, as every Drake system does."""
         ...

@@ -105,6 +105,11 @@ class Selection:
     def __deepcopy__(self, memo) -> "Selection":
         return self
 
+    @property
+    def is_hopeless(self) -> bool:
+        """Whether nothing arrived in the latest round."""
+        return self.hopeless_at is not None
+
 
 def start_selection(rule: SelectionRule) -> Selection:
     """Makes the selection before anything is known.

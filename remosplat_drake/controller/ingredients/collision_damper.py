@@ -9,9 +9,7 @@ from annotated_types import Interval
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
-
-NAME = "collision"
-"""Name of the rows of the collision constraint in the program."""
+from remosplat_drake.signals.binding import COLLISION
 
 
 @dc.dataclass
@@ -88,4 +86,4 @@ class CollisionDamper:
             sphere = clearances.sphere[i]
             return f"sphere {sphere} on {tick.robot.spheres.links[sphere]}"
 
-        program.add_rows(NAME, tick.approach_rates, b, label)
+        program.add_rows(COLLISION, tick.approach_rates, b, label)

@@ -10,6 +10,7 @@ from annotated_types import Interval
 
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.signals.binding import JOINT_LIMIT
 
 
 @dc.dataclass
@@ -79,4 +80,4 @@ class JointLimitDamper:
         )
         b = config.gain * (rho[near] - stop) / (influence - stop)
         names = robot.description.arm.joints
-        program.add_rows("joint limit", A, b, lambda i: names[near[i] % n_arm])
+        program.add_rows(JOINT_LIMIT, A, b, lambda i: names[near[i] % n_arm])

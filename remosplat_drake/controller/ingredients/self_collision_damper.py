@@ -11,6 +11,7 @@ from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision import self_collision_pairs
+from remosplat_drake.signals.binding import SELF_COLLISION
 
 
 @dc.dataclass
@@ -81,7 +82,7 @@ class SelfCollisionDamper:
         b = config.gain * (near.distance - config.stopping) / span
         links = tick.robot.spheres.links
 
-        def label(i: int) -> str:
-            return f"{links[near.first[i]]} and {links[near.second[i]]}"
+        def label(i: int) -> tuple[str, ...]:
+            return links[near.first[i]], links[near.second[i]]
 
-        program.add_rows("self-collision", A, b, label)
+        program.add_rows(SELF_COLLISION, A, b, label)

@@ -31,6 +31,7 @@ already.
 
 import dataclasses as dc
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -41,6 +42,11 @@ from remosplat_drake.controller.verification.scene_sweep import (
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.controller.verification.stopping_path import StoppingPath
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
+from remosplat_drake.signals.binding import (
+    COLLISION,
+    JOINT_LIMIT,
+    SELF_COLLISION,
+)
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.motion import Motion
 
@@ -101,9 +107,24 @@ class Surroundings:
         return self.self_clearance.distances(self.state.spheres.p_WS)
 
 
+class Verdict(NamedTuple):
+    """What verification makes of a command.
+
+    Attributes:
+        command: The command that may be applied, shape (n_u,).
+        scale: Its fraction: one of `SCALES`, or 0 for braking.
+        objection: What stood against the whole command, as `objection` says
+            it; empty if nothing did.
+    """
+
+    command: np.ndarray
+    scale: float
+    objection: str = ""
+
+
 def verified_command(
     around: Surroundings, u: np.ndarray, u_previous: np.ndarray
-) -> tuple[np.ndarray, float]:
+) -> Verdict:
     """Finds the command closest to u, towards braking, that may be applied.
 
     Commands on the way from the braking ramp's next step (fraction 0) to u
@@ -121,15 +142,18 @@ def verified_command(
         u_previous: The command being executed, shape (n_u,) [rad/s, m/s].
 
     Returns:
-        The command that may be applied, shape (n_u,), and its fraction: one
-        of `SCALES`, or 0 for braking.
+        The command that may be applied, its fraction, and what stood against
+        the whole of u.
     """
     brake = braking_command(u_previous, around.acceleration_limit, around.dt)
+    first = ""
     for scale in SCALES:
         command = u if scale == 1.0 else brake + scale * (u - brake)
-        if can_stop(around, command):
-            return command, scale
-    return brake, 0.0
+        found = objection(around, command)
+        if not found:
+            return Verdict(command, scale, first)
+        first = first or found
+    return Verdict(brake, 0.0, first)
 
 
 def can_stop(around: Surroundings, u: np.ndarray) -> bool:
@@ -139,20 +163,35 @@ def can_stop(around: Surroundings, u: np.ndarray) -> bool:
         around: Robot, map and present state.
         u: The command, shape (n_u,) [rad/s, m/s].
     """
+    return not objection(around, u)
+
+
+def objection(around: Surroundings, u: np.ndarray) -> str:
+    """Says what the path of a command, or of its ramp, comes too near to.
+
+    Args:
+        around: Robot, map and present state.
+        u: The command, shape (n_u,) [rad/s, m/s].
+
+    Returns:
+        `JOINT_LIMIT`, `SELF_COLLISION` or `COLLISION`; empty if the path is
+        allowed.
+    """
     path = around.path(u)
+    if not _keeps_joint_limits(path):
+        return JOINT_LIMIT
+    if not _keeps_off_itself(around, path):
+        return SELF_COLLISION
     stopping = around.stopping + path.sphere_tube()
-    return (
-        _keeps_joint_limits(path)
-        and _keeps_off_itself(around, path)
-        and keeps_off_the_scene(
-            path,
-            around.field,
-            around.state.spheres.p_WS,
-            around.clearance,
-            np.minimum(stopping, around.clearance),
-            TOLERANCE,
-        )
+    keeps_off = keeps_off_the_scene(
+        path,
+        around.field,
+        around.state.spheres.p_WS,
+        around.clearance,
+        np.minimum(stopping, around.clearance),
+        TOLERANCE,
     )
+    return "" if keeps_off else COLLISION
 
 
 def _keeps_joint_limits(path: StoppingPath) -> bool:

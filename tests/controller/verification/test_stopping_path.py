@@ -125,7 +125,7 @@ def test_what_passes_keeps_its_distances_on_the_whole_path(frankie, seed):
         u,
         u,
     )
-    command, scale = verified_command(around, u, 0.7 * u)
+    command, scale, _ = verified_command(around, u, 0.7 * u)
     if scale:
         assert can_stop(around, command)
         exact = field.clearances(around.state.spheres).per_sphere(len(near))

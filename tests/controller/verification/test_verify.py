@@ -138,7 +138,7 @@ def test_far_spheres_are_not_asked_about(three_link):
     field = Slab(0.0)
     here = around(three_link, field, np.zeros(3), limit=10.0)
     field.asked = 0
-    _, scale = verified_command(here, 0.3 * np.ones(3), np.zeros(3))
+    _, scale, _ = verified_command(here, 0.3 * np.ones(3), np.zeros(3))
     assert (field.asked, scale) == (0, 1.0)
 
 
@@ -198,7 +198,7 @@ def test_a_map_that_knows_nothing_allows_nothing(pendulum):
     box = Box(RigidTransform([0, 0, -5]), np.array([9.0, 9.0, 5.0]))
     field = Unknown(PrimitiveScene(boxes=(box,)))
     here = around(pendulum, field, np.zeros(3), bound=np.ones(1))
-    _, scale = verified_command(here, np.array([1.0, 0, 0]), np.zeros(3))
+    _, scale, _ = verified_command(here, np.array([1.0, 0, 0]), np.zeros(3))
     assert scale == 0.0
 
 
@@ -219,7 +219,7 @@ def test_a_refused_command_gives_way_to_the_braking_ramp(pendulum):
     room = 0.5 * np.sin(0.2)
     field = Slab(1.0 - 0.1 - STOPPING - room - 1e-9)
     here = around(pendulum, field, [0, 0, 0], limit=2.0)
-    command, scale = verified_command(here, u, u)
+    command, scale, _ = verified_command(here, u, u)
     assert scale == 0.0
     np.testing.assert_allclose(command, [0.8, 0, 0])
 
@@ -239,7 +239,7 @@ def test_tried_commands_keep_the_acceleration_bounds(
     u_previous = np.array(before) * frankie.velocity_limit
     u = u_previous + np.array(joint) * limit * dt
     here = around(frankie, SignedDistanceField(scene), q, limit=limit, dt=dt)
-    command, _ = verified_command(here, u, u_previous)
+    command, _, _ = verified_command(here, u, u_previous)
     assert (np.abs(command - u_previous) <= limit * dt * (1 + 1e-9)).all()
 
 
@@ -321,7 +321,7 @@ def test_it_allows_what_looking_very_often_allows(
         self_clearance=frankie_itself,
     )
     at_ends, at_all_times = least_rooms(here, u)
-    _, scale = verified_command(here, u, np.zeros(9))
+    _, scale, _ = verified_command(here, u, np.zeros(9))
     if scale == 1.0:
         assert at_ends >= -1e-12
         assert at_all_times >= -TOLERANCE - 1e-12
@@ -388,7 +388,7 @@ def test_whoever_commands_at_random_keeps_all_that_is_promised(
             frankie, field, q, dt=dt, limit=limit, self_clearance=frankie_itself
         )
         wanted = np.clip(goal, u - limit * dt, u + limit * dt)
-        u, scale = verified_command(here, wanted, u)
+        u, scale, _ = verified_command(here, wanted, u)
         refused += scale < 1.0
         for share in np.linspace(0.2, 1.0, 5):
             at = frankie.advance(q, u, share * dt)
@@ -418,7 +418,7 @@ def test_spheres_that_are_near_at_home_may_come_nearer(
     u = np.zeros(9)
     u[-2:] = wrist * np.array([1.0, 0.5])
     here = around(frankie, Slab(-9.0), q, self_clearance=frankie_itself)
-    _, scale = verified_command(here, u, np.zeros(9))
+    _, scale, _ = verified_command(here, u, np.zeros(9))
     assert scale == 1.0
 
 

@@ -1,0 +1,55 @@
+"""Which rows of a program hold its optimum back, and what pushes there."""
+
+import numpy as np
+
+from remosplat_drake.controller.program_data import ProgramData
+from remosplat_drake.signals.binding import (
+    BOUND,
+    NONE_BINDS,
+    Binding,
+    BoundRow,
+)
+
+TIGHT = 1e-4
+"""Rows this close to equality count as tight [m/s, rad/s]."""
+
+
+def find_binding(program: ProgramData, u: np.ndarray) -> Binding:
+    """Finds the rows that hold with equality at the optimum of a program.
+
+    Bounds on the command are among them where any other row is: they bear a
+    part of the push.
+
+    Args:
+        program: The program.
+        u: Its optimum, shape (n_u,).
+    """
+    found: list[BoundRow] = []
+    coefficients: list[np.ndarray] = []
+    for name, rows in program.rows.items():
+        tight = rows.kept & (rows.A @ u >= rows.b - TIGHT)
+        for i in np.flatnonzero(tight).tolist():
+            found.append(BoundRow(name, i, rows.about(i)))
+            coefficients.append(rows.A[i])
+    if not found:
+        return NONE_BINDS
+    eye = np.eye(program.n_u)
+    for sign, tight in (
+        (1.0, u >= program.upper - TIGHT),
+        (-1.0, u <= program.lower + TIGHT),
+    ):
+        for i in np.flatnonzero(tight).tolist():
+            found.append(BoundRow(BOUND, i, ()))
+            coefficients.append(sign * eye[i])
+    return Binding(tuple(found), np.array(coefficients), _descent(program, u))
+
+
+def _descent(program: ProgramData, u: np.ndarray) -> np.ndarray:
+    """Direction in which the cost falls at u, shape (n_u,)."""
+    weights = sum(program.quadratic.values(), np.zeros(program.n_u))
+    push = -weights * u - sum(program.linear.values(), np.zeros(program.n_u))
+    tracking = program.tracking
+    if tracking is not None:
+        missed = tracking.V - tracking.J @ u
+        push = push + tracking.price * missed @ tracking.J
+    return push

@@ -1,0 +1,99 @@
+"""`Standing`: how things stand with a robot, in one sentence and its parts."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.signals.binding import JOINT_LIMIT, SELF_COLLISION
+from remosplat_drake.signals.thing import KINDS as KINDS_OF_THINGS
+
+WAITING = "waiting"
+"""Kind: the robot has not begun, and waits for something."""
+MOVING = "moving"
+"""Kind: the robot is on its way."""
+HELD = "held"
+"""Kind: the robot stands still away from its target."""
+REACHED = "reached"
+"""Kind: the robot is where it shall be."""
+STOPPING = "stopping"
+"""Kind: the supervisor brakes the robot."""
+STOPPED = "stopped"
+"""Kind: the supervisor has stopped the robot, until somebody releases it."""
+ENDED = "ended"
+"""Kind: the run is over, and the target was not reached."""
+
+KINDS = (WAITING, MOVING, HELD, REACHED, STOPPING, STOPPED, ENDED)
+"""All kinds of standing."""
+
+CONSTRAINT = "constraint"
+"""Cause: another constraint of the program."""
+VERIFICATION = "verification"
+"""Cause: no wanted command leaves a way to stop."""
+NO_COMMAND = "no command"
+"""Cause: the controller has no command to give, and brakes."""
+NOTHING = "nothing"
+"""Cause: no constraint is in the way; the program wants no other command."""
+
+CAUSES = (
+    *KINDS_OF_THINGS,
+    JOINT_LIMIT,
+    SELF_COLLISION,
+    CONSTRAINT,
+    VERIFICATION,
+    NO_COMMAND,
+    NOTHING,
+)
+"""All causes that hold a robot: kinds of things in the scene, constraints of
+the robot itself, and what no single thing is to blame for."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Standing:
+    """How things stand with the robot; copying returns the object itself.
+
+    Attributes:
+        kind: One of `KINDS`.
+        text: All of it in one sentence, for people.
+        distance: Distance from the end effector to the target [m]; NaN while
+            that is not known.
+        cause: What holds the robot, one of `CAUSES`; empty if nothing does.
+        thing: What it is, in words: "the shelf", "joint 4".
+        link: Name of the link that is held; empty if none is.
+        p_W: Where it is held, in W, shape (3,) [m]; None if that is no place.
+        clearance: Distance from the link to the thing [m]; None without one.
+        way: What guidance says of a way there; empty if it says nothing.
+    """
+
+    kind: str
+    text: str
+    distance: float = float("nan")
+    cause: str = ""
+    thing: str = ""
+    link: str = ""
+    p_W: np.ndarray | None = None
+    clearance: float | None = None
+    way: str = ""
+
+    def __deepcopy__(self, memo) -> "Standing":
+        return self
+
+    def is_news_after(self, before: "Standing") -> bool:
+        """Tells whether more than numbers has changed.
+
+        Args:
+            before: How things stood.
+        """
+        names = "kind", "cause", "thing", "link", "way"
+        return any(getattr(self, n) != getattr(before, n) for n in names)
+
+    def document(self) -> dict:
+        """Returns the parts as JSON has them; what is not known is null."""
+        fields = {f.name: getattr(self, f.name) for f in dc.fields(self)}
+        known = bool(np.isfinite(self.distance))
+        fields["distance"] = self.distance if known else None
+        fields["p_W"] = None if self.p_W is None else self.p_W.tolist()
+        return fields
+
+
+NOT_STARTED = Standing(WAITING, "waiting for the first control tick")
+"""How things stand before anything has happened."""

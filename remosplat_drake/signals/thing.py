@@ -1,0 +1,33 @@
+"""`Thing`: what kind of thing a robot is near to."""
+
+import dataclasses as dc
+
+MAP = "map"
+"""Kind: the surface of a map, made of what cameras saw."""
+UNSEEN = "unseen"
+"""Kind: space that no camera has seen."""
+SOLID = "solid"
+"""Kind: a solid of known geometry."""
+FLOOR = "floor"
+"""Kind: the floor."""
+
+KINDS = (MAP, UNSEEN, SOLID, FLOOR)
+"""All kinds of things."""
+
+
+@dc.dataclass(frozen=True)
+class Thing:
+    """Something in the scene.
+
+    Attributes:
+        kind: One of `KINDS`.
+        name: What it is called in a sentence, with its article.
+    """
+
+    kind: str
+    name: str
+
+
+THE_MAP = Thing(MAP, "the map's surface")
+UNSEEN_SPACE = Thing(UNSEEN, "unseen space")
+THE_FLOOR = Thing(FLOOR, "the floor")

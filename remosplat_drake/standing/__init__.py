@@ -1,0 +1,1 @@
+"""How things stand with the robot: one sentence, and what is behind it."""

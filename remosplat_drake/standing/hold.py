@@ -1,0 +1,192 @@
+"""`find_hold`: what holds a robot that stands still, and where."""
+
+import dataclasses as dc
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import nnls
+
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.binding import (
+    BOUND,
+    COLLISION,
+    JOINT_LIMIT,
+    SELF_COLLISION,
+    Binding,
+    BoundRow,
+)
+from remosplat_drake.signals.standing import (
+    CONSTRAINT,
+    NO_COMMAND,
+    NOTHING,
+    VERIFICATION,
+)
+from remosplat_drake.signals.thing import Thing
+from remosplat_drake.signals.tick_report import BRAKING, TickReport
+
+_LEAST_PRESSURE = 1e-3
+"""Pressure below which a row that is touched holds nothing: what is left of the
+cost there is the solver's rounding."""
+
+_SHARE = 0.5
+"""Share of the greatest pressure with which a row is still named that was named
+before: two that hold the robot together do not take turns."""
+
+_VETO = 0.5
+"""Scale below which it is verification that holds the robot."""
+
+Naming = Callable[[np.ndarray], Thing]
+"""Function that says what is at a place in W, shape (3,) [m]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Hold:
+    """What holds the robot.
+
+    Attributes:
+        cause: One of `standing.CAUSES`.
+        thing: What it is, in words.
+        link: Name of the link that is held; empty if none is.
+        p_W: Where, in W, shape (3,) [m]; None if that is no place.
+        clearance: Distance from the link to the thing [m]; None without one.
+    """
+
+    cause: str
+    thing: str = ""
+    link: str = ""
+    p_W: np.ndarray | None = None
+    clearance: float | None = None
+
+
+def find_hold(
+    report: TickReport, robot: RobotModel, name: Naming, link_before: str = ""
+) -> Hold:
+    """Finds what holds a robot that stands still.
+
+    Args:
+        report: The latest tick.
+        robot: The robot.
+        name: Says what is at a place.
+        link_before: Name of the link that was held last.
+    """
+    if report.status == BRAKING:
+        return Hold(NO_COMMAND, report.reason)
+    row = _strongest(report, robot, link_before)
+    if row is None:
+        is_vetoed = report.objection and report.scale < _VETO
+        return _vetoed(report, robot, name) if is_vetoed else Hold(NOTHING)
+    if row.name == COLLISION:
+        return _near(report, robot, name, row.index)
+    if row.name == JOINT_LIMIT:
+        return _at_limit(report, robot, row.about[0])
+    if row.name == SELF_COLLISION:
+        return _near_itself(report, robot, *row.about)
+    about = " and ".join(map(robot.description.called, row.about))
+    return Hold(CONSTRAINT, f"{row.name} ({about})")
+
+
+def pressures(binding: Binding) -> np.ndarray:
+    """Computes how strongly the command presses against each row.
+
+    These are the multipliers of the program's optimum, each times the length
+    of its row, shape (k,).
+
+    Args:
+        binding: The rows that hold with equality.
+    """
+    if not len(binding.A):
+        return np.zeros(0)
+    length = np.linalg.norm(binding.A, axis=1)
+    length = np.where(length > 0, length, 1.0)
+    return nnls((binding.A / length[:, None]).T, binding.push)[0]
+
+
+def _strongest(
+    report: TickReport, robot: RobotModel, link_before: str
+) -> BoundRow | None:
+    """The row to name; None if nothing is pressed against."""
+    rows = report.binding.rows
+    pressed = pressures(report.binding)
+    pressed[[row.name == BOUND for row in rows]] = 0.0
+    if pressed.max(initial=0.0) < _LEAST_PRESSURE:
+        return None
+    least = _SHARE * pressed.max()
+    for i in np.argsort(-pressed).tolist():
+        if pressed[i] < least:
+            break
+        if _link(rows[i], report, robot) == link_before:
+            return rows[i]
+    return rows[int(pressed.argmax())]
+
+
+def _link(row: BoundRow, report: TickReport, robot: RobotModel) -> str:
+    """Name of the link that a row holds; empty if it holds none."""
+    if row.name == COLLISION:
+        return robot.spheres.links[report.clearances.sphere[row.index]]
+    if row.name == SELF_COLLISION:
+        return row.about[0]
+    if row.name == JOINT_LIMIT:
+        return _moved_by(robot, row.about[0])
+    return ""
+
+
+def _near(report: TickReport, robot: RobotModel, name: Naming, i: int) -> Hold:
+    """What row i of the clearances is about."""
+    near = report.clearances
+    link = robot.spheres.links[near.sphere[i]]
+    p_WC = near.p_WC[i]
+    thing = name(p_WC)
+    return Hold(thing.kind, thing.name, link, p_WC, float(near.distance[i]))
+
+
+def _vetoed(report: TickReport, robot: RobotModel, name: Naming) -> Hold:
+    """What verification is afraid of: the nearest, where that is the scene."""
+    if report.objection != COLLISION or not len(report.clearances):
+        before = {
+            JOINT_LIMIT: "a joint's limit",
+            SELF_COLLISION: "the robot itself",
+        }
+        return Hold(VERIFICATION, before.get(report.objection, "the scene"))
+    nearest = int(report.clearances.distance.argmin())
+    hold = _near(report, robot, name, nearest)
+    return dc.replace(hold, cause=VERIFICATION)
+
+
+def _at_limit(report: TickReport, robot: RobotModel, joint: str) -> Hold:
+    k = robot.joint_names.index(joint)
+    to_lower = report.q[k] - robot.position_lower[k]
+    to_upper = robot.position_upper[k] - report.q[k]
+    side = "lower" if to_lower < to_upper else "upper"
+    link = _moved_by(robot, joint)
+    p_W = robot.body_poses(report.q)[robot.tree.index(link), :3, 3]
+    thing = f"the {side} limit of {robot.description.called(joint)}"
+    return Hold(JOINT_LIMIT, thing, link, p_W)
+
+
+def _moved_by(robot: RobotModel, joint: str) -> str:
+    """Name of the first link that a joint moves."""
+    k = robot.joint_names.index(joint)
+    return robot.tree.names[int(np.argmax(robot.tree.position == k))]
+
+
+def _near_itself(
+    report: TickReport, robot: RobotModel, link: str, other: str
+) -> Hold:
+    spheres = robot.spheres_at(report.q)
+    a, b = (np.flatnonzero(robot.spheres.on_links({x})) for x in (link, other))
+    gap = spheres.p_WS[b] - spheres.p_WS[a][:, None]
+    apart = np.linalg.norm(gap, axis=2)
+    apart -= spheres.radius[a][:, None] + spheres.radius[b]
+    i, j = np.unravel_index(apart.argmin(), apart.shape)
+    # The end of the arm is what people see held, not what it comes near to.
+    if robot.tree.index(other) > robot.tree.index(link):
+        link, other, a, b, i, j = other, link, b, a, j, i
+    p_WS, p_WO = spheres.p_WS[a[i]], spheres.p_WS[b[j]]
+    toward = (p_WO - p_WS) / max(float(np.linalg.norm(p_WO - p_WS)), 1e-9)
+    return Hold(
+        SELF_COLLISION,
+        f"the robot's own {robot.description.called(other)}",
+        link,
+        p_WS + spheres.radius[a[i]] * toward,
+        float(apart.min()),
+    )

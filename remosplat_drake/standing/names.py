@@ -1,0 +1,38 @@
+"""What people call the thing at a place."""
+
+import numpy as np
+
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.thing import MAP, THE_FLOOR, Thing
+
+_OF_A_SOLID = 0.03
+"""How far a map's surface may be from the solid that it shows [m]."""
+
+
+def name_thing(
+    field: DistanceField,
+    p_W: np.ndarray,
+    floor_height: float = -np.inf,
+    truth: SignedDistanceField | None = None,
+) -> Thing:
+    """Says what is at a place, by its best name.
+
+    A map knows its surface only. Where that is the floor, or a solid of the
+    true scene, the thing is called so.
+
+    Args:
+        field: The map.
+        p_W: A point on a surface, in W, shape (3,) [m].
+        floor_height: Height below which what is seen is the floor [m].
+        truth: The true scene, whose solids have names; None if unknown.
+    """
+    thing = field.thing_at(p_W)
+    if thing.kind == MAP and p_W[2] <= floor_height:
+        return THE_FLOOR
+    if thing.kind == MAP and truth is not None:
+        off = abs(truth.clearances(Spheres.at(p_W)).minimum())
+        if off <= _OF_A_SOLID:
+            thing = Thing(MAP, truth.thing_at(p_W).name)
+    return THE_FLOOR if thing.name == THE_FLOOR.name else thing

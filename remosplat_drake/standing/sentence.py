@@ -1,0 +1,183 @@
+"""How things stand with the robot, as one sentence: a pure function."""
+
+import dataclasses as dc
+import math
+
+from remosplat_drake.controller.guidance.selection import Selection
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.robot.robot_description import RobotDescription
+from remosplat_drake.signals import standing as stands
+from remosplat_drake.signals import thing as things
+from remosplat_drake.signals.standing import Standing
+from remosplat_drake.signals.supervisor_state import (
+    STARTING,
+    STOPPING,
+    UNARMED,
+    SupervisorState,
+)
+from remosplat_drake.standing.hold import Hold
+from remosplat_drake.task.target_sequence import TargetProgress
+
+CIRCLING = 10.0
+"""Time without coming nearer after which a robot that moves says so [s]."""
+
+_ADVICE = {
+    things.UNSEEN: "add a frame that sees it",
+    stands.VERIFICATION: "there would be no way to stop in time",
+    stands.NOTHING: "nothing is in the way, it may be out of reach",
+}
+"""What to add about a cause, for people who wonder."""
+
+_NEAR = 0.1
+"""Distance below which millimetres and degrees matter [m]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Situation:
+    """All that the sentence is made from.
+
+    Attributes:
+        error: The error from the end effector to the present target.
+        is_there: Whether the end effector has arrived at the target.
+        hold: What holds the robot; None while it moves.
+        no_nearer_for: Time since the robot last came nearer to the target [s].
+        progress: How far along the targets the robot is; None if nobody
+            counts them.
+        supervision: State of the safety supervisor; None without one.
+        selection: What guidance has chosen; None without guidance.
+    """
+
+    error: PoseError
+    is_there: bool = False
+    hold: Hold | None = None
+    no_nearer_for: float = 0.0
+    progress: TargetProgress | None = None
+    supervision: SupervisorState | None = None
+    selection: Selection | None = None
+
+
+def how_things_stand(now: Situation, robot: RobotDescription) -> Standing:
+    """Says in one sentence how things stand with the robot.
+
+    Args:
+        now: What is known.
+        robot: Description of the robot, which knows what its links are called.
+    """
+    distance = now.error.distance
+    supervision = now.supervision
+    if supervision is not None and supervision.is_latched:
+        return _stopped(supervision, now)
+    if now.progress is not None and now.progress.finished:
+        return Standing(stands.REACHED, _reached(now.progress), distance)
+    waits_for = _waits_for(supervision)
+    if waits_for:
+        return Standing(stands.WAITING, waits_for, distance)
+    if not math.isfinite(distance):
+        return stands.NOT_STARTED
+    if now.is_there:
+        return Standing(stands.REACHED, f"at {_target(now)}", distance)
+    if now.hold is None:
+        text = f"moving to {_target(now)}, {_away(now.error)} away"
+        if now.no_nearer_for >= CIRCLING:
+            text += f", no nearer for {now.no_nearer_for:.0f} s"
+        return Standing(stands.MOVING, text, distance)
+    return _held(now, now.hold, robot)
+
+
+def at_end(standing: Standing, why: str) -> Standing:
+    """Says how things stood when a run ended.
+
+    Args:
+        standing: How things stood last.
+        why: Why the run ended: "time limit", "interrupted".
+    """
+    if standing.kind in (stands.REACHED, stands.STOPPED, stands.ENDED):
+        return standing
+    text = f"not reached ({why}): {standing.text}"
+    return dc.replace(standing, kind=stands.ENDED, text=text)
+
+
+def _waits_for(supervision: SupervisorState | None) -> str:
+    """What a start waits for; empty if it does not."""
+    if supervision is None or supervision.mode != STARTING:
+        return ""
+    return supervision.reason
+
+
+def _stopped(supervision: SupervisorState, now: Situation) -> Standing:
+    reason, distance = supervision.reason, now.error.distance
+    if supervision.mode == STOPPING:
+        return Standing(stands.STOPPING, f"stopping: {reason}", distance)
+    if reason == UNARMED:
+        return Standing(stands.WAITING, reason, distance)
+    text = f"stopped: {reason}; waiting for an operator"
+    if math.isfinite(distance):
+        text += f", {_away(now.error)} from {_target(now)}"
+    text += "".join(f"; {more}" for more in (supervision.refusal,) if more)
+    return Standing(stands.STOPPED, text, distance)
+
+
+def _held(now: Situation, hold: Hold, robot: RobotDescription) -> Standing:
+    way = _way(now.selection)
+    part = robot.called(hold.link) if hold.link else "robot"
+    text = f"{_what_holds(hold, part)}, {_away(now.error)} from {_target(now)}"
+    advice = _ADVICE.get(hold.cause, "")
+    text += advice and f": {advice}"
+    text += way and f"; {way}"
+    return Standing(
+        stands.HELD,
+        text,
+        now.error.distance,
+        cause=hold.cause,
+        thing=hold.thing,
+        link=hold.link,
+        p_W=hold.p_W,
+        clearance=hold.clearance,
+        way=way,
+    )
+
+
+def _what_holds(hold: Hold, part: str) -> str:
+    if hold.cause == stands.NO_COMMAND:
+        return f"braking: {hold.thing}"
+    if hold.cause == stands.NOTHING:
+        return "robot stands still"
+    if hold.clearance is not None:
+        return f"{part} held {_gap(hold.clearance)} {hold.thing}"
+    if hold.cause == stands.JOINT_LIMIT:
+        return f"{part} held at {hold.thing}"
+    return f"{part} held by {hold.thing}"
+
+
+def _gap(clearance: float) -> str:
+    where = "inside" if clearance < 0 else "from"
+    return f"{1e3 * abs(clearance):.0f} mm {where}"
+
+
+def _away(error: PoseError) -> str:
+    """How far the target is: "0.52 m", or nearby "12 mm and 4 deg"."""
+    if not error.distance < _NEAR:
+        return f"{error.distance:.2f} m"
+    angle = math.degrees(error.angle)
+    return f"{1e3 * error.distance:.0f} mm and {angle:.0f} deg"
+
+
+def _target(now: Situation) -> str:
+    if now.progress is None or now.progress.count == 1:
+        return "the target"
+    return f"target {now.progress.index + 1} of {now.progress.count}"
+
+
+def _reached(progress: TargetProgress) -> str:
+    return "reached" if progress.count == 1 else f"reached all {progress.count}"
+
+
+def _way(selection: Selection | None) -> str:
+    """What guidance knows of another way."""
+    if selection is None:
+        return ""
+    if selection.missing:
+        return f"guidance does not look ahead: {selection.missing}"
+    if selection.unreachable:
+        return selection.unreachable
+    return "guidance knows no way" if selection.is_hopeless else ""

@@ -1,0 +1,208 @@
+"""`StandingSystem`: says on a port how things stand with the robot."""
+
+import dataclasses as dc
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+    State,
+)
+
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.pose_error import pose_error
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.standing import NOT_STARTED, Standing
+from remosplat_drake.signals.thing import Thing
+from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.standing.hold import Hold, find_hold
+from remosplat_drake.standing.names import name_thing
+from remosplat_drake.standing.sentence import Situation, how_things_stand
+from remosplat_drake.standing.stillness import Stillness, observe
+from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
+
+LOOK = 0.1
+"""Time between two looks [s]."""
+
+PAUSE = 1.0
+"""Time of standing still after which the robot is held [s]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Memory:
+    """State between two looks; copying returns the object itself."""
+
+    standing: Standing = NOT_STARTED
+    stillness: Stillness | None = None
+    looked: float = -np.inf
+
+    def __deepcopy__(self, memo) -> "_Memory":
+        return self
+
+
+class StandingSystem(LeafSystem):
+    """Says in one sentence how things stand with the robot.
+
+    .. pydrake_system::
+
+        name: StandingSystem
+        input_ports:
+        - configuration
+        - report
+        - distance_field
+        - progress (optional)
+        - supervision (optional)
+        - selection (optional)
+        output_ports:
+        - standing
+
+    It looks ten times a second, and in between the sentence stays. A robot
+    that has not left its place for a second is held, and keeps being held
+    until it leaves it: the sentence does not flicker. All times are the
+    diagram's own.
+
+    `configuration` takes the measured q, `report` the controller's
+    `TickReport`, `distance_field` the oracle's `DistanceField`, `progress` a
+    `TargetProgress`, `supervision` a `SupervisorState` and `selection` a
+    `Selection`. `standing` gives the `Standing`.
+
+    Args:
+        robot: The robot.
+        arrival: When a target counts as reached.
+        period: Control period [s].
+        floor_height: Height in W below which what is seen is the floor [m].
+        truth: The true scene, whose solids have names; None if unknown.
+    """
+
+    def __init__(
+        self,
+        *,
+        robot: RobotModel,
+        arrival: ArrivalConfig,
+        period: float,
+        floor_height: float = -np.inf,
+        truth: SignedDistanceField | None = None,
+    ):
+        super().__init__()
+        self.set_name("standing")
+        self._robot = robot
+        self._arrival = arrival
+        self._floor_height = floor_height
+        self._truth = truth
+        self._period = period
+        self._configuration_input = self.DeclareVectorInputPort(
+            "configuration", robot.n_q
+        )
+        self._report_input = self.DeclareAbstractInputPort(
+            "report", Value(TickReport.before_first(robot.n_q, robot.n_u))
+        )
+        self._field_input = self._declare("distance_field")
+        self._progress_input = self._declare("progress")
+        self._supervision_input = self._declare("supervision")
+        self._selection_input = self._declare("selection")
+        self._memory_index = self.DeclareAbstractState(Value(_Memory()))
+        self.DeclareAbstractOutputPort(
+            "standing",
+            Value(NOT_STARTED).Clone,
+            self._calc_standing,
+            {self.abstract_state_ticket(self._memory_index)},
+        )
+        # At every tick, though most of them do nothing: another period would
+        # put instants of its own between the ticks.
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._look)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder, *, inputs: dict[str, OutputPort], **arguments
+    ) -> "StandingSystem":
+        """Adds the system to a diagram, and connects its inputs.
+
+        Args:
+            builder: Builder of the diagram.
+            inputs: Output ports to connect, by the names of the input ports.
+            **arguments: The arguments of `StandingSystem`.
+        """
+        system = builder.AddSystem(StandingSystem(**arguments))
+        for name, port in inputs.items():
+            builder.Connect(port, system.GetInputPort(name))
+        return system
+
+    def latest(self, context: Context) -> Standing:
+        """Returns how things stood at the latest look.
+
+        Args:
+            context: The system's own context.
+        """
+        return self._memory(context).standing
+
+    def now(self, context: Context) -> Standing:
+        """Looks at once, without remembering it.
+
+        Args:
+            context: The system's own context.
+        """
+        return self._looked(context).standing
+
+    def _declare(self, name: str) -> InputPort:
+        return self.DeclareAbstractInputPort(name, Value[object]())
+
+    def _memory(self, context: Context) -> _Memory:
+        return context.get_abstract_state(int(self._memory_index)).get_value()
+
+    def _calc_standing(self, context: Context, output: Value):
+        output.set_value(self.latest(context))
+
+    def _look(self, context: Context, state: State):
+        passed = context.get_time() - self._memory(context).looked
+        # Half a period is more than rounding.
+        if 0 <= passed < LOOK - 0.5 * self._period:
+            return
+        cell = int(self._memory_index)
+        looked = self._looked(context)
+        state.get_mutable_abstract_state(cell).set_value(looked)
+
+    def _looked(self, context: Context) -> _Memory:
+        """What is remembered after a look."""
+        memory, time = self._memory(context), context.get_time()
+        q = np.array(self._configuration_input.Eval(context))
+        report = self._report_input.Eval(context)
+        error = pose_error(self._robot.end_effector_pose(q), report.X_WT)
+        is_there = has_arrived(error, self._arrival)
+        supervision = _value(self._supervision_input, context)
+        may_rest = is_there or not (supervision is None or supervision.runs)
+        still = observe(
+            memory.stillness, time, q, report.X_WT, error, may_rest=may_rest
+        )
+        hold = None
+        if time - still.since >= PAUSE:
+            hold = self._hold(context, report, memory.standing)
+        situation = Situation(
+            error=error,
+            is_there=is_there,
+            hold=hold,
+            no_nearer_for=time - still.nearest_at,
+            progress=_value(self._progress_input, context),
+            supervision=supervision,
+            selection=_value(self._selection_input, context),
+        )
+        standing = how_things_stand(situation, self._robot.description)
+        return _Memory(standing, still, time)
+
+    def _hold(
+        self, context: Context, report: TickReport, before: Standing
+    ) -> Hold:
+        field: DistanceField = self._field_input.Eval(context)
+
+        def name(p_W: np.ndarray) -> Thing:
+            return name_thing(field, p_W, self._floor_height, self._truth)
+
+        return find_hold(report, self._robot, name, before.link)
+
+
+def _value(port: InputPort, context: Context):
+    return port.Eval(context) if port.HasValue(context) else None

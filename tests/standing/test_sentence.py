@@ -1,0 +1,201 @@
+"""One sentence for every way in which things may stand."""
+
+import dataclasses as dc
+
+import numpy as np
+import pytest
+
+from remosplat_drake.controller.guidance.guidance import DIRECT
+from remosplat_drake.controller.guidance.selection import Selection
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.robot.robot_model import load_robot
+from remosplat_drake.signals import standing as stands
+from remosplat_drake.signals import supervisor_state as modes
+from remosplat_drake.signals import thing as things
+from remosplat_drake.signals.standing import Standing
+from remosplat_drake.signals.supervisor_state import SupervisorState
+from remosplat_drake.standing.hold import Hold
+from remosplat_drake.standing.sentence import (
+    CIRCLING,
+    Situation,
+    at_end,
+    how_things_stand,
+)
+from remosplat_drake.task.target_sequence import TargetProgress
+
+
+def error(distance: float, degrees: float = 0.0) -> PoseError:
+    """So far away along x, turned about z."""
+    p = np.array([distance, 0.0, 0.0])
+    return PoseError(p, np.radians([0.0, 0.0, degrees]), p)
+
+
+def supervision(mode: str, reason: str = "", refusal: str = ""):
+    return SupervisorState(np.zeros(9), mode, reason, refusal)
+
+
+FAR = Situation(error(0.52), progress=TargetProgress(0, 1))
+SECOND = dc.replace(FAR, progress=TargetProgress(1, 2))
+ROUND = 21e-3 * np.array([1.0, 0.0, 0.0])
+
+
+def held(cause: str, thing: str = "", link: str = "", clearance=None, **known):
+    hold = Hold(cause, thing, link, ROUND, clearance)
+    return dc.replace(FAR, hold=hold, **known)
+
+
+HAND = "panda_hand"
+SENTENCES = {
+    "moving to the target, 0.52 m away": FAR,
+    "moving to target 2 of 2, 0.52 m away": SECOND,
+    "moving to the target, 41 mm and 12 deg away": Situation(error(0.041, 12)),
+    "moving to the target, 0.52 m away, no nearer for 12 s": dc.replace(
+        FAR, no_nearer_for=CIRCLING + 2
+    ),
+    "reached": dc.replace(FAR, progress=TargetProgress(1, 1)),
+    "reached all 2": dc.replace(FAR, progress=TargetProgress(2, 2)),
+    "at the target": Situation(error(0.004), is_there=True),
+    "waiting for the first control tick": Situation(error(np.nan)),
+    "waiting for the first measurement": dc.replace(
+        FAR,
+        supervision=supervision(
+            modes.STARTING, "waiting for the first measurement"
+        ),
+    ),
+    modes.UNARMED: dc.replace(
+        FAR, supervision=supervision(modes.STOPPED, modes.UNARMED)
+    ),
+    "stopping: stop button": dc.replace(
+        FAR, supervision=supervision(modes.STOPPING, "stop button")
+    ),
+    "stopped: stop button; waiting for an operator, 0.52 m from target 2 of"
+    " 2": dc.replace(
+        SECOND, supervision=supervision(modes.STOPPED, "stop button")
+    ),
+    "stopped: stop button; waiting for an operator, 0.52 m from the target;"
+    " not released: protective stop of the base": dc.replace(
+        FAR,
+        supervision=supervision(
+            modes.STOPPED,
+            "stop button",
+            "not released: protective stop of the base",
+        ),
+    ),
+    "hand held 21 mm from unseen space, 0.52 m from the target: add a frame"
+    " that sees it": held(things.UNSEEN, "unseen space", HAND, 0.021),
+    "elbow held 3 mm inside the shelf, 0.52 m from the target": held(
+        things.SOLID, "the shelf", "panda_link4", -0.003
+    ),
+    "base held 30 mm from the map's surface, 0.52 m from the target": held(
+        things.MAP, things.THE_MAP.name, "base_link", 0.030
+    ),
+    "elbow held at the lower limit of joint 4, 0.52 m from the target": held(
+        stands.JOINT_LIMIT, "the lower limit of joint 4", "panda_link4"
+    ),
+    "hand held 10 mm from the robot's own base, 0.52 m from the target": held(
+        stands.SELF_COLLISION, "the robot's own base", HAND, 0.010
+    ),
+    "robot held by leash (dog), 0.52 m from the target": held(
+        stands.CONSTRAINT, "leash (dog)"
+    ),
+    "hand held 22 mm from the floor, 0.52 m from the target: there would be no"
+    " way to stop in time": held(stands.VERIFICATION, "the floor", HAND, 0.022),
+    "braking: target is not finite, 0.52 m from the target": held(
+        stands.NO_COMMAND, "target is not finite"
+    ),
+    "robot stands still, 0.52 m from the target: nothing is in the way, it may"
+    " be out of reach": held(stands.NOTHING),
+    "hand held 21 mm from the can, 0.52 m from the target; no path found": held(
+        things.SOLID,
+        "the can",
+        HAND,
+        0.021,
+        selection=Selection(DIRECT, unreachable="no path found"),
+    ),
+    "hand held 21 mm from the can, 0.52 m from the target; guidance knows no"
+    " way": held(
+        things.SOLID,
+        "the can",
+        HAND,
+        0.021,
+        selection=Selection(DIRECT, hopeless_at=np.zeros(10)),
+    ),
+}
+
+
+@pytest.mark.parametrize("text", sorted(SENTENCES))
+def test_the_sentence(text, frankie):
+    standing = how_things_stand(SENTENCES[text], frankie.description)
+    assert standing.text == text
+    assert standing.kind in stands.KINDS
+    assert standing.cause in ("", *stands.CAUSES)
+
+
+def test_the_parts_of_a_sentence(frankie):
+    now = held(things.SOLID, "the can", HAND, 0.021)
+    standing = how_things_stand(now, frankie.description)
+    assert standing.document() == {
+        "kind": stands.HELD,
+        "text": standing.text,
+        "distance": 0.52,
+        "cause": things.SOLID,
+        "thing": "the can",
+        "link": HAND,
+        "p_W": [0.021, 0.0, 0.0],
+        "clearance": 0.021,
+        "way": "",
+    }
+    assert stands.NOT_STARTED.document()["distance"] is None
+
+
+def test_a_stop_goes_before_all_else(frankie):
+    stopped = supervision(modes.STOPPED, "stop button")
+    now = held(things.SOLID, "the can", HAND, 0.021, supervision=stopped)
+    assert how_things_stand(now, frankie.description).kind == stands.STOPPED
+
+
+@pytest.mark.parametrize("kind", (stands.REACHED, stands.STOPPED))
+def test_the_end_says_what_was_said_before(kind):
+    standing = Standing(kind, "as it was")
+    assert at_end(standing, "time limit") is standing
+
+
+def test_the_end_of_a_robot_that_is_held(frankie):
+    now = held(things.SOLID, "the can", HAND, 0.021)
+    end = at_end(how_things_stand(now, frankie.description), "time limit")
+    assert end.kind == stands.ENDED
+    assert end.text == (
+        "not reached (time limit): hand held 21 mm from the can, 0.52 m from"
+        " the target"
+    )
+    assert (end.cause, end.link) == (things.SOLID, HAND)
+    assert at_end(end, "interrupted") is end
+
+
+def test_other_numbers_are_no_news(frankie):
+    def said(thing: str, clearance: float) -> Standing:
+        now = held(things.SOLID, thing, HAND, clearance)
+        return how_things_stand(now, frankie.description)
+
+    assert not said("the can", 0.021).is_news_after(said("the can", 0.022))
+    assert said("the can", 0.021).is_news_after(said("the box", 0.021))
+    assert said("the can", 0.021).is_news_after(stands.NOT_STARTED)
+
+
+@pytest.mark.parametrize(
+    "name, called",
+    [
+        ("panda_link4", "elbow"),
+        ("panda_joint4", "joint 4"),
+        ("panda_hand", "hand"),
+        ("some_other_link12", "some other link 12"),
+    ],
+)
+def test_names_that_people_use(frankie, name, called):
+    assert frankie.description.called(name) == called
+
+
+@pytest.mark.parametrize("name", ("frankie", "panda"))
+def test_every_named_link_exists(name):
+    robot = load_robot(name)
+    assert set(robot.description.link_names) <= set(robot.tree.names)

@@ -1,0 +1,60 @@
+"""Since when a robot stands still, and comes no nearer."""
+
+import numpy as np
+
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.standing.stillness import STILL, Stillness, observe
+
+HERE = np.eye(4)
+
+
+def look(
+    before: Stillness | None,
+    time: float,
+    q: float,
+    distance: float = 1.0,
+    X_WT: np.ndarray = HERE,
+    may_rest: bool = False,
+) -> Stillness:
+    p = np.array([distance, 0.0, 0.0])
+    error = PoseError(p, np.zeros(3), p)
+    return observe(before, time, np.array([q]), X_WT, error, may_rest=may_rest)
+
+
+def test_who_trembles_stands_still():
+    still = look(None, 1.0, 0.0)
+    for k in range(10):
+        still = look(still, 1.1 + 0.1 * k, (-1) ** k * 0.9 * STILL)
+    assert still.since == 1.0
+
+
+def test_who_creeps_does_not():
+    still = look(None, 1.0, 0.0)
+    still = look(still, 1.1, 0.6 * STILL)
+    assert look(still, 1.2, 1.2 * STILL).since == 1.2
+
+
+def test_who_is_not_measured_does_not():
+    assert look(look(None, 1.0, 0.0), 2.0, np.nan).since == 2.0
+
+
+def test_a_rest_does_not_count():
+    still = look(look(None, 1.0, 0.0), 2.0, 0.0, may_rest=True)
+    assert look(still, 2.5, 0.0).since == 2.0
+
+
+def test_a_clock_that_goes_back_begins_anew():
+    assert look(look(None, 9.0, 0.0), 1.0, 0.0).since == 1.0
+
+
+def test_coming_nearer():
+    still = look(None, 1.0, 0.0, distance=1.0)
+    still = look(still, 2.0, 1.0, distance=0.995)
+    assert still.nearest_at == 1.0
+    still = look(still, 3.0, 2.0, distance=0.9)
+    assert (still.nearest_at, still.nearest) == (3.0, 0.9)
+    # Away from there, until there is another target.
+    still = look(still, 4.0, 3.0, distance=1.5)
+    assert still.nearest_at == 3.0
+    still = look(still, 5.0, 4.0, distance=1.5, X_WT=2 * HERE)
+    assert (still.nearest_at, still.nearest) == (5.0, 1.5)
