@@ -1,4 +1,4 @@
-"""Keep a browser page alive after a command has done its work."""
+"""Wait for people at a browser page, before a run and after it."""
 
 import argparse
 import sys
@@ -6,7 +6,10 @@ import time
 
 from rich.console import Console
 
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.terminal import TerminalLines
 from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.page_state import START, waiting
 
 _PERIOD = 0.05
 """Period at which the page's buttons are polled [s]."""
@@ -28,6 +31,64 @@ def add_page_arguments(parser: argparse.ArgumentParser) -> None:
 def is_held(wanted: bool | None) -> bool:
     """Whether a page stays; None stands for: if a terminal is attached."""
     return sys.stdin.isatty() if wanted is None else wanted
+
+
+def add_viewer_argument(parser: argparse.ArgumentParser) -> None:
+    """Declares the flag that lets a run wait for somebody who looks on."""
+    parser.add_argument(
+        "--wait-for-viewer",
+        action=argparse.BooleanOptionalAction,
+        default=None,
+        help="begin when somebody presses Start on the page (default: in a"
+        " terminal)",
+    )
+
+
+def is_waited_for(arguments: argparse.Namespace) -> bool:
+    """Whether a run waits for somebody at its page before it begins.
+
+    Args:
+        arguments: The command line, with `wait_for_viewer`, `headless` and
+            `hardware`.
+
+    Raises:
+        RemoSplatError: It was asked for, and cannot be.
+    """
+    wanted = arguments.wait_for_viewer
+    if wanted and arguments.headless:
+        raise RemoSplatError("--wait-for-viewer: not with --headless")
+    if wanted and arguments.hardware:
+        raise RemoSplatError(
+            "--wait-for-viewer: not with --hardware, where the robot waits to"
+            " be armed and no page sets it going"
+        )
+    if arguments.headless or arguments.hardware:
+        return False
+    return sys.stdin.isatty() if wanted is None else wanted
+
+
+def wait_for_start(page: MeshcatPage, name: str, console: Console) -> None:
+    """Waits until somebody presses Start on the page, or Enter here.
+
+    Args:
+        page: The page, which says what it waits for.
+        name: Name of the scenario.
+        console: Console that tells what to do.
+    """
+    before, clicks = page.state, page.clicks(START)
+    page.show(waiting(name))
+    lines = TerminalLines()
+    here = ", or Enter here" if lines.is_open else ""
+    console.print(f"open it and press Start{here}; Ctrl-C ends")
+    seen = False
+    while page.clicks(START) == clicks and lines.fetch() is None:
+        if not seen and page.meshcat.GetNumActiveConnections():
+            seen = True
+            console.print("a viewer is there")
+        page.poll()
+        time.sleep(_PERIOD)
+    if before is not None:
+        page.show(before)
 
 
 def hold(wanted: bool | None, page: MeshcatPage, console: Console) -> None:

@@ -30,7 +30,14 @@ from remosplat_drake.commands.gate_keeping import (
     admit,
     check_accepted,
 )
-from remosplat_drake.commands.hold import add_page_arguments, hold, is_held
+from remosplat_drake.commands.hold import (
+    add_page_arguments,
+    add_viewer_argument,
+    hold,
+    is_held,
+    is_waited_for,
+    wait_for_start,
+)
 from remosplat_drake.commands.number_flags import not_negative
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import (
@@ -40,6 +47,12 @@ from remosplat_drake.commands.wire import (
 from remosplat_drake.recording.metrics import RunMetrics
 from remosplat_drake.recording.trajectory import save_trajectory
 from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.page_state import (
+    PageState,
+    ended,
+    unsupervised,
+)
+from remosplat_drake.visualization.robot_view import draw_robot
 
 METRICS, TRAJECTORY = "metrics.json", "trajectory.npz"
 """Names of a run's files in its output folder."""
@@ -98,6 +111,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_record_argument(parser)
     add_accept_argument(parser)
+    add_viewer_argument(parser)
     add_page_arguments(parser)
 
 
@@ -106,6 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
     console = open_console(stderr=True)
     _check_outputs(arguments)
     check_accepted(arguments)
+    waits_for_viewer = is_waited_for(arguments)
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     if arguments.hardware and arguments.realtime_rate is not None:
         raise RemoSplatError("--realtime-rate: not with --hardware")
@@ -128,8 +143,8 @@ def run(arguments: argparse.Namespace) -> int:
     admission.announce(console)
     if page is not None and not arguments.headless:
         console.print(f"watch at [bold]{page.url}[/bold]")
-    if page is not None:
-        page.start_recording(time.time() if arguments.hardware else 0.0)
+    if page is not None and application.supervisor is None:
+        page.show(unsupervised())
     rate = arguments.realtime_rate
     if rate is None and scenario.simulator is not None:
         rate = scenario.simulator.target_realtime_rate
@@ -137,6 +152,11 @@ def run(arguments: argparse.Namespace) -> int:
         rate = 0.0 if arguments.headless else 1.0
     waits = not arguments.headless and is_held(arguments.hold)
     try:
+        if page is not None:
+            if waits_for_viewer:
+                draw_robot(application.diagram)
+                wait_for_start(page, scenario.name, console)
+            page.start_recording(time.time() if arguments.hardware else 0.0)
         result, loop = drive(
             application,
             console,
@@ -151,6 +171,7 @@ def run(arguments: argparse.Namespace) -> int:
     warm_up.remember()
     if page is not None:
         page.finish_recording()
+        page.end(state_at_end(result))
     _print_summary(result, loop, console)
     if arguments.output:
         known = admission.document()
@@ -226,6 +247,14 @@ def describe_outcome(result: RunResult) -> str:
         f" {math.degrees(result.angle_error):.1f} deg away"
     )
     return f"{phrase}; {result.unreachable}" if result.unreachable else phrase
+
+
+def state_at_end(result: RunResult) -> PageState:
+    """Returns what the page says of a run that has ended."""
+    if result.outcome == REACHED:
+        return ended(f"in {result.metrics.duration:.1f} s", reached=True)
+    phrase = describe_outcome(result).removeprefix("not reached: ")
+    return ended(phrase, reached=False)
 
 
 def _unseen(metrics: RunMetrics) -> str:

@@ -10,6 +10,7 @@ from pydrake.math import RigidTransform
 from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.visualization import page_style
+from remosplat_drake.visualization.page_state import PageState
 from remosplat_drake.visualization.toggle import Toggle
 
 ROOT = "/remosplat"
@@ -37,8 +38,8 @@ _LIGHTS = {
         "shadow.radius": 4.0,
         "shadow.bias": -0.0005,
         "shadow.normalBias": 0.01,
-        "shadow.mapSize.width": 4096.0,
-        "shadow.mapSize.height": 4096.0,
+        "shadow.mapSize.width": 2048.0,
+        "shadow.mapSize.height": 2048.0,
     },
 }
 
@@ -56,6 +57,7 @@ class MeshcatPage:
     Attributes:
         meshcat: Drake's server; anything else may be drawn on it, too.
         status: The lines of text on show, by their topics.
+        state: How things stand, as the page says it; None before it is told.
 
     Raises:
         RemoSplatError: The port is taken or out of range.
@@ -77,7 +79,9 @@ class MeshcatPage:
         self.meshcat = _start_server(port, host)
         self._toggles: list[Toggle] = []
         self.status: dict[str, str] = {}
+        self.state: PageState | None = None
         self._labels: dict[str, str] = {}
+        self._clicks = dict.fromkeys(page_style.BUTTONS, 0)
         self.meshcat.AddButton(page_style.STYLE)
         self._dress(floor)
         self.look_from(p_WC=(-1.2, -2.8, 2.0), p_WT=(0.65, 0.1, 0.38))
@@ -107,6 +111,49 @@ class MeshcatPage:
         """Serves all buttons that were clicked since the last call."""
         for toggle in self._toggles:
             toggle.poll()
+
+    def show(self, state: PageState):
+        """Says how things stand, and offers the buttons that do something.
+
+        Args:
+            state: How things stand.
+        """
+        if state == self.state:
+            return
+        before = self.state.buttons if self.state else ()
+        self.state = state
+        for button in before:
+            if button not in state.buttons:
+                name = page_style.BUTTONS[button]
+                self._clicks[button] += self.meshcat.GetButtonClicks(name)
+                self.meshcat.DeleteButton(name)
+        for button in state.buttons:
+            if button not in before:
+                self.meshcat.AddButton(
+                    page_style.BUTTONS[button], page_style.KEYS[button]
+                )
+        self.set_label("bar", page_style.bar(state))
+
+    def clicks(self, button: str) -> int:
+        """Returns how often START, STOP or RELEASE was pressed.
+
+        Args:
+            button: The button, which need not be there now.
+        """
+        count = self._clicks[button]
+        if self.state is not None and button in self.state.buttons:
+            count += self.meshcat.GetButtonClicks(page_style.BUTTONS[button])
+        return count
+
+    def end(self, state: PageState):
+        """Says how a run has ended; what was said of its motion goes away.
+
+        Args:
+            state: How things stand now.
+        """
+        self.show(state)
+        for topic in ("supervisor", "robot", "controller", "guidance"):
+            self.set_status("", topic)
 
     def set_status(
         self, text: str, topic: str = "controller", trouble: str = ""
@@ -196,7 +243,7 @@ class MeshcatPage:
                 if name != "visible":
                     node += "/<object>"
                 meshcat.SetProperty(node, name, value)
-        meshcat.SetProperty(_CAMERA, "zoom", 2.6)
+        meshcat.SetProperty(_CAMERA, "zoom", 2.2)
         if floor:
             path = f"{ROOT}/floor"
             meshcat.SetObject(path, Cylinder(_FLOOR_RADIUS, 0.01), _FLOOR)

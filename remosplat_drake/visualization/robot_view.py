@@ -15,7 +15,7 @@ from pydrake.geometry import (
 )
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex
-from pydrake.systems.framework import DiagramBuilder, InputPort
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort
 from pydrake.systems.primitives import AffineSystem
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
@@ -29,6 +29,7 @@ from remosplat_drake.visualization.page import ROOT
 PUBLISH_PERIOD = 1 / 32
 """Time between two pictures of everything that moves [s]."""
 
+_NAME = "robot_view"
 _GREY = Rgba(0.75, 0.76, 0.78)
 
 
@@ -73,10 +74,23 @@ def AddRobotView(
             role=Role.kIllustration,
             publish_period=PUBLISH_PERIOD,
             prefix=f"{ROOT}/robot",
+            # A run must not wipe off what was drawn before it began.
+            delete_on_initialization_event=False,
         ),
     )
-    visualizer.set_name("robot_view")
+    visualizer.set_name(_NAME)
     return positions.get_input_port()
+
+
+def draw_robot(diagram: Diagram) -> None:
+    """Draws the robot where it starts, before anything moves.
+
+    Args:
+        diagram: A diagram with the systems of `AddRobotView`.
+    """
+    context = diagram.CreateDefaultContext()
+    view = diagram.GetSubsystemByName(_NAME)
+    view.ForcedPublish(view.GetMyContextFromRoot(context))
 
 
 def _make_plant(robot: RobotModel, scene_graph: SceneGraph) -> MultibodyPlant:

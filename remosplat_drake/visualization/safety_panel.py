@@ -14,17 +14,12 @@ from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.page_state import (
+    RELEASE,
+    STOP,
+    supervised,
+)
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
-
-STOP = '<span class="remosplat-stop">STOP (Esc)</span>'
-"""Name of the stop button."""
-
-STOP_KEY = "Escape"
-"""Key of the stop button: unlike the space bar, no browser clicks a focused
-button with it."""
-
-RELEASE = '<span class="remosplat-release">Release the stop</span>'
-"""Name of the release button; it has no key, lest it be hit by chance."""
 
 _AGES_SHOWN = 0.5
 """Time span of which the greatest ages are shown [s]."""
@@ -45,12 +40,12 @@ class SafetyPanel(LeafSystem):
 
     `report` takes the controller's `TickReport`, `status` the
     `StationStatus`, `supervision` the `SupervisorState`; `operator` gives the
-    `OperatorRequests` so far. Two lines of text say
-    the supervisor's mode and why it stopped, and the arm's mode with the
-    largest ages of measurements and commands in the last half second.
+    `OperatorRequests` so far. The page's bar says how things stand, and why
+    the supervisor stopped; a line of text, the arm's mode with the largest
+    ages of measurements and commands in the last half second.
 
     Args:
-        page: The page that gets the buttons.
+        page: The page that gets bar and buttons.
         n_u: Length of the command.
         releases: Whether the page releases stops, too. Meshcat asks nobody
             who they are, and any web page may press its buttons: a real robot
@@ -61,19 +56,18 @@ class SafetyPanel(LeafSystem):
         super().__init__()
         self.set_name("safety_panel")
         self._page = page
-        page.meshcat.AddButton(STOP, STOP_KEY)
         self._releases = releases
-        if releases:
-            page.meshcat.AddButton(RELEASE)
         self._report_input = self.DeclareAbstractInputPort(
             "report", Value(TickReport.before_first(0, n_u))
         )
         self._status_input = self.DeclareAbstractInputPort(
             "status", Value(StationStatus())
         )
+        before = SupervisorState(np.zeros(n_u))
         self._supervision_input = self.DeclareAbstractInputPort(
-            "supervision", Value(SupervisorState(np.zeros(n_u)))
+            "supervision", Value(before)
         )
+        page.show(supervised(before, releases=releases))
         self.DeclareAbstractOutputPort(
             "operator",
             Value(OperatorRequests()).Clone,
@@ -118,19 +112,14 @@ class SafetyPanel(LeafSystem):
             builder.Connect(source, sink)
 
     def _calc_requests(self, context: Context, output: Value):
-        clicks = self._page.meshcat.GetButtonClicks
-        released = clicks(RELEASE) if self._releases else 0
-        output.set_value(OperatorRequests(clicks(STOP), released))
+        clicks = self._page.clicks
+        output.set_value(OperatorRequests(clicks(STOP), clicks(RELEASE)))
 
     def _publish(self, context: Context):
         status = self._status_input.Eval(context)
         self._show_ages(context.get_time(), status, context)
         supervision = self._supervision_input.Eval(context)
-        parts = [supervision.mode, supervision.reason, supervision.refusal]
-        said = ": ".join(filter(None, parts)), ""
-        # What somebody has to release stands out.
-        text, trouble = said[::-1] if supervision.is_latched else said
-        self._page.set_status(text, "supervisor", trouble)
+        self._page.show(supervised(supervision, releases=self._releases))
 
     def _show_ages(self, time: float, status: StationStatus, context: Context):
         report = self._report_input.Eval(context)

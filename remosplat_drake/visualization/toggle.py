@@ -4,6 +4,8 @@ from collections.abc import Sequence
 
 from pydrake.geometry import Meshcat
 
+from remosplat_drake.visualization import page_style
+
 
 class Toggle:
     """A button that shows another set of objects after each click.
@@ -17,6 +19,9 @@ class Toggle:
         states: Paths in the scene tree that are visible in each state; the
             paths of all other states are hidden then.
         initial: Index of the state to begin with.
+
+    Attributes:
+        name: Name of the button on Meshcat.
     """
 
     def __init__(
@@ -29,11 +34,11 @@ class Toggle:
         initial: int = 0,
     ):
         self._meshcat = meshcat
-        self._label = label
+        self.name = page_style.toggle(label, keycode.removeprefix("Digit"))
         self._states = tuple(tuple(paths) for paths in states)
         self._paths = sorted({path for paths in states for path in paths})
         self._initial = initial
-        meshcat.AddButton(label, keycode)
+        meshcat.AddButton(self.name, keycode)
         self._show(initial)
 
     @property
@@ -43,7 +48,7 @@ class Toggle:
 
     def poll(self):
         """Counts the clicks, and shows the state that they lead to."""
-        clicks = self._meshcat.GetButtonClicks(self._label)
+        clicks = self._meshcat.GetButtonClicks(self.name)
         state = (self._initial + clicks) % len(self._states)
         if state != self._state:
             self._show(state)

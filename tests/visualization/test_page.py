@@ -7,9 +7,21 @@ from pydrake.geometry import Box
 from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import FileError, RemoSplatError
+from remosplat_drake.visualization import page_state
 from remosplat_drake.visualization.page import LIVE, MeshcatPage
+from remosplat_drake.visualization.page_state import (
+    RELEASE,
+    START,
+    STOP,
+    STOPPED,
+    PageState,
+    ended,
+    waiting,
+)
 from remosplat_drake.visualization.page_style import (
+    BUTTONS,
     STYLE,
+    bar,
     button,
     heading,
     note,
@@ -87,3 +99,39 @@ def test_recording_is_part_of_the_saved_page(page, tmp_path, is_visible):
     # Ten keys of a position and a quaternion, at least four bytes a number.
     assert (tmp_path / "moving.html").stat().st_size > still + 10 * 7 * 4
     assert is_visible(page.meshcat, LIVE)
+
+
+def test_buttons_are_there_as_long_as_they_do_something(page, click):
+    names = page.meshcat.GetButtonNames
+
+    def offered():
+        return {b for b, name in BUTTONS.items() if name in names()}
+
+    page.show(waiting("A run"))
+    assert offered() == {START}
+    click(page.meshcat, BUTTONS[START])
+    live = PageState(page_state.LIVE, "Live", "", (STOP,))
+    page.show(live)
+    assert offered() == {STOP}
+    click(page.meshcat, BUTTONS[STOP])
+    page.show(PageState(STOPPED, "Stopped", "stop button", (STOP, RELEASE)))
+    assert offered() == {STOP, RELEASE}
+    click(page.meshcat, BUTTONS[RELEASE])
+    page.show(live)
+    assert offered() == {STOP}
+    # What was pressed stays pressed, whatever came and went.
+    assert [page.clicks(b) for b in (START, STOP, RELEASE)] == [1, 1, 1]
+    page.set_status("move, measured 0 ms ago", "robot")
+    page.end(ended("in 3.2 s", reached=True))
+    assert offered() == set() and page.status["robot"] == ""
+    assert [page.clicks(b) for b in (START, STOP, RELEASE)] == [1, 1, 1]
+    click(page.meshcat, BUTTONS[STOP])
+    assert page.clicks(STOP) == 1
+
+
+def test_a_bar_says_how_things_stand():
+    state = PageState(STOPPED, "Stopped", "5 < 6 & 'late'")
+    assert "5 &lt; 6 &amp; &#x27;late&#x27;" in bar(state)
+    assert "remosplat-is-stopped" in bar(state)
+    assert "is-over" not in bar(state)
+    assert "is-over" in bar(ended("", reached=False))

@@ -15,6 +15,7 @@ from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.tick_report import OPTIMAL, RELAXED, TickReport
 from remosplat_drake.visualization.clearance_lines import TIGHT
+from remosplat_drake.visualization.page_style import toggle
 from remosplat_drake.visualization.run_view import PATHS, TARGET, RunView
 
 THREE_LINK = Path(__file__).parents[1] / "data" / "three_link.yaml"
@@ -108,7 +109,7 @@ def test_traces_grow_and_restart_when_time_does(page, frankie, q):
 def test_serves_the_buttons(page, frankie, q, click, is_visible):
     report = make_report(frankie, SignedDistanceField(SCENE), q)
     show = make_dut(page, frankie, q, report)
-    click(page.meshcat, "Robot spheres: off / on")
+    click(page.meshcat, toggle("Robot spheres: off / on", "2"))
     show(q, report, 0.1)
     assert is_visible(page.meshcat, "/remosplat/spheres")
 

@@ -14,12 +14,16 @@ from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import load_world
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi
-from remosplat_drake.signals.supervisor_state import RUNNING, STOPPED
-from remosplat_drake.visualization.safety_panel import (
-    RELEASE,
-    STOP,
-    SafetyPanel,
+from remosplat_drake.signals.supervisor_state import (
+    RUNNING,
+    STOPPED,
+    SupervisorState,
 )
+from remosplat_drake.visualization import page_state
+from remosplat_drake.visualization.page_style import BUTTONS
+from remosplat_drake.visualization.safety_panel import SafetyPanel
+
+STOP, RELEASE = BUTTONS[page_state.STOP], BUTTONS[page_state.RELEASE]
 
 FAR = """
 Far:
@@ -71,10 +75,11 @@ def modes_of(application: Application, steps: Steps, **arguments):
 
 def test_stop_and_release(page, application, click):
     """Stops at 1 s and for good at 5 s; released at 3 s."""
-    seen = {}
+    seen, robot = {}, []
 
     def look(name):
-        seen[name] = dict(page.status)
+        seen[name] = page.state
+        robot.append(page.status["robot"])
 
     result, changes = modes_of(
         application,
@@ -92,10 +97,11 @@ def test_stop_and_release(page, application, click):
     modes = [mode for _, mode in changes]
     assert modes[2:6] == ["stopping", "stopped", "starting", "running"]
     assert modes[6:] == ["stopping", "stopped"]
-    assert seen["running"]["supervisor"] == "running"
-    assert "move, measured 0 ms ago" in seen["running"]["robot"]
-    assert seen["stopped"]["supervisor"] == "stopped: stop button"
-    assert seen["released"]["supervisor"] == "running"
+    assert seen["running"].title == "Live"
+    assert "move, measured 0 ms ago" in robot[0]
+    stopped = seen["stopped"]
+    assert (stopped.title, stopped.text) == ("Stopped", "stop button")
+    assert seen["released"] == seen["running"]
 
     trajectory = result.trajectory
     t, u = trajectory.time, trajectory.u
@@ -128,6 +134,11 @@ def test_a_real_robots_page_has_a_stop_and_no_release(page, click):
     click(page.meshcat, STOP)
     requests = panel.GetOutputPort("operator").Eval(context)
     assert (requests.stops, requests.releases) == (1, 0)
+    stopped = SupervisorState(np.zeros(9), STOPPED, "stop button")
+    page.show(page_state.supervised(stopped, releases=False))
+    click(page.meshcat, RELEASE)
+    assert page.clicks(page_state.RELEASE) == 0
+    assert RELEASE not in page.meshcat.GetButtonNames()
 
 
 @pytest.mark.slow
@@ -148,16 +159,16 @@ def test_a_browser_stops_and_releases(page, application):
         result, changes = modes_of(
             application,
             Steps(
-                (0.5, shows("Supervisor: running")),
+                (0.5, shows("Live")),
                 (0.5, lambda: press_escape(tab, page)),
-                (2.0, shows("Supervisor: stopped: stop button")),
+                (2.0, shows("stop button")),
                 (2.0, lambda: click_on(tab, page, "release", RELEASE)),
-                (4.0, shows("Supervisor: running")),
+                (4.0, shows("Live")),
                 (4.0, lambda: click_on(tab, page, "stop", STOP)),
             ),
             patience=3.0,
         )
-        shows("Supervisor: stopped: stop button")()
+        shows("stop button")()
         height = "querySelector('.remosplat-stop').offsetHeight"
         assert tab.evaluate(f"document.{height}") > 50
     assert result.outcome == "stopped: stop button"

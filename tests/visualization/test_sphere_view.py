@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.visualization.page_style import toggle
 from remosplat_drake.visualization.sphere_view import (
     SPHERES,
     SphereView,
     clearance_colors,
 )
 
-BUTTON = "Robot spheres: off / on"
+BUTTON = toggle("Robot spheres: off / on", "2")
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.visualization.page_style import toggle
 from remosplat_drake.visualization.splat_view import (
     POINTS,
     SURFELS,
@@ -33,7 +34,7 @@ def test_splat_is_drawn_below_its_pose(page, pose_of, click, is_visible):
         pose_of(page.meshcat, "/remosplat/splat"), X_WG.GetAsMatrix4()
     )
 
-    click(page.meshcat, "Splat: surfels / points / off")
+    click(page.meshcat, toggle("Splat: surfels / points / off", "1"))
     page.poll()
     assert is_visible(page.meshcat, POINTS)
     assert not is_visible(page.meshcat, SURFELS)

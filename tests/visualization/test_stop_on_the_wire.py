@@ -31,7 +31,8 @@ from remosplat_drake.app.world import load_world
 from remosplat_drake.hardware.client.operator import Operator
 from remosplat_drake.safety.supervisor_system import STOP_BUTTON
 from remosplat_drake.signals.supervisor_state import STOPPED, UNARMED
-from remosplat_drake.visualization.safety_panel import RELEASE, STOP
+from remosplat_drake.visualization.page_state import RELEASE, STOP
+from remosplat_drake.visualization.page_style import BUTTONS
 
 TOUR = f"{PATIENT}time_limit: 900\ntargets:" + 8 * (
     "\n- {translation: [1.15, 0.0, 0.66], rpy_deg: [180, 0, 0]}"
@@ -94,17 +95,17 @@ def test_a_foreign_page_stops_the_robot_and_does_nothing_else(tmp_path):
         stand_in = stack.enter_context(robot(url, "--record", str(motion)))
         assert tap.wait(lambda: log.latest("mode") == STOPPED, PATIENCE)
         assert log.latest("reason") == UNARMED
-        press(RELEASE)
+        press(BUTTONS[RELEASE])
         tap.listen_for(1.0)
         assert log.latest("mode") == STOPPED and tap.moving_at is None
         arm(operator)
         assert tap.wait(lambda: tap.moving_at is not None, PATIENCE)
         tap.listen_for(0.5)
         pressed = time.time()
-        press(STOP)
+        press(BUTTONS[STOP])
         assert tap.wait(lambda: log.latest("reason") == STOP_BUTTON, PATIENCE)
         assert tap.wait(lambda: log.latest("mode") == STOPPED, PATIENCE)
-        press(RELEASE)
+        press(BUTTONS[RELEASE])
         tap.listen_for(1.5)
         assert process.poll() is None
         assert log.latest("mode") == STOPPED

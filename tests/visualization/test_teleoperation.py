@@ -53,6 +53,12 @@ class Operator:
         return self.tab.evaluate(f"{text} ?? ''")
 
     @property
+    def bar(self) -> str:
+        """How things stand, as the page says it."""
+        bar = "document.querySelector('.remosplat-bar').innerText"
+        return self.tab.evaluate(bar)
+
+    @property
     def said(self) -> str:
         """All lines of the page."""
         notes = "[...document.querySelectorAll('.remosplat-note')]"
@@ -191,9 +197,9 @@ def see_what_changes(operator: Operator):
 def stop_and_hold(operator: Operator):
     """The red button, the green one, and hold."""
     operator.tab.click(".remosplat-stop")
-    operator.until_said("supervisor", "stopped: stop button")
+    operator.until(lambda: "stop button" in operator.bar)
     operator.tab.click(".remosplat-release")
-    operator.until_said("supervisor", "running")
+    operator.until(lambda: "Live" in operator.bar)
     operator.press("Hold")
     operator.until_said("target", "hold")
 

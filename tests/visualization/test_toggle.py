@@ -19,13 +19,13 @@ def test_clicks_step_through_the_states(page, click, is_visible):
         return [is_visible(meshcat, path) for path in ("/a", "/b")]
 
     assert shown() == [True, False]
-    click(meshcat, "Show")
+    click(meshcat, dut.name)
     assert is_visible(meshcat, "/a")  # Nothing happens before a poll.
     assert shown() == [False, True]
-    click(meshcat, "Show")
+    click(meshcat, dut.name)
     assert shown() == [False, False]
-    click(meshcat, "Show")
-    click(meshcat, "Show")
+    click(meshcat, dut.name)
+    click(meshcat, dut.name)
     assert shown() == [False, True]
     assert dut.state == 1
 

@@ -1,0 +1,109 @@
+"""`PageState`: how things stand, as the page says it, and what may be pressed.
+
+A page is never allowed to look alive when nothing behind it is. Everything
+that it says about the run as a whole, and every button that acts on the
+robot, comes from here.
+"""
+
+import dataclasses as dc
+
+from remosplat_drake.signals.supervisor_state import (
+    STARTING,
+    UNARMED,
+    SupervisorState,
+)
+from remosplat_drake.signals.supervisor_state import (
+    STOPPED as AT_REST,
+)
+
+WAITING = "waiting"
+"""Phase in which nothing moves until a person says so."""
+LIVE = "live"
+"""Phase in which the robot moves, or may at any moment."""
+STOPPED = "stopped"
+"""Phase in which the supervisor has stopped the robot."""
+REACHED, MISSED = "reached", "missed"
+"""Phases after the end of the run: nothing moves any more."""
+
+START, STOP, RELEASE = "start", "stop", "release"
+"""What may be pressed."""
+
+
+@dc.dataclass(frozen=True)
+class PageState:
+    """How things stand, for a person who looks at the page.
+
+    Attributes:
+        phase: WAITING, LIVE, STOPPED, REACHED or MISSED.
+        title: How things stand, in a word or two.
+        text: The same in a sentence; empty if there is no more to say.
+        buttons: START, STOP and RELEASE, as far as they do something now.
+    """
+
+    phase: str
+    title: str
+    text: str = ""
+    buttons: tuple[str, ...] = ()
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the run has ended."""
+        return self.phase in (REACHED, MISSED)
+
+
+def waiting(name: str) -> PageState:
+    """Returns the state before a run that somebody at the page starts.
+
+    Args:
+        name: Name of the scenario.
+    """
+    return PageState(WAITING, "Ready", f"{name} begins at a click", (START,))
+
+
+def supervised(
+    supervision: SupervisorState, *, releases: bool, standing: str = ""
+) -> PageState:
+    """Returns the state while a supervisor watches over the robot.
+
+    Args:
+        supervision: What the supervisor does.
+        releases: Whether the page may release stops, which a real robot's
+            may not.
+        standing: How things stand while nothing is stopped, in a sentence.
+    """
+    reason = ": ".join(filter(None, (supervision.reason, supervision.refusal)))
+    if not supervision.is_latched:
+        starts = supervision.mode == STARTING
+        title, text = ("Starting", reason) if starts else ("Live", standing)
+        return PageState(LIVE, title, text, (STOP,))
+    if supervision.reason == UNARMED:
+        return PageState(WAITING, "Not armed", reason, (STOP,))
+    if supervision.mode != AT_REST:
+        return PageState(STOPPED, "Stopping", reason, (STOP,))
+    buttons = (STOP, RELEASE) if releases else (STOP,)
+    return PageState(STOPPED, "Stopped", reason, buttons)
+
+
+def unsupervised() -> PageState:
+    """Returns the state of a run without a supervisor, which nobody stops."""
+    return PageState(LIVE, "Live", "without a supervisor: nothing stops here")
+
+
+def ended(text: str, *, reached: bool) -> PageState:
+    """Returns the state after a run.
+
+    Args:
+        text: How it ended, in a sentence.
+        reached: Whether the last target was reached.
+    """
+    title = "Reached" if reached else "Not reached"
+    return PageState(REACHED if reached else MISSED, title, text)
+
+
+def still(name: str) -> PageState:
+    """Returns the state of a page that shows something that never moves.
+
+    Args:
+        name: What it shows.
+    """
+    return PageState(WAITING, name)
