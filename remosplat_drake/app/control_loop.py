@@ -135,7 +135,9 @@ def AddControlLoop(
     if localization is not None:
         configuration = localization.GetOutputPort("configuration")
     targets = add_targets(configuration)
-    predictor = AddPrediction(builder, scenario, robot, station)
+    predictor = AddPrediction(
+        builder, scenario, robot, station, hardware=hardware
+    )
     planned = configuration
     if predictor is not None:
         planned = predictor.GetOutputPort("configuration")

@@ -28,19 +28,26 @@ def AddPrediction(
     scenario: Scenario,
     robot: RobotModel,
     station: Diagram,
+    *,
+    hardware: bool,
 ) -> MotionPredictor | None:
-    """Adds the predictor, where it is known how the robot's axes follow.
+    """Adds the predictor, where the robot's axes do not follow at once.
 
-    A robot whose description has no actuators is taken to obey at once, as far
-    as its follow error allows.
+    A simulated robot obeys at once where its description has no actuators. Of
+    a real one that nobody has measured the cautious defaults are assumed.
 
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
         robot: The robot.
         station: The robot, simulated or real, as a system.
+        hardware: Whether the station is the real robot.
     """
     actuators = robot.description.actuators
+    if hardware and scenario.hardware.shadow:
+        return None  # Nothing is sent, so nothing is in flight.
+    if hardware:
+        actuators = robot.assumed_actuators
     if not actuators:
         return None
     predictor = builder.AddSystem(

@@ -138,6 +138,7 @@ def _examine(
         packets, hardware, len(robot.description.arm.joints), has_base
     )
     yield drills.check_thresholds()
+    yield drills.check_actuators(robot)
     if any(finding.result == FAILED for finding in publishers):
         yield from (
             Finding(name, SKIPPED, "something before has failed", what, "", "")

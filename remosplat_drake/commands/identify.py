@@ -26,7 +26,7 @@ from remosplat_drake.commands.tables import open_console, print_table
 from remosplat_drake.commands.wire import announce_wire
 from remosplat_drake.hardware.client.measurement import Measurement
 from remosplat_drake.hardware.client.robot_link import RobotLink
-from remosplat_drake.robot.actuators import Actuator, default_actuators
+from remosplat_drake.robot.actuators import Actuator
 
 _INCOMPLETE = 1
 
@@ -118,9 +118,7 @@ def run(arguments: argparse.Namespace) -> int:
         else:
             fits[axis] = fit
     print_table(console, fit_table(fits))
-    known = list(robot.description.actuators) or default_actuators(
-        robot.n_base, robot.n_u - robot.n_base
-    )
+    known = robot.assumed_actuators
     for axis, fit in fits.items():
         known[axis] = fit.actuator
     names = [*("forward", "yaw")[: robot.n_base], *robot.description.arm.joints]

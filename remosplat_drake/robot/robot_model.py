@@ -16,6 +16,7 @@ from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.robot import kinematics as kin
+from remosplat_drake.robot.actuators import Actuator, default_actuators
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_description import (
     RobotDescription,
@@ -131,6 +132,17 @@ class RobotModel:
 
     def __deepcopy__(self, memo) -> "RobotModel":
         return self
+
+    @property
+    def assumed_actuators(self) -> list[Actuator]:
+        """How a real robot's axes are taken to follow their commands.
+
+        As its description says, or else, where nobody has measured them, as
+        cautious defaults say.
+        """
+        return list(self.description.actuators) or default_actuators(
+            self.n_base, self.n_u - self.n_base
+        )
 
     def _read_limits(self, plant: MultibodyPlant):
         description = self.description

@@ -30,24 +30,29 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", sorted(CASES))
-def test_a_late_robot_stays_15_mm_away(frankie, case):
-    actuators, late = CASES[case]
+UNMEASURED = {
+    "at once": [Actuator()] * 9,
+    "late": [Actuator(delay=0.08)] * 2 + [Actuator(delay=0.02)] * 7,
+}
+
+
+def drive(robot, actuators, late, known):
+    """Drives a robot towards a target within the wall, true as it is late."""
     law = ReactiveLaw.make(
         ReactiveControllerConfig(
             solver="active_set", guidance=GuidanceConfig(enabled=False)
         ),
-        frankie,
+        robot,
         0.02,
     )
-    q0 = np.array([0.0, 0, 0, *frankie.home])
-    X_WT = frankie.end_effector_pose(q0)
+    assert law.collision.stopping == 0.021
+    q0 = np.array([0.0, 0, 0, *robot.home])
+    X_WT = robot.end_effector_pose(q0)
     X_WT[0, 3] += 1.0  # Within the wall.
-    known = [dc.replace(a, tube=0.005, noise=0.002) for a in actuators]
-    run = run_delayed(
+    return run_delayed(
         law,
         DelayedRobot(
-            frankie,
+            robot,
             ActuatorModel.make(actuators),
             q0,
             np.array([late] * 2 + [0.0] * 7),
@@ -57,7 +62,22 @@ def test_a_late_robot_stays_15_mm_away(frankie, case):
         ActuatorModel.make(known),
         3.0,
     )
-    assert law.collision.stopping == 0.021
+
+
+@pytest.mark.parametrize("case", sorted(CASES))
+def test_a_late_robot_stays_15_mm_away(frankie, case):
+    actuators, late = CASES[case]
+    known = [dc.replace(a, tube=0.005, noise=0.002) for a in actuators]
+    run = drive(frankie, actuators, late, known)
     assert 0.015 <= run.clearance < 0.2
     # The model is exact, and so is the prediction.
     assert run.share < 0.05
+
+
+@pytest.mark.parametrize("case", sorted(UNMEASURED))
+def test_the_defaults_hold_a_robot_that_nobody_has_measured(frankie, case):
+    assert not frankie.description.actuators
+    known = frankie.assumed_actuators
+    run = drive(frankie, UNMEASURED[case], 0.0, known)
+    assert 0.015 <= run.clearance < 0.2
+    assert run.share <= 1

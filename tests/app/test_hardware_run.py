@@ -144,6 +144,14 @@ def test_coming_to_rest_is_a_straight_ramp_and_zeros(frankie):
     assert not link.u.any()
 
 
+def test_only_a_real_robot_is_taken_to_be_late():
+    scenario = load_scenario("TableReach")
+    simulated = build(scenario)
+    real = make_application(free_url())
+    assert not simulated.diagram.HasSubsystemNamed("predictor")
+    assert real.diagram.HasSubsystemNamed("predictor")
+
+
 def test_a_rehearsal_sends_nothing(robot):
     url, _ = robot
     with commands_heard(url) as heard:

@@ -243,6 +243,24 @@ def _watch_rest(robot: DrilledRobot) -> float:
     return fastest
 
 
+def check_actuators(robot: RobotModel) -> Finding:
+    """Looks whether somebody has measured how the robot's axes follow.
+
+    Args:
+        robot: The robot.
+    """
+    measured = bool(robot.description.actuators)
+    return judged(
+        "actuators",
+        measured,
+        found="measured" if measured else "cautious defaults",
+        wanted="the robot's own, which let it go faster near things",
+        source=f"actuators in {Path(robot.description.source).name}",
+        mend="remosplat identify, once the robot moves",
+        otherwise=ADVICE,
+    )
+
+
 def check_thresholds(processes: Path = Path("/proc")) -> Finding:
     """Looks at what the arm's driver takes for a collision.
 

@@ -166,6 +166,12 @@ def test_thresholds_come_from_the_drivers_command_line(tmp_path):
     assert (finding.result, finding.found) == (PASSED, "20 N m, 30 N")
 
 
+def test_axes_that_nobody_has_measured_are_told(frankie):
+    finding = drills.check_actuators(frankie)
+    assert (finding.result, finding.found) == (ADVICE, "cautious defaults")
+    assert finding.source == "actuators in frankie.yaml"
+
+
 @pytest.mark.parametrize(
     ("line", "limits"),
     [
