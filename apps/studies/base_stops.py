@@ -16,7 +16,6 @@ import numpy as np
 from remosplat_drake.hardware.client.base_residual import (
     WINDOWS,
     CommandedPath,
-    residuals,
 )
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire.base import extrapolated_pose
@@ -108,8 +107,8 @@ class Drive:
             )
             turn = self.pose[:, 2] - self.pose[first, 2]
             moved = np.column_stack([p, (turn + np.pi) % (2 * np.pi) - np.pi])
-            _, excess = residuals(
-                self.path.motions, self.stamp[first], self.stamp, moved, delay
+            _, excess = self.path.arcs.residuals(
+                self.stamp[first], self.stamp, moved, delay
             )
             found = self.stamp[~(excess <= 1.0)]
             alarm = min(alarm, found.min(initial=np.inf))

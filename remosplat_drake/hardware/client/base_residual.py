@@ -15,15 +15,18 @@ motion fits best, and what neighbouring delays differ by is no error.
 
 import dataclasses as dc
 import math
-from bisect import bisect_right
-from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from remosplat_drake.hardware.client.base_residual_kernel import (
+    path_motions,
+    path_residuals,
+)
 from remosplat_drake.hardware.wire.base import extrapolated_pose
 from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
+from remosplat_drake.robot.planar_pose import relative
 
-WINDOWS = (0.4, 2.0)
+WINDOWS = np.array([0.4, 2.0])
 """Times over which motions are compared [s]: a short one sees a stop at once, a
 long one a slow drift."""
 
@@ -40,14 +43,64 @@ OWN_DELAY = 0.15
 _OWN_HELD = 0.25
 """Longest time for which a measured speed stands for the next ones [s]."""
 
-Motions = Callable[[np.ndarray, np.ndarray], np.ndarray]
-"""Motions between pairs of times, as `CommandedPath.motions` has them."""
-
 _DELAYS = 6
 """Number of delays that are tried, from none to the longest."""
 
 _CAPACITY = 4096
 """Number of commands that are remembered: 4 s at 1 kHz."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class ArcPath:
+    """A path that is made of arcs, one for each row.
+
+    Attributes:
+        rows: Time, x, y, yaw, speed forward and turning rate at each arc's
+            beginning, and whatever else, shape (k, 6 or more), C-contiguous.
+        held: Longest time for which a speed counts [s].
+    """
+
+    rows: np.ndarray
+    held: float
+
+    def motions(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """Returns motions between pairs of times, by their own axes.
+
+        Args:
+            start: Times at which the motions begin, shape (n,) [s].
+            end: Times at which they end, shape (n,) [s].
+
+        Returns:
+            x, y, yaw at the end as seen from the start, shape (n, 3)
+            [m, m, rad].
+        """
+        return path_motions(self.rows, self.held, start, end)
+
+    def residuals(
+        self,
+        start: np.ndarray,
+        end: np.ndarray,
+        moved: np.ndarray,
+        delay: float,
+        share: float = SHARE,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Compares n motions with those along this path, which is delayed.
+
+        Args:
+            start: Times at which the motions began, shape (n,) [s].
+            end: Times at which they ended, shape (n,) [s].
+            moved: The motions, by their own axes, shape (n, 3) [m, m, rad].
+            delay: Longest delay of this path [s].
+            share: Share of its way by which a motion may differ.
+
+        Returns:
+            The motion along this path that fits each best, shape (n, 3), and
+            how far it differs, relative to what is allowed, shape (n,).
+        """
+        late = np.linspace(0.0, delay, _DELAYS)
+        return path_residuals(
+            self.rows, self.held, start, end, moved, late, SLACK, share
+        )
 
 
 @dc.dataclass(frozen=True)
@@ -80,6 +133,76 @@ class BaseSample:
         held = min(max(stamp - self.stamp, 0.0), _OWN_HELD)
         driven = extrapolated_pose(self.driven, self.velocity, held)
         return BaseSample(stamp, received, pose, velocity, driven)
+
+
+_POSE, _VELOCITY, _DRIVEN = slice(1, 4), slice(4, 6), slice(7, 10)
+_RECEIVED = 6
+
+
+@dc.dataclass(frozen=True, eq=False)
+class BaseSamples:
+    """What a base told over the last seconds; the latest sample is the last.
+
+    Attributes:
+        rows: Stamp, x, y, yaw, speed forward, turning rate, time of receipt
+            and `driven` of each sample, shape (k, 10).
+    """
+
+    rows: np.ndarray = dc.field(default_factory=lambda: np.zeros((0, 10)))
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @property
+    def stamp(self) -> np.ndarray:
+        """When the base was there, by its clock, shape (k,) [s]."""
+        return self.rows[:, 0]
+
+    @property
+    def received(self) -> np.ndarray:
+        """When that was heard, by our clock, shape (k,) [s]."""
+        return self.rows[:, _RECEIVED]
+
+    @property
+    def pose(self) -> np.ndarray:
+        """x, y, yaw by odometry, shape (k, 3) [m, m, rad]."""
+        return self.rows[:, _POSE]
+
+    @property
+    def driven(self) -> np.ndarray:
+        """x, y, yaw by the speeds alone, shape (k, 3) [m, m, rad]."""
+        return self.rows[:, _DRIVEN]
+
+    @property
+    def latest(self) -> BaseSample:
+        """The latest sample, of which there must be one."""
+        row = self.rows[-1]
+        return BaseSample(
+            float(row[0]),
+            float(row[_RECEIVED]),
+            row[_POSE],
+            row[_VELOCITY],
+            row[_DRIVEN],
+        )
+
+    def with_sample(self, sample: BaseSample) -> "BaseSamples":
+        """Adds a sample."""
+        row = (
+            sample.stamp,
+            *sample.pose,
+            *sample.velocity,
+            sample.received,
+            *sample.driven,
+        )
+        return BaseSamples(np.vstack([self.rows, row]))
+
+    def where(self, chosen: np.ndarray | slice) -> "BaseSamples":
+        """Keeps some of the samples.
+
+        Args:
+            chosen: Which, shape (k,), bool; or a slice.
+        """
+        return BaseSamples(self.rows[chosen])
 
 
 class CommandedPath:
@@ -117,41 +240,30 @@ class CommandedPath:
         self._rows[self._n] = time, *pose, *u
         self._n += 1
 
-    def motions(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Returns motions between pairs of times, by their own axes.
-
-        A command counts until the next one, and no longer than drivers let it.
-
-        Args:
-            start: Times at which the motions begin, shape (...) [s].
-            end: Times at which they end, shape (...) [s].
-
-        Returns:
-            x, y, yaw at the end as seen from the start, shape (..., 3)
-            [m, m, rad].
-        """
-        return _motions(self._rows[: self._n], start, end, COMMAND_EXPIRY)
+    @property
+    def arcs(self) -> ArcPath:
+        """The path; a command counts no longer than drivers let it."""
+        return ArcPath(self._rows[: self._n], COMMAND_EXPIRY)
 
 
-def speed_problem(samples: Sequence[BaseSample], share: float = SHARE) -> str:
+def speed_problem(samples: BaseSamples, share: float = SHARE) -> str:
     """Says that a base's pose is not where its own speeds put it.
 
     Speeds are told late, so that it is the poses that are delayed here.
 
     Args:
-        samples: Where it was, the latest last.
+        samples: Where it was.
         share: Share of its way by which a motion may differ.
 
     Returns:
         In words; empty if it is.
     """
-    rows = np.array([(s.stamp, *s.pose, *s.velocity) for s in samples])
     found = _compared(
-        lambda start, end: _motions(rows, start, end, _OWN_HELD),
-        samples,
-        np.array([sample.driven for sample in samples]),
+        ArcPath(samples.rows, _OWN_HELD),
+        samples.stamp,
+        samples.driven,
         # Of earlier poses nothing is known.
-        samples[0].stamp + OWN_DELAY,
+        samples.stamp[0] + OWN_DELAY,
         OWN_DELAY,
         share,
     )
@@ -165,7 +277,7 @@ def speed_problem(samples: Sequence[BaseSample], share: float = SHARE) -> str:
 
 def follow_problem(
     commanded: CommandedPath,
-    samples: Sequence[BaseSample],
+    samples: BaseSamples,
     delay: float,
     share: float = SHARE,
 ) -> str:
@@ -173,14 +285,18 @@ def follow_problem(
 
     Args:
         commanded: What it was told.
-        samples: Where it was, the latest last.
+        samples: Where it was.
         delay: Longest time from a command to its effect in the odometry [s].
         share: Share of its way by which a motion may differ.
     """
-    # The first command follows whatever others had the base do.
-    poses = np.array([sample.pose for sample in samples])
     found = _compared(
-        commanded.motions, samples, poses, commanded.began, delay, share
+        commanded.arcs,
+        samples.stamp,
+        samples.pose,
+        # The first command follows whatever others had the base do.
+        commanded.began,
+        delay,
+        share,
     )
     if not found:
         return ""
@@ -191,8 +307,8 @@ def follow_problem(
 
 
 def _compared(
-    motions: Motions,
-    samples: Sequence[BaseSample],
+    path: ArcPath,
+    stamp: np.ndarray,
     poses: np.ndarray,
     began: float,
     delay: float,
@@ -201,8 +317,8 @@ def _compared(
     """Finds motions that differ from what they should be.
 
     Args:
-        motions: The motions that should be, delayed.
-        samples: When the base was somewhere, the latest last, length k.
+        path: Where the base should have been, delayed.
+        stamp: When it was somewhere, ascending, shape (k,) [s].
         poses: Where it was, shape (k, 3) [m, m, rad].
         began: Since when that is known [s].
         delay: Longest delay [s].
@@ -212,104 +328,20 @@ def _compared(
         The motion, and that which should be, in words, and how long it took
         [s]; empty if they agree.
     """
-    latest = samples[-1]
-    since = [max(latest.stamp - window, began) for window in WINDOWS]
-    first = [bisect_right(samples, t, key=lambda s: s.stamp) for t in since]
-    if max(first) >= len(samples) - 1:
+    since = np.maximum(stamp[-1] - WINDOWS, began)
+    first = np.searchsorted(stamp, since, "right")
+    if first.max() >= len(stamp) - 1:
         return ()
-    start = np.array([samples[i].stamp for i in first])
-    moved = _relative(poses[first], poses[-1])
-    meant, excess = residuals(motions, start, latest.stamp, moved, delay, share)
+    start, end = stamp[first], np.full(len(first), stamp[-1])
+    moved = np.array([relative(poses[i], poses[-1]) for i in first])
+    meant, excess = path.residuals(start, end, moved, delay, share)
     wrong = np.flatnonzero(~(excess <= 1.0))
     if not len(wrong):
         return ()
     i = wrong[0]
-    seconds = float(latest.stamp - start[i])
-    return _words(moved[i]), _words(meant[i]), seconds
-
-
-def residuals(
-    motions: Motions,
-    start: np.ndarray,
-    end: np.ndarray | float,
-    moved: np.ndarray,
-    delay: float,
-    share: float = SHARE,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Compares n motions of a base with those that should be.
-
-    Args:
-        motions: The motions that should be, between pairs of times.
-        start: Times at which the motions began, shape (n,) [s].
-        end: Times at which they ended, shape (n,) or one for all [s].
-        moved: The motions, by their own axes, shape (n, 3) [m, m, rad].
-        delay: Longest delay of what should be [s].
-        share: Share of its way by which a motion may differ.
-
-    Returns:
-        The motion that should be and fits each best, shape (n, 3), and how far
-        it differs, relative to what is allowed, shape (n,).
-    """
-    late = np.linspace(0.0, delay, _DELAYS)
-    ends = np.broadcast_to(end, start.shape)[:, None] - late
-    told = motions(start[:, None] - late, ends)
-    error = _size(_relative(told, moved[:, None]))
-    spread = 0.5 * _size(_relative(told[:, :-1], told[:, 1:])).max(axis=1)
-    way = np.maximum(_size(told).max(axis=1), _size(moved))
-    allowed = SLACK + share * way + spread
-    # A heading that is off swings the way.
-    allowed[:, 0] += 0.5 * allowed[:, 1] * way[:, 0]
-    excess = (error / allowed[:, None]).max(axis=2)
-    best = excess.argmin(axis=1)
-    each = np.arange(len(best))
-    return told[each, best], excess[each, best]
-
-
-def _motions(
-    rows: np.ndarray, start: np.ndarray, end: np.ndarray, held: float
-) -> np.ndarray:
-    """Motions between times along a path of arcs, shape (..., 3).
-
-    Args:
-        rows: Time, x, y, yaw, speed forward and turning rate at each arc's
-            beginning, shape (k, 6).
-        start: Times at which the motions begin, shape (...) [s].
-        end: Times at which they end, shape (...) [s].
-        held: Longest time for which a speed counts [s].
-    """
-    time = np.stack([start, end])
-    i = np.searchsorted(rows[:, 0], time, "right") - 1
-    before = rows[np.maximum(i, 0)]
-    late = np.clip(time - before[..., 0], 0.0, held)
-    return _relative(*_extrapolated(before[..., 1:4], before[..., 4:], late))
-
-
-def _extrapolated(
-    pose: np.ndarray, u: np.ndarray, duration: np.ndarray
-) -> np.ndarray:
-    """`extrapolated_pose` for many poses, shape (..., 3)."""
-    half = 0.5 * u[..., 1] * duration
-    chord = u[..., 0] * duration * np.sinc(half / np.pi)
-    yaw = pose[..., 2] + half
-    return pose + np.stack(
-        [chord * np.cos(yaw), chord * np.sin(yaw), 2 * half], axis=-1
-    )
-
-
-def _relative(X_AB: np.ndarray, X_AC: np.ndarray) -> np.ndarray:
-    """`planar_pose.relative` for many poses, shape (..., 3)."""
-    x, y, yaw = np.moveaxis(X_AC - X_AB, -1, 0)
-    c, s = np.cos(X_AB[..., 2]), np.sin(X_AB[..., 2])
-    yaw = (yaw + np.pi) % (2 * np.pi) - np.pi
-    return np.stack([c * x + s * y, c * y - s * x, yaw], axis=-1)
-
-
-def _size(motion: np.ndarray) -> np.ndarray:
-    """Lengths and angles of motions, shape (..., 2) [m, rad]."""
-    length = np.hypot(motion[..., 0], motion[..., 1])
-    return np.stack([length, np.abs(motion[..., 2])], axis=-1)
+    return _words(moved[i]), _words(meant[i]), float(end[i] - start[i])
 
 
 def _words(motion: np.ndarray) -> str:
-    length, angle = _size(motion)
+    length, angle = math.hypot(motion[0], motion[1]), abs(motion[2])
     return f"{1e3 * length:.0f} mm and {math.degrees(angle):.1f} deg"

@@ -19,6 +19,7 @@ from remosplat_drake.hardware.client.base_filter import (
 from remosplat_drake.hardware.client.base_residual import (
     WINDOWS,
     BaseSample,
+    BaseSamples,
     CommandedPath,
     follow_problem,
     speed_problem,
@@ -34,7 +35,7 @@ from remosplat_drake.robot.planar_pose import (
     relative,
 )
 
-_KEPT = max(WINDOWS) + 0.5
+_KEPT = WINDOWS.max() + 0.5
 """Age at which samples are forgotten [s]."""
 
 _SPACING = 0.015
@@ -63,7 +64,7 @@ class BaseTrack:
     """What the statuses of the base have told; copying returns itself.
 
     Attributes:
-        samples: The statuses of the last seconds, the latest last.
+        samples: The statuses of the last seconds.
         jumped: The pose of the odometry's frame, as jumps have moved it, in
             the frame of the first status, shape (3,) [m, m, rad].
         disobeys: How the base's motion differs from its commands, or from its
@@ -72,7 +73,7 @@ class BaseTrack:
         fixes: Timing and faults of the localisation's channel.
     """
 
-    samples: tuple[BaseSample, ...] = ()
+    samples: BaseSamples = dc.field(default_factory=BaseSamples)
     jumped: np.ndarray = dc.field(default_factory=lambda: np.zeros(3))
     disobeys: str = ""
     filter: BaseFilter | None = None
@@ -87,11 +88,10 @@ class BaseTrack:
 
         What a clock is off shows in it, and nothing tells one from the other.
         """
-        since = self.samples[-1].received - _LATENCY_SPAN
-        return min(
-            (s.received - s.stamp for s in self.samples if s.received >= since),
-            key=abs,
-        )
+        received = self.samples.received
+        recent = received >= received[-1] - _LATENCY_SPAN
+        late = (received - self.samples.stamp)[recent]
+        return float(late[np.abs(late).argmin()])
 
     def pose(self, X_OB: np.ndarray) -> np.ndarray:
         """Returns x, y, yaw of the base in W for an odometry, shape (3,)."""
@@ -104,9 +104,9 @@ class BaseTrack:
         Where the stamps are late, nobody knows when the base was there.
         """
         bound = CERTAIN if self.filter is None else self.filter.uncertainty
-        if not self.samples:
+        if not len(self.samples):
             return bound
-        return bound + abs(self.latency * self.samples[-1].velocity)
+        return bound + abs(self.latency * self.samples.latest.velocity)
 
 
 def with_base_sample(
@@ -126,15 +126,10 @@ def with_base_sample(
         config: The longest delay of commands, and how far to trust fixes.
     """
     values = state.stamp, received, state.pose, state.velocity
-    sample = BaseSample(*values)
-    if track.samples:
-        sample = track.samples[-1].then(*values)
-    kept = tuple(
-        s for s in track.samples if 0 < sample.stamp - s.stamp <= _KEPT
-    )
-    expected, begins_anew = state.pose, False
-    if track.samples:
-        before = track.samples[-1]
+    sample, expected, begins_anew = BaseSample(*values), state.pose, False
+    if len(track.samples):
+        before = track.samples.latest
+        sample = before.then(*values)
         expected = _expected(before, sample)
         silence = sample.stamp - before.stamp
         begins_anew = silence > config.base_status_expiry or _sets_its_clock(
@@ -142,12 +137,12 @@ def with_base_sample(
         )
     off = relative(expected, state.pose)
     jumped = composed(odometry_frame(state.pose, expected), track.jumped)
+    samples = _kept(track.samples, sample.stamp)
     if off.any() or begins_anew:
         # What a jump has done is no disobedience, and how fast the base was
         # while nothing came nobody knows.
-        kept = ()
-    close = len(kept) > 1 and kept[-1].stamp - kept[-2].stamp < _SPACING
-    samples = (*(kept[:-1] if close else kept), sample)
+        samples = BaseSamples()
+    samples = samples.with_sample(sample)
     share = config.base_share
     disobeys = speed_problem(samples, share)
     if commanded is not None:
@@ -201,13 +196,13 @@ def track_problem(track: BaseTrack, config: HardwareConfig) -> str:
         config: What is too late, too uncertain or missing.
     """
     status, fixes = config.channels.base_status, config.channels.localization
-    if not track.samples:
+    if not len(track.samples):
         return ""
     if not abs(track.latency) <= config.base_latency:
         late = 1e3 * track.latency
         kind = "before it comes" if late > 0 else "in the future"
         return f"{status}: stamped {abs(late):.0f} ms {kind}: set the clocks"
-    X_OB = track.samples[-1].pose
+    X_OB = track.samples.latest.pose
     shift, turn = _sizes(relative(relative(track.jumped, X_OB), X_OB))
     is_far = shift > _STEP[0] or turn > _STEP[1]
     if track.filter is None and is_far:
@@ -231,7 +226,7 @@ def _fix_problem(track: BaseTrack, fusion: BaseFilter) -> str:
         return track.fixes.broken
     if math.isinf(track.fixes.received):
         return "nothing came yet"
-    silence = track.samples[-1].stamp - fusion.fixed
+    silence = track.samples.latest.stamp - fusion.fixed
     if not silence <= fusion.config.expiry:
         return f"nothing new came for {silence:.2g} s"
     return ""
@@ -248,6 +243,19 @@ def _doubt(track: BaseTrack) -> str:
         f" {np.degrees(turn):.1f} deg: at most {1e3 * config.max_shift:.0f} mm"
         f" and {np.degrees(config.max_turn):.1f} deg are allowed"
     )
+
+
+def _kept(samples: BaseSamples, stamp: float) -> BaseSamples:
+    """Forgets what is old, or hardly older than the sample before it.
+
+    Args:
+        samples: The samples before.
+        stamp: Stamp of the one that comes [s].
+    """
+    age = stamp - samples.stamp
+    kept = samples.where((age > 0) & (age <= _KEPT))
+    close = len(kept) > 1 and kept.stamp[-1] - kept.stamp[-2] < _SPACING
+    return kept.where(slice(-1)) if close else kept
 
 
 def _expected(before: BaseSample, after: BaseSample) -> np.ndarray:

@@ -1,0 +1,93 @@
+"""Motions along paths of arcs, and how far others differ from them, compiled.
+
+`base_residual_reference.py` says the same with arrays.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def _relative(before, after):
+    """The pose `after` as seen from `before`, yaw in [-pi, pi)."""
+    x, y = after[0] - before[0], after[1] - before[1]
+    c, s = math.cos(before[2]), math.sin(before[2])
+    yaw = (after[2] - before[2] + math.pi) % (2.0 * math.pi) - math.pi
+    return c * x + s * y, c * y - s * x, yaw
+
+
+@njit(cache=True)
+def _pose(rows, held, time):
+    """Where a path is at a time."""
+    low, high = 0, len(rows)
+    while low < high:
+        middle = (low + high) // 2
+        if rows[middle, 0] <= time:
+            low = middle + 1
+        else:
+            high = middle
+    row = rows[max(low - 1, 0)]
+    late = min(max(time - row[0], 0.0), held)
+    half = 0.5 * row[5] * late
+    chord = row[4] * late
+    if half != 0.0:
+        chord *= math.sin(half) / half
+    yaw = row[3] + half
+    return (
+        row[1] + chord * math.cos(yaw),
+        row[2] + chord * math.sin(yaw),
+        row[3] + 2.0 * half,
+    )
+
+
+@njit(cache=True)
+def path_motions(rows, held, start, end):
+    """Computes what `ArcPath.motions` says."""
+    motions = np.empty((len(start), 3))
+    for i in range(len(start)):
+        before = _pose(rows, held, start[i])
+        motions[i] = _relative(before, _pose(rows, held, end[i]))
+    return motions
+
+
+@njit(cache=True)
+def _size(motion):
+    """Length and angle of a motion."""
+    return math.hypot(motion[0], motion[1]), abs(motion[2])
+
+
+@njit(cache=True)
+def path_residuals(rows, held, start, end, moved, late, slack, share):
+    """Computes what `ArcPath.residuals` says, for some delays `late`."""
+    n, k = len(start), len(late)
+    fitting, excess = np.empty((n, 3)), np.empty(n)
+    told = np.empty((k, 3))
+    for i in range(n):
+        length, angle = _size(moved[i])
+        shift_spread = angle_spread = 0.0
+        for j in range(k):
+            before = _pose(rows, held, start[i] - late[j])
+            told[j] = _relative(before, _pose(rows, held, end[i] - late[j]))
+            told_length, told_angle = _size(told[j])
+            length, angle = max(length, told_length), max(angle, told_angle)
+            if j:
+                shift, turn = _size(_relative(told[j - 1], told[j]))
+                shift_spread = max(shift_spread, shift)
+                angle_spread = max(angle_spread, turn)
+        turn_allowed = slack[1] + share * angle + 0.5 * angle_spread
+        # A heading that is off swings the way.
+        shift_allowed = slack[0] + share * length + 0.5 * shift_spread
+        shift_allowed += 0.5 * turn_allowed * length
+        excess[i] = math.inf
+        for j in range(k):
+            shift, turn = _size(_relative(told[j], moved[i]))
+            value = max(shift / shift_allowed, turn / turn_allowed)
+            known = shift == shift and turn == turn
+            if not known or value < excess[i]:
+                fitting[i] = told[j]
+                excess[i] = value if known else math.nan
+            if not known:
+                break
+    return fitting, excess

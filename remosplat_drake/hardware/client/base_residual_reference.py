@@ -1,0 +1,87 @@
+"""The slow, readable form of `base_residual_kernel.py`."""
+
+import numpy as np
+
+
+def path_motions(
+    rows: np.ndarray, held: float, start: np.ndarray, end: np.ndarray
+) -> np.ndarray:
+    """Motions between times along a path of arcs, shape (..., 3).
+
+    Args:
+        rows: Time, x, y, yaw, speed forward and turning rate at each arc's
+            beginning, shape (k, 6 or more).
+        held: Longest time for which a speed counts [s].
+        start: Times at which the motions begin, shape (...) [s].
+        end: Times at which they end, shape (...) [s].
+    """
+    time = np.stack([start, end])
+    i = np.searchsorted(rows[:, 0], time, "right") - 1
+    before = rows[np.maximum(i, 0)]
+    late = np.clip(time - before[..., 0], 0.0, held)
+    return _relative(*_extrapolated(before[..., 1:4], before[..., 4:6], late))
+
+
+def path_residuals(
+    rows: np.ndarray,
+    held: float,
+    start: np.ndarray,
+    end: np.ndarray,
+    moved: np.ndarray,
+    late: np.ndarray,
+    slack: np.ndarray,
+    share: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Compares n motions with those along a path, delayed.
+
+    Args:
+        rows: The path, as `path_motions` takes it.
+        held: Longest time for which a speed counts [s].
+        start: Times at which the motions began, shape (n,) [s].
+        end: Times at which they ended, shape (n,) [s].
+        moved: The motions, by their own axes, shape (n, 3) [m, m, rad].
+        late: Delays that are tried, ascending, shape (k,) [s].
+        slack: How far a motion may differ, shape (2,) [m, rad].
+        share: Share of its way by which it may differ besides.
+
+    Returns:
+        The motion along the path that fits each best, shape (n, 3), and how far
+        it differs, relative to what is allowed, shape (n,).
+    """
+    told = path_motions(rows, held, start[:, None] - late, end[:, None] - late)
+    error = _size(_relative(told, moved[:, None]))
+    spread = 0.5 * _size(_relative(told[:, :-1], told[:, 1:])).max(axis=1)
+    way = np.maximum(_size(told).max(axis=1), _size(moved))
+    allowed = slack + share * way + spread
+    # A heading that is off swings the way.
+    allowed[:, 0] += 0.5 * allowed[:, 1] * way[:, 0]
+    excess = (error / allowed[:, None]).max(axis=2)
+    best = excess.argmin(axis=1)
+    each = np.arange(len(best))
+    return told[each, best], excess[each, best]
+
+
+def _extrapolated(
+    pose: np.ndarray, u: np.ndarray, duration: np.ndarray
+) -> np.ndarray:
+    """`extrapolated_pose` for many poses, shape (..., 3)."""
+    half = 0.5 * u[..., 1] * duration
+    chord = u[..., 0] * duration * np.sinc(half / np.pi)
+    yaw = pose[..., 2] + half
+    return pose + np.stack(
+        [chord * np.cos(yaw), chord * np.sin(yaw), 2 * half], axis=-1
+    )
+
+
+def _relative(X_AB: np.ndarray, X_AC: np.ndarray) -> np.ndarray:
+    """`planar_pose.relative` for many poses, shape (..., 3)."""
+    x, y, yaw = np.moveaxis(X_AC - X_AB, -1, 0)
+    c, s = np.cos(X_AB[..., 2]), np.sin(X_AB[..., 2])
+    yaw = (yaw + np.pi) % (2 * np.pi) - np.pi
+    return np.stack([c * x + s * y, c * y - s * x, yaw], axis=-1)
+
+
+def _size(motion: np.ndarray) -> np.ndarray:
+    """Lengths and angles of motions, shape (..., 2) [m, rad]."""
+    length = np.hypot(motion[..., 0], motion[..., 1])
+    return np.stack([length, np.abs(motion[..., 2])], axis=-1)
