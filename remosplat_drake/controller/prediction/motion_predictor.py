@@ -76,6 +76,10 @@ class MotionPredictor(LeafSystem):
         self._base_input = self.DeclareVectorInputPort("base_velocity", 2)
         start = (math.nan, History.at_rest(robot.n_u))
         self._cell = int(self.DeclareAbstractState(Value[object](start)))
+        self._history = self.DeclareCacheEntry(
+            "history",
+            ValueProducer(allocate=Value[object], calc=self._calc_history),
+        )
         self._motion = self.DeclareCacheEntry(
             "motion", ValueProducer(allocate=Value[object], calc=self._calc)
         )
@@ -87,16 +91,16 @@ class MotionPredictor(LeafSystem):
         )
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._tick)
 
-    def _known(self, context: Context) -> History:
+    def _calc_history(self, context: Context, value: Value) -> None:
         """The history, with the command of the tick before."""
         time, history = context.get_abstract_state(self._cell).get_value()
-        if math.isnan(time):
-            return history
-        u = self._executed_input.Eval(context)
-        return history.with_command(self._model, time, u, self._expiry)
+        if not math.isnan(time):
+            u = self._executed_input.Eval(context)
+            history = history.with_command(self._model, time, u, self._expiry)
+        value.set_value(history)
 
     def _calc(self, context: Context, value: Value) -> None:
-        history, now = self._known(context), context.get_time()
+        history, now = self._history.Eval(context), context.get_time()
         q = self._measured(context, self._configuration_input)
         stamp = self._stamp(context)
         value.set_value(
@@ -119,7 +123,7 @@ class MotionPredictor(LeafSystem):
         return q
 
     def _tick(self, context: Context, state: State) -> None:
-        history = self._known(context)
+        history: History = self._history.Eval(context)
         way = modelled_way(self._model, history, self._stamp(context))
         q = self._measured(context, self._odometry_input)
         known = context.get_time(), history.with_measurement(q, way)

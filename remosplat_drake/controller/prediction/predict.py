@@ -3,6 +3,7 @@
 import numpy as np
 
 from remosplat_drake.controller.prediction.history import LONG_AGO, History
+from remosplat_drake.controller.verification.kernels.places import chain
 from remosplat_drake.robot.actuators import ActuatorModel
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.motion import Motion
@@ -51,7 +52,7 @@ def predict(
         np.maximum(until, history.sent[row]),
     )
     q_start = _led(robot, q, np.diff(way[: _PIECES + 1], axis=0))
-    rest = [*np.diff(way[_PIECES:], axis=0), model.lag * v[-1]]
+    rest = np.vstack([np.diff(way[_PIECES:], axis=0), model.lag * v[-1]])
     return Motion(
         model=model,
         time=now,
@@ -89,9 +90,9 @@ def modelled_way(
     return history.way[row, axis] + way[0]
 
 
-def _led(robot: RobotModel, q: np.ndarray, ways) -> np.ndarray:
-    """Leads a configuration along short ways, each of shape (n_u,)."""
-    for way in ways:
-        if way.any():
-            q = robot.advance(q, way, 1.0)
-    return q
+def _led(robot: RobotModel, q: np.ndarray, ways: np.ndarray) -> np.ndarray:
+    """Leads a configuration along s short ways, shape (s, n_u)."""
+    if not ways.any():
+        return q
+    # Each way takes one unit of time; where one more would begin is the end.
+    return chain(q, ways, np.ones(len(ways) + 1), robot.n_base)[-1]
