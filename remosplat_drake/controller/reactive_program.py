@@ -41,6 +41,9 @@ class Tick:
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
         guidance: How the tick is bent, as `GuidanceSelector` has chosen.
+        sphere_tube: By how much each sphere may be off its predicted path, at
+            the speeds of the command that is being executed, shape (n,) [m];
+            None where the robot obeys at once.
 
     Example:
         >>> import remosplat_drake as rs
@@ -58,6 +61,7 @@ class Tick:
     u_previous: np.ndarray
     dt: float
     guidance: Guidance = DIRECT
+    sphere_tube: np.ndarray | None = None
 
     @property
     def error_scale(self) -> float:

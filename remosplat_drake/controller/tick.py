@@ -72,6 +72,7 @@ def run_tick(
             u_previous,
             law.dt,
             guidance,
+            None if motion is None else _sphere_tube(law, motion, u_previous),
         )
         program = build_program(tick, law.ingredients)
         after_build = perf_counter()
@@ -108,6 +109,11 @@ def run_tick(
             "verify": end - after_solve,
         },
     )
+
+
+def _sphere_tube(law: ReactiveLaw, motion: Motion, u: np.ndarray) -> np.ndarray:
+    """By how much spheres may be off their paths at speeds u, (n,) [m]."""
+    return law.robot.jacobian_bound @ (motion.model.tube * np.abs(u))
 
 
 def _unknown_surroundings(q: np.ndarray, clearances: Clearances) -> str:

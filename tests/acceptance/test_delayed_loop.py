@@ -1,12 +1,15 @@
 """With a model of its actuators a late robot keeps its distance."""
 
 import dataclasses as dc
+import math
 
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
 from remosplat_drake.acceptance.delayed_loop import DelayedRobot, run_delayed
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.world import load_world, target_poses
 from remosplat_drake.controller.controller_config import (
     ReactiveControllerConfig,
 )
@@ -81,3 +84,29 @@ def test_the_defaults_hold_a_robot_that_nobody_has_measured(frankie, case):
     run = drive(frankie, UNMEASURED[case], 0.0, known)
     assert 0.015 <= run.clearance < 0.2
     assert run.share <= 1
+
+
+def test_with_wide_tubes_a_robot_still_slides_along_a_table(frankie):
+    """A slow base that has to follow the arm around the table's edge."""
+    scenario = load_scenario(
+        "TableReach",
+        "controller: {solver: active_set, guidance: {enabled: false},"
+        " velocity_limits: {max_forward: 0.03, strict: true}}",
+    )
+    world = load_world(scenario)
+    law = ReactiveLaw.make(scenario.controller, frankie, 0.02)
+    run = run_delayed(
+        law,
+        DelayedRobot(
+            frankie,
+            ActuatorModel.make(UNMEASURED["at once"]),
+            world.q0,
+            np.zeros(9),
+        ),
+        world.field,
+        target_poses(scenario, world.truth)[0].GetAsMatrix4(),
+        ActuatorModel.make(frankie.assumed_actuators),
+        20.0,
+    )
+    assert math.isfinite(run.time)
+    assert run.clearance >= law.collision.stopping

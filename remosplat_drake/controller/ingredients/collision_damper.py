@@ -57,7 +57,9 @@ class CollisionDamper:
         n' Jv_WS u <= xi (d - d_s) / (d_i - d_s)
 
     (paper section IV-D; Faverjon and Tournassoud 1987). A sphere nearer than
-    the stopping distance d_s must recede.
+    the stopping distance d_s must recede. Where a sphere may be off its path,
+    its tube counts to d_s, as it does in verification: a robot that slides
+    along an obstacle would else be told to slide where it is not let.
 
     Attributes:
         config: Distances d_i and d_s, and the speed xi. Verification and the
@@ -80,6 +82,8 @@ class CollisionDamper:
             return
         stopping = config.stopping_for(tick.guidance)
         margin = clearances.distance - stopping
+        if tick.sphere_tube is not None:
+            margin = margin - tick.sphere_tube[clearances.sphere]
         b = config.gain * margin / (config.influence - stopping)
 
         def label(i: int) -> str:
