@@ -1,5 +1,6 @@
 """Frames for a hand-eye calibration, taken while a person moves the robot."""
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
@@ -7,6 +8,7 @@ from typing import Protocol
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.frames import Frame, assemble
 
@@ -15,6 +17,10 @@ APART = np.deg2rad(8.0)
 
 _STILL_TURN, _STILL = np.deg2rad(0.1), 1e-3
 """Largest motion between two images of a robot that stands [rad, m]."""
+
+
+_SILENCE = 10.0
+"""Time without any usable image after which nobody waits for more [s]."""
 
 
 class Camera(Protocol):
@@ -32,7 +38,9 @@ def collect_still_frames(
 ) -> Capture:
     """Takes frames from places that differ, each time the robot stands there.
 
-    Nothing moves the robot: a person does, by hand or by teleoperation.
+    Nothing moves the robot: a person does, by hand or by teleoperation. An
+    image that says nothing, because its camera or the robot was silent for a
+    moment, is left out.
 
     Args:
         camera: The robot's camera.
@@ -44,12 +52,19 @@ def collect_still_frames(
         The frames, as many as there are when it ends.
 
     Raises:
-        RemoSplatError: The camera or the robot is silent.
+        RemoSplatError: The camera or the robot stays silent.
     """
     frames: list[Frame] = []
     last: Frame | None = None
+    heard = time.monotonic()
     while on_frame(len(frames)) and len(frames) < count:
-        frame = camera.frame(np.zeros(0), 0.0)
+        try:
+            frame = camera.frame(np.zeros(0), 0.0)
+        except RemoSplatError:
+            if time.monotonic() - heard > _SILENCE:
+                raise
+            continue
+        heard = time.monotonic()
         stands = last is not None and _stands(last.X_WC, frame.X_WC)
         if stands and all(_turn(f.X_WC, frame.X_WC) > APART for f in frames):
             frames.append(frame)

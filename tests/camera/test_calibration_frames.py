@@ -1,8 +1,11 @@
 """Which of a moving camera's images a calibration keeps."""
 
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.camera import calibration_frames
 from remosplat_drake.camera.calibration_frames import collect_still_frames
 from remosplat_drake.capture.frames import Frame
 
@@ -42,3 +45,28 @@ def test_a_standing_camera_that_has_turned_enough_is_kept():
 def test_the_person_may_end_it_before():
     capture = collect_still_frames(TurningCamera(), 3, lambda count: count < 2)
     assert angles(capture) == [0, 20]
+
+
+class FalteringCamera(TurningCamera):
+    """A camera that is silent at every second image."""
+
+    def __init__(self):
+        super().__init__()
+        self._asked = 0
+
+    def frame(self, q: np.ndarray, time: float) -> Frame:
+        self._asked += 1
+        if self._asked % 2:
+            raise RemoSplatError("the wrist camera is silent")
+        return super().frame(q, time)
+
+
+def test_a_moment_of_silence_ends_nothing():
+    capture = collect_still_frames(FalteringCamera(), 3, lambda count: True)
+    assert angles(capture) == [0, 20, 40]
+
+
+def test_a_camera_that_stays_silent_is_named(monkeypatch):
+    monkeypatch.setattr(calibration_frames, "_SILENCE", 0.0)
+    with pytest.raises(RemoSplatError, match="the wrist camera is silent"):
+        collect_still_frames(FalteringCamera(), 3, lambda count: True)
