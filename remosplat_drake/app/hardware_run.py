@@ -222,11 +222,16 @@ class HardwareLoop:
         which the robot relies. Kernels have been compiled before, by
         `warm_up.compile_kernels`.
         """
+        log = self._application.log
+        if log is not None:
+            log.is_paused = True
         self._initialize()
         for _ in range(math.ceil(REHEARSAL / self._period)):
             self._compute()
             self._end_tick()
         self._restart()
+        if log is not None:
+            log.is_paused = False
 
     def start(self) -> None:
         """Starts at the next tick from the measured state, at rest.

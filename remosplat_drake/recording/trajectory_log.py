@@ -52,6 +52,9 @@ class TrajectoryLog(LeafSystem):
     `TargetState` and `map_requests` the `MapRequests`, and
     `station_status` a `StationStatus`.
 
+    Attributes:
+        is_paused: Whether nothing is written at present, as in a rehearsal.
+
     Args:
         folder: Folder of the run; it must not hold the two files yet. None
             writes none.
@@ -85,6 +88,7 @@ class TrajectoryLog(LeafSystem):
         self._known = LoggedSignals()
         self._map_version = NO_MAP
         self._time = -math.inf
+        self.is_paused = False
         self._report_input = self.DeclareAbstractInputPort(
             "report", Value(TickReport.before_first(n_q, n_u))
         )
@@ -140,6 +144,8 @@ class TrajectoryLog(LeafSystem):
         output.set_value(self.trouble)
 
     def _record(self, context: Context):
+        if self.is_paused:
+            return
         report = self._report_input.Eval(context)
         now = LoggedSignals(
             _value(self._supervision_input, context),

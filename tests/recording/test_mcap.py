@@ -9,19 +9,23 @@ from base64 import b64decode
 from collections import defaultdict
 from io import BytesIO
 from pathlib import Path
+from textwrap import indent
 
 import jsonschema
 import numpy as np
 import pytest
+from consenting import consenting
 from patience import PATIENCE
 from pydrake.lcm import DrakeLcm
-from runs import command_line, remosplat
+from robot_process import Client, robot_process, running
+from runs import PATIENT, command_line, remosplat
 
 from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.hardware.hardware_config import HardwareConfig, beside
 from remosplat_drake.hardware.wire.channels import WRIST_CAMERA
 from remosplat_drake.hardware.wire.images import encode_images
+from remosplat_drake.hardware.wire.inbox import Inbox
 from remosplat_drake.recording.events import SUPERVISOR, Event
 from remosplat_drake.recording.mcap import mcap_recorder
 from remosplat_drake.recording.mcap.mcap_file import McapFile
@@ -32,6 +36,17 @@ from remosplat_drake.signals.station_status import StationStatus
 
 reader = pytest.importorskip("mcap.reader")
 pictures = pytest.importorskip("PIL.Image")
+
+
+KITCHEN = """
+Kitchen:
+  scene:
+    splat: package://remosplat_drake/models/scenes/table/splat.ply
+    truth: package://remosplat_drake/models/scenes/table/scene.json
+  wrist_camera: {{width: 64, height: 48}}
+{patient}
+"""
+"""The default scenario, with a camera that is quickly rendered."""
 
 
 def messages(path: Path) -> dict[str, list[dict]]:
@@ -215,6 +230,39 @@ def test_a_run_is_recorded_whole(tmp_path):
     found = messages(path)
     assert len(found["/command"]) == ticks
     assert len(found["/station_status"]) == ticks
+
+
+@pytest.mark.slow
+def test_a_robot_on_the_wire_is_recorded_with_its_camera(
+    lone_robot, rendering, tmp_path
+):
+    """Robot, camera, controller and recorder, each a process of its own."""
+    scenario = tmp_path / "kitchen.yaml"
+    scenario.write_text(KITCHEN.format(patient=indent(PATIENT, "  ")))
+    url, path = free_url(), tmp_path / "a.mcap"
+    wire = "--lcm-url", url
+    with (
+        robot_process(url, str(scenario)),
+        running("camera-sim", str(scenario), *wire, "--rate", "10"),
+        consenting(url),
+    ):
+        images = Inbox(DrakeLcm(beside(url)), [WRIST_CAMERA])
+        client = Client(url)
+        client.wait_for_robot()
+        client.wait_for(lambda: any(images.fetch()))
+        done = remosplat(
+            *("run", scenario, "--hardware", "--without-doctor", "--headless"),
+            *(*wire, "--record", path, "--output", tmp_path),
+        )
+    assert done.returncode == 0, done.stderr
+    ticks = json.loads((tmp_path / "metrics.json").read_text())["ticks"]
+    found = messages(path)
+    for topic in "/command", "/station_status", "/supervision":
+        # Where a tick was late, one of the two recorders may have missed it.
+        assert ticks - 5 <= len(found[topic]) <= ticks, topic
+    stamps = [image["timestamp"] for image in found["/wrist_camera/depth"]]
+    assert len(found["/wrist_camera/color"]) == len(stamps) > 1
+    assert len({str(stamp) for stamp in stamps}) == len(stamps)
 
 
 @pytest.mark.slow
