@@ -72,7 +72,7 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
         scenario.scene.floor_height,
     )
     truth = _true_scene(scenario, "truth")
-    splat_W, cropped_W = _load_splat(scenario)
+    splat_W, cropped_W = load_splat(scenario)
     if splat_W is None and blank:
         splat_W = GaussianSplat.empty()
     field = make_field(scenario.oracle, splat_W, truth, where)
@@ -153,10 +153,20 @@ def target_poses(
     ]
 
 
-def _load_splat(
+def load_splat(
     scenario: Scenario,
 ) -> tuple[GaussianSplat | None, GaussianSplat]:
-    """Reads the splat, and splits off what is cropped away from it."""
+    """Reads a scenario's splat, and splits off what is cropped away from it.
+
+    Args:
+        scenario: The scenario.
+
+    Returns:
+        What is left, None without a splat, and what was cropped away, in W.
+
+    Raises:
+        RemoSplatError: The file is unusable, or nothing is left.
+    """
     scene = scenario.scene
     if not scene.splat:
         return None, GaussianSplat.empty()

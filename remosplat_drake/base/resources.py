@@ -4,7 +4,9 @@ A checkout or editable install keeps the data beside the package; a wheel
 carries it inside, under share/. Everything else asks this module.
 """
 
+import itertools
 import os
+from difflib import get_close_matches
 from pathlib import Path
 
 from remosplat_drake.base.errors import FileError
@@ -12,6 +14,9 @@ from remosplat_drake.base.errors import FileError
 _PACKAGE = Path(__file__).resolve().parents[1]
 _WHEEL_SHARE = _PACKAGE / "share"
 _ROOT = _WHEEL_SHARE if _WHEEL_SHARE.is_dir() else _PACKAGE.parent
+
+_MOST = 10_000
+"""Number of files among which one is looked for that was meant."""
 
 PACKAGE_SCHEME = "package://remosplat_drake/"
 """Beginning of URIs of files that come with this package."""
@@ -54,8 +59,18 @@ def resolve(uri: str | Path, relative_to: Path | None = None) -> Path:
     if relative_to is not None and not path.is_absolute():
         path = relative_to / path
     if not path.exists():
-        raise FileError(str(uri), "no such file")
+        raise FileError(str(uri), f"no such file{_guess(path)}")
     return path
+
+
+def _guess(path: Path) -> str:
+    """Asks whether another file of that folder was meant, if one is near."""
+    try:
+        names = [x.name for x in itertools.islice(path.parent.iterdir(), _MOST)]
+    except OSError:
+        return ""
+    close = get_close_matches(path.name, names, n=1, cutoff=0.8)
+    return f" (did you mean {close[0]!r}?)" if close else ""
 
 
 def expand(uri: str | Path) -> Path:

@@ -7,11 +7,11 @@ import numpy as np
 from pydrake.systems.framework import DiagramBuilder
 
 from remosplat_drake.app.map_knowledge import examine_map, target_places
-from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.commands.gate_keeping import describe
 from remosplat_drake.commands.hold import add_page_arguments, hold
+from remosplat_drake.commands.splat_scenario import load_given
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
@@ -48,7 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario",
         nargs="?",
-        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`)",
+        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`), or a splat"
+        " file",
     )
     parser.add_argument(
         "--sphere",
@@ -100,7 +101,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Writes the picture, and serves the page if it is asked for."""
     console = open_console(stderr=True)
-    scenario = load_scenario(arguments.scenario, arguments.scenario_text)
+    scenario = load_given(arguments.scenario, arguments.scenario_text, console)
     world = load_world(scenario)
     if world.splat_W is None:
         raise FieldError(scenario.source, "scene.splat", "inspect needs one")

@@ -14,7 +14,6 @@ from rich.text import Text
 from remosplat_drake.app import warm_up
 from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.map_knowledge import examine_map, target_places
-from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import INTERRUPTED, REACHED, RunResult
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.atomic_file import atomic_write, check_writable
@@ -39,6 +38,7 @@ from remosplat_drake.commands.hold import (
     wait_for_start,
 )
 from remosplat_drake.commands.number_flags import not_negative
+from remosplat_drake.commands.splat_scenario import load_given
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import (
     add_robot_arguments,
@@ -59,7 +59,7 @@ METRICS, TRAJECTORY = "metrics.json", "trajectory.npz"
 
 EXAMPLES = """
 remosplat run BookshelfReach
-remosplat run TableReach --headless --output results/table
+remosplat run scan.ply --save-scenario scan.yaml
 remosplat run TableReach --hardware --rehearsal
 """
 """What `--help` ends with."""
@@ -70,7 +70,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario",
         nargs="?",
-        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`)",
+        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`), or a splat"
+        " file, for which one is made up",
+    )
+    parser.add_argument(
+        "--save-scenario",
+        type=Path,
+        metavar="FILE.yaml",
+        help="write the scenario that is made up for a splat",
     )
     parser.add_argument(
         "--headless",
@@ -121,7 +128,13 @@ def run(arguments: argparse.Namespace) -> int:
     _check_outputs(arguments)
     check_accepted(arguments)
     waits_for_viewer = is_waited_for(arguments)
-    scenario = load_scenario(arguments.scenario, arguments.scenario_text)
+    scenario = load_given(
+        arguments.scenario,
+        arguments.scenario_text,
+        console,
+        arguments.save_scenario,
+        arguments.hardware,
+    )
     if arguments.hardware and arguments.realtime_rate is not None:
         raise RemoSplatError("--realtime-rate: not with --hardware")
     prepare_robot(arguments, scenario, console)
@@ -187,7 +200,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
     """Refuses what could not be written after the run before it starts."""
-    paths = [arguments.graphviz, arguments.save_html]
+    paths = [arguments.graphviz, arguments.save_html, arguments.save_scenario]
     if arguments.output:
         paths += [arguments.output / name for name in (METRICS, TRAJECTORY)]
     for path in filter(None, paths):

@@ -1,4 +1,4 @@
-"""The scenario that `remosplat reconstruct` writes beside a splat."""
+"""The scenario that is suggested for a splat."""
 
 import math
 import textwrap
@@ -19,7 +19,7 @@ from remosplat_drake.reconstruction.report.quality_report import (
 from remosplat_drake.reconstruction.workspace import Workspace
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.task.suggestion import NEAR, suggest_task
+from remosplat_drake.task.suggestion import NEAR, Suggestion, suggest_task
 
 FRANKIE = "frankie"
 """The robot that tasks are suggested for unless told otherwise."""
@@ -66,17 +66,37 @@ def write_scenario(
         workspace.upper,
         lambda p_W: times_looked_through(capture, p_W, _FREE_MARGIN) > 1,
     )
-    # Rounded up to tenths of a millimetre, and to millimetres.
-    error = math.ceil(round(1e6 * map_error) / 100) / 1e4
-    safe = math.ceil(round(1e6 * (error + MAP_ERROR_MARGIN)) / 1000) / 1e3
-    usual = CollisionDamperConfig().stopping
-    controller = {"collision": {"stopping": safe}}
+    error, safe = _rounded(map_error)
+    entry = suggested_entry(splat.name, task, robot, map_error)
+    text = _verdict(error, safe) + _doubts(warnings) + as_yaml(splat, entry)
+    write_atomically(scenario_path(splat), text)
+    return text
+
+
+def suggested_entry(
+    splat: str, task: Suggestion, robot: str, map_error: float | None
+) -> dict:
+    """Makes a scenario's entry from a suggested task.
+
+    Args:
+        splat: Name of the splat's file, as the scenario is to give it.
+        task: The task.
+        robot: Name of the robot, or a file that describes one.
+        map_error: Largest over-estimate of a distance by the splat [m]; None
+            if nobody knows it.
+    """
+    scene: dict = {"splat": splat}
+    controller = {}
+    if map_error is not None:
+        scene["map_error"], safe = _rounded(map_error)
+        if CollisionDamperConfig().stopping < safe < NEAR:
+            controller = {"collision": {"stopping": safe}}
     entry_of_robot = {} if robot == FRANKIE else {"model": robot}
     if task.base_pose is not None:
         entry_of_robot["base_pose"] = task.base_pose.round(3).tolist()
-    entry = {
-        "scene": {"splat": splat.name, "map_error": error},
-        **({"controller": controller} if usual < safe < NEAR else {}),
+    return {
+        "scene": scene,
+        **({"controller": controller} if controller else {}),
         **({"robot": entry_of_robot} if entry_of_robot else {}),
         "targets": [
             {
@@ -85,13 +105,24 @@ def write_scenario(
             }
         ],
     }
+
+
+def as_yaml(splat: Path, entry: dict) -> str:
+    """Writes an entry as the YAML of a file, named after the splat."""
     name = "".join(word.capitalize() for word in splat.stem.split("_"))
-    text = yaml.safe_dump(
+    return yaml.safe_dump(
         {name: entry}, sort_keys=False, default_flow_style=None
     )
-    text = _verdict(error, safe) + _doubts(warnings) + text
-    write_atomically(scenario_path(splat), text)
-    return text
+
+
+def _rounded(map_error: float) -> tuple[float, float]:
+    """A map's error and the stopping distance that is safe, rounded up.
+
+    To tenths of a millimetre, and to millimetres.
+    """
+    error = math.ceil(round(1e6 * map_error) / 100) / 1e4
+    safe = math.ceil(round(1e6 * (error + MAP_ERROR_MARGIN)) / 1000) / 1e3
+    return error, safe
 
 
 def _verdict(error: float, safe: float) -> str:

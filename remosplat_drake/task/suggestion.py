@@ -18,6 +18,10 @@ NEAR, _FAR = 0.05, 0.12
 _HEIGHTS = np.arange(0.35, 1.2, 0.05)
 """Heights of targets above the floor [m]."""
 
+_ON_A_TABLE = 0.25
+"""How much lower targets are for an arm on a fixed base, which stands on what
+it works on [m]."""
+
 _DISTANCES = (0.9, 1.1, 1.3, 1.5, 1.8, 2.2)
 """Distances from the base to the target, in the order they are tried [m]."""
 
@@ -161,7 +165,8 @@ def _targets(
 ) -> np.ndarray:
     """Free places for the hand near a surface, central ones first, (k, 3)."""
     axes = [np.arange(lower[i], upper[i], 0.1) for i in (0, 1)]
-    heights = _HEIGHTS[(lower[2] < _HEIGHTS) & (upper[2] > _HEIGHTS)]
+    heights = _HEIGHTS if robot.n_base else _HEIGHTS - _ON_A_TABLE
+    heights = heights[(lower[2] < heights) & (upper[2] > heights)]
     p_WA = shoulder(robot, robot.q_home)
     heights = heights[np.abs(heights - p_WA[2]) < _STRETCHED * arm_reach(robot)]
     points = np.stack(np.meshgrid(*axes, heights), axis=-1).reshape(-1, 3)

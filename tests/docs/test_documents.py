@@ -136,6 +136,8 @@ def folder(tmp_path, monkeypatch) -> Path:
             colors=np.full((n, 3), 0.5),
         ),
     )
+    table = models_dir() / "scenes/table/splat.ply"
+    (tmp_path / "scan.ply").symlink_to(table)
     (tmp_path / "script.yaml").write_text("steps: [{press: home}]\n")
     shutil.copy(ROOT / "tests/data/three_link.urdf", tmp_path / "my_arm.urdf")
     shutil.copy(models_dir() / "scenes/table/scene.json", tmp_path)
