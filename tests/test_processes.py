@@ -66,10 +66,10 @@ def test_an_interrupted_run_sums_up_what_it_did(tmp_path):
         FORCE_COLOR="1",  # Without a terminal there is no line of progress.
     )
     assert process.stderr is not None
-    while "to target" not in process.stderr.readline(40):
+    while "to the target" not in process.stderr.readline(60):
         assert process.poll() is None
     error = " ".join(re.sub(r"\x1b\[[\d;?]*\w", "", interrupt(process)).split())
-    assert "not reached: interrupted at target 1 of 1" in error
+    assert "outcome interrupted: moving to the target" in error
     assert "clearance (truth) min" in error
     metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
     assert metrics["outcome"] == "interrupted"

@@ -15,10 +15,10 @@ from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.hardware_limits import check_for_hardware
 from remosplat_drake.app.scenario import OBSTACLE, Scenario
 from remosplat_drake.app.simulation import (
-    GuidanceCallback,
     ProgressCallback,
     RunMonitor,
     RunResult,
+    StandingCallback,
     SupervisionCallback,
     make_result,
 )
@@ -111,7 +111,7 @@ def run_on_hardware(
     *,
     on_progress: ProgressCallback | None = None,
     on_supervision: SupervisionCallback | None = None,
-    on_unreachable: GuidanceCallback | None = None,
+    on_standing: StandingCallback | None = None,
     between_ticks: Callable[[Context], None] | None = None,
     patience: float = 0.0,
 ) -> HardwareResult:
@@ -131,11 +131,11 @@ def run_on_hardware(
     Args:
         application: The diagram; its station must be a `HardwareStation`.
         on_progress: Called every `PROGRESS_PERIOD` with the time since the
-            start [s], the pose error and the latest tick report.
+            start [s], how things stand and the latest tick report.
         on_supervision: Called with the supervisor's state whenever its mode
             has changed.
-        on_unreachable: Called with the reason when guidance has found no path
-            to a target.
+        on_standing: Called with the time since the start [s] and how things
+            stand whenever that is news.
         between_ticks: Called after every tick with the diagram's context, for
             a program that stops the robot or releases it.
         patience: Time that a stopped robot waits to be released before the
@@ -156,7 +156,7 @@ def run_on_hardware(
                     start=loop.context.get_time(),
                     on_progress=on_progress,
                     on_supervision=on_supervision,
-                    on_unreachable=on_unreachable,
+                    on_standing=on_standing,
                     patience=patience,
                     progress_period=PROGRESS_PERIOD,
                 )
@@ -177,7 +177,9 @@ def run_on_hardware(
                     application.world.robot.acceleration_limit,
                     application.scenario.control_period,
                 )
-    result = make_result(application, loop.context, request.made)
+    result = make_result(
+        application, loop.context, request.made, monitor.standings
+    )
     return HardwareResult(result, loop.log.quality())
 
 

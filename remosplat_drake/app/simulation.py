@@ -20,12 +20,14 @@ from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.recording.metrics import RunMetrics, run_metrics
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.signals.standing import NOT_STARTED, Standing
 from remosplat_drake.signals.supervisor_state import (
     STOPPED,
     UNARMED,
     SupervisorState,
 )
 from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.standing.sentence import at_end
 from remosplat_drake.station.station_config import kinematic_simulator_config
 
 REACHED = "reached"
@@ -50,9 +52,9 @@ class RunResult:
             end [rad].
         trajectory: All ticks that the recorder kept.
         metrics: Metrics of the trajectory.
-        unreachable: Why no path leads to the present target as far as guidance
-            knows, which proves nothing; empty if one does, or none was
-            searched.
+        standing: How things stood at the end, in one sentence.
+        standings: All that was news about how things stand, each with its
+            time since the start [s].
         search_effort: What the searches of paths have cost.
     """
 
@@ -63,18 +65,19 @@ class RunResult:
     angle_error: float
     trajectory: Trajectory
     metrics: RunMetrics
-    unreachable: str = ""
+    standing: Standing
+    standings: tuple[tuple[float, Standing], ...] = ()
     search_effort: SearchEffort = NO_EFFORT
 
 
-ProgressCallback = Callable[[float, PoseError, TickReport | None], None]
-"""Function that is told the time [s], the pose error and the latest report."""
+ProgressCallback = Callable[[float, Standing, TickReport | None], None]
+"""Function that is told the time [s], how things stand and the last report."""
 
 SupervisionCallback = Callable[[SupervisorState], None]
 """Function that is told what the supervisor is doing."""
 
-GuidanceCallback = Callable[[str], None]
-"""Function that is told why no path leads to the target."""
+StandingCallback = Callable[[float, Standing], None]
+"""Function that is told the time [s] and how things stand with the robot."""
 
 
 def run(
@@ -83,7 +86,7 @@ def run(
     realtime_rate: float | None = None,
     on_progress: ProgressCallback | None = None,
     on_supervision: SupervisionCallback | None = None,
-    on_unreachable: GuidanceCallback | None = None,
+    on_standing: StandingCallback | None = None,
     until: Callable[[PoseError], bool] | None = None,
     patience: float = 0.0,
 ) -> RunResult:
@@ -96,12 +99,12 @@ def run(
         application: The diagram to run, with all of its parts.
         realtime_rate: Pace relative to the wall clock, 0 is unlimited; None
             takes that of the scenario's `simulator`, unlimited if it has none.
-        on_progress: Called after every step with the time [s], the pose error
-            and the latest tick report.
+        on_progress: Called after every step with the time [s], how things
+            stand and the latest tick report.
         on_supervision: Called with the supervisor's state whenever its mode
             has changed.
-        on_unreachable: Called with the reason when guidance has found no path
-            to a target.
+        on_standing: Called with the time [s] and how things stand whenever
+            that is news.
         until: Function that ends the run in place of the arrival at the last
             target; asked once a step with the error to the present target.
         patience: Time that a stopped robot waits to be released before the
@@ -133,7 +136,7 @@ def run(
         application,
         on_progress=on_progress,
         on_supervision=on_supervision,
-        on_unreachable=on_unreachable,
+        on_standing=on_standing,
         until=until,
         patience=patience,
     )
@@ -147,7 +150,9 @@ def run(
             simulator.AdvanceTo(end)
     except KeyboardInterrupt:
         interrupted = True
-    return make_result(application, simulator.get_context(), interrupted)
+    return make_result(
+        application, simulator.get_context(), interrupted, monitor.standings
+    )
 
 
 def simulator_config(scenario: Scenario) -> SimulatorConfig:
@@ -176,7 +181,7 @@ class RunMonitor:
         start: float = 0.0,
         on_progress: ProgressCallback | None = None,
         on_supervision: SupervisionCallback | None = None,
-        on_unreachable: GuidanceCallback | None = None,
+        on_standing: StandingCallback | None = None,
         until: Callable[[PoseError], bool] | None = None,
         patience: float = 0.0,
         progress_period: float = 0.0,
@@ -186,12 +191,12 @@ class RunMonitor:
         Args:
             application: The diagram that runs, with all of its parts.
             start: Time of the context at which the run starts [s].
-            on_progress: Called with the time since the start [s], the pose
-                error and the latest tick report.
+            on_progress: Called with the time since the start [s], how things
+                stand and the latest tick report.
             on_supervision: Called with the supervisor's state whenever its
                 mode has changed, or a release was refused.
-            on_unreachable: Called with the reason when guidance has found no
-                path to a target.
+            on_standing: Called with the time since the start [s] and how
+                things stand whenever that is news.
             until: Function that ends the run in place of the arrival at the
                 last target; asked once a step with the error to the present
                 target.
@@ -203,8 +208,8 @@ class RunMonitor:
         self._application = application
         self._on_progress = on_progress
         self._on_supervision = on_supervision
-        self._on_unreachable = on_unreachable
-        self._unreachable = ""
+        self._on_standing = on_standing
+        self._standings: list[tuple[float, Standing]] = []
         self._until = until
         self._patience = patience
         self._progress_period = progress_period
@@ -215,6 +220,11 @@ class RunMonitor:
         self._waited = 0.0
         self._paused = 0.0
         self.is_finished = False
+
+    @property
+    def standings(self) -> tuple[tuple[float, Standing], ...]:
+        """All news so far of how things stand, each with its time [s]."""
+        return tuple(self._standings)
 
     @property
     def time_limit(self) -> float:
@@ -241,7 +251,9 @@ class RunMonitor:
         if self._on_progress is not None and is_due:
             self._progressed = time
             self._on_progress(
-                time, targets.error(context), self._application.recorder.latest
+                time,
+                standing_of(self._application, root),
+                self._application.recorder.latest,
             )
         supervision = supervision_of(self._application, root)
         if supervision is not None:
@@ -254,22 +266,30 @@ class RunMonitor:
             self.is_finished = targets.progress(context).finished
         else:
             self.is_finished = self._until(targets.error(context))
-        self._listen(root)
+        self._listen(time, root)
+        self._heed_guidance(root)
         if self.is_finished:
             return EventStatus.ReachedTermination(
                 self._application.diagram, "the run is over"
             )
         return EventStatus.DidNothing()
 
-    def _listen(self, root: Context) -> None:
-        """Tells why nothing leads to the target; ends the run if wanted."""
+    def _listen(self, time: float, root: Context) -> None:
+        """Keeps and tells what is news about how things stand."""
+        standing = standing_of(self._application, root)
+        known = self._standings
+        before = known[-1][1] if known else NOT_STARTED
+        if not standing.is_news_after(before):
+            return
+        known.append((time, standing))
+        if self._on_standing is not None:
+            self._on_standing(time, standing)
+
+    def _heed_guidance(self, root: Context) -> None:
+        """Ends the run where guidance has given up, if that is wanted."""
         selection = selection_of(self._application, root)
         if selection is None:
             return
-        if selection.unreachable != self._unreachable:
-            self._unreachable = selection.unreachable
-            if self._unreachable and self._on_unreachable is not None:
-                self._on_unreachable(self._unreachable)
         planning = self._application.scenario.controller.guidance.planning
         if planning.give_up and selection.failures >= planning.attempts:
             self.is_finished = True
@@ -319,8 +339,22 @@ def selection_of(application: Application, root: Context) -> Selection | None:
     return selector.GetOutputPort("selection").Eval(context)
 
 
+def standing_of(application: Application, root: Context) -> Standing:
+    """Reads how things stood at the latest look.
+
+    Args:
+        application: The diagram that runs, with all of its parts.
+        root: Context of the whole diagram.
+    """
+    system = application.standing
+    return system.latest(system.GetMyContextFromRoot(root))
+
+
 def make_result(
-    application: Application, root: Context, interrupted: bool
+    application: Application,
+    root: Context,
+    interrupted: bool,
+    standings: tuple[tuple[float, Standing], ...] = (),
 ) -> RunResult:
     """Reads off the diagram's context how a run ended.
 
@@ -328,6 +362,8 @@ def make_result(
         application: The diagram that ran, with all of its parts.
         root: Context of the whole diagram at the end.
         interrupted: Whether somebody has ended the run.
+        standings: What was news about how things stand, as `RunMonitor` has
+            kept it.
     """
     scenario, world = application.scenario, application.world
     targets, recorder = application.targets, application.recorder
@@ -342,15 +378,15 @@ def make_result(
     else:
         outcome = INTERRUPTED if interrupted else TIME_LIMIT
     selection = selection_of(application, root)
-    unreachable, effort = "", NO_EFFORT
-    if selection is not None:
-        effort = selection.effort
+    effort = NO_EFFORT if selection is None else selection.effort
     if selection is not None and outcome != REACHED:
-        unreachable = selection.unreachable
         planning = scenario.controller.guidance.planning
         gives_up = planning.give_up and outcome == TIME_LIMIT
         if gives_up and selection.failures >= planning.attempts:
             outcome = GIVEN_UP
+    system = application.standing
+    now = system.now(system.GetMyContextFromRoot(root))
+    standing = at_end(now, outcome)
     return RunResult(
         outcome=outcome,
         targets_reached=progress.index,
@@ -365,6 +401,7 @@ def make_result(
             world.truth_field,
             world.seen and world.seen.field,
         ),
-        unreachable=unreachable,
+        standing=standing,
+        standings=standings,
         search_effort=effort,
     )

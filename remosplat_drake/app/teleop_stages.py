@@ -216,6 +216,7 @@ def AddLog(
         "report": loop.report,
         "velocity_executed": loop.executed,
         "station_status": loop.status,
+        "standing": loop.standing.GetOutputPort("standing"),
     }
     if teleoperation is not None:
         inputs["target_state"] = targets.GetOutputPort("state")

@@ -14,12 +14,24 @@ from remosplat_drake.app.simulation import RunResult
 from remosplat_drake.app.simulation import run as simulate
 from remosplat_drake.base.real_time import LoopQuality
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
-from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.signals import standing as stands
+from remosplat_drake.signals.standing import Standing
 from remosplat_drake.signals.supervisor_state import STOPPED, SupervisorState
 from remosplat_drake.signals.tick_report import TickReport
 
 _FRAME = 0.1
 """Period at which the progress line is updated [s]."""
+
+_COLOURS = {
+    stands.WAITING: "cyan",
+    stands.MOVING: "green",
+    stands.HELD: "bold yellow",
+    stands.REACHED: "bold green",
+    stands.STOPPING: "bold red",
+    stands.STOPPED: "bold red",
+    stands.ENDED: "bold red",
+}
+"""How a sentence is coloured, by its kind."""
 
 
 def drive(
@@ -45,14 +57,12 @@ def drive(
     last = -math.inf
     with Live(console=console, auto_refresh=False, transient=True) as live:
 
-        def show(t: float, error: PoseError, report: TickReport | None):
+        def show(t: float, standing: Standing, report: TickReport | None):
             nonlocal last
             now = time.monotonic()
             if now - last >= _FRAME and report is not None:
                 last = now
-                line = progress_line(t, error, report)
-                line.truncate(console.width, overflow="ellipsis")
-                live.update(line, refresh=True)
+                live.update(progress_line(t, standing, report), refresh=True)
 
         def tell(supervision: SupervisorState):
             if supervision.refusal:
@@ -64,13 +74,17 @@ def drive(
                 elif patience > 0:
                     console.print("the page's release button lets it go on")
 
-        def explain(reason: str):
-            console.print(f"[bold yellow]no path:[/] {reason}")
+        def explain(t: float, standing: Standing):
+            if standing.kind == stands.HELD:
+                # Whole in a pipe: the width there is nobody's.
+                line = Text(f"{t:.2f} s  ", "dim")
+                line.append(standing.text, _COLOURS[standing.kind])
+                console.print(line, soft_wrap=not console.is_terminal)
 
         watchers = {
             "on_progress": show,
             "on_supervision": tell,
-            "on_unreachable": explain,
+            "on_standing": explain,
         }
         if rate is None:
             done = run_on_hardware(application, patience=patience, **watchers)
@@ -90,14 +104,19 @@ def strangers(application: Application) -> str:
     return f"on the wire: {said}\n" if said else ""
 
 
-def progress_line(t: float, error: PoseError, report: TickReport) -> Text:
-    """Formats a tick's time, error, clearance, speed and status for people."""
-    clearance = report.clearances.minimum()
+def progress_line(t: float, standing: Standing, report: TickReport) -> Text:
+    """Says how things stand, and below it the tick in numbers.
+
+    Args:
+        t: Time since the start of the run [s].
+        standing: How things stand.
+        report: The latest tick.
+    """
     total = report.timings.get("total", math.nan)
-    line = Text(f"t {t:5.2f} s   to target {1e3 * error.distance:6.1f} mm ")
-    line.append(f"{math.degrees(error.angle):5.1f} deg   ")
-    line.append(f"clearance {1e3 * clearance:6.1f} mm   ")
-    line.append(f"tick {1e3 * total:4.2f} ms ({1.0 / total:4.0f} Hz)   ")
+    line = Text(f"{t:5.2f} s  ")
+    line.append(standing.text, _COLOURS[standing.kind])
+    line.append(f"\nclearance {1e3 * report.clearances.minimum():.1f} mm   ")
+    line.append(f"tick {1e3 * total:.2f} ms ({1.0 / total:.0f} Hz)   ")
     line.append(report.status, "green" if not report.reason else "yellow")
     if report.reason:
         line.append(f": {report.reason}")

@@ -213,7 +213,7 @@ def _print_summary(
     metrics = result.metrics
     table = Table(show_header=False, box=None, pad_edge=False)
     style = "bold green" if result.outcome == REACHED else "bold red"
-    table.add_row("outcome", Text(describe_outcome(result), style))
+    table.add_row("outcome", Text(result.standing.text, style))
     table.add_row("time", f"{metrics.duration:.2f} s")
     table.add_row(
         "clearance (oracle)",
@@ -249,25 +249,11 @@ def _print_summary(
     console.print(table)
 
 
-def describe_outcome(result: RunResult) -> str:
-    """Says in one phrase that the target was reached, or why not."""
-    if result.outcome == REACHED:
-        return REACHED
-    phrase = (
-        f"not reached: {result.outcome} at target"
-        f" {result.targets_reached + 1} of {result.targets},"
-        f" {1e3 * result.position_error:.0f} mm and"
-        f" {math.degrees(result.angle_error):.1f} deg away"
-    )
-    return f"{phrase}; {result.unreachable}" if result.unreachable else phrase
-
-
 def state_at_end(result: RunResult) -> PageState:
     """Returns what the page says of a run that has ended."""
     if result.outcome == REACHED:
         return ended(f"in {result.metrics.duration:.1f} s", reached=True)
-    phrase = describe_outcome(result).removeprefix("not reached: ")
-    return ended(phrase, reached=False)
+    return ended(result.standing.text, reached=False)
 
 
 def _unseen(metrics: RunMetrics) -> str:
@@ -318,7 +304,11 @@ def save_result(
         "targets": result.targets,
         "position_error": result.position_error,
         "angle_error": result.angle_error,
-        "unreachable": result.unreachable,
+        "standing": result.standing.document(),
+        "standings": [
+            {"time": time, **standing.document()}
+            for time, standing in result.standings
+        ],
         "search_effort": dc.asdict(result.search_effort),
         "map": application.world.field.revision,
         **known,

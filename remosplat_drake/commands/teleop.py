@@ -147,7 +147,7 @@ def run(arguments: argparse.Namespace) -> int:
     if log.trouble:
         console.print(f"[bold red]{log.trouble}[/]")
     # A folder's name is as long as it is; the line is to be copied.
-    told = f"{result.outcome}; `remosplat replay {folder}` shows it"
+    told = f"{result.standing.text}; `remosplat replay {folder}` shows it"
     console.print(told, soft_wrap=True)
     return 0 if result.outcome in (INTERRUPTED, TIME_LIMIT) else 1
 

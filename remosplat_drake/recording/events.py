@@ -11,6 +11,8 @@ from remosplat_drake.base.strict_json import as_number, parse_json_object
 
 SUPERVISOR = "supervisor"
 """Kind of event: the supervisor's mode has changed."""
+STANDING = "standing"
+"""Kind of event: something else holds the robot, or nothing does any more."""
 MAP = "map"
 """Kind of event: the oracle asks another version of the map from now on."""
 TARGET = "target"
@@ -27,7 +29,8 @@ class Event:
 
     Attributes:
         time: When it happened, by the diagram's clock [s].
-        kind: `SUPERVISOR`, `MAP`, `TARGET`, `REQUEST` or `TROUBLE`.
+        kind: `SUPERVISOR`, `STANDING`, `MAP`, `TARGET`, `REQUEST` or
+            `TROUBLE`.
         text: What happened, in words for a person.
         version: Version of the map, in events that are about one.
     """

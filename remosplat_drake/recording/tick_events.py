@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from remosplat_drake.recording.events import (
     MAP,
     REQUEST,
+    STANDING,
     SUPERVISOR,
     TARGET,
     TROUBLE,
@@ -14,9 +15,18 @@ from remosplat_drake.recording.events import (
 from remosplat_drake.recording.run_log import NO_MAP
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.map_status import MapStatus
+from remosplat_drake.signals.standing import (
+    STOPPED,
+    STOPPING,
+    WAITING,
+    Standing,
+)
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import TargetState
+
+_OF_THE_SUPERVISOR = (WAITING, STOPPING, STOPPED)
+"""Kinds of standing of which the supervisor's own events tell."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -31,6 +41,7 @@ class LoggedSignals:
         target: State of the target that an operator moves.
         requests: All that was asked of the live map so far.
         station: Status of the station.
+        standing: How things stand with the robot.
     """
 
     supervision: SupervisorState | None = None
@@ -38,6 +49,7 @@ class LoggedSignals:
     target: TargetState | None = None
     requests: MapRequests | None = None
     station: StationStatus | None = None
+    standing: Standing | None = None
 
     @property
     def mode(self) -> str:
@@ -63,6 +75,8 @@ def events_between(
     """
     if now.supervision is not before.supervision:
         yield from _supervision_changes(before, now, time)
+    if now.standing is not before.standing:
+        yield from _standing_changes(before, now, time)
     if now.map_status is not before.map_status:
         yield from _map_changes(before, now, time)
     if now.target is not before.target:
@@ -77,6 +91,16 @@ def _supervision_changes(
     if now.supervision is not None and now.mode != before.mode:
         parts = (now.mode, now.supervision.reason)
         yield Event(time, SUPERVISOR, ": ".join(filter(None, parts)))
+
+
+def _standing_changes(
+    before: LoggedSignals, now: LoggedSignals, time: float
+) -> Iterator[Event]:
+    if now.standing is None or now.standing.kind in _OF_THE_SUPERVISOR:
+        return
+    known = before.standing
+    if known is None or now.standing.is_news_after(known):
+        yield Event(time, STANDING, now.standing.text)
 
 
 def _map_changes(

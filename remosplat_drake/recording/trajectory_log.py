@@ -37,6 +37,7 @@ class TrajectoryLog(LeafSystem):
         - target_state (optional)
         - map_requests (optional)
         - station_status (optional)
+        - standing (optional)
         output_ports:
         - trouble
 
@@ -49,8 +50,8 @@ class TrajectoryLog(LeafSystem):
     `report` takes a `TickReport`, `velocity_executed` the command u that the
     station got (without it the report's was executed), `supervision` a
     `SupervisorState`, `map_status` a `MapStatus`, `target_state` a
-    `TargetState` and `map_requests` the `MapRequests`, and
-    `station_status` a `StationStatus`.
+    `TargetState`, `map_requests` the `MapRequests`,
+    `station_status` a `StationStatus` and `standing` a `Standing`.
 
     Attributes:
         is_paused: Whether nothing is written at present, as in a rehearsal.
@@ -100,6 +101,7 @@ class TrajectoryLog(LeafSystem):
         self._target_input = self._declare_optional("target_state")
         self._requests_input = self._declare_optional("map_requests")
         self._station_input = self._declare_optional("station_status")
+        self._standing_input = self._declare_optional("standing")
         self.DeclareAbstractOutputPort(
             "trouble", Value("").Clone, self._calc_trouble, {self.time_ticket()}
         )
@@ -153,6 +155,7 @@ class TrajectoryLog(LeafSystem):
             _value(self._target_input, context),
             _value(self._requests_input, context),
             _value(self._station_input, context),
+            _value(self._standing_input, context),
         )
         # A tick asks the map of the moment before: that of the last look.
         map_version, self._map_version = self._map_version, now.map_version

@@ -111,16 +111,20 @@ def _primitives(
             inspector.GetShape(shape),
             X_WB @ inspector.GetPoseInFrame(shape),
             f"{name}: shape {inspector.GetName(shape)!r}",
+            plant.GetModelInstanceName(body.model_instance()),
         )
         for shape in shapes
     ]
 
 
-def _primitive(shape: Shape, X_WP: RigidTransform, name: str) -> Box | Cylinder:
+def _primitive(
+    shape: Shape, X_WP: RigidTransform, name: str, model: str
+) -> Box | Cylinder:
+    called = model.replace("_", " ")
     if isinstance(shape, DrakeBox):
-        return Box(X_WP, shape.size() / 2)
+        return Box(X_WP, shape.size() / 2, called)
     if isinstance(shape, DrakeCylinder):
-        return Cylinder(X_WP, shape.radius(), shape.length() / 2)
+        return Cylinder(X_WP, shape.radius(), shape.length() / 2, called)
     kind = type(shape).__name__
     raise RemoSplatError(
         f"{name} is a {kind}: only boxes and cylinders can be part of a scene"

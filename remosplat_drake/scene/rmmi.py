@@ -2,7 +2,8 @@
 
 `cubes` have a `position` and half-extents `scale`; `cylinders` are upright
 and have a `position`, a `radius` and a half-height, which the format spells
-`heigth`; `target` and `robot_base` are 4x4 poses in W, row by row.
+`heigth`; `target` and `robot_base` are 4x4 poses in W, row by row. Here a solid
+may have a `name` besides, which people call it.
 """
 
 import json
@@ -21,6 +22,9 @@ from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 MAX_LENGTH = 1e6
 """Largest coordinate or size of a scene, whose square is far from overflow [m].
 """
+
+MAX_NAME = 60
+"""Greatest length of a solid's name."""
 
 ROTATION_TOLERANCE = 1e-3
 """Largest entry of R R' - I that passes for rounding of the file's digits."""
@@ -84,6 +88,7 @@ def write_rmmi(path: str | Path, scene: PrimitiveScene):
                 "position": _position(box),
                 "scale": box.half_extents.tolist(),
             }
+            | _name(box)
             for box in scene.boxes
         ],
         "cylinders": [
@@ -92,6 +97,7 @@ def write_rmmi(path: str | Path, scene: PrimitiveScene):
                 "radius": float(cylinder.radius),
                 "heigth": float(cylinder.half_height),
             }
+            | _name(cylinder)
             for cylinder in scene.cylinders
         ],
     }
@@ -102,6 +108,10 @@ def write_rmmi(path: str | Path, scene: PrimitiveScene):
         X_WB = RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0])
         document["robot_base"] = X_WB.GetAsMatrix4().tolist()
     write_atomically(path, json.dumps(document, indent=1) + "\n")
+
+
+def _name(primitive: Box | Cylinder) -> dict[str, str]:
+    return {"name": primitive.name} if primitive.name else {}
 
 
 def _position(primitive: Box | Cylinder) -> list[float]:
@@ -150,7 +160,7 @@ class _Reader:
             raise self._reject(key, "expected a list")
         named = [(e, f"{key}[{i}]") for i, e in enumerate(document[key])]
         for entry, field in named:
-            self.check_keys(entry, field, keys)
+            self.check_keys(entry, field, keys, ("name",))
         return named
 
     def numbers(
@@ -183,15 +193,25 @@ class _Reader:
     def box(self, entry: dict, field: str) -> Box:
         position = self.numbers(entry["position"], f"{field}.position", (3,))
         scale = self.sizes(entry["scale"], f"{field}.scale", (3,))
-        return Box(RigidTransform(position), scale)
+        return Box(RigidTransform(position), scale, self.name(entry, field))
 
     def cylinder(self, entry: dict, field: str) -> Cylinder:
         position = self.numbers(entry["position"], f"{field}.position", (3,))
         radius = self.sizes(entry["radius"], f"{field}.radius", ())
         half_height = self.sizes(entry["heigth"], f"{field}.heigth", ())
         return Cylinder(
-            RigidTransform(position), float(radius), float(half_height)
+            RigidTransform(position),
+            float(radius),
+            float(half_height),
+            self.name(entry, field),
         )
+
+    def name(self, entry: dict, field: str) -> str:
+        name = entry.get("name", "")
+        if not (isinstance(name, str) and len(name) <= MAX_NAME):
+            problem = f"expected a text of at most {MAX_NAME} characters"
+            raise self._reject(f"{field}.name", problem)
+        return name
 
     def pose(self, document: dict, key: str) -> RigidTransform | None:
         """A 4x4 pose, with the file's rounding removed from its rotation."""

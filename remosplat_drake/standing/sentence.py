@@ -89,11 +89,15 @@ def at_end(standing: Standing, why: str) -> Standing:
 
     Args:
         standing: How things stood last.
-        why: Why the run ended: "time limit", "interrupted".
+        why: Why the run ended: "reached", "time limit", "interrupted".
     """
-    if standing.kind in (stands.REACHED, stands.STOPPED, stands.ENDED):
+    if why == stands.REACHED:
+        # Targets that are not ours may know better where they end.
+        text = standing.text if standing.kind == why else stands.REACHED
+        return dc.replace(standing, kind=stands.REACHED, text=text)
+    if standing.kind not in (stands.MOVING, stands.HELD):
         return standing
-    text = f"not reached ({why}): {standing.text}"
+    text = f"{why}: {standing.text}"
     return dc.replace(standing, kind=stands.ENDED, text=text)
 
 

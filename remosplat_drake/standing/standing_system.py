@@ -158,9 +158,11 @@ class StandingSystem(LeafSystem):
         output.set_value(self.latest(context))
 
     def _look(self, context: Context, state: State):
-        passed = context.get_time() - self._memory(context).looked
+        memory = self._memory(context)
+        passed = context.get_time() - memory.looked
         # Half a period is more than rounding.
-        if 0 <= passed < LOOK - 0.5 * self._period:
+        is_early = 0 <= passed < LOOK - 0.5 * self._period
+        if is_early and memory.standing is not NOT_STARTED:
             return
         cell = int(self._memory_index)
         looked = self._looked(context)

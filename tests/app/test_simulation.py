@@ -188,13 +188,14 @@ def test_progress_is_told_at_every_tick(folder):
     application = make_application(folder, "One", "{time_limit: 0.2}")
     run(
         application,
-        on_progress=lambda t, error, report: seen.append(
-            (t, error.distance, report)
+        on_progress=lambda t, standing, report: seen.append(
+            (t, standing.distance, report)
         ),
     )
     t, distance, reports = zip(*seen, strict=True)
     np.testing.assert_allclose(np.unique(t), 0.02 * np.arange(11), atol=1e-9)
-    assert distance[-1] < distance[0]
+    assert np.isnan(distance[0])
+    assert distance[-1] < distance[2]
     assert reports[0] is None
     assert reports[-1].time == pytest.approx(0.18)
 
@@ -226,6 +227,9 @@ def test_reaching_exits_with_0_and_leaves_its_record(folder, capfd):
     assert "reached" in captured.err
     metrics = json.loads((output / "metrics.json").read_text())
     assert metrics["outcome"] == REACHED
+    assert metrics["standing"]["kind"] == "reached"
+    assert metrics["standings"][0]["kind"] == "moving"
+    assert metrics["standings"][0]["text"].startswith("moving to the target")
     assert metrics["scenario"] == f"{folder}/test.yaml:One"
     assert metrics["truth_clearance_min"] > 0
     trajectory = load_trajectory(output / "trajectory.npz")
@@ -242,8 +246,7 @@ def test_not_reaching_exits_with_1_and_says_how_far_it_is(folder, capfd):
         == 1
     )
     error = " ".join(capfd.readouterr().err.split())
-    assert "not reached: time limit at target 1 of 1" in error
-    assert "mm and 0.0 deg away" in error
+    assert "time limit: moving to the target, 9.00 m away" in error
 
 
 def test_a_stop_exits_with_1_and_is_named(folder, capfd):
@@ -259,6 +262,9 @@ def test_a_stop_exits_with_1_and_is_named(folder, capfd):
     assert "stopped: the arm's mode is move" in capfd.readouterr().err
     metrics = json.loads((output / "metrics.json").read_text())
     assert metrics["outcome"] == "stopped: the arm's mode is move"
+    assert metrics["standing"]["text"].startswith(
+        "stopped: the arm's mode is move; waiting for an operator"
+    )
 
 
 def test_an_interrupt_exits_with_130_and_leaves_its_record(folder, monkeypatch):

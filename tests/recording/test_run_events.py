@@ -9,6 +9,7 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.recording.events import (
     MAP,
     REQUEST,
+    STANDING,
     SUPERVISOR,
     TARGET,
     TROUBLE,
@@ -21,6 +22,12 @@ from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.scene_map import SceneMap
+from remosplat_drake.signals.standing import (
+    HELD,
+    MOVING,
+    STOPPED,
+    Standing,
+)
 from remosplat_drake.signals.supervisor_state import (
     RUNNING,
     STOPPING,
@@ -70,6 +77,23 @@ def test_a_stop_has_its_reason():
         Event(3.0, SUPERVISOR, "stopping: too near")
     ]
     assert between(LoggedSignals(), before) == [Event(3.0, SUPERVISOR, RUNNING)]
+
+
+def test_what_holds_the_robot_is_an_event():
+    moving = Standing(MOVING, "moving, 0.50 m away", 0.5)
+    nearer = Standing(MOVING, "moving, 0.40 m away", 0.4)
+    held = Standing(HELD, "hand held", 0.4, link="hand")
+    before = LoggedSignals(standing=moving)
+    assert between(LoggedSignals(), before) == [
+        Event(3.0, STANDING, "moving, 0.50 m away")
+    ]
+    assert between(before, LoggedSignals(standing=nearer)) == []
+    assert between(before, LoggedSignals(standing=held)) == [
+        Event(3.0, STANDING, "hand held")
+    ]
+    # The supervisor tells of its stops itself.
+    stopped = LoggedSignals(standing=Standing(STOPPED, "stopped: why"))
+    assert between(before, stopped) == []
 
 
 def test_another_map_is_named():

@@ -154,10 +154,17 @@ def test_a_stop_goes_before_all_else(frankie):
     assert how_things_stand(now, frankie.description).kind == stands.STOPPED
 
 
-@pytest.mark.parametrize("kind", (stands.REACHED, stands.STOPPED))
+@pytest.mark.parametrize(
+    "kind", (stands.REACHED, stands.STOPPED, stands.WAITING)
+)
 def test_the_end_says_what_was_said_before(kind):
     standing = Standing(kind, "as it was")
     assert at_end(standing, "time limit") is standing
+
+
+def test_targets_of_others_know_where_they_end(frankie):
+    end = at_end(how_things_stand(FAR, frankie.description), "reached")
+    assert (end.kind, end.text) == (stands.REACHED, "reached")
 
 
 def test_the_end_of_a_robot_that_is_held(frankie):
@@ -165,8 +172,7 @@ def test_the_end_of_a_robot_that_is_held(frankie):
     end = at_end(how_things_stand(now, frankie.description), "time limit")
     assert end.kind == stands.ENDED
     assert end.text == (
-        "not reached (time limit): hand held 21 mm from the can, 0.52 m from"
-        " the target"
+        "time limit: hand held 21 mm from the can, 0.52 m from the target"
     )
     assert (end.cause, end.link) == (things.SOLID, HAND)
     assert at_end(end, "interrupted") is end
