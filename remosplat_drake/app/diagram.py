@@ -123,6 +123,7 @@ def build(
             supervisor=loop.supervisor,
             report=loop.report,
             status=loop.status,
+            standing=loop.standing.GetOutputPort("standing"),
         )
     recorder = AddRecorder(
         builder,
@@ -174,6 +175,7 @@ def _AddWorldViews(
         truth=world.truth,
         configuration=loop.configuration,
         report=loop.report,
+        standing=loop.standing.GetOutputPort("standing"),
         selection=selector and selector.GetOutputPort("selection"),
     )
     if world.seen is not None and live_map is None:

@@ -30,7 +30,7 @@ class GuidanceView(LeafSystem):
 
     `selection` takes the `Selection` of a `GuidanceSelector`. The chosen
     candidate's path is solid, the others' are faint; a label among the
-    controls says why it was chosen.
+    controls names it.
 
     Args:
         page: The page to draw on.
@@ -56,9 +56,8 @@ class GuidanceView(LeafSystem):
 
     def _publish(self, context: Context):
         selection = self._selection_input.Eval(context)
-        parts = selection.missing or selection.reason, selection.unreachable
-        why = "; ".join(filter(None, parts))
-        self._page.set_status(f"{selection.guidance.name} ({why})", "guidance")
+        name, missing = selection.guidance.name, selection.missing
+        self._page.set_status(name, "guidance", missing)
         if selection.latest is self._drawn:
             return
         self._drawn = selection.latest

@@ -7,6 +7,8 @@ robot, comes from here.
 
 import dataclasses as dc
 
+from remosplat_drake.signals import standing as stands
+from remosplat_drake.signals.standing import NOT_STARTED, Standing
 from remosplat_drake.signals.supervisor_state import (
     STARTING,
     UNARMED,
@@ -20,6 +22,8 @@ WAITING = "waiting"
 """Phase in which nothing moves until a person says so."""
 LIVE = "live"
 """Phase in which the robot moves, or may at any moment."""
+HELD = "held"
+"""Phase in which something holds the robot back, though nobody stops it."""
 STOPPED = "stopped"
 """Phase in which the supervisor has stopped the robot."""
 REACHED, MISSED = "reached", "missed"
@@ -34,7 +38,7 @@ class PageState:
     """How things stand, for a person who looks at the page.
 
     Attributes:
-        phase: WAITING, LIVE, STOPPED, REACHED or MISSED.
+        phase: WAITING, LIVE, HELD, STOPPED, REACHED or MISSED.
         title: How things stand, in a word or two.
         text: The same in a sentence; empty if there is no more to say.
         buttons: START, STOP and RELEASE, as far as they do something now.
@@ -61,7 +65,10 @@ def waiting(name: str) -> PageState:
 
 
 def supervised(
-    supervision: SupervisorState, *, releases: bool, standing: str = ""
+    supervision: SupervisorState,
+    *,
+    releases: bool,
+    standing: Standing = NOT_STARTED,
 ) -> PageState:
     """Returns the state while a supervisor watches over the robot.
 
@@ -69,13 +76,13 @@ def supervised(
         supervision: What the supervisor does.
         releases: Whether the page may release stops, which a real robot's
             may not.
-        standing: How things stand while nothing is stopped, in a sentence.
+        standing: How things stand while nothing is stopped.
     """
     reason = ": ".join(filter(None, (supervision.reason, supervision.refusal)))
     if not supervision.is_latched:
-        starts = supervision.mode == STARTING
-        title, text = ("Starting", reason) if starts else ("Live", standing)
-        return PageState(LIVE, title, text, (STOP,))
+        if supervision.mode == STARTING and standing.kind == stands.WAITING:
+            return PageState(LIVE, "Starting", reason, (STOP,))
+        return _alive(standing, (STOP,))
     if supervision.reason == UNARMED:
         return PageState(WAITING, "Not armed", reason, (STOP,))
     if supervision.mode != AT_REST:
@@ -84,9 +91,23 @@ def supervised(
     return PageState(STOPPED, "Stopped", reason, buttons)
 
 
-def unsupervised() -> PageState:
-    """Returns the state of a run without a supervisor, which nobody stops."""
-    return PageState(LIVE, "Live", "without a supervisor: nothing stops here")
+def unsupervised(standing: Standing = NOT_STARTED) -> PageState:
+    """Returns the state of a run without a supervisor, which nobody stops.
+
+    Args:
+        standing: How things stand.
+    """
+    if standing.kind == stands.WAITING:
+        text = "without a supervisor: nothing stops here"
+        return PageState(LIVE, "Live", text)
+    return _alive(standing, ())
+
+
+def _alive(standing: Standing, buttons: tuple[str, ...]) -> PageState:
+    if standing.kind == stands.HELD:
+        return PageState(HELD, "Held", standing.text, buttons)
+    text = "" if standing.kind == stands.WAITING else standing.text
+    return PageState(LIVE, "Live", text, buttons)
 
 
 def ended(text: str, *, reached: bool) -> PageState:

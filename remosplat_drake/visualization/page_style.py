@@ -75,6 +75,7 @@ _RULES = f"""
 height:var(--bar);margin:0;padding:0;border:0;pointer-events:none;
 background:#1b1e23}}
 {_ROWS}:has(.remosplat-is-waiting){{background:#1d4f91}}
+{_ROWS}:has(.remosplat-is-held){{background:#9a5b00}}
 {_ROWS}:has(.remosplat-is-stopped){{background:#c8102e}}
 {_ROWS}:has(.remosplat-is-reached){{background:#1f6f43}}
 {_ROWS}:has(.remosplat-is-missed){{background:#8a5a00}}

@@ -10,6 +10,7 @@ from pydrake.systems.framework import (
 )
 
 from remosplat_drake.signals.operator_requests import OperatorRequests
+from remosplat_drake.signals.standing import NOT_STARTED
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.tick_report import TickReport
@@ -35,14 +36,16 @@ class SafetyPanel(LeafSystem):
         - report
         - status
         - supervision
+        - standing (optional)
         output_ports:
         - operator
 
     `report` takes the controller's `TickReport`, `status` the
-    `StationStatus`, `supervision` the `SupervisorState`; `operator` gives the
-    `OperatorRequests` so far. The page's bar says how things stand, and why
-    the supervisor stopped; a line of text, the arm's mode with the largest
-    ages of measurements and commands in the last half second.
+    `StationStatus`, `supervision` the `SupervisorState`, `standing` the
+    `Standing`; `operator` gives the `OperatorRequests` so far. The page's bar
+    says how things stand, and why the supervisor stopped; a line of text, the
+    arm's mode with the largest ages of measurements and commands in the last
+    half second.
 
     Args:
         page: The page that gets bar and buttons.
@@ -67,6 +70,9 @@ class SafetyPanel(LeafSystem):
         self._supervision_input = self.DeclareAbstractInputPort(
             "supervision", Value(before)
         )
+        self._standing_input = self.DeclareAbstractInputPort(
+            "standing", Value(NOT_STARTED)
+        )
         page.show(supervised(before, releases=releases))
         self.DeclareAbstractOutputPort(
             "operator",
@@ -85,6 +91,7 @@ class SafetyPanel(LeafSystem):
         supervisor: LeafSystem,
         report: OutputPort,
         status: OutputPort,
+        standing: OutputPort,
     ) -> None:
         """Connects the panel with a supervisor, both ways.
 
@@ -96,10 +103,12 @@ class SafetyPanel(LeafSystem):
             supervisor: The `SafetySupervisor`.
             report: Output port of the controller's `TickReport`.
             status: Output port of the `StationStatus`.
+            standing: Output port of the `Standing`.
         """
         for source, sink in (
             (report, self._report_input),
             (status, self._status_input),
+            (standing, self._standing_input),
             (
                 supervisor.GetOutputPort("supervision"),
                 self._supervision_input,
@@ -119,7 +128,12 @@ class SafetyPanel(LeafSystem):
         status = self._status_input.Eval(context)
         self._show_ages(context.get_time(), status, context)
         supervision = self._supervision_input.Eval(context)
-        self._page.show(supervised(supervision, releases=self._releases))
+        standing = NOT_STARTED
+        if self._standing_input.HasValue(context):
+            standing = self._standing_input.Eval(context)
+        self._page.show(
+            supervised(supervision, releases=self._releases, standing=standing)
+        )
 
     def _show_ages(self, time: float, status: StationStatus, context: Context):
         report = self._report_input.Eval(context)

@@ -10,6 +10,7 @@ from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import AddRobotView
 from remosplat_drake.visualization.run_view import RunView
 from remosplat_drake.visualization.splat_view import SplatView
+from remosplat_drake.visualization.standing_view import StandingView
 from remosplat_drake.visualization.truth_view import TruthView
 
 
@@ -20,6 +21,7 @@ def AddViews(
     robot: RobotModel,
     configuration: OutputPort,
     report: OutputPort,
+    standing: OutputPort,
     splat_W: GaussianSplat | None = None,
     truth: PrimitiveScene | None = None,
     selection: OutputPort | None = None,
@@ -32,6 +34,7 @@ def AddViews(
         robot: The robot that moves.
         configuration: Output port of the measured configuration q.
         report: Output port of the controller's `TickReport`.
+        standing: Output port of the `Standing`.
         splat_W: The scene's splat in W; None for none.
         truth: The scene's true geometry; None if it is unknown.
         selection: Output port of the guidance selector's `Selection`; None
@@ -48,6 +51,9 @@ def AddViews(
     run_view = RunView.AddToBuilder(builder, page=page, robot=robot)
     builder.Connect(configuration, run_view.GetInputPort("configuration"))
     builder.Connect(report, run_view.GetInputPort("report"))
+    standing_view = StandingView.AddToBuilder(builder, page=page, robot=robot)
+    builder.Connect(configuration, standing_view.GetInputPort("configuration"))
+    builder.Connect(standing, standing_view.GetInputPort("standing"))
     if selection is not None:
         guidance_view = GuidanceView.AddToBuilder(builder, page=page)
         builder.Connect(selection, guidance_view.GetInputPort("selection"))

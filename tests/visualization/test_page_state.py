@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from remosplat_drake.signals.standing import HELD, MOVING, Standing
 from remosplat_drake.signals.supervisor_state import (
     RUNNING,
     STARTING,
@@ -21,6 +22,9 @@ from remosplat_drake.visualization.page_state import (
     unsupervised,
     waiting,
 )
+
+MOVING_ON = Standing(MOVING, "on its way")
+IN_THE_WAY = Standing(HELD, "hand held by the can")
 
 
 def supervision(mode, reason="", refusal="") -> SupervisorState:
@@ -66,7 +70,7 @@ def test_a_refused_release_is_told():
 def test_what_stands_is_said_while_nothing_is_stopped():
     says = {
         mode: supervised(
-            supervision(mode, "late"), releases=True, standing="on its way"
+            supervision(mode, "late"), releases=True, standing=MOVING_ON
         ).text
         for mode in (RUNNING, STOPPED)
     }
@@ -82,3 +86,10 @@ def test_when_all_is_over_nothing_can_be_pressed(reached):
 
 def test_without_a_supervisor_nothing_pretends_to_stop():
     assert unsupervised().buttons == ()
+
+
+def test_who_is_held_does_not_look_well():
+    state = supervised(supervision(RUNNING), releases=True, standing=IN_THE_WAY)
+    assert (state.phase, state.title) == (page_state.HELD, "Held")
+    assert (state.text, state.buttons) == ("hand held by the can", (STOP,))
+    assert unsupervised(IN_THE_WAY).text == "hand held by the can"

@@ -101,7 +101,9 @@ def test_stop_and_release(page, application, click):
     assert "move, measured 0 ms ago" in robot[0]
     stopped = seen["stopped"]
     assert (stopped.title, stopped.text) == ("Stopped", "stop button")
-    assert seen["released"] == seen["running"]
+    released = seen["released"]
+    assert (released.title, released.buttons) == ("Live", (page_state.STOP,))
+    assert released.text.startswith("moving to the target")
 
     trajectory = result.trajectory
     t, u = trajectory.time, trajectory.u

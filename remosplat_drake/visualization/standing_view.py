@@ -1,0 +1,155 @@
+"""`StandingView`: the link that is held, and the place, light up."""
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.geometry import Meshcat, Rgba, Sphere
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
+
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.standing import HELD, NOT_STARTED, Standing
+from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.page_state import unsupervised
+from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
+from remosplat_drake.visualization.shapes import tube_mesh
+
+LINKS = f"{ROOT}/held/links"
+PLACE = f"{ROOT}/held/place"
+
+_GLOW = Rgba(1.0, 0.55, 0.05, 0.55)
+_AMBER = Rgba(1.0, 0.55, 0.05)
+_LAST = 9.0  # Three.js draws in this order, from small to large.
+_SWELL = 0.004  # The glow lies around the link's own spheres [m].
+_RING, _TUBE = 0.05, 0.006  # Radii of the ring about the place [m].
+
+
+class StandingView(LeafSystem):
+    """Lights up what is held, and where; says how things stand.
+
+    .. pydrake_system::
+
+        name: StandingView
+        input_ports:
+        - configuration
+        - standing
+
+    `configuration` takes the measured q, `standing` the `Standing`. The link
+    that is held glows, and a ring lies about the place that holds it, also in
+    a replay. Where there is no supervisor the page's bar says the sentence
+    from here; elsewhere it is the `SafetyPanel` that does.
+
+    Args:
+        page: The page to draw on.
+        robot: The robot, for its links and spheres.
+    """
+
+    def __init__(self, *, page: MeshcatPage, robot: RobotModel):
+        super().__init__()
+        self.set_name("standing_view")
+        self._page = page
+        self._robot = robot
+        self._links: dict[str, bool] = {}
+        self._has_place = False
+        self._shown = NOT_STARTED
+        self._configuration_input = self.DeclareVectorInputPort(
+            "configuration", robot.n_q
+        )
+        self._standing_input = self.DeclareAbstractInputPort(
+            "standing", Value(NOT_STARTED)
+        )
+        self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
+        self.DeclareForcedPublishEvent(self._publish)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder, *, page: MeshcatPage, robot: RobotModel
+    ) -> "StandingView":
+        """Adds a view to a diagram; the caller connects its two ports."""
+        return builder.AddSystem(StandingView(page=page, robot=robot))
+
+    def _publish(self, context: Context):
+        standing = self._standing_input.Eval(context)
+        if standing is self._shown:
+            return
+        self._shown = standing
+        q = self._configuration_input.Eval(context)
+        self._light_up(standing, q, context.get_time())
+        state = self._page.state
+        if state is not None and not (state.buttons or state.is_over):
+            self._page.show(unsupervised(standing))
+
+    def _light_up(self, standing: Standing, q: np.ndarray, time: float):
+        is_held = standing.kind == HELD
+        link = standing.link if is_held else ""
+        if link and link not in self._links:
+            self._add_glow(link)
+        X_WL = self._robot.body_poses(q)
+        for name, was_lit in self._links.items():
+            if name == link:
+                X = RigidTransform(X_WL[self._robot.tree.index(name)])
+                self._move(f"{LINKS}/{name}", X, time)
+            if was_lit != (name == link):
+                self._links[name] = name == link
+                self._show(f"{LINKS}/{name}", name == link, time)
+        p_W = standing.p_W if is_held else None
+        if p_W is not None:
+            if not self._has_place:
+                self._has_place = True
+                _draw_ring(self._page.meshcat)
+                self._show(PLACE, False, _start(self._page.meshcat))
+            self._move(PLACE, self._facing(link, p_W, q), time)
+        if self._has_place:
+            self._show(PLACE, p_W is not None, time)
+
+    def _facing(
+        self, link: str, p_W: np.ndarray, q: np.ndarray
+    ) -> RigidTransform:
+        """Pose of a ring about a place that faces the link."""
+        spheres = self._robot.spheres_at(q)
+        p_WS = spheres.p_WS[self._robot.spheres.on_links({link})]
+        away = p_WS - p_W
+        if not len(away):
+            return RigidTransform(p_W)
+        axis = away[np.argmin((away**2).sum(axis=1))]
+        if not axis.any():
+            return RigidTransform(p_W)
+        return RigidTransform(RotationMatrix.MakeFromOneVector(axis, 2), p_W)
+
+    def _add_glow(self, link: str):
+        spheres, path = self._robot.spheres.on_link(link), f"{LINKS}/{link}"
+        for i, p_LS in enumerate(spheres.p_LS):
+            radius = float(spheres.radius[i]) + _SWELL
+            self._page.meshcat.SetObject(f"{path}/{i}", Sphere(radius), _GLOW)
+            self._page.meshcat.SetTransform(f"{path}/{i}", RigidTransform(p_LS))
+            _shine_through(self._page.meshcat, f"{path}/{i}")
+        self._links[link] = False
+        self._show(path, False, _start(self._page.meshcat))
+
+    def _move(self, path: str, X: RigidTransform, time: float):
+        self._page.meshcat.SetTransform(path, X, time_in_recording=time)
+
+    def _show(self, path: str, visible: bool, time: float):
+        self._page.meshcat.SetProperty(
+            path, "visible", visible, time_in_recording=time
+        )
+
+
+def _draw_ring(meshcat: Meshcat):
+    angle = np.linspace(0.0, 2.0 * np.pi, 33)
+    circle = [np.cos(angle), np.sin(angle), np.zeros_like(angle)]
+    vertices, faces = tube_mesh(_RING * np.stack(circle, axis=1), _TUBE)
+    meshcat.SetTriangleMesh(f"{PLACE}/ring", vertices.T, faces.T, _AMBER)
+    meshcat.SetObject(f"{PLACE}/point", Sphere(2 * _TUBE), _AMBER)
+    for name in ("ring", "point"):
+        _shine_through(meshcat, f"{PLACE}/{name}")
+
+
+def _shine_through(meshcat: Meshcat, path: str):
+    """Draws an object over all that is before it, as light would shine."""
+    node = f"{path}/<object>"
+    meshcat.SetProperty(node, "material.depthTest", False)
+    meshcat.SetProperty(node, "renderOrder", _LAST)
+
+
+def _start(meshcat: Meshcat) -> float:
+    return meshcat.get_mutable_recording().start_time()

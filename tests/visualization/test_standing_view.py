@@ -1,0 +1,68 @@
+"""The link that is held, and the place, light up."""
+
+import numpy as np
+import pytest
+from pydrake.common.value import Value
+
+from remosplat_drake.signals.standing import HELD, MOVING, Standing
+from remosplat_drake.visualization.page_state import unsupervised
+from remosplat_drake.visualization.standing_view import (
+    LINKS,
+    PLACE,
+    StandingView,
+)
+
+GLOW = f"{LINKS}/panda_hand"
+P_W = np.array([0.9, 0.1, 0.3])
+HELD_HAND = Standing(HELD, "hand held", 0.5, link="panda_hand", p_W=P_W)
+
+
+@pytest.fixture
+def show(page, frankie):
+    """A function that shows how things stand."""
+    dut = StandingView(page=page, robot=frankie)
+
+    def show(standing: Standing):
+        context = dut.CreateDefaultContext()
+        dut.GetInputPort("configuration").FixValue(context, frankie.q_home)
+        dut.GetInputPort("standing").FixValue(context, Value(standing))
+        dut.ForcedPublish(context)
+
+    return show
+
+
+def test_a_robot_that_moves_has_no_lights(show, page):
+    show(Standing(MOVING, "on its way", 0.5))
+    assert not page.meshcat.HasPath(LINKS)
+    assert not page.meshcat.HasPath(PLACE)
+
+
+def test_link_and_place_light_up(show, page, frankie, pose_of, is_visible):
+    show(HELD_HAND)
+    assert is_visible(page.meshcat, GLOW) and is_visible(page.meshcat, PLACE)
+    X_WL = frankie.body_poses(frankie.q_home)[frankie.tree.index("panda_hand")]
+    np.testing.assert_allclose(pose_of(page.meshcat, GLOW), X_WL, atol=1e-12)
+    X = pose_of(page.meshcat, PLACE)
+    np.testing.assert_allclose(X[:3, 3], P_W)
+    # The ring faces the hand.
+    spheres = frankie.spheres_at(frankie.q_home)
+    p_WS = spheres.p_WS[frankie.spheres.on_links({"panda_hand"})]
+    away = p_WS[np.linalg.norm(p_WS - P_W, axis=1).argmin()] - P_W
+    np.testing.assert_allclose(X[:3, 2], away / np.linalg.norm(away))
+
+
+def test_the_lights_go_out(show, page, is_visible):
+    show(HELD_HAND)
+    show(Standing(HELD, "elbow held", 0.5, link="panda_link4"))
+    assert is_visible(page.meshcat, f"{LINKS}/panda_link4")
+    assert not is_visible(page.meshcat, GLOW)
+    assert not is_visible(page.meshcat, PLACE)
+    show(Standing(MOVING, "on its way", 0.5))
+    assert not is_visible(page.meshcat, f"{LINKS}/panda_link4")
+
+
+def test_without_a_supervisor_the_bar_says_it(show, page):
+    page.show(unsupervised())
+    show(HELD_HAND)
+    assert page.state == unsupervised(HELD_HAND)
+    assert page.state.text == "hand held"
