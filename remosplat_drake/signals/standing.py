@@ -31,6 +31,8 @@ VERIFICATION = "verification"
 """Cause: no wanted command leaves a way to stop."""
 NO_COMMAND = "no command"
 """Cause: the controller has no command to give, and brakes."""
+NOT_OBEYED = "not obeyed"
+"""Cause: the robot is told to move, and does not, as a shadow's."""
 NOTHING = "nothing"
 """Cause: no constraint is in the way; the program wants no other command."""
 
@@ -41,6 +43,7 @@ CAUSES = (
     CONSTRAINT,
     VERIFICATION,
     NO_COMMAND,
+    NOT_OBEYED,
     NOTHING,
 )
 """All causes that hold a robot: kinds of things in the scene, constraints of

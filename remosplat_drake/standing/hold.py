@@ -18,6 +18,7 @@ from remosplat_drake.signals.binding import (
 from remosplat_drake.signals.standing import (
     CONSTRAINT,
     NO_COMMAND,
+    NOT_OBEYED,
     NOTHING,
     VERIFICATION,
 )
@@ -34,6 +35,9 @@ before: two that hold the robot together do not take turns."""
 
 _VETO = 0.5
 """Scale below which it is verification that holds the robot."""
+
+_TOLD = 0.01
+"""Speed that a robot must be told for it to be seen moving [m/s, rad/s]."""
 
 Naming = Callable[[np.ndarray], Thing]
 """Function that says what is at a place in W, shape (3,) [m]."""
@@ -73,8 +77,10 @@ def find_hold(
         return Hold(NO_COMMAND, report.reason)
     row = _strongest(report, robot, link_before)
     if row is None:
-        is_vetoed = report.objection and report.scale < _VETO
-        return _vetoed(report, robot, name) if is_vetoed else Hold(NOTHING)
+        if report.objection and report.scale < _VETO:
+            return _vetoed(report, robot, name)
+        is_told = np.abs(report.command).max(initial=0.0) > _TOLD
+        return Hold(NOT_OBEYED if is_told else NOTHING)
     if row.name == COLLISION:
         return _near(report, robot, name, row.index)
     if row.name == JOINT_LIMIT:

@@ -144,6 +144,8 @@ def _held(now: Situation, hold: Hold, robot: RobotDescription) -> Standing:
 def _what_holds(hold: Hold, part: str) -> str:
     if hold.cause == stands.NO_COMMAND:
         return f"braking: {hold.thing}"
+    if hold.cause == stands.NOT_OBEYED:
+        return "robot is told to move and stands still"
     if hold.cause == stands.NOTHING:
         return "robot stands still"
     if hold.clearance is not None:

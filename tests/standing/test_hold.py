@@ -179,6 +179,11 @@ def test_nothing_holds_who_wants_nothing(frankie):
         assert find_hold(report, frankie, name).cause == stands.NOTHING
 
 
+def test_a_robot_that_stands_although_it_is_told_to_move(frankie):
+    told = dc.replace(report_of(frankie), command=np.full(9, 0.1))
+    assert find_hold(told, frankie, name).cause == stands.NOT_OBEYED
+
+
 def test_verification_is_afraid_of_the_nearest(frankie):
     report = report_of(frankie, objection=COLLISION)
     hold = find_hold(dc.replace(report, scale=0.0), frankie, name)

@@ -103,6 +103,9 @@ SENTENCES = {
     "braking: target is not finite, 0.52 m from the target": held(
         stands.NO_COMMAND, "target is not finite"
     ),
+    "robot is told to move and stands still, 0.52 m from the target": held(
+        stands.NOT_OBEYED
+    ),
     "robot stands still, 0.52 m from the target: nothing is in the way, it may"
     " be out of reach": held(stands.NOTHING),
     "hand held 21 mm from the can, 0.52 m from the target; no path found": held(
