@@ -32,7 +32,7 @@ from remosplat_drake.app.teleop_session import check_mappable
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.real_time import Spread
-from remosplat_drake.commands.flags import positive
+from remosplat_drake.commands.number_flags import positive
 from remosplat_drake.visualization.page import MeshcatPage
 
 SCENARIO = "StudioLive"

@@ -22,7 +22,8 @@ from remosplat_drake.app.teleop_session import check_mappable
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.benchmark.line_file import LineFile
 from remosplat_drake.benchmark.pool import Job, run_jobs
-from remosplat_drake.commands.flags import check_seed, positive
+from remosplat_drake.commands.flags import check_seed
+from remosplat_drake.commands.number_flags import positive
 
 RESULTS = "operators.jsonl"
 
