@@ -21,7 +21,7 @@ def AddViews(
     robot: RobotModel,
     configuration: OutputPort,
     report: OutputPort,
-    standing: OutputPort,
+    standing: OutputPort | None = None,
     splat_W: GaussianSplat | None = None,
     truth: PrimitiveScene | None = None,
     selection: OutputPort | None = None,
@@ -34,7 +34,7 @@ def AddViews(
         robot: The robot that moves.
         configuration: Output port of the measured configuration q.
         report: Output port of the controller's `TickReport`.
-        standing: Output port of the `Standing`.
+        standing: Output port of the `Standing`; None if nobody says it.
         splat_W: The scene's splat in W; None for none.
         truth: The scene's true geometry; None if it is unknown.
         selection: Output port of the guidance selector's `Selection`; None
@@ -51,9 +51,10 @@ def AddViews(
     run_view = RunView.AddToBuilder(builder, page=page, robot=robot)
     builder.Connect(configuration, run_view.GetInputPort("configuration"))
     builder.Connect(report, run_view.GetInputPort("report"))
-    standing_view = StandingView.AddToBuilder(builder, page=page, robot=robot)
-    builder.Connect(configuration, standing_view.GetInputPort("configuration"))
-    builder.Connect(standing, standing_view.GetInputPort("standing"))
+    if standing is not None:
+        view = StandingView.AddToBuilder(builder, page=page, robot=robot)
+        builder.Connect(configuration, view.GetInputPort("configuration"))
+        builder.Connect(standing, view.GetInputPort("standing"))
     if selection is not None:
         guidance_view = GuidanceView.AddToBuilder(builder, page=page)
         builder.Connect(selection, guidance_view.GetInputPort("selection"))
