@@ -11,6 +11,7 @@ from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.commands.gate_keeping import describe
 from remosplat_drake.commands.hold import add_page_arguments, hold
+from remosplat_drake.commands.run_page import show_verdict
 from remosplat_drake.commands.splat_scenario import load_given
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.oracle.composite import CompositeDistanceField
@@ -28,6 +29,7 @@ from remosplat_drake.visualization.depth_views import (
     save_picture,
 )
 from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.page_state import still
 from remosplat_drake.visualization.robot_view import AddRobotView
 from remosplat_drake.visualization.sensor_view import SensorView
 from remosplat_drake.visualization.splat_view import SplatView
@@ -124,6 +126,8 @@ def run(arguments: argparse.Namespace) -> int:
     console.print(f"{title}: {_facts(views)}; see {arguments.output}")
     if arguments.page or arguments.save_html:
         page = show(world, q, views, arguments.port)
+        page.show(still(f"{title}: {_facts(views)}"))
+        show_verdict(page, knowledge)
         if arguments.save_html:
             page.save_html(arguments.save_html)
         if arguments.page:

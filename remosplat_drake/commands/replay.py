@@ -21,7 +21,9 @@ from remosplat_drake.recording.operator_figure import (
     save_figure,
 )
 from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.page_state import replayed
 from remosplat_drake.visualization.replay import record_replay
+from remosplat_drake.visualization.saved_page.account import Account, Moment
 from remosplat_drake.visualization.truth_view import TruthView
 
 EXAMPLES = """
@@ -91,8 +93,10 @@ def run(arguments: argparse.Namespace) -> int:
         _save_figure(recorded, arguments.figure, console)
     page = MeshcatPage(port=arguments.port)
     _draw(recorded, page, arguments.rate, console)
+    account = _account(recorded, arguments.rate)
+    page.end(account.state)
     if arguments.save_html:
-        page.save_html(arguments.save_html)
+        page.save_html(arguments.save_html, account)
     console.print(f"watch at [bold]{page.url}[/bold]")
     hold(arguments.hold, page, console)
     return 0
@@ -119,6 +123,31 @@ def _draw(
         )
     if recorded.world.truth is not None:
         TruthView(page, recorded.world.truth)
+
+
+def _account(recorded: RecordedRun, rate: float) -> Account:
+    """Returns what the page tells of the run, by the clock of its replay."""
+    rows = recorded.log.rows
+    first, last = float(rows["time"][0]), float(rows["time"][-1])
+    collision = recorded.scenario.controller.collision
+    return Account(
+        state=replayed(f"{recorded.folder.name}, {last - first:.1f} s"),
+        time=(rows["time"] - first) / rate,
+        q=rows["q"],
+        clearance=rows["clearance"],
+        stopping=collision.stopping,
+        influence=collision.influence,
+        moments=[
+            Moment((e.time - first) / rate, f"{e.kind}: {e.text}")
+            for e in recorded.events
+            if first <= e.time <= last and e.kind != REQUEST
+        ],
+        facts=[
+            ("run", recorded.folder.name),
+            ("time", f"{first:.2f} to {last:.2f} s, {len(rows)} ticks"),
+            ("clearance (oracle)", _smallest(rows)),
+        ],
+    )
 
 
 def _save_figure(recorded: RecordedRun, path: Path, console: Console) -> None:

@@ -38,6 +38,7 @@ from remosplat_drake.commands.hold import (
     wait_for_start,
 )
 from remosplat_drake.commands.number_flags import not_negative
+from remosplat_drake.commands.run_page import account_of, show_verdict
 from remosplat_drake.commands.splat_scenario import load_given
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import (
@@ -146,6 +147,7 @@ def run(arguments: argparse.Namespace) -> int:
     page = None
     if arguments.save_html or not arguments.headless:
         page = MeshcatPage(port=arguments.port)
+        show_verdict(page, knowledge)
     mcap = opened_recorder(arguments, scenario, world.robot)
     application = build(
         scenario, world, page, hardware=arguments.hardware, mcap=mcap
@@ -164,12 +166,14 @@ def run(arguments: argparse.Namespace) -> int:
     elif rate is None:
         rate = 0.0 if arguments.headless else 1.0
     waits = not arguments.headless and is_held(arguments.hold)
+    start = 0.0
     try:
         if page is not None:
             if waits_for_viewer:
                 draw_robot(application.diagram)
                 wait_for_start(page, scenario.name, console)
-            page.start_recording(time.time() if arguments.hardware else 0.0)
+            start = time.time() if arguments.hardware else 0.0
+            page.start_recording(start)
         result, loop = drive(
             application,
             console,
@@ -185,12 +189,15 @@ def run(arguments: argparse.Namespace) -> int:
     if page is not None:
         page.finish_recording()
         page.end(state_at_end(result))
-    _print_summary(result, loop, console)
+    facts = _facts(result, loop)
+    _print_summary(result, facts, console)
     if arguments.output:
         known = admission.document()
         save_result(result, application, arguments.output, loop, known)
     if page is not None and arguments.save_html:
-        page.save_html(arguments.save_html)
+        state = state_at_end(result)
+        account = account_of(result, scenario, state, facts, start)
+        page.save_html(arguments.save_html, account)
     if page is not None and not arguments.headless:
         hold(arguments.hold, page, console)
     if result.outcome == INTERRUPTED:
@@ -208,45 +215,57 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 
 
 def _print_summary(
-    result: RunResult, loop: LoopQuality | None, console: Console
+    result: RunResult, facts: list[tuple[str, str]], console: Console
 ) -> None:
-    metrics = result.metrics
     table = Table(show_header=False, box=None, pad_edge=False)
     style = "bold green" if result.outcome == REACHED else "bold red"
     table.add_row("outcome", Text(result.standing.text, style))
-    table.add_row("time", f"{metrics.duration:.2f} s")
-    table.add_row(
-        "clearance (oracle)",
-        _millimetres(metrics.clearance_min, metrics.clearance_mean),
-    )
-    table.add_row(
-        "clearance (truth)",
-        _millimetres(metrics.truth_clearance_min, metrics.truth_clearance_mean),
-    )
-    if metrics.unseen_clearance_min is not None:
-        table.add_row("unseen space", _unseen(metrics))
-    table.add_row(
-        "path",
-        f"end effector {metrics.path_length:.3f} m,"
-        f" base {metrics.base_path_length:.3f} m",
-    )
-    table.add_row(
-        "tick",
-        f"p50 {1e3 * metrics.tick_p50:.2f} ms,"
-        f" p99 {1e3 * metrics.tick_p99:.2f} ms"
-        f" ({metrics.control_rate:.0f} Hz possible)",
-    )
-    if loop is not None:
-        table.add_row("status to command", _spread(loop.age))
-        table.add_row("period jitter", _spread(loop.jitter))
-        table.add_row(
-            "loop",
-            f"{loop.ticks} ticks, {loop.missed} left out,"
-            f" {loop.unheard} without a new status",
-        )
-    statuses = ", ".join(f"{k} {v}" for k, v in metrics.statuses.items())
-    table.add_row("ticks", f"{metrics.ticks}: {statuses}")
+    for name, value in facts:
+        table.add_row(name, value)
     console.print(table)
+
+
+def _facts(
+    result: RunResult, loop: LoopQuality | None
+) -> list[tuple[str, str]]:
+    """Returns names and values of what was measured, for people."""
+    metrics = result.metrics
+    truth = metrics.truth_clearance_min, metrics.truth_clearance_mean
+    facts = [
+        ("time", f"{metrics.duration:.2f} s"),
+        (
+            "clearance (oracle)",
+            _millimetres(metrics.clearance_min, metrics.clearance_mean),
+        ),
+        ("clearance (truth)", _millimetres(*truth)),
+    ]
+    if metrics.unseen_clearance_min is not None:
+        facts.append(("unseen space", _unseen(metrics)))
+    facts += [
+        (
+            "path",
+            f"end effector {metrics.path_length:.3f} m,"
+            f" base {metrics.base_path_length:.3f} m",
+        ),
+        (
+            "tick",
+            f"p50 {1e3 * metrics.tick_p50:.2f} ms,"
+            f" p99 {1e3 * metrics.tick_p99:.2f} ms"
+            f" ({metrics.control_rate:.0f} Hz possible)",
+        ),
+    ]
+    if loop is not None:
+        facts += [
+            ("status to command", _spread(loop.age)),
+            ("period jitter", _spread(loop.jitter)),
+            (
+                "loop",
+                f"{loop.ticks} ticks, {loop.missed} left out,"
+                f" {loop.unheard} without a new status",
+            ),
+        ]
+    statuses = ", ".join(f"{k} {v}" for k, v in metrics.statuses.items())
+    return [*facts, ("ticks", f"{metrics.ticks}: {statuses}")]
 
 
 def state_at_end(result: RunResult) -> PageState:

@@ -7,8 +7,10 @@ directory (a few seconds, offline); later uses only look there. Without the
 collision primitives instead.
 """
 
+import base64
 import dataclasses as dc
 import importlib.util
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,11 +28,13 @@ if TYPE_CHECKING:
     import trimesh
 
 # Raised when the conversion changes, so that old cache files are left alone.
-_VERSION = 2
+_VERSION = 3
 _MAX_FACES = 32_000
 _SMOOTHING_ANGLE = np.deg2rad(30)
 # Full white would leave no room for light and shade.
 _WHITE = 0.93
+# Finer than anything that is seen of a link: [m], and of a unit vector.
+_POSITION_STEP, _NORMAL_STEP = 2.0**-16, 2.0**-8
 _EXTRA = ("rtbdata", "trimesh", "collada", "fast_simplification", "PIL")
 
 # glTF is y-up, the meshes are z-up; Drake turns glTF files back.
@@ -166,7 +170,35 @@ def _convert(source: Path) -> bytes:
     files = trimesh.exchange.gltf.export_gltf(
         scene, include_normals=True, merge_buffers=True, embed_buffers=True
     )
-    return files["model.gltf"]
+    return rounded(files["model.gltf"])
+
+
+def rounded(document: bytes) -> bytes:
+    """Rounds positions and normals of a .gltf, so that it can be compressed.
+
+    Args:
+        document: A .gltf whose only buffer is part of it.
+    """
+    gltf = json.loads(document)
+    (buffer,) = gltf["buffers"]
+    head, text = buffer["uri"].split(",")
+    data = bytearray(base64.b64decode(text))
+    steps = {"POSITION": _POSITION_STEP, "NORMAL": _NORMAL_STEP}
+    chosen = {
+        primitive["attributes"][name]: step
+        for mesh in gltf["meshes"]
+        for primitive in mesh["primitives"]
+        for name, step in steps.items()
+        if name in primitive["attributes"]
+    }
+    for index, step in chosen.items():
+        accessor = gltf["accessors"][index]
+        view = gltf["bufferViews"][accessor["bufferView"]]
+        start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        values = np.frombuffer(data, "<f4", 3 * accessor["count"], start)
+        values[:] = step * np.rint(values / step)
+    buffer["uri"] = f"{head},{base64.b64encode(data).decode()}"
+    return json.dumps(gltf).encode()
 
 
 def _linear(colour: tuple) -> list[float]:

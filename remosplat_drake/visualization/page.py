@@ -11,6 +11,9 @@ from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.visualization import page_style
 from remosplat_drake.visualization.page_state import PageState
+from remosplat_drake.visualization.saved_page.account import Account
+from remosplat_drake.visualization.saved_page.archive import pack
+from remosplat_drake.visualization.saved_page.html_page import add_player
 from remosplat_drake.visualization.toggle import Toggle
 
 ROOT = "/remosplat"
@@ -200,7 +203,7 @@ class MeshcatPage:
             start: Time of the diagram at which the recording begins [s].
         """
         self.meshcat.DeleteRecording()
-        self.meshcat.StartRecording(frames_per_second=32)
+        self.meshcat.StartRecording(frames_per_second=16)
         self.meshcat.get_mutable_recording().set_start_time(start)
 
     def finish_recording(self):
@@ -213,19 +216,31 @@ class MeshcatPage:
         self.meshcat.PublishRecording()
         self.meshcat.SetProperty(LIVE, "visible", True)
 
-    def save_html(self, path: str | Path):
+    def save_html(self, path: str | Path, account: Account | None = None):
         """Writes the page as one file that needs neither server nor network.
 
-        The file is written atomically. Buttons are not part of it.
+        The file is written atomically, compressed, and carries a player with
+        a time line. What was said of the run while it went on is not part of
+        it: that is what the account is for.
 
         Args:
             path: The HTML file.
+            account: What is to be told of the run; None if nothing has moved.
 
         Raises:
             FileError: The file cannot be written.
         """
-        with atomic_write(Path(path)) as file:
-            file.write(self.meshcat.StaticHtml())
+        path = Path(path)
+        badge = self._labels.get("badge", "")
+        page = add_player(
+            self.meshcat.StaticHtml(),
+            account,
+            state=self.state,
+            toggles=self._toggles,
+            badge=badge,
+        )
+        with atomic_write(path) as file:
+            file.write(pack(page, path.stem))
 
     def _dress(self, floor: bool):
         meshcat = self.meshcat

@@ -28,6 +28,10 @@ STOPPED = "stopped"
 """Phase in which the supervisor has stopped the robot."""
 REACHED, MISSED = "reached", "missed"
 """Phases after the end of the run: nothing moves any more."""
+REPLAYED = "replayed"
+"""Phase of a run that is shown again."""
+STILL = "still"
+"""Phase of a page on which nothing ever moves."""
 
 START, STOP, RELEASE = "start", "stop", "release"
 """What may be pressed."""
@@ -38,7 +42,8 @@ class PageState:
     """How things stand, for a person who looks at the page.
 
     Attributes:
-        phase: WAITING, LIVE, HELD, STOPPED, REACHED or MISSED.
+        phase: WAITING, LIVE, HELD, STOPPED, REACHED, MISSED, REPLAYED or
+            STILL.
         title: How things stand, in a word or two.
         text: The same in a sentence; empty if there is no more to say.
         buttons: START, STOP and RELEASE, as far as they do something now.
@@ -52,7 +57,7 @@ class PageState:
     @property
     def is_over(self) -> bool:
         """Whether the run has ended."""
-        return self.phase in (REACHED, MISSED)
+        return self.phase in (REACHED, MISSED, REPLAYED)
 
 
 def waiting(name: str) -> PageState:
@@ -121,10 +126,19 @@ def ended(text: str, *, reached: bool) -> PageState:
     return PageState(REACHED if reached else MISSED, title, text)
 
 
-def still(name: str) -> PageState:
-    """Returns the state of a page that shows something that never moves.
+def replayed(text: str) -> PageState:
+    """Returns the state of a run that is shown again.
 
     Args:
-        name: What it shows.
+        text: Which run it is.
     """
-    return PageState(WAITING, name)
+    return PageState(REPLAYED, "Replay", text)
+
+
+def still(text: str) -> PageState:
+    """Returns the state of a page on which nothing ever moves.
+
+    Args:
+        text: What it shows.
+    """
+    return PageState(STILL, "Inspect", text)

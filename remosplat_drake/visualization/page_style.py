@@ -112,8 +112,8 @@ margin:8px 0 0;pointer-events:none}}
 .remosplat-badge{{display:block;padding:6px 8px;border-radius:5px;
 border-left:6px solid;background:#262b33;color:#cfd5de;line-height:16px}}
 .remosplat-good{{border-color:#4cc38a}}
-.remosplat-doubtful{{border-color:#ffb454}}
-.remosplat-bad{{border-color:#ff5c5c}}
+.remosplat-fair,.remosplat-unknown{{border-color:#ffb454}}
+.remosplat-poor{{border-color:#ff5c5c}}
 .remosplat-badge b{{color:#fff}}
 
 {_ROWS}:has(.remosplat-heading){{order:10;height:30px;padding:6px 4px 0;
@@ -247,7 +247,7 @@ def badge(grade: str, title: str, text: str) -> str:
     """Returns the name of a button that is a verdict.
 
     Args:
-        grade: GOOD, DOUBTFUL or BAD, which give it a colour.
+        grade: One of `map_grade`'s, which gives it a colour.
         title: The verdict in a word or two.
         text: What it rests on.
     """

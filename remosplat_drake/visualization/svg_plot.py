@@ -1,4 +1,4 @@
-"""`SvgPlot`: a small plot of the last seconds as an inline SVG.
+"""`SvgPlot`: a small plot over time as an inline SVG.
 
 It becomes part of a page's label, so that it has neither apostrophes nor
 backslashes, and is short: a few kilobytes, several times a second.
@@ -46,6 +46,8 @@ class SvgPlot:
         marks: Horizontal lines, such as thresholds.
         color: Colour of the curve as CSS has it.
         span: Length of the time axis [s].
+        elapsed: Whether times run from 0 to `span`, with a line that a script
+            may move; without it, the plot is of the last seconds.
     """
 
     title: str
@@ -55,12 +57,14 @@ class SvgPlot:
     marks: tuple[Mark, ...] = ()
     color: str = "#2f6fb3"
     span: float = 20.0
+    elapsed: bool = False
 
-    def draw(self, age: np.ndarray, value: np.ndarray) -> str:
+    def draw(self, time: np.ndarray, value: np.ndarray) -> str:
         """Returns the plot as the text of an SVG element.
 
         Args:
-            age: How long ago each value was, falling, shape (n,) [s].
+            time: How long ago each value was, falling, shape (n,) [s]; if the
+                plot is of elapsed time, when it was.
             value: The values, shape (n,); the curve has gaps where they are
                 NaN.
         """
@@ -72,10 +76,15 @@ class SvgPlot:
             f'<rect width="{WIDTH}" height="{HEIGHT}" rx="8" fill="#fff"'
             ' fill-opacity=".9"/>',
             _text(14, 21, f"{self.title} [{self.unit}]", _INK, weight=600),
-            _text(WIDTH - _RIGHT, 21, self._number(latest), _INK, "end", 600),
+            ""
+            if self.elapsed
+            else _text(
+                WIDTH - _RIGHT, 21, self._number(latest), _INK, "end", 600
+            ),
             self._axes,
-            self._curve(age, value),
+            self._curve(time, value),
             self._marks,
+            self._cursor if self.elapsed else "",
             "</svg>",
         ]
         return "".join(parts)
@@ -89,6 +98,8 @@ class SvgPlot:
 
     def _x(self, age: np.ndarray | float) -> np.ndarray:
         share = np.asarray(age) / self.span
+        if self.elapsed:
+            share = 1 - share
         return WIDTH - _RIGHT - share * (WIDTH - _LEFT - _RIGHT)
 
     def _y(self, value: np.ndarray | float) -> np.ndarray:
@@ -105,8 +116,10 @@ class SvgPlot:
             parts.append(_text(_LEFT - 6, y + 4, f"{tick:g}", _GREY, "end"))
         for tick in round_numbers(0.0, self.span, 4):
             x = float(self._x(tick))
-            label = "now" if tick == 0 else f"−{tick:g} s"
-            anchor = "end" if tick == 0 else "middle"
+            label = f"−{tick:g} s" if tick else "now"
+            anchor = "middle" if tick else "end"
+            if self.elapsed:
+                label, anchor = f"{tick:g} s", "middle"
             parts.append(_text(x, HEIGHT - 9, label, _GREY, anchor))
         return "".join(parts)
 
@@ -120,6 +133,15 @@ class SvgPlot:
             aside = 12 if mark.value <= 0 else -4
             parts.append(_text(_LEFT + 6, y + aside, mark.text, mark.color))
         return "".join(parts)
+
+    @property
+    def _cursor(self) -> str:
+        return (
+            f'<line class="cursor" y1="{_TOP}" y2="{HEIGHT - _BOTTOM}"'
+            f' x1="{_LEFT}" x2="{_LEFT}" stroke="{_INK}" stroke-width="1.5"'
+            f' data-left="{_LEFT}" data-right="{WIDTH - _RIGHT}"'
+            f' data-end="{self.span:g}"/>'
+        )
 
     def _curve(self, age: np.ndarray, value: np.ndarray) -> str:
         shown = (age <= self.span) & ~np.isnan(value)

@@ -22,6 +22,9 @@ class Toggle:
 
     Attributes:
         name: Name of the button on Meshcat.
+        label: What the button says.
+        key: Key that clicks it.
+        states: Paths that are visible in each state.
     """
 
     def __init__(
@@ -34,8 +37,10 @@ class Toggle:
         initial: int = 0,
     ):
         self._meshcat = meshcat
-        self.name = page_style.toggle(label, keycode.removeprefix("Digit"))
-        self._states = tuple(tuple(paths) for paths in states)
+        self.label = label
+        self.key = keycode.removeprefix("Digit")
+        self.name = page_style.toggle(label, self.key)
+        self.states = tuple(tuple(paths) for paths in states)
         self._paths = sorted({path for paths in states for path in paths})
         self._initial = initial
         meshcat.AddButton(self.name, keycode)
@@ -49,12 +54,12 @@ class Toggle:
     def poll(self):
         """Counts the clicks, and shows the state that they lead to."""
         clicks = self._meshcat.GetButtonClicks(self.name)
-        state = (self._initial + clicks) % len(self._states)
+        state = (self._initial + clicks) % len(self.states)
         if state != self._state:
             self._show(state)
 
     def _show(self, state: int):
         self._state = state
         for path in self._paths:
-            visible = path in self._states[state]
+            visible = path in self.states[state]
             self._meshcat.SetProperty(path, "visible", visible)

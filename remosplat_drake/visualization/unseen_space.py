@@ -13,6 +13,7 @@ from remosplat_drake.visualization.toggle import Toggle
 
 UNSEEN_SPACE = f"{ROOT}/map/unseen"
 
+_STEP = 2.0**-12  # Between places of vertices [m].
 _VEIL = Rgba(0.33, 0.38, 0.62, 0.16)
 
 # Corners of a voxel's face at its lower end along an axis, counterclockwise
@@ -84,6 +85,7 @@ def draw_layers(meshcat: Meshcat, coverage: Coverage) -> Iterator[str | None]:
         path = f"{UNSEEN_SPACE}/{layer}" if len(faces) else None
         if path is not None:
             vertices = smoothed(vertices, coverage, layer)
+            vertices, faces = merged(vertices, faces)
             # What an onlooker would see from behind is left out.
             meshcat.SetTriangleMesh(
                 path,
@@ -128,6 +130,28 @@ def frontier_mesh(
     fan = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
     first = np.arange(0, len(vertices), 4, dtype=np.int32)
     return vertices, (first[:, None, None] + fan).reshape(-1, 3)
+
+
+def merged(
+    vertices: np.ndarray, faces: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Joins corners of faces that are at the same place.
+
+    Args:
+        vertices: Vertices, less than 200 m apart, shape (n, 3) [m].
+        faces: Indices of the vertices, shape (m, 3).
+
+    Returns:
+        The vertices that are left, rounded to a quarter of a millimetre, and
+        the faces between them.
+    """
+    steps = np.rint(vertices / _STEP).astype(np.int64)
+    steps -= steps.min(axis=0)
+    # One number for a place is sorted faster than three.
+    key = steps @ np.array([1, 1 << 20, 1 << 40])
+    _, first, index = np.unique(key, return_index=True, return_inverse=True)
+    rounded = _STEP * np.rint(vertices[first] / _STEP)
+    return rounded, index[faces].astype(np.int32)
 
 
 def smoothed(

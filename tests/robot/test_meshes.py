@@ -1,6 +1,8 @@
 """The robot's look: table, conversion, cache, and life without all that."""
 
+import base64
 import importlib.util
+import json
 
 import numpy as np
 import pytest
@@ -126,3 +128,34 @@ def test_registers_for_viewers_and_cameras(finger, cache):
         (geometry,) = inspector.GetGeometries(frame, role)
         X_LV = inspector.GetPoseInFrame(geometry)
         np.testing.assert_allclose(X_LV.translation(), [0, 0, 1])
+
+
+def test_what_is_rounded_off_is_not_seen():
+    """A position and a normal, and nothing else, in a glTF by hand."""
+    values = np.array([[0.1234567, -0.5, 1.0], [0.6, 0.0, 0.8]], "<f4")
+    index = np.array([7, 8], "<u2").tobytes()
+    data = values.tobytes() + index
+    uri = "data:application/octet-stream;base64,"
+    views = [(0, 12), (12, 12), (24, 4)]
+    document = {
+        "buffers": [{"uri": uri + base64.b64encode(data).decode()}],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": at, "byteLength": size}
+            for at, size in views
+        ],
+        "accessors": [{"bufferView": k, "count": 1} for k in range(3)],
+        "meshes": [
+            {
+                "primitives": [
+                    {"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2}
+                ]
+            }
+        ],
+    }
+    after = json.loads(meshes.rounded(json.dumps(document).encode()))
+    data = base64.b64decode(after["buffers"][0]["uri"].removeprefix(uri))
+    found = np.frombuffer(data[:24], "<f4").reshape(2, 3)
+    np.testing.assert_allclose(found[0], values[0], atol=2**-17)
+    np.testing.assert_allclose(found[1], values[1], atol=2**-9)
+    assert (found * 2**16 == np.rint(found * 2**16)).all()
+    assert data[24:] == index

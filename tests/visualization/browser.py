@@ -54,8 +54,32 @@ class Browser:
         """
         self.run_first(
             "addEventListener('DOMContentLoaded',"
-            " () => { viewer.render = () => {}; })"
+            " () => { if (window.viewer) viewer.render = () => {}; })"
         )
+
+    def show_as(self, width: int, height: int, *, mobile: bool = False):
+        """Gives the page another size, or that of a telephone."""
+        self._ask(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=mobile,
+        )
+
+    def listen_to_console(self):
+        """Keeps what goes wrong in pages from now on, for `console`."""
+        self.run_first(
+            "if (!window.wrong) { window.wrong = [];"
+            " addEventListener('error', (e) => wrong.push(e.message));"
+            " addEventListener('unhandledrejection',"
+            " (e) => wrong.push(String(e.reason)));"
+            " console.error = (...said) => wrong.push(said.join(' ')); }"
+        )
+
+    def console(self) -> list[str]:
+        """What has gone wrong in the page since it was opened."""
+        return self.evaluate("window.wrong")
 
     def evaluate(self, expression: str) -> Any:
         """The value of a JavaScript expression in the page."""

@@ -3,7 +3,11 @@
 import numpy as np
 
 from remosplat_drake.signals.coverage import FREE, SURFACE, UNSEEN, Coverage
-from remosplat_drake.visualization.unseen_space import frontier_mesh, smoothed
+from remosplat_drake.visualization.unseen_space import (
+    frontier_mesh,
+    merged,
+    smoothed,
+)
 
 
 def quads_of(state: np.ndarray, voxel: float = 1.0) -> np.ndarray:
@@ -109,3 +113,14 @@ def test_layers_stay_joined():
     moved[same.ravel()] = after
     np.testing.assert_array_equal(moved[same.ravel()], after)
     assert np.abs(after - before).max() <= 0.1 + 1e-12
+
+
+def test_corners_at_the_same_place_are_one():
+    """Two squares with an edge in common: six corners are left of eight."""
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
+    beside = square + np.array([1, 0, 0])
+    vertices = np.concatenate([square, beside]) - [0.3, 2, 0]
+    faces = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
+    fewer, joined = merged(vertices, faces)
+    assert len(fewer) == 6
+    np.testing.assert_allclose(fewer[joined], vertices[faces], atol=2**-13)

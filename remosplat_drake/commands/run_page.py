@@ -1,0 +1,64 @@
+"""What a page says of a run, before it and after it."""
+
+from remosplat_drake.app.map_grade import GOOD, grade_map
+from remosplat_drake.app.map_knowledge import MapKnowledge
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.simulation import RunResult
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.page_state import PageState
+from remosplat_drake.visualization.page_style import badge
+from remosplat_drake.visualization.saved_page.account import Account, Moment
+
+
+def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
+    """Shows how good a map is, as a coloured badge.
+
+    Args:
+        page: The page of whatever runs on that map.
+        knowledge: What is known of the map.
+    """
+    error = knowledge.error
+    if error.largest is None and not error.trouble:
+        page.set_label("badge", badge(GOOD, "Map", "the true geometry"))
+        return
+    largest = error.largest
+    parts = [
+        "" if largest is None else f"wrong by up to {1e3 * largest:.1f} mm",
+        error.trouble,
+        *error.warnings,
+    ]
+    grade = grade_map(error)
+    text = "; ".join(filter(None, parts))
+    page.set_label("badge", badge(grade, f"Map {grade}:", text))
+
+
+def account_of(
+    result: RunResult,
+    scenario: Scenario,
+    state: PageState,
+    facts: list[tuple[str, str]],
+    start: float,
+) -> Account:
+    """Returns what a saved page tells of a run.
+
+    Args:
+        result: How the run ended.
+        scenario: The scenario that was run.
+        state: The same, as the page says it.
+        facts: Names and values of what was measured.
+        start: Time of the diagram at which the recording begins [s].
+    """
+    trajectory = result.trajectory
+    collision = scenario.controller.collision
+    time = trajectory.time - start
+    moments = [Moment(float(time[-1]), state.title)] if len(time) else []
+    return Account(
+        state=state,
+        time=time,
+        q=trajectory.q[:-1],
+        clearance=trajectory.clearance,
+        stopping=collision.stopping,
+        influence=collision.influence,
+        moments=moments,
+        facts=facts,
+    )

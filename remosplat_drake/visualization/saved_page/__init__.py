@@ -1,0 +1,1 @@
+"""The page as one file: compressed, with a player and what was measured."""

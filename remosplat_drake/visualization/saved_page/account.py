@@ -1,0 +1,149 @@
+"""`Account`: what is to be told of a run, besides its motion."""
+
+import dataclasses as dc
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from remosplat_drake.visualization.page_state import PageState
+from remosplat_drake.visualization.svg_plot import Mark, SvgPlot
+
+_STILL = 0.002
+"""Speed of a joint below which it stands still [rad/s, m/s]."""
+_IDLE = 3.0
+"""Time after which standing still is passed over [s]."""
+_LEAD = 0.5
+"""Time that is shown of standing still, before and after [s]."""
+_POINTS = 380
+"""Greatest number of points of a curve: one for a pixel."""
+
+LEGEND = (
+    ("#ffdb00", "path of the end effector"),
+    ("#1a6beb", "path of the base"),
+    ("#e00f0d", "what holds the robot back"),
+    ("#8c33d9", "futures that guidance has simulated"),
+)
+"""Colours of the scene, and what they mean."""
+
+
+@dc.dataclass(frozen=True)
+class Moment:
+    """Something that happened.
+
+    Attributes:
+        time: When, by the clock of the replay [s].
+        text: What happened, in words for a person.
+    """
+
+    time: float
+    text: str
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Account:
+    """What is to be told of a run, by the clock of its replay.
+
+    Attributes:
+        state: How it ended.
+        time: Times of the ticks, increasing, shape (T,) [s].
+        q: Configurations at the ticks, shape (T, n_q).
+        clearance: Smallest clearance at each tick, shape (T,) [m]; inf beyond
+            the oracle's influence.
+        stopping: Clearance at which the controller stops approaching [m].
+        influence: Clearance beyond which the oracle reports none [m].
+        moments: What happened, in the order of time.
+        facts: Names and values of what was measured.
+    """
+
+    state: PageState
+    time: np.ndarray
+    q: np.ndarray
+    clearance: np.ndarray
+    stopping: float
+    influence: float
+    moments: Sequence[Moment] = ()
+    facts: Sequence[tuple[str, str]] = ()
+
+    @property
+    def begin(self) -> float:
+        """When the replay begins: shortly before the first motion [s]."""
+        idle = self.idle()
+        at_start = idle and idle[0][0] == self.time[0]
+        return idle[0][1] if at_start else float(self.time[0])
+
+    def idle(self) -> list[tuple[float, float]]:
+        """Returns from when to when nothing moves, long enough to be skipped.
+
+        A run that never moves has no such time.
+        """
+        speed = np.abs(np.diff(self.q, axis=0)).max(axis=1, initial=0.0)
+        moves = speed > _STILL * np.diff(self.time)
+        if not moves.any():
+            return []
+        moving = self.time[:-1][moves]
+        ends = np.concatenate([[self.time[0]], moving, [self.time[-1]]])
+        spans = []
+        for before, after in pairwise(ends):
+            if after - before > _IDLE:
+                lead = 0.0 if before == self.time[0] else _LEAD
+                spans.append((float(before + lead), float(after - _LEAD)))
+        return spans
+
+    def closest(self) -> Moment | None:
+        """Returns when the robot was nearest to the scene, if it ever was."""
+        if not np.isfinite(self.clearance).any():
+            return None
+        k = int(np.nanargmin(self.clearance))
+        text = f"nearest to the scene: {1e3 * self.clearance[k]:.0f} mm"
+        return Moment(float(self.time[k]), text)
+
+    def plots(self) -> list[str]:
+        """Draws the smallest clearance over the whole run, as an SVG."""
+        upper = min(self.influence, 0.2)
+        span = float(self.time[-1])
+        plot = SvgPlot(
+            title="Smallest clearance",
+            unit="m",
+            lower=-0.2 * upper,
+            upper=upper,
+            marks=(
+                Mark(
+                    self.stopping,
+                    f"stopping distance {self.stopping:g} m",
+                    "#a86400",
+                ),
+                Mark(0.0, "contact", "#c8102e"),
+            ),
+            span=max(span, 0.1),
+            elapsed=True,
+        )
+        return [plot.draw(*thinned(self.time, self.clearance, np.nanmin))]
+
+
+def thinned(
+    time: np.ndarray,
+    value: np.ndarray,
+    worst: Callable[[np.ndarray], float],
+    most: int = _POINTS,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Thins a curve out, so that what is worst of it stays.
+
+    Args:
+        time: Times, increasing, shape (T,) [s].
+        value: The values, shape (T,).
+        worst: Chooses one of several values.
+        most: Greatest number of points.
+
+    Returns:
+        Times and values, at most `most` of them.
+    """
+    if len(time) <= most:
+        return time, value
+    groups = np.array_split(np.arange(len(time)), most)
+    # A group without any number has none to choose.
+    chosen = [
+        worst(value[g]) if not np.isnan(value[g]).all() else np.nan
+        for g in groups
+    ]
+    return time[[g[-1] for g in groups]], np.array(chosen)
