@@ -4,7 +4,7 @@ from time import perf_counter
 
 import numpy as np
 
-from remosplat_drake.controller.binding import TIGHT, find_binding
+from remosplat_drake.controller.binding import find_binding
 from remosplat_drake.controller.decision import Decision, brake, decide
 from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
 from remosplat_drake.controller.reactive_law import ReactiveLaw
@@ -17,7 +17,7 @@ from remosplat_drake.controller.verification.verify import (
 )
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotState
-from remosplat_drake.signals.binding import COLLISION, NONE_BINDS
+from remosplat_drake.signals.binding import COLLISION, NONE_BINDS, Binding
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.tick_report import TickReport
@@ -63,6 +63,11 @@ def run_tick(
     state = state or law.robot.state(q)
     after_kinematics = perf_counter()
     if np.isfinite(X_WT).all():
+        sphere_tube = None
+        if motion is not None:
+            sphere_tube = law.robot.sphere_tube(
+                motion.model.tube, np.abs(u_previous)
+            )
         tick = Tick(
             law.robot,
             state,
@@ -72,7 +77,7 @@ def run_tick(
             u_previous,
             law.dt,
             guidance,
-            None if motion is None else _sphere_tube(law, motion, u_previous),
+            sphere_tube,
         )
         program = build_program(tick, law.ingredients)
         after_build = perf_counter()
@@ -87,8 +92,10 @@ def run_tick(
         law, field, state, decision.u, u_previous, clearances, guidance, motion
     )
     end = perf_counter()
-    kept, tight = _row_flags(decision, len(clearances))
-    program = decision.program
+    program, binding = decision.program, NONE_BINDS
+    if program is not None:
+        binding = find_binding(program, decision.u)
+    kept, tight = _row_flags(decision, binding, len(clearances))
     return TickReport(
         time=time,
         q=q,
@@ -100,7 +107,7 @@ def run_tick(
         kept=kept,
         tight=tight,
         X_WT=X_WT,
-        binding=find_binding(program, decision.u) if program else NONE_BINDS,
+        binding=binding,
         objection=verdict.objection,
         timings={
             "kinematics": after_kinematics - start,
@@ -109,11 +116,6 @@ def run_tick(
             "verify": end - after_solve,
         },
     )
-
-
-def _sphere_tube(law: ReactiveLaw, motion: Motion, u: np.ndarray) -> np.ndarray:
-    """By how much spheres may be off their paths at speeds u, (n,) [m]."""
-    return law.robot.jacobian_bound @ (motion.model.tube * np.abs(u))
 
 
 def _unknown_surroundings(q: np.ndarray, clearances: Clearances) -> str:
@@ -181,10 +183,11 @@ def _verified(
     return verified_command(around, u, u_previous)
 
 
-def _row_flags(decision: Decision, m: int) -> tuple[np.ndarray, np.ndarray]:
+def _row_flags(
+    decision: Decision, binding: Binding, m: int
+) -> tuple[np.ndarray, np.ndarray]:
+    tight = np.zeros(m, bool)
+    tight[[row.index for row in binding.rows if row.name == COLLISION]] = True
     program = decision.program
     rows = program and program.rows.get(COLLISION)
-    if not rows:
-        return np.zeros(m, bool), np.zeros(m, bool)
-    tight = rows.kept & (rows.A @ decision.u >= rows.b - TIGHT)
-    return rows.kept, tight
+    return (rows.kept if rows else np.zeros(m, bool)), tight

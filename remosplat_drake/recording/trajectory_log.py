@@ -17,6 +17,7 @@ from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.recording.mcap.tick_record import TickRecord
 from remosplat_drake.recording.run_log import NO_MAP, RunLogWriter
 from remosplat_drake.recording.tick_events import LoggedSignals, events_between
+from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.tick_report import TickReport
 
 LOG, EVENTS = "trajectory.log", "events.jsonl"
@@ -150,12 +151,12 @@ class TrajectoryLog(LeafSystem):
             return
         report = self._report_input.Eval(context)
         now = LoggedSignals(
-            _value(self._supervision_input, context),
-            _value(self._map_input, context),
-            _value(self._target_input, context),
-            _value(self._requests_input, context),
-            _value(self._station_input, context),
-            _value(self._standing_input, context),
+            value_or_none(self._supervision_input, context),
+            value_or_none(self._map_input, context),
+            value_or_none(self._target_input, context),
+            value_or_none(self._requests_input, context),
+            value_or_none(self._station_input, context),
+            value_or_none(self._standing_input, context),
         )
         # A tick asks the map of the moment before: that of the last look.
         map_version, self._map_version = self._map_version, now.map_version
@@ -176,7 +177,3 @@ class TrajectoryLog(LeafSystem):
             )
         if self._recorder is not None:
             self._recorder.append(TickRecord.of(report, executed, now, events))
-
-
-def _value(port: InputPort, context: Context):
-    return port.Eval(context) if port.HasValue(context) else None

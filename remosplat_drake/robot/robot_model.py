@@ -302,6 +302,16 @@ class RobotModel:
             N[2, 1] = 1.0
         return N
 
+    def sphere_tube(self, tube: np.ndarray, speed: np.ndarray) -> np.ndarray:
+        """Bounds how far spheres may be off a predicted path, shape (n,) [m].
+
+        Args:
+            tube: By how much positions may be off, as shares of the speeds,
+                shape (n_u,) [s].
+            speed: Greatest speeds, shape (n_u,) [m/s, rad/s].
+        """
+        return self.jacobian_bound @ (tube * speed)
+
     def advance(self, q: np.ndarray, u: np.ndarray, dt: float) -> np.ndarray:
         """Integrates the configuration while u is held for dt [s], exactly."""
         return kin.advance(q.astype(float), u, self.n_base, dt)

@@ -17,6 +17,7 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.standing import NOT_STARTED, Standing
 from remosplat_drake.signals.thing import Thing
 from remosplat_drake.signals.tick_report import TickReport
@@ -175,7 +176,7 @@ class StandingSystem(LeafSystem):
         report = self._report_input.Eval(context)
         error = pose_error(self._robot.end_effector_pose(q), report.X_WT)
         is_there = has_arrived(error, self._arrival)
-        supervision = _value(self._supervision_input, context)
+        supervision = value_or_none(self._supervision_input, context)
         may_rest = is_there or not (supervision is None or supervision.runs)
         still = observe(
             memory.stillness, time, q, report.X_WT, error, may_rest=may_rest
@@ -188,9 +189,9 @@ class StandingSystem(LeafSystem):
             is_there=is_there,
             hold=hold,
             no_nearer_for=time - still.nearest_at,
-            progress=_value(self._progress_input, context),
+            progress=value_or_none(self._progress_input, context),
             supervision=supervision,
-            selection=_value(self._selection_input, context),
+            selection=value_or_none(self._selection_input, context),
         )
         standing = how_things_stand(situation, self._robot.description)
         return _Memory(standing, still, time)
@@ -204,7 +205,3 @@ class StandingSystem(LeafSystem):
             return name_thing(field, p_W, self._floor_height, self._truth)
 
         return find_hold(report, self._robot, name, before.link)
-
-
-def _value(port: InputPort, context: Context):
-    return port.Eval(context) if port.HasValue(context) else None

@@ -31,7 +31,7 @@ def committed(
     clearance = around.clearance - np.linalg.norm(moved, axis=1)
     peak = np.maximum(motion.in_flight, np.abs(u))
     peak = np.maximum(peak, np.abs(u_previous))
-    needed = around.stopping + robot.jacobian_bound @ (motion.model.tube * peak)
+    needed = around.stopping + robot.sphere_tube(motion.model.tube, peak)
     near = np.flatnonzero(~(clearance >= needed))
     if len(near):
         spheres = robot.place_spheres(

@@ -180,7 +180,7 @@ class StoppingPath:
 
     def sphere_tube(self) -> np.ndarray:
         """Bounds how far spheres may be off the path, shape (n,) [m]."""
-        return self.robot.jacobian_bound @ (self.tube * self.peak)
+        return self.robot.sphere_tube(self.tube, self.peak)
 
 
 def _ends(
