@@ -10,7 +10,7 @@ PACKAGE = Path(remosplat_drake.__file__).parent
 PICKLES = {"pickle", "cPickle", "cloudpickle", "dill", "joblib", "shelve"}
 
 OUR_PIPES = {
-    "controller/guidance/map_transfer.py",
+    "base/array_pipe.py",
     "controller/guidance/rule_transfer.py",
     "recording/mcap/mcap_recorder.py",
     "recording/mcap/recording_process.py",

@@ -16,6 +16,7 @@ from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.teleop_session import open_teleoperation
 from remosplat_drake.app.world import load_world
+from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.controller.prediction.motion_predictor import (
     MotionPredictor,
 )
@@ -86,6 +87,7 @@ def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
         world,
         MeshcatPage(),
         teleoperation=dc.replace(teleoperation, operator=ToldOperator()),
+        cockpit=CockpitProcess(lambda issued: None),
     )
     dynamic = load_scenario("TableReach", "{station: !DynamicStation {}}")
     stream = PoseStreamConfig(lcm_url="memq://")

@@ -10,6 +10,10 @@ from functools import partial
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
+from remosplat_drake.app.cockpit_stages import (
+    AddCockpitOperator,
+    AddCockpitView,
+)
 from remosplat_drake.app.control_loop import AddControlLoop, ControlLoop
 from remosplat_drake.app.scenario import OBSTACLE, Scenario
 from remosplat_drake.app.stages import AddPanel, AddRecorder, AddTargets
@@ -23,6 +27,7 @@ from remosplat_drake.app.teleop_stages import (
 )
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.ranges import check_ranges
+from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.controller.reactive_program import Ingredient
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
@@ -69,6 +74,7 @@ def build(
     teleoperation: Teleoperation | None = None,
     ingredients: Sequence[Ingredient] = (),
     mcap: McapRecorder | None = None,
+    cockpit: CockpitProcess | None = None,
 ) -> Application:
     """Wires a scenario's stages into one diagram.
 
@@ -82,6 +88,7 @@ def build(
         ingredients: Costs and constraints of the control law, besides the
             scenario's; rollouts know them, too.
         mcap: Writes the run as an MCAP file; None for none.
+        cockpit: The page of a teleoperation's operator; None for none.
 
     Raises:
         RemoSplatError: A file is unusable, the station cannot be made, or
@@ -97,6 +104,10 @@ def build(
     world = world or load_world(scenario)
     builder = DiagramBuilder()
     panel = AddPanel(builder, scenario, world.robot, page, hardware=hardware)
+    operator = None
+    if cockpit is not None and teleoperation is not None:
+        scenes = teleoperation.scenes
+        operator = AddCockpitOperator(builder, cockpit, scenes)
     if teleoperation is None:
         add_targets = partial(AddTargets, builder, scenario, world)
     else:
@@ -108,6 +119,7 @@ def build(
             teleoperation=teleoperation,
             # Whoever finds a real robot's page must not steer it.
             page=None if hardware else page,
+            operators=[operator] if operator else [],
         )
     loop = AddControlLoop(
         builder,
@@ -125,6 +137,11 @@ def build(
             status=loop.status,
             standing=loop.standing.GetOutputPort("standing"),
         )
+    elif operator is not None and loop.supervisor is not None:
+        builder.Connect(
+            operator.GetOutputPort("operator"),
+            loop.supervisor.GetInputPort("operator"),
+        )
     recorder = AddRecorder(
         builder,
         scenario,
@@ -140,6 +157,8 @@ def build(
         live_map = AddLiveMap(builder, loop, teleoperation)
     if teleoperation is not None or mcap is not None:
         log = AddLog(builder, loop, teleoperation, live_map, mcap)
+    if cockpit is not None and teleoperation is not None:
+        AddCockpitView(builder, loop, teleoperation, cockpit, live_map)
     if page is not None:
         _AddWorldViews(builder, loop, page, live_map)
         if teleoperation is not None and log is not None:

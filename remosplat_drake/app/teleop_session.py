@@ -140,7 +140,7 @@ def open_teleoperation(
         session=folder,
         config=scenario.mapping,
         robot=world.robot,
-        make_camera=_camera_maker(scenario, world, hardware),
+        make_camera=camera_maker(scenario, world, hardware),
         make_field=partial(
             make_field, scenario.oracle, truth=None, where=scenario.source
         ),
@@ -208,9 +208,16 @@ def _initial_map(scenario: Scenario, world: World) -> SceneMap:
     )
 
 
-def _camera_maker(
+def camera_maker(
     scenario: Scenario, world: World, hardware: bool
 ) -> Callable[[], WristCamera]:
+    """Returns what makes the wrist camera, in whatever process calls it.
+
+    Args:
+        scenario: The scenario.
+        world: What the scenario's files hold.
+        hardware: Whether the camera is the real robot's.
+    """
     config = scenario.camera or WristCameraConfig()
     if hardware:
         return partial(LcmCamera, config, world.robot, scenario.hardware)

@@ -1,6 +1,7 @@
 """How the stages of a teleoperation are made; `stages.py` has all others."""
 
 import dataclasses as dc
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -71,6 +72,7 @@ def AddOperatorTarget(
     configuration: OutputPort,
     teleoperation: Teleoperation,
     page: MeshcatPage | None,
+    operators: Sequence[LeafSystem] = (),
 ) -> OperatorTarget:
     """Adds all operators that may move the target, and the target.
 
@@ -81,6 +83,7 @@ def AddOperatorTarget(
         configuration: The output port of the measured q, n_q entries.
         teleoperation: What the diagram needs to be teleoperated.
         page: The browser page that gets a panel; None has none.
+        operators: Operators that are in the diagram already.
 
     Raises:
         RemoSplatError: The trajectory or the camera's frame is unusable.
@@ -94,7 +97,7 @@ def AddOperatorTarget(
         _mount(scenario, world),
         scenario.mapping.frames,
     )
-    sources: list[LeafSystem] = []
+    sources = list(operators)
     panel = None
     if page is not None:
         panel = TeleopPanel.AddToBuilder(

@@ -64,3 +64,15 @@ def at_least_one(text: str) -> int:
     if value < 1:
         raise argparse.ArgumentTypeError(f"{text} is not a whole number >= 1")
     return value
+
+
+def port_number(text: str) -> int:
+    """Parses a TCP port that a program may listen on.
+
+    Raises:
+        ArgumentTypeError: The text is no such port.
+    """
+    value = whole_number(text)
+    if not 1024 <= value <= 65535:
+        raise argparse.ArgumentTypeError(f"{text} is not 1024 to 65535")
+    return value

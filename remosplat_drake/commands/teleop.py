@@ -1,6 +1,7 @@
 """`remosplat teleop`: move the target by hand while the map grows."""
 
 import argparse
+import importlib.util
 import json
 import math
 import time
@@ -10,6 +11,7 @@ from pathlib import Path
 from rich.console import Console
 
 from remosplat_drake.app import warm_up
+from remosplat_drake.app.cockpit_stages import cockpit_job, first_picture
 from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.map_knowledge import examine_map, saved_places
 from remosplat_drake.app.scenario import LONGEST_RUN, Scenario, load_scenario
@@ -23,7 +25,9 @@ from remosplat_drake.app.teleop_session import (
 from remosplat_drake.app.teleop_stages import Teleoperation
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.atomic_file import write_atomically
-from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
+from remosplat_drake.cockpit.cockpit_process import CockpitProcess
+from remosplat_drake.cockpit.messages import CodeIssued
 from remosplat_drake.commands.driving import drive
 from remosplat_drake.commands.flags import (
     add_record_argument,
@@ -35,7 +39,7 @@ from remosplat_drake.commands.gate_keeping import (
     admit,
     check_accepted,
 )
-from remosplat_drake.commands.number_flags import positive
+from remosplat_drake.commands.number_flags import port_number, positive
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import (
     add_robot_arguments,
@@ -43,6 +47,13 @@ from remosplat_drake.commands.wire import (
 )
 from remosplat_drake.mapping.store.session import SCENARIO_FILE
 from remosplat_drake.visualization.page import MeshcatPage
+
+COCKPIT, MESHCAT = "cockpit", "meshcat"
+VIEWERS = (COCKPIT, MESHCAT)
+"""The pages that an operator may have."""
+
+LOOPBACK = "127.0.0.1"
+"""Interface that only this computer reaches."""
 
 DEFAULT_SCENARIO = "StudioLive"
 """Name of the default scenario."""
@@ -99,7 +110,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="end after so many seconds (default: at Ctrl-C)",
     )
     parser.add_argument(
-        "--port", type=int, help="port of the page (default: first free)"
+        "--viewer",
+        choices=VIEWERS,
+        default=COCKPIT,
+        help="the operator's page: the cockpit, or Meshcat's, which hears a"
+        " gamepad (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--host",
+        default=LOOPBACK,
+        metavar="ADDRESS",
+        help="interface on which the cockpit is served, 0.0.0.0 for all"
+        " (default: this computer only)",
+    )
+    parser.add_argument(
+        "--port",
+        type=port_number,
+        help="port of the page (default: first free)",
     )
     parser.add_argument(
         "--scenario-text",
@@ -123,26 +150,40 @@ def run(arguments: argparse.Namespace) -> int:
     world = load_world(scenario, blank=scenario.mapping.enabled)
     admission = _admitted(arguments, scenario, world)
     warm_up.compile_kernels(scenario, world)
-    page = None if arguments.headless else MeshcatPage(port=arguments.port)
+    page, cockpit = _pages(arguments, console)
     teleoperation, application = _begin(
-        arguments, scenario, world, page, folder, admission, console
+        arguments, scenario, world, page, cockpit, folder, admission, console
     )
     log = application.log
     assert log is not None
     try:
         console.print(f"everything goes to [bold]{folder}[/bold]")
-        if page is not None:
-            console.print(f"operate at [bold]{page.url}[/bold]; Ctrl-C ends")
+        url = page.url if page is not None else ""
+        if cockpit is not None:
+            url = cockpit.start(
+                cockpit_job(
+                    application,
+                    teleoperation,
+                    host=arguments.host,
+                    port=arguments.port,
+                    hardware=arguments.hardware,
+                ),
+                first_picture(application, teleoperation),
+            )
+        if url:
+            console.print(f"operate at [bold]{url}[/bold]; Ctrl-C ends")
         result, _ = drive(
             application,
             console,
             rate=None if arguments.hardware else _rate(arguments, scenario),
             # Without a page nobody releases a stopped robot.
-            patience=0.0 if page is None else math.inf,
+            patience=math.inf if url else 0.0,
         )
     finally:
         log.close()
         teleoperation.close()
+        if cockpit is not None:
+            cockpit.close()
     warm_up.remember()
     if log.trouble:
         console.print(f"[bold red]{log.trouble}[/]")
@@ -150,6 +191,35 @@ def run(arguments: argparse.Namespace) -> int:
     told = f"{result.standing.text}; `remosplat replay {folder}` shows it"
     console.print(told, soft_wrap=True)
     return 0 if result.outcome in (INTERRUPTED, TIME_LIMIT) else 1
+
+
+def _pages(
+    arguments: argparse.Namespace, console: Console
+) -> tuple[MeshcatPage | None, CockpitProcess | None]:
+    """Returns the page that the operator gets, of the two that there are.
+
+    Raises:
+        RemoSplatError: Flags contradict each other, the port is taken, or
+            viser is not installed.
+    """
+    in_cockpit = arguments.viewer == COCKPIT and not arguments.headless
+    if arguments.host != LOOPBACK and not in_cockpit:
+        raise RemoSplatError("--host: only with the cockpit")
+    if arguments.headless:
+        return None, None
+    if not in_cockpit:
+        return MeshcatPage(port=arguments.port), None
+    if importlib.util.find_spec("viser") is None:
+        raise MissingExtraError(
+            "the cockpit (or take --viewer meshcat)", "cockpit"
+        )
+
+    def announce(issued: CodeIssued):
+        why = f"{issued.why}; " if issued.why else ""
+        code = f"[bold]{issued.code}[/bold]"
+        console.print(f"{why}to operate, type the code {code} on the page")
+
+    return None, CockpitProcess(announce)
 
 
 def _rate(arguments: argparse.Namespace, scenario: Scenario) -> float:
@@ -180,6 +250,7 @@ def _begin(
     scenario: Scenario,
     world: World,
     page: MeshcatPage | None,
+    cockpit: CockpitProcess | None,
     folder: Path,
     admission: Admission | None,
     console: Console,
@@ -202,6 +273,7 @@ def _begin(
                 hardware=arguments.hardware,
                 teleoperation=teleoperation,
                 mcap=opened_recorder(arguments, scenario, world.robot),
+                cockpit=cockpit,
             )
             if admission is not None:
                 admission.announce(console)
@@ -232,11 +304,12 @@ def _load_scenario(arguments: argparse.Namespace) -> Scenario:
     scenario = load_scenario(spec or DEFAULT_SCENARIO, arguments.scenario_text)
     operator = scenario.teleop
     sources = arguments.trajectory, operator.trajectory, operator.pose_stream
-    if arguments.hardware and not any(sources):
+    by_meshcat = arguments.viewer == MESHCAT
+    if arguments.hardware and by_meshcat and not any(sources):
         raise RemoSplatError(
-            "--hardware: the page of a real robot only stops it; somebody else"
-            " must move the target: --trajectory FILE, or teleop.pose_stream"
-            " in the scenario"
+            "--hardware: Meshcat's page of a real robot only stops it; take"
+            " the cockpit, or let somebody else move the target: --trajectory"
+            " FILE, or teleop.pose_stream in the scenario"
         )
     if arguments.headless and not any(sources):
         raise RemoSplatError(

@@ -48,6 +48,13 @@ class CompositeDistanceField(DistanceField):
         parts = [part.for_planning for part in self.parts]
         return CompositeDistanceField(parts, self.rows)
 
+    @cached_property
+    def surfaces(self) -> DistanceField | None:
+        """The composite of the parts' own surfaces; None without any."""
+        parts = [part.surfaces for part in self.parts]
+        parts = [part for part in parts if part is not None]
+        return CompositeDistanceField(parts, self.rows) if parts else None
+
     @property
     def compiled(self) -> tuple | None:
         """The parts' own, if all have one; see `DistanceField.compiled`."""

@@ -89,6 +89,11 @@ class PlacedUnknownSpace(DistanceField):
             answers.append(dc.replace(answer, sphere=index[answer.sphere]))
         return _merged(answers)
 
+    @property
+    def surfaces(self) -> None:
+        """None: nobody has seen any; see `DistanceField.surfaces`."""
+        return None
+
     def thing_at(self, p_W: np.ndarray) -> Thing:
         """Says that it is unseen space; see `DistanceField.thing_at`."""
         return UNSEEN_SPACE

@@ -53,6 +53,11 @@ class UncertainPlacement(DistanceField):
         """The map as it is: nothing safe rests on paths."""
         return self._field.for_planning
 
+    @property
+    def surfaces(self) -> DistanceField | None:
+        """The surfaces of the map, where it has them."""
+        return self._field.surfaces
+
     def margin(self, p_WS: np.ndarray) -> np.ndarray:
         """Returns how much nearer the scene may be, shape (n,) [m].
 

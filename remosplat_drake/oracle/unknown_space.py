@@ -120,6 +120,11 @@ class UnknownSpaceField(DistanceField):
             revision=self.revision,
         )
 
+    @property
+    def surfaces(self) -> None:
+        """None: nobody has seen any; see `DistanceField.surfaces`."""
+        return None
+
     def thing_at(self, p_W: np.ndarray) -> Thing:
         """Says that it is unseen space; see `DistanceField.thing_at`."""
         return UNSEEN_SPACE

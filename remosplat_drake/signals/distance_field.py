@@ -155,6 +155,14 @@ class DistanceField(ABC):
         return self
 
     @property
+    def surfaces(self) -> "DistanceField | None":
+        """The same map without space that is only unknown; None if it is all.
+
+        That is what people see and click at.
+        """
+        return self
+
+    @property
     def compiled(self) -> tuple | None:
         """What kernels ask by `compiled_map.ask`; None if only Python can.
 

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 from pydrake.geometry import Meshcat
-from pydrake.math import RollPitchYaw, RotationMatrix
 
+from remosplat_drake.teleop.pose_coordinates import PoseCoordinates
 from remosplat_drake.visualization.page_style import slider
 
 POSITION_STEP = 0.005
@@ -29,9 +29,7 @@ _ANGLES = (
 class PoseSliders:
     """Six sliders: a position in W, and a rotation away from a reference.
 
-    Angles are relative to the reference H, so that they are zero where the
-    robot begins and far from where they wrap around:
-    R_WT = R(roll, pitch, yaw) R_WH about W's axes.
+    They are the `PoseCoordinates` of the pose.
 
     Args:
         meshcat: The page's Meshcat server.
@@ -48,9 +46,9 @@ class PoseSliders:
         upper: Sequence[float],
     ):
         self._meshcat = meshcat
-        self._R_WH = RotationMatrix.ProjectToRotationMatrix(X_WH[:3, :3])
+        self._coordinates = PoseCoordinates(X_WH)
         self._names: list[str] = []
-        begin = _coordinates(X_WH, self._R_WH)
+        begin = self._coordinates.of(X_WH)
         ends = zip(_AXES, lower, upper, strict=True)
         rows = [(*axis, a, b, POSITION_STEP) for axis, a, b in ends]
         rows += [
@@ -81,15 +79,11 @@ class PoseSliders:
         if values == self._known:
             return None
         self._known = values
-        X_WT = np.eye(4)
-        X_WT[:3, 3] = values[:3]
-        turn = RollPitchYaw(np.radians(values[3:])).ToRotationMatrix()
-        X_WT[:3, :3] = (turn @ self._R_WH).matrix()
-        return X_WT
+        return self._coordinates.pose(np.array(values))
 
     def show(self, X_WT: np.ndarray):
         """Moves the sliders to a pose X_WT; `moved` does not report that."""
-        values = _coordinates(X_WT, self._R_WH)
+        values = self._coordinates.of(X_WT)
         for i, name in enumerate(self._names):
             step = POSITION_STEP if i < 3 else ANGLE_STEP
             # Meshcat rounds to steps: what it would not show is not sent.
@@ -98,10 +92,3 @@ class PoseSliders:
 
     def _values(self) -> list[float]:
         return [self._meshcat.GetSliderValue(name) for name in self._names]
-
-
-def _coordinates(X_WT: np.ndarray, R_WH: RotationMatrix) -> np.ndarray:
-    """Position [m] and roll, pitch, yaw [deg], shape (6,)."""
-    R_WT = RotationMatrix.ProjectToRotationMatrix(X_WT[:3, :3])
-    angles = RollPitchYaw(R_WT @ R_WH.inverse()).vector()
-    return np.concatenate([X_WT[:3, 3], np.degrees(angles)])

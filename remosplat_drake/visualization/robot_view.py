@@ -54,7 +54,7 @@ def AddRobotView(
         connects.
     """
     scene_graph = builder.AddNamedSystem("robot_view_scene", SceneGraph())
-    plant = _make_plant(robot, scene_graph)
+    plant = make_drawn_plant(robot, scene_graph)
     to_pose = builder.AddNamedSystem(
         "robot_view_kinematics", MultibodyPositionToGeometryPose(plant)
     )
@@ -93,7 +93,19 @@ def draw_robot(diagram: Diagram) -> None:
     view.ForcedPublish(view.GetMyContextFromRoot(context))
 
 
-def _make_plant(robot: RobotModel, scene_graph: SceneGraph) -> MultibodyPlant:
+def make_drawn_plant(
+    robot: RobotModel, scene_graph: SceneGraph
+) -> MultibodyPlant:
+    """Makes a plant whose links have the look of the robot.
+
+    Args:
+        robot: The robot.
+        scene_graph: Scene graph that gets the illustration geometry: the
+            links' meshes, or their collision geometry where there are none.
+
+    Returns:
+        The finalized plant.
+    """
     description = robot.description
     plant = MultibodyPlant(time_step=0.0)
     plant.RegisterAsSourceForSceneGraph(scene_graph)

@@ -107,6 +107,7 @@ def process(tmp_path) -> Iterator[subprocess.Popen[str]]:
     with subprocess.Popen(
         command_line(
             *("teleop", *arguments, "--port", str(port)),
+            *("--viewer", "meshcat"),
             *("--scenario-text", COARSE),
         ),
         stderr=subprocess.PIPE,

@@ -8,8 +8,8 @@ from time import perf_counter
 
 import numpy as np
 
+from remosplat_drake.base.array_pipe import send_arrays
 from remosplat_drake.base.child_process import ChildProcess
-from remosplat_drake.controller.guidance.map_transfer import send_map
 from remosplat_drake.controller.guidance.rule_transfer import (
     TransferError,
     pack_rule,
@@ -173,7 +173,7 @@ def _send_both(
     connection: Connection, field: DistanceField, now: PresentState
 ) -> None:
     try:
-        send_map(connection, field)
+        send_arrays(connection, field)
         connection.send(now)
     except OSError:
         return  # It has died; the next `update` finds out.

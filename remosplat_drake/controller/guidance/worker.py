@@ -11,9 +11,9 @@ from time import perf_counter
 
 import numpy as np
 
-from remosplat_drake.controller.guidance.map_transfer import (
-    MapHeader,
-    receive_map,
+from remosplat_drake.base.array_pipe import (
+    ArrayHeader,
+    receive_arrays,
 )
 from remosplat_drake.controller.guidance.rule_transfer import (
     PackedRule,
@@ -64,10 +64,11 @@ def serve(connection: Connection, packed: PackedRule, budget: float) -> None:
     """Runs in the look-ahead process until the other end is closed.
 
     Args:
-        connection: The process's end of a pipe. It brings a map before the
-            first `PresentState`, see `map_transfer`; it takes READY, then for
-            each state a `Selection`, or None where the latest one still
-            holds. After a `Failure` or a `TransferError` nothing follows.
+        connection: The process's end of a pipe. It brings a map, by
+            `base.array_pipe`, before the first `PresentState`; it takes READY,
+            then for each state a `Selection`, or None where the latest one
+            still holds. After a `Failure` or a `TransferError` nothing
+            follows.
         packed: The selection rule, as `pack_rule` packs it.
         budget: Time that an answer may take [s].
     """
@@ -86,8 +87,8 @@ def _answer(connection: Connection, rule: SelectionRule, budget: float) -> None:
     selection, field = start_selection(rule), None
     while True:
         message = connection.recv()
-        if isinstance(message, MapHeader):
-            field = receive_map(connection, message)
+        if isinstance(message, ArrayHeader):
+            field = receive_arrays(connection, message)
             continue
         assert field is not None
         following = look_ahead(

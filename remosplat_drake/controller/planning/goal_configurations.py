@@ -46,6 +46,8 @@ class GoalConfigurations:
         tightest: Index of the sphere that had too little room in the best of
             those that keep too little distance; -1 if none reached or all did.
         missing: How much room that sphere lacked [m].
+        cramped: That best one, shape (n_q,) [rad, m]; None if none reached or
+            all did.
     """
 
     q: np.ndarray
@@ -53,6 +55,7 @@ class GoalConfigurations:
     reached: int
     tightest: int = -1
     missing: float = 0.0
+    cramped: np.ndarray | None = None
 
 
 def goal_configurations(
@@ -95,7 +98,9 @@ def goal_configurations(
     best = int(np.argmax(rooms.min(axis=1)))
     sphere = int(np.argmin(rooms[best]))
     missing = max(-float(rooms[best, sphere]), 0.0)
-    return GoalConfigurations(found[:0], tried, len(found), sphere, missing)
+    return GoalConfigurations(
+        found[:0], tried, len(found), sphere, missing, found[best]
+    )
 
 
 def _reaching(

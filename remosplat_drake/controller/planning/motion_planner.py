@@ -90,7 +90,7 @@ class MotionPlanner:
 
         config = self.config
         seed = 1 + config.seed + attempt
-        space = self._free_space(q, field, stopping)
+        space = self.free_space(q, field, stopping)
         start = np.clip(q, space.lower, space.upper)
         goals = goal_configurations(
             space,
@@ -146,7 +146,7 @@ class MotionPlanner:
             The path, the same object if nothing ahead of q is blocked.
         """
         s, _ = path.nearest(q)
-        space = self._free_space(q, field, stopping)
+        space = self.free_space(q, field, stopping)
         here, start = path.at(s), s
         for k in np.flatnonzero(path.s > s):
             if not space.is_free_between(here, path.q[k]):
@@ -154,9 +154,16 @@ class MotionPlanner:
             here, start = path.q[k], float(path.s[k])
         return path
 
-    def _free_space(
+    def free_space(
         self, q: np.ndarray, field: DistanceField, stopping: float
     ) -> FreeSpace:
+        """Returns the free space of the robot where it is.
+
+        Args:
+            q: Where the robot is, shape (n_q,) [rad, m].
+            field: The map.
+            stopping: Distance that all spheres keep from the scene [m].
+        """
         return FreeSpace(
             self.robot,
             field.for_planning,

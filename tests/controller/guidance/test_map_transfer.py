@@ -6,10 +6,10 @@ from threading import Thread
 
 import numpy as np
 
-from remosplat_drake.controller.guidance.map_transfer import (
-    MapHeader,
-    receive_map,
-    send_map,
+from remosplat_drake.base.array_pipe import (
+    ArrayHeader,
+    receive_arrays,
+    send_arrays,
 )
 from remosplat_drake.controller.guidance.planner import SidePlanner
 from remosplat_drake.controller.guidance.rule_transfer import (
@@ -26,14 +26,14 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 
-def sent(field: DistanceField) -> tuple[MapHeader, DistanceField]:
+def sent(field: DistanceField) -> tuple[ArrayHeader, DistanceField]:
     """What arrives of a field; and what came before its arrays."""
     ours, theirs = Pipe()
     with ours, theirs:
-        sender = Thread(target=send_map, args=(ours, field))
+        sender = Thread(target=send_arrays, args=(ours, field))
         sender.start()
         header = theirs.recv()
-        received = receive_map(theirs, header)
+        received = receive_arrays(theirs, header)
         sender.join()
     return header, received
 

@@ -49,7 +49,7 @@ def test_what_is_blocked_by_now_is_not_used(maze, first):
     blocked = SignedDistanceField(PrimitiveScene(boxes=(box,)))
     field = CompositeDistanceField([maze.field, blocked])
     planner = maze.planner(checks=200)
-    space = planner._free_space(maze.q, field, STOPPING)
+    space = planner.free_space(maze.q, field, STOPPING)
     assert not space.is_free(middle)
     way = roadmap.path_between(space, maze.q, maze.q_target[None])
     assert way is None or all(

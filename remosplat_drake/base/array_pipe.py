@@ -1,4 +1,4 @@
-"""Send a map to another process without holding up the threads of this one.
+"""Send values with large arrays without holding up this process's threads.
 
 Pickling a map as it is copies its arrays, for some milliseconds in which no
 other thread runs Python. Here the arrays stay where they are and are written
@@ -8,16 +8,15 @@ one by one, while the others go on.
 import dataclasses as dc
 import pickle
 from multiprocessing.connection import Connection
-
-from remosplat_drake.signals.distance_field import DistanceField
+from typing import Any
 
 
 @dc.dataclass(frozen=True)
-class MapHeader:
-    """What goes before the arrays of a map.
+class ArrayHeader:
+    """What goes before the arrays of a value.
 
     Attributes:
-        body: Pickle of the field, without its arrays.
+        body: Pickle of the value, without its arrays.
         sizes: Number of bytes of each array that follows.
         read_only: Whether each of them must not be written. Kernels are
             compiled anew for arrays that may, which takes half a minute.
@@ -28,12 +27,12 @@ class MapHeader:
     read_only: tuple[bool, ...]
 
 
-def send_map(connection: Connection, field: DistanceField) -> None:
-    """Sends a map; waits for the reader, since a map is larger than a pipe.
+def send_arrays(connection: Connection, value: object) -> None:
+    """Sends a value; waits for the reader, since arrays are larger than a pipe.
 
     Args:
         connection: The sender's end of the pipe.
-        field: The map.
+        value: Anything that can be pickled, such as a distance field.
 
     Raises:
         OSError: The other end is closed.
@@ -43,16 +42,16 @@ def send_map(connection: Connection, field: DistanceField) -> None:
     def keep(buffer: pickle.PickleBuffer) -> None:
         arrays.append(buffer.raw())
 
-    body = pickle.dumps(field, protocol=5, buffer_callback=keep)
+    body = pickle.dumps(value, protocol=5, buffer_callback=keep)
     sizes = tuple(array.nbytes for array in arrays)
     read_only = tuple(array.readonly for array in arrays)
-    connection.send(MapHeader(body, sizes, read_only))
+    connection.send(ArrayHeader(body, sizes, read_only))
     for array in arrays:
         connection.send_bytes(array)
 
 
-def receive_map(connection: Connection, header: MapHeader) -> DistanceField:
-    """Receives a map that `send_map` has sent.
+def receive_arrays(connection: Connection, header: ArrayHeader) -> Any:
+    """Receives a value that `send_arrays` has sent.
 
     Args:
         connection: The receiver's end of the pipe.

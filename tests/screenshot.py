@@ -1,6 +1,6 @@
 """Pictures of a page that `MeshcatPage.save_html` wrote, by headless Chromium.
 
-Run it as `python tests/visualization/screenshot.py page.html picture.png`.
+Run it as `python tests/screenshot.py page.html picture.png`.
 """
 
 import shutil

@@ -1,0 +1,131 @@
+"""How the stages of the cockpit are made, and what its process is given."""
+
+from collections.abc import Sequence
+
+from pydrake.systems.framework import DiagramBuilder
+
+from remosplat_drake.app.control_loop import ControlLoop
+from remosplat_drake.app.scenario import OBSTACLE
+from remosplat_drake.app.teleop_session import camera_maker
+from remosplat_drake.app.teleop_stages import Teleoperation
+from remosplat_drake.cockpit.cockpit_operator import CockpitOperator
+from remosplat_drake.cockpit.cockpit_process import CockpitProcess
+from remosplat_drake.cockpit.cockpit_view import CockpitView, picture_of
+from remosplat_drake.cockpit.messages import CockpitJob, MapPicture
+from remosplat_drake.controller.planning.motion_planner import MotionPlanner
+from remosplat_drake.mapping.live_map import LiveMap
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+
+
+def AddCockpitOperator(
+    builder: DiagramBuilder,
+    process: CockpitProcess,
+    scenes: Sequence[PrimitiveScene],
+) -> CockpitOperator:
+    """Adds an operator at the cockpit; the caller connects it.
+
+    Args:
+        builder: The builder of the diagram.
+        process: The cockpit.
+        scenes: The scenes that a simulated camera is shown in turns.
+    """
+    return builder.AddSystem(CockpitOperator(process=process, scenes=scenes))
+
+
+def AddCockpitView(
+    builder: DiagramBuilder,
+    loop: ControlLoop,
+    teleoperation: Teleoperation,
+    process: CockpitProcess,
+    live_map: LiveMap | None,
+) -> CockpitView:
+    """Adds what tells the cockpit how things stand.
+
+    Args:
+        builder: The builder of the diagram.
+        loop: The control loop.
+        teleoperation: What the diagram needs to be teleoperated.
+        process: The cockpit.
+        live_map: The map that grows; None without one.
+    """
+    inputs = {
+        "configuration": loop.configuration,
+        "report": loop.report,
+        "standing": loop.standing.GetOutputPort("standing"),
+        "target_state": loop.targets.GetOutputPort("state"),
+    }
+    if loop.supervisor is not None:
+        inputs["supervision"] = loop.supervisor.GetOutputPort("supervision")
+    if live_map is not None:
+        inputs["map_status"] = live_map.GetOutputPort("map_status")
+    return CockpitView.AddToBuilder(
+        builder,
+        inputs=inputs,
+        process=process,
+        robot=loop.world.robot,
+        initial=teleoperation.reopened or teleoperation.initial,
+        show_unseen=loop.scenario.scene.unknown == OBSTACLE,
+    )
+
+
+def cockpit_job(
+    loop: ControlLoop,
+    teleoperation: Teleoperation,
+    *,
+    host: str,
+    port: int | None,
+    hardware: bool,
+) -> CockpitJob:
+    """Returns all that the cockpit's process is given at its start.
+
+    Args:
+        loop: The control loop.
+        teleoperation: What the diagram needs to be teleoperated.
+        host: Network interface that the page is served on.
+        port: TCP port of the page; None takes the first free one.
+        hardware: Whether the robot is the real one.
+    """
+    scenario, world = loop.scenario, loop.world
+    config = scenario.controller
+    has_camera = scenario.mapping.enabled or scenario.camera is not None
+    return CockpitJob(
+        title=scenario.name,
+        host=host,
+        port=port,
+        robot=world.robot,
+        planner=MotionPlanner(
+            world.robot, loop.law.self_clearance, config.guidance.planning
+        ),
+        stopping=config.collision.stopping,
+        config=scenario.teleop,
+        q0=world.q0,
+        mapping=teleoperation.mapping is not None,
+        scene_count=len(teleoperation.scenes),
+        make_camera=(
+            camera_maker(scenario, world, hardware) if has_camera else None
+        ),
+        truth=world.truth if world.splat_W is None else None,
+    )
+
+
+def first_picture(
+    loop: ControlLoop, teleoperation: Teleoperation
+) -> MapPicture:
+    """Returns the map that the cockpit begins with.
+
+    Args:
+        loop: The control loop.
+        teleoperation: What the diagram needs to be teleoperated.
+    """
+    scene_map = teleoperation.reopened or teleoperation.initial
+    show_unseen = loop.scenario.scene.unknown == OBSTACLE
+    seen = loop.world.seen
+    if scene_map.coverage is not None or seen is None:
+        return picture_of(scene_map, show_unseen)
+    return MapPicture(
+        scene_map.field,
+        scene_map.splat_W,
+        seen.coverage,
+        show_unseen,
+        seen.X_WG.GetAsMatrix4(),
+    )

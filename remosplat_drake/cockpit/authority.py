@@ -1,0 +1,93 @@
+"""`Authority`: who of those at the page operates the robot."""
+
+import hmac
+import secrets
+from collections import Counter
+
+_ALPHABET = "ABCDEFGHJKMNPQRSTVWXYZ23456789"
+"""Letters and digits that nobody takes for one another."""
+
+_GROUPS, _LENGTH = 2, 4
+"""A code is two groups of four: 6.6e11 of them."""
+
+MOST_TRIES = 5
+"""Number of wrong codes after which a client is not listened to any more."""
+
+
+def new_code() -> str:
+    """Draws a code, such as K7QF-2MXD."""
+    return "-".join(
+        "".join(secrets.choice(_ALPHABET) for _ in range(_LENGTH))
+        for _ in range(_GROUPS)
+    )
+
+
+def is_whole(typed: str) -> bool:
+    """Tells whether what was typed is as long as a code."""
+    return len(_plain(typed)) == _GROUPS * _LENGTH
+
+
+class Authority:
+    """Lets one client operate: whoever has typed the code that is valid now.
+
+    A code works once. While somebody operates there is none; when that client
+    hands over or leaves, another one is issued.
+
+    Attributes:
+        code: The code that is valid now; empty while somebody operates.
+        operator: Number of the client that operates; None for nobody.
+    """
+
+    def __init__(self):
+        """Starts without an operator, with a first code."""
+        self.code = new_code()
+        self.operator: int | None = None
+        self._tries: Counter[int] = Counter()
+
+    def admit(self, client: int, typed: str) -> str:
+        """Takes a code that a client has typed.
+
+        Args:
+            client: Number of the client.
+            typed: What it has typed; spaces, dashes and case do not matter.
+
+        Returns:
+            Why the client is refused; empty if it operates from now on.
+        """
+        if self.operator == client:
+            return ""
+        if self.operator is not None:
+            return "somebody else operates; the terminal will show a new code"
+        if self._tries[client] >= MOST_TRIES:
+            return f"{MOST_TRIES} wrong codes: load the page again"
+        if not hmac.compare_digest(_plain(typed), _plain(self.code)):
+            self._tries[client] += 1
+            return "that is not the code that the terminal shows"
+        self.operator, self.code = client, ""
+        return ""
+
+    def operates(self, client: int) -> bool:
+        """Tells whether a client operates.
+
+        Args:
+            client: Number of the client.
+        """
+        return self.operator == client
+
+    def leave(self, client: int) -> bool:
+        """Lets a client go that hands over, or has closed its page.
+
+        Args:
+            client: Number of the client.
+
+        Returns:
+            Whether it was the operator: then there is a new code.
+        """
+        if self.operator != client:
+            return False
+        self.operator, self.code = None, new_code()
+        return True
+
+
+def _plain(code: str) -> bytes:
+    return code.upper().replace("-", "").replace(" ", "").encode()

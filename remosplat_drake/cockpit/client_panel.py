@@ -1,0 +1,221 @@
+"""`ClientPanel`: what one browser shows of the cockpit besides the scene."""
+
+import html
+from typing import Protocol
+
+import numpy as np
+import viser
+
+from remosplat_drake.cockpit.authority import is_whole
+from remosplat_drake.cockpit.messages import Look
+from remosplat_drake.cockpit.operator_panel import OperatorPanel
+from remosplat_drake.cockpit.viewpoints import (
+    FOLLOW,
+    SCENE,
+    VIEWS,
+    Viewpoint,
+    viewpoint,
+)
+from remosplat_drake.visualization import page_state as pages
+from remosplat_drake.visualization.page_state import PageState
+
+_COLOURS = {
+    pages.LIVE: "#2b8a3e",
+    pages.HELD: "#e67700",
+    pages.STOPPED: "#c92a2a",
+    pages.WAITING: "#1864ab",
+}
+_GREY = "#495057"
+
+
+_STYLE = """<style>
+button[style*="red-filled"] {
+  height: 4rem; font-size: 1.5rem; font-weight: 800; letter-spacing: 0.12em;
+}
+@media (max-width: 600px) {
+  button[style*="red-filled"] {
+    position: fixed; z-index: 1000; bottom: 12px; left: 12px; width: 45vw;
+  }
+}
+</style>"""
+"""STOP is larger than viser has buttons; nothing else is red."""
+
+
+class Crew(Protocol):
+    """What a panel asks of the page that it is part of."""
+
+    def stop(self) -> None:
+        """Stops the robot; anybody may."""
+        ...
+
+    def admit(self, panel: "ClientPanel", code: str) -> str:
+        """Lets a client operate, or says why not."""
+        ...
+
+    def show_unseen(self, shown: bool) -> None:
+        """Draws the veil before unseen space, or hides it."""
+        ...
+
+
+class ClientPanel:
+    """STOP, how things stand, a field for the code, and views.
+
+    The controls are the client's own: nobody else's messages reach them.
+
+    Args:
+        client: The client.
+        crew: The page that it is part of.
+        look: What is so now.
+        shows_unseen: Whether the veil is drawn; None if there is none.
+
+    Attributes:
+        client: The client.
+        operator: The controls of an operator; None while the client is none.
+    """
+
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        crew: Crew,
+        look: Look,
+        shows_unseen: bool | None,
+    ):
+        self.client = client
+        self.operator: OperatorPanel | None = None
+        self._crew = crew
+        self._look = look
+        self._follows = False
+        self._shown: Look | None = None
+        gui = client.gui
+        gui.add_html(_STYLE, order=-1.0)
+        self._stop = gui.add_button("STOP", color="red", order=0.0)
+        self._status = gui.add_html("", order=1.0)
+        self._add_stop()
+        self._add_code(gui)
+        self._add_views(gui, shows_unseen)
+        self._look_from(SCENE)
+        self.show(look)
+
+    def _add_stop(self) -> None:
+        @self._stop.on_click
+        async def _(_):
+            self._crew.stop()
+
+        for key in ("escape", "space"):
+            command = self.client.gui.add_command(f"STOP ({key})", hotkey=key)
+
+            @command.on_trigger
+            async def _(_):
+                self._crew.stop()
+
+    def _add_code(self, gui: viser.GuiApi) -> None:
+        self._entry = gui.add_folder("Operate", order=5.0)
+        with self._entry:
+            self._code = gui.add_text("Code", "", hint="shown in the terminal")
+            button = gui.add_button("Operate")
+            self._refusal = gui.add_markdown("", visible=False)
+
+        def enter():
+            # Not in the loop that hears STOP: it takes a while.
+            self._refuse(self._crew.admit(self, self._code.value))
+
+        @button.on_click
+        def _(_):
+            enter()
+
+        @self._code.on_update
+        def _(event: viser.GuiEvent):
+            if event.client is not None and is_whole(self._code.value):
+                enter()
+
+    def _refuse(self, reason: str) -> None:
+        self._refusal.content = reason
+        self._refusal.visible = bool(reason)
+
+    def _add_views(self, gui: viser.GuiApi, shows_unseen: bool | None) -> None:
+        with gui.add_folder("View", order=30.0):
+            views = gui.add_button_group("From", VIEWS)
+            if shows_unseen is not None:
+                veil = gui.add_checkbox("Unseen space", shows_unseen)
+
+                @veil.on_update
+                async def _(event: viser.GuiEvent):
+                    if event.client is not None:
+                        self._crew.show_unseen(veil.value)
+
+        @views.on_click
+        async def _(_):
+            self._follows = views.value == FOLLOW
+            if not self._follows:
+                self._look_from(views.value)
+
+    def _look_from(self, view: str) -> None:
+        self._set_camera(viewpoint(view, self._look))
+
+    def _set_camera(self, view: Viewpoint) -> None:
+        with self.client.atomic():
+            self.client.camera.position = view.p_WC
+            self.client.camera.look_at = view.p_WT
+            self.client.camera.up_direction = view.up_W
+
+    def show(self, look: Look) -> None:
+        """Shows one moment.
+
+        Args:
+            look: The moment.
+        """
+        before, self._look = self._look, look
+        if self._shown is None or _text(look) != _text(self._shown):
+            self._shown = look
+            self._status.content = _status(look)
+            self._stop.disabled = pages.STOP not in look.state.buttons
+        if self.operator is not None:
+            self.operator.show(look)
+        if self._follows:
+            step = look.X_WB[:3, 3] - before.X_WB[:3, 3]
+            if np.abs(step).max() > 1e-4:
+                camera = self.client.camera
+                with self.client.atomic():
+                    camera.position = camera.position + step
+                    camera.look_at = camera.look_at + step
+
+    def operate(self, operator: OperatorPanel) -> None:
+        """Gives the client the controls of an operator."""
+        self.operator = operator
+        self._code.value = ""
+        self._entry.visible = False
+
+    def retire(self) -> None:
+        """Takes the controls of an operator away."""
+        if self.operator is not None:
+            self.operator.remove()
+            self.operator = None
+            self._entry.visible = True
+
+
+def _text(look: Look) -> tuple:
+    return look.state, look.target, look.map, look.trouble
+
+
+def _status(look: Look) -> str:
+    """How things stand, as HTML."""
+    state: PageState = look.state
+    colour = _COLOURS.get(state.phase, _GREY)
+    lines = [
+        f'<div style="background:{colour};color:white;font-weight:700;'
+        f'padding:6px 10px;border-radius:6px">{html.escape(state.title)}'
+        f'<div style="font-weight:400">{html.escape(state.text)}</div></div>'
+    ]
+    for name, text in (("Target", look.target), ("Map", look.map)):
+        if text:
+            lines.append(f"<div><b>{name}</b> {html.escape(text)}</div>")
+    if look.trouble:
+        lines.append(
+            f'<div style="color:#c92a2a"><b>{html.escape(look.trouble)}</b>'
+            "</div>"
+        )
+    body = "".join(lines)
+    return (
+        '<div style="padding:0 12px 6px;font-size:13px;line-height:1.45;'
+        f'display:grid;gap:4px">{body}</div>'
+    )

@@ -1,0 +1,90 @@
+"""`CockpitOperator`: an operator at the cockpit."""
+
+import dataclasses as dc
+from collections.abc import Sequence
+
+from pydrake.common.value import Value
+from pydrake.systems.framework import Context, LeafSystem
+
+from remosplat_drake.cockpit.cockpit_process import CockpitProcess
+from remosplat_drake.cockpit.messages import Wishes
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.signals.operator_requests import OperatorRequests
+
+
+class CockpitOperator(LeafSystem):
+    """What people at the cockpit ask for.
+
+    .. pydrake_system::
+
+        name: CockpitOperator
+        output_ports:
+        - command
+        - map_requests
+        - operator
+
+    `command` carries the `OperatorCommand`, `map_requests` the `MapRequests`
+    and `operator` the `OperatorRequests` so far; they are those of the latest
+    message whenever somebody asks. A cockpit that cannot be heard any more
+    has pressed STOP: nobody else can.
+
+    Args:
+        process: The cockpit.
+        scenes: The scenes that a simulated camera is shown in turns, one
+            after each press of a button, that of the start first.
+    """
+
+    def __init__(
+        self, *, process: CockpitProcess, scenes: Sequence[PrimitiveScene] = ()
+    ):
+        super().__init__()
+        self.set_name("cockpit_operator")
+        self._process = process
+        self._scenes = tuple(scenes)
+        for name, value, calc in (
+            ("command", OperatorCommand(), self._calc_command),
+            ("map_requests", MapRequests(), self._calc_map_requests),
+            ("operator", OperatorRequests(), self._calc_operator),
+        ):
+            self.DeclareAbstractOutputPort(
+                name, Value(value).Clone, calc, {self.time_ticket()}
+            )
+
+    def _calc_command(self, context: Context, output: Value):
+        output.set_value(self._process.wishes.command)
+
+    def _calc_map_requests(self, context: Context, output: Value):
+        output.set_value(map_requests(self._process.wishes, self._scenes))
+
+    def _calc_operator(self, context: Context, output: Value):
+        wishes, trouble = self._process.wishes, self._process.trouble
+        output.set_value(operator_requests(wishes, trouble))
+
+
+def map_requests(
+    wishes: Wishes, scenes: Sequence[PrimitiveScene]
+) -> MapRequests:
+    """Returns what is asked of the map.
+
+    Args:
+        wishes: All that people have asked for.
+        scenes: The scenes that a simulated camera is shown in turns.
+    """
+    changes = wishes.scene_changes
+    scene = scenes[changes % len(scenes)] if scenes and changes else None
+    return dc.replace(wishes.requests, scene=scene)
+
+
+def operator_requests(wishes: Wishes, trouble: str) -> OperatorRequests:
+    """Returns what is asked of the supervisor.
+
+    Args:
+        wishes: All that people have asked for.
+        trouble: Why nobody can be heard; that counts as a press of STOP.
+    """
+    requests = wishes.operator
+    if not trouble:
+        return requests
+    return dc.replace(requests, stops=requests.stops + 1)

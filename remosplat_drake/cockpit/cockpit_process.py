@@ -1,0 +1,164 @@
+"""`CockpitProcess`: the control process's end of the cockpit."""
+
+import logging
+import weakref
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from threading import Condition, Thread
+from time import monotonic
+
+from remosplat_drake.base.array_pipe import send_arrays
+from remosplat_drake.base.child_process import ChildProcess
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.cockpit.messages import (
+    Beat,
+    CockpitJob,
+    CodeIssued,
+    Failed,
+    Look,
+    MapPicture,
+    Serving,
+    Wishes,
+)
+
+START_TIME = 120.0
+"""Time that the process may take to serve its page [s]."""
+
+PATIENCE = 3.0
+"""Time without a sign of life after which nobody counts on STOP [s]."""
+
+DIED = "the cockpit has died: nobody could stop the robot there"
+SILENT = f"the cockpit has not answered for {PATIENCE:g} s: STOP is not heard"
+
+_NICENESS = 5
+"""Niceness of the process: the control loop goes first, STOP soon after."""
+
+_log = logging.getLogger(__name__)
+
+
+class CockpitProcess:
+    """Serves the cockpit's page in a process of its own.
+
+    Nothing here waits for that process once its page is there: what it shows
+    is handed to a thread, which leaves out moments that come too fast, and
+    what people have asked for is read by another one.
+
+    Attributes:
+        wishes: All that people have asked for so far.
+    """
+
+    def __init__(self, announce: Callable[[CodeIssued], None]):
+        """Prepares a process, which `start` starts.
+
+        Args:
+            announce: Called, in a thread, with every code that lets somebody
+                operate.
+        """
+        self.wishes = Wishes()
+        self._announce = announce
+        self._child = ChildProcess(_serve, "cockpit", _NICENESS)
+        self._news = Condition()
+        self._look: Look | None = None
+        self._picture: MapPicture | None = None
+        self._heard_at = float("inf")
+        self._is_dead = False
+        self.close = weakref.finalize(self, ChildProcess.end, self._child)
+
+    def start(self, job: CockpitJob, picture: MapPicture) -> str:
+        """Starts the process and waits until its page can be opened.
+
+        Args:
+            job: All that the cockpit needs.
+            picture: The map at the start.
+
+        Returns:
+            The address of the page.
+
+        Raises:
+            RemoSplatError: The page cannot be served.
+        """
+        self._child.start(job, picture)
+        connection, self.process = self._child.wait_until_started()
+        try:
+            ready = connection.poll(START_TIME)
+            message = connection.recv() if ready else Failed("no answer")
+        except (EOFError, OSError):
+            message = Failed("its process has died")
+        if not isinstance(message, Serving):
+            self.close()
+            reason = message.reason if isinstance(message, Failed) else message
+            raise RemoSplatError(f"the cockpit cannot be served: {reason}")
+        self._connection = connection
+        self._heard_at = monotonic()
+        for work in (self._send, self._listen):
+            Thread(target=work, daemon=True).start()
+        return message.url
+
+    def show(self, look: Look) -> None:
+        """Shows one moment, unless a newer one comes before it is sent.
+
+        Args:
+            look: The moment.
+        """
+        with self._news:
+            self._look = look
+            self._news.notify()
+
+    def show_map(self, picture: MapPicture) -> None:
+        """Shows another version of the map.
+
+        Args:
+            picture: The map.
+        """
+        with self._news:
+            self._picture = picture
+            self._news.notify()
+
+    @property
+    def trouble(self) -> str:
+        """Why STOP is not heard at the page; empty while it is."""
+        if self._is_dead:
+            return DIED
+        silent = monotonic() - self._heard_at > PATIENCE
+        return SILENT if silent else ""
+
+    def _send(self) -> None:
+        """Sends the newest moment and map, in a thread of its own."""
+        try:
+            while True:
+                with self._news:
+                    while self._look is None and self._picture is None:
+                        self._news.wait()
+                    look, self._look = self._look, None
+                    picture, self._picture = self._picture, None
+                if picture is not None:
+                    send_arrays(self._connection, picture)
+                if look is not None:
+                    self._connection.send(look)
+        except OSError:
+            self._is_dead = True
+
+    def _listen(self) -> None:
+        """Takes in what people ask for, in a thread of its own."""
+        try:
+            while True:
+                message = self._connection.recv()
+                self._heard_at = monotonic()
+                if isinstance(message, Wishes):
+                    self.wishes = message
+                elif isinstance(message, CodeIssued):
+                    self._announce(message)
+                else:
+                    assert isinstance(message, Beat)
+        except (EOFError, OSError, TypeError):
+            # TypeError: the pipe was closed while it was read.
+            self._is_dead = True
+
+
+def _serve(
+    connection: Connection, job: CockpitJob, picture: MapPicture
+) -> None:
+    """Runs in the process, and needs viser only there."""
+    from remosplat_drake.cockpit.server import serve
+
+    serve(connection, job, picture)

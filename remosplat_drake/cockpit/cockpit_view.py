@@ -1,0 +1,176 @@
+"""`CockpitView`: tells the cockpit how things stand."""
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+)
+
+from remosplat_drake.cockpit.cockpit_process import CockpitProcess
+from remosplat_drake.cockpit.desk import SOURCE
+from remosplat_drake.cockpit.messages import Look, MapPicture
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.map_status import MapStatus
+from remosplat_drake.signals.optional_input import value_or_none
+from remosplat_drake.signals.scene_map import SceneMap
+from remosplat_drake.signals.standing import HELD, NOT_STARTED, Standing
+from remosplat_drake.signals.supervisor_state import SupervisorState
+from remosplat_drake.signals.target_state import FOLLOW, TargetState
+from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.visualization.page_state import supervised, unsupervised
+
+PUBLISH_PERIOD = 1 / 20
+"""Time between two moments that are shown [s]."""
+
+
+class CockpitView(LeafSystem):
+    """Sends the cockpit what it shows, twenty times a second.
+
+    .. pydrake_system::
+
+        name: CockpitView
+        input_ports:
+        - configuration
+        - report
+        - standing
+        - target_state
+        - supervision (optional)
+        - map_status (optional)
+
+    `configuration` takes the measured q, `report` the controller's
+    `TickReport`, `standing` the `Standing`, `target_state` the `TargetState`,
+    `supervision` the `SupervisorState`, `map_status` the `MapStatus` of a
+    live map. It draws nothing and waits for nobody: that is the cockpit's.
+
+    Args:
+        process: The cockpit.
+        robot: The robot.
+        initial: The map that the cockpit was started with.
+        show_unseen: Whether new maps show where unseen space begins.
+    """
+
+    def __init__(
+        self,
+        *,
+        process: CockpitProcess,
+        robot: RobotModel,
+        initial: SceneMap | None,
+        show_unseen: bool,
+    ):
+        super().__init__()
+        self.set_name("cockpit_view")
+        self._process = process
+        self._robot = robot
+        self._map = initial
+        self._show_unseen = show_unseen
+        self._configuration_input = self.DeclareVectorInputPort(
+            "configuration", robot.n_q
+        )
+        rest = np.eye(4)
+        for name, value in (
+            ("report", TickReport.before_first(0, robot.n_u)),
+            ("standing", NOT_STARTED),
+            ("target_state", TargetState.at_rest(rest)),
+            ("supervision", SupervisorState(np.zeros(robot.n_u))),
+        ):
+            self.DeclareAbstractInputPort(name, Value(value))
+        self.DeclareAbstractInputPort("map_status", Value[object]())
+        self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder, *, inputs: dict[str, OutputPort], **arguments
+    ) -> "CockpitView":
+        """Adds a view to a diagram, and connects it.
+
+        Args:
+            builder: Builder of the diagram.
+            inputs: Output ports by the names of the view's input ports.
+            **arguments: The arguments of `CockpitView`.
+        """
+        view = builder.AddSystem(CockpitView(**arguments))
+        for name, port in inputs.items():
+            builder.Connect(port, view.GetInputPort(name))
+        return view
+
+    def _input(self, context: Context, name: str):
+        return value_or_none(self.GetInputPort(name), context)
+
+    def _publish(self, context: Context):
+        q = self._configuration_input.Eval(context)
+        status = self._input(context, "map_status")
+        if status is not None and status.scene_map is not self._map:
+            self._map = status.scene_map
+            self._process.show_map(picture_of(self._map, self._show_unseen))
+        self._process.show(
+            look_at(
+                context.get_time(),
+                q,
+                self._robot,
+                self._input(context, "report"),
+                self._input(context, "standing"),
+                self._input(context, "target_state"),
+                self._input(context, "supervision"),
+                status,
+            )
+        )
+
+
+def picture_of(scene_map: SceneMap, show_unseen: bool) -> MapPicture:
+    """Returns what the cockpit gets of a map.
+
+    Args:
+        scene_map: The map.
+        show_unseen: Whether to show where unseen space begins.
+    """
+    return MapPicture(
+        scene_map.field, scene_map.splat_W, scene_map.coverage, show_unseen
+    )
+
+
+def look_at(
+    time: float,
+    q: np.ndarray,
+    robot: RobotModel,
+    report: TickReport,
+    standing: Standing,
+    target: TargetState,
+    supervision: SupervisorState | None,
+    status: MapStatus | None,
+) -> Look:
+    """Gathers what the cockpit shows of one moment.
+
+    Args:
+        time: Time of the diagram [s].
+        q: The measured configuration, shape (n_q,).
+        robot: The robot.
+        report: The latest tick.
+        standing: How things stand.
+        target: What the target does.
+        supervision: What the supervisor does; None without one.
+        status: The live map in use; None without one.
+    """
+    state = unsupervised(standing)
+    if supervision is not None:
+        # Only whom the cockpit has let operate sees RELEASE.
+        state = supervised(supervision, releases=True, standing=standing)
+    is_held = standing.kind == HELD
+    robot_state = robot.state(np.array(q))
+    return Look(
+        time=time,
+        q=np.array(q),
+        X_WE=robot_state.X_WE,
+        X_WB=robot_state.X_WB,
+        X_WT=target.X_WT,
+        is_followed=target.mode == FOLLOW and target.command.source == SOURCE,
+        state=state,
+        held_link=standing.link if is_held else "",
+        p_WHeld=standing.p_W if is_held else None,
+        clearance=report.clearances.minimum(),
+        target=target.text or target.mode,
+        map=status.text if status is not None else "",
+        trouble=status.trouble if status is not None else "",
+    )

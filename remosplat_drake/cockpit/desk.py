@@ -1,0 +1,93 @@
+"""`Desk`: what people at the cockpit have asked for so far."""
+
+import dataclasses as dc
+from collections.abc import Callable
+from threading import Lock
+
+import numpy as np
+
+from remosplat_drake.cockpit.messages import Wishes
+
+SOURCE = "cockpit"
+"""Name of the operator's device."""
+
+
+class Desk:
+    """Counts presses and keeps the pose that the operator wishes for.
+
+    Callbacks of the page run in several threads.
+
+    Args:
+        changed: Called, in the thread of a callback, with every new wish.
+    """
+
+    def __init__(self, changed: Callable[[Wishes], None]):
+        wishes = Wishes()
+        command = dc.replace(wishes.command, source=SOURCE)
+        self._wishes = dc.replace(wishes, command=command)
+        self._changed = changed
+        self._lock = Lock()
+
+    @property
+    def wishes(self) -> Wishes:
+        """All that was asked for so far."""
+        return self._wishes
+
+    @property
+    def X_WT(self) -> np.ndarray | None:
+        """The pose that was wished for last, shape (4, 4); None before."""
+        return self._wishes.command.X_WT
+
+    def move(self, X_WT: np.ndarray) -> None:
+        """Wishes for a pose of the target.
+
+        Args:
+            X_WT: The pose, shape (4, 4); what is not finite is left out.
+        """
+        if np.isfinite(X_WT).all():
+            self._count("command", "moves", X_WT=np.array(X_WT, float))
+
+    def press(self, name: str) -> None:
+        """Counts a press that concerns the target.
+
+        Args:
+            name: A count of `OperatorCommand`: holds, homes or scans.
+        """
+        self._count("command", name)
+
+    def pick(self, pose: str) -> None:
+        """Wishes for a saved pose, by its name."""
+        self._count("command", "poses", pose=pose)
+
+    def request(self, name: str) -> None:
+        """Counts a press that concerns the map.
+
+        Args:
+            name: A count of `MapRequests`: frames, refines, undos or saves.
+        """
+        self._count("requests", name)
+
+    def change_scene(self) -> None:
+        """Wishes for another scene before a simulated camera."""
+        with self._lock:
+            changes = self._wishes.scene_changes + 1
+            self._tell(dc.replace(self._wishes, scene_changes=changes))
+
+    def stop(self) -> None:
+        """Counts a press of STOP."""
+        self._count("operator", "stops")
+
+    def release(self) -> None:
+        """Counts a press of RELEASE."""
+        self._count("operator", "releases")
+
+    def _count(self, part: str, name: str, **changes) -> None:
+        with self._lock:
+            before = getattr(self._wishes, part)
+            changes[name] = getattr(before, name) + 1
+            after = dc.replace(before, **changes)
+            self._tell(dc.replace(self._wishes, **{part: after}))
+
+    def _tell(self, wishes: Wishes) -> None:
+        self._wishes = wishes
+        self._changed(wishes)

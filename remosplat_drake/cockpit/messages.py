@@ -1,0 +1,168 @@
+"""What the control process and the cockpit's process tell each other."""
+
+import dataclasses as dc
+from collections.abc import Callable
+
+import numpy as np
+
+from remosplat_drake.camera.wrist_camera import WristCamera
+from remosplat_drake.controller.planning.motion_planner import MotionPlanner
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.signals.coverage import Coverage
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.signals.operator_requests import OperatorRequests
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.teleop.teleop_config import TeleopConfig
+from remosplat_drake.visualization.page_state import WAITING, PageState
+
+
+@dc.dataclass(frozen=True, eq=False)
+class CockpitJob:
+    """All that the cockpit's process is given at its start.
+
+    Attributes:
+        title: What the page is about: the scenario's name.
+        host: Network interface that the page is served on.
+        port: TCP port of the page; None takes the first free one.
+        robot: The robot.
+        planner: Searches configurations that reach a target.
+        stopping: Distance that the robot keeps from the scene [m].
+        config: The workspace and the saved poses.
+        q0: Configuration at the start, shape (n_q,).
+        mapping: Whether there is a live map.
+        scene_count: Number of scenes that a simulated camera may be shown.
+        make_camera: Makes the wrist camera; None without one.
+        truth: The solids of a scene that is drawn as they are, since it has
+            no splat; None elsewhere.
+    """
+
+    title: str
+    host: str
+    port: int | None
+    robot: RobotModel
+    planner: MotionPlanner
+    stopping: float
+    config: TeleopConfig
+    q0: np.ndarray
+    mapping: bool
+    scene_count: int = 0
+    make_camera: Callable[[], WristCamera] | None = None
+    truth: PrimitiveScene | None = None
+
+
+@dc.dataclass(frozen=True, eq=False)
+class MapPicture:
+    """A map, as the cockpit draws it and looks for ways in it.
+
+    Attributes:
+        field: The distance field.
+        splat_W: The splat in W; None for none.
+        coverage: What the cameras have seen; None if unknown.
+        shows_unseen: Whether the veil before unseen space is drawn at first.
+        X_WG: Pose of the coverage's grid in W, shape (4, 4).
+    """
+
+    field: DistanceField
+    splat_W: GaussianSplat | None
+    coverage: Coverage | None
+    shows_unseen: bool
+    X_WG: np.ndarray = dc.field(default_factory=lambda: np.eye(4))
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Look:
+    """What the page shows of one moment.
+
+    Attributes:
+        time: Time of the diagram [s].
+        q: The measured configuration, shape (n_q,).
+        X_WE: Pose of the end effector, shape (4, 4).
+        X_WB: Pose of the base, shape (4, 4).
+        X_WT: Pose of the target, shape (4, 4).
+        is_followed: Whether the target moves to where the operator's page has
+            put it.
+        state: How things stand, in words, and what may be pressed.
+        held_link: Name of the link that is held; empty if none is.
+        p_WHeld: Where it is held, shape (3,) [m]; None if that is no place.
+        clearance: The smallest clearance [m]; infinite if nothing is near.
+        target: What the target does, in words.
+        map: What the map does, in words.
+        trouble: What has gone wrong with it; empty if nothing has.
+    """
+
+    time: float
+    q: np.ndarray
+    X_WE: np.ndarray
+    X_WB: np.ndarray
+    X_WT: np.ndarray
+    is_followed: bool = False
+    state: PageState = dc.field(
+        default_factory=lambda: PageState(WAITING, "Starting")
+    )
+    held_link: str = ""
+    p_WHeld: np.ndarray | None = None
+    clearance: float = np.inf
+    target: str = ""
+    map: str = ""
+    trouble: str = ""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Wishes:
+    """All that people at the cockpit have asked for so far.
+
+    Attributes:
+        command: What the operator asks of the target.
+        requests: What the operator asks of the map.
+        scene_changes: Number of times that a simulated camera was to see
+            another scene.
+        operator: Presses of STOP, by anybody, and of RELEASE, by the operator.
+    """
+
+    command: OperatorCommand = dc.field(default_factory=OperatorCommand)
+    requests: MapRequests = dc.field(default_factory=MapRequests)
+    scene_changes: int = 0
+    operator: OperatorRequests = dc.field(default_factory=OperatorRequests)
+
+
+@dc.dataclass(frozen=True)
+class Serving:
+    """The page can be opened.
+
+    Attributes:
+        url: Its address.
+    """
+
+    url: str
+
+
+@dc.dataclass(frozen=True)
+class CodeIssued:
+    """Whoever types a code into the page operates the robot.
+
+    Attributes:
+        code: The code, for the terminal.
+        why: Why there is a new one; empty for the first.
+    """
+
+    code: str
+    why: str = ""
+
+
+@dc.dataclass(frozen=True)
+class Failed:
+    """The page cannot be served.
+
+    Attributes:
+        reason: Why not, in a line.
+    """
+
+    reason: str
+
+
+@dc.dataclass(frozen=True)
+class Beat:
+    """The process is alive, and its page answers."""

@@ -1,0 +1,315 @@
+"""`OperatorPanel`: the controls of the one client that operates."""
+
+from collections.abc import Callable
+from time import monotonic
+
+import numpy as np
+import viser
+
+from remosplat_drake.cockpit.desk import Desk
+from remosplat_drake.cockpit.ghost import Ghost
+from remosplat_drake.cockpit.messages import CockpitJob, Look
+from remosplat_drake.cockpit.reach import Reach
+from remosplat_drake.cockpit.robot_shapes import Shapes, wxyz_position
+from remosplat_drake.teleop.pose_coordinates import PoseCoordinates
+
+_POSITION_STEP, _ANGLE_STEP = 0.005, 1.0
+_SLIDERS = (
+    ("x [m]", "S", "W"),
+    ("y [m]", "D", "A"),
+    ("z [m]", "F", "R"),
+    ("roll [°]", "J", "L"),
+    ("pitch [°]", "I", "K"),
+    ("yaw [°]", "E", "Q"),
+)
+"""Names of the sliders, and the keys for less and for more."""
+
+_ANGLES = (180.0, 90.0, 180.0)
+_GIZMO = 0.22
+_AWAY = 0.05
+"""Distance of the hand from the target beyond which there is a ghost [m]."""
+# Sliders that were just moved are not moved back: the target, of which they
+# show the pose otherwise, hears of it one control period later.
+_GRACE = 0.5
+
+Press = Callable[[], None]
+
+
+class OperatorPanel:
+    """Sliders, keys, a gizmo in the scene, saved poses and the map's buttons.
+
+    Dragging the gizmo moves the target at once. A click on a surface proposes
+    a target before it, with a ghost of the robot; then gizmo and sliders move
+    the proposal, until the operator lets the robot go there or discards it.
+
+    Args:
+        client: The client that operates.
+        job: What the cockpit was given.
+        desk: Keeps what is asked for.
+        look: What is so now.
+        shapes: The look of the robot's links.
+        hand_over: Called when the operator hands over.
+    """
+
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        job: CockpitJob,
+        desk: Desk,
+        look: Look,
+        shapes: Shapes,
+        hand_over: Press,
+    ):
+        self._client = client
+        self._job = job
+        self._desk = desk
+        self._look = look
+        self._coordinates = PoseCoordinates(job.robot.end_effector_pose(job.q0))
+        self._proposal: np.ndarray | None = None
+        self._moved_at = -np.inf
+        self._parts: list[viser.GuiButtonHandle | viser.GuiFolderHandle] = []
+        self._commands: list[viser.CommandHandle] = []
+        self._release = self._button(
+            client.gui, "RELEASE", desk.release, color="green", order=2.0
+        )
+        self._add_target()
+        if job.mapping:
+            self._add_map()
+        self._parts.append(
+            self._button(client.gui, "Hand over", hand_over, order=90.0)
+        )
+        self._gizmo = self._add_gizmo()
+        self._ghost = Ghost(client.scene, job.robot, shapes)
+        self.show(look)
+
+    def _button(
+        self,
+        gui: viser.GuiApi,
+        label: str,
+        press: Press,
+        hotkey: str | None = None,
+        **look,
+    ) -> viser.GuiButtonHandle:
+        """Adds a button that does something, with a key to it."""
+        hint = f"key {hotkey}" if hotkey else None
+        look.setdefault("color", "gray")
+        button = gui.add_button(label, hint=hint, **look)
+
+        @button.on_click
+        async def _(_):
+            press()
+
+        if hotkey:
+            self._key(label, hotkey, press)
+        return button
+
+    def _key(self, label: str, hotkey: str, press: Press) -> None:
+        command = self._client.gui.add_command(label, hotkey=hotkey)
+
+        @command.on_trigger
+        async def _(_):
+            press()
+
+        self._commands.append(command)
+
+    def _add_target(self) -> None:
+        gui, desk = self._client.gui, self._desk
+        folder = gui.add_folder("Target", order=10.0)
+        self._parts.append(folder)
+        with folder:
+            self._verdict = gui.add_markdown("", visible=False)
+            self._go = self._button(
+                gui, "Go there", self._go_there, "G", color="blue"
+            )
+            self._discard = self._button(gui, "Discard", self._drop, "X")
+            self._go.visible = self._discard.visible = False
+            self._button(gui, "Hold", lambda: desk.press("holds"), "H")
+            self._button(gui, "Go home", lambda: desk.press("homes"))
+            for name in self._job.config.poses:
+                self._button(gui, f"→ {name}", self._picking(name))
+            with gui.add_folder("By the numbers", expand_by_default=False):
+                self._sliders = self._add_sliders(gui)
+
+    def _picking(self, name: str) -> Press:
+        return lambda: self._desk.pick(name)
+
+    def _add_sliders(self, gui: viser.GuiApi) -> list[viser.GuiSliderHandle]:
+        config = self._job.config
+        begin = self._coordinates.of(self._look.X_WT)
+        ends = list(
+            zip(config.workspace_lower, config.workspace_upper, strict=True)
+        )
+        ends += [(-angle, angle) for angle in _ANGLES]
+        sliders = []
+        for i, (name, less, more) in enumerate(_SLIDERS):
+            step = _POSITION_STEP if i < 3 else _ANGLE_STEP
+            low, high = ends[i]
+            slider = gui.add_slider(
+                name,
+                min=low,
+                max=high,
+                step=step,
+                initial_value=float(np.clip(begin[i], low, high)),
+                hint=f"keys {less} and {more}",
+            )
+            self._listen(slider)
+            self._key(f"{name} less", less, self._nudging(i, -step))
+            self._key(f"{name} more", more, self._nudging(i, step))
+            sliders.append(slider)
+        return sliders
+
+    def _listen(self, slider: viser.GuiSliderHandle) -> None:
+        @slider.on_update
+        async def _(event: viser.GuiEvent):
+            # Who has set it is a person only if a client has.
+            if event.client is not None:
+                values = [float(s.value) for s in self._sliders]
+                self._move(self._coordinates.pose(np.array(values)))
+
+    def _nudging(self, axis: int, step: float) -> Press:
+        def nudge():
+            values = self._coordinates.of(self._wished())
+            values[axis] += step
+            self._move(self._coordinates.pose(values))
+
+        return nudge
+
+    def _add_map(self) -> None:
+        gui, desk = self._client.gui, self._desk
+        folder = gui.add_folder("Map", order=20.0)
+        self._parts.append(folder)
+        with folder:
+            self._button(gui, "Scan", lambda: desk.press("scans"))
+            self._button(
+                gui, "Add a frame", lambda: desk.request("frames"), "M"
+            )
+            self._button(gui, "Refine", lambda: desk.request("refines"))
+            self._button(gui, "Undo", lambda: desk.request("undos"))
+            self._button(gui, "Save splat", lambda: desk.request("saves"))
+            if self._job.scene_count > 1:
+                self._button(gui, "Put or take an object", desk.change_scene)
+
+    def _add_gizmo(self) -> viser.TransformControlsHandle:
+        wxyz, position = wxyz_position(self._look.X_WT)
+        gizmo = self._client.scene.add_transform_controls(
+            "/gizmo",
+            scale=_GIZMO,
+            depth_test=False,
+            wxyz=wxyz,
+            position=position,
+        )
+
+        @gizmo.on_update
+        async def _(event: viser.TransformControlsEvent):
+            if event.client is not None:
+                self._move(_pose(gizmo.wxyz, gizmo.position), by_gizmo=True)
+
+        return gizmo
+
+    def propose(self, X_WT: np.ndarray) -> None:
+        """Proposes a target, which does nothing until the operator agrees.
+
+        Args:
+            X_WT: The target, shape (4, 4).
+        """
+        self._proposal = X_WT
+        self._place(X_WT)
+        self._go.visible = self._discard.visible = True
+
+    def _go_there(self) -> None:
+        if self._proposal is not None:
+            X_WT = self._proposal
+            self._drop()
+            self._move(X_WT)
+
+    def _drop(self) -> None:
+        self._proposal = None
+        self._go.visible = self._discard.visible = False
+        self._verdict.visible = False
+        self._ghost.show(None)
+        wished = self._desk.X_WT if self._look.is_followed else None
+        self._place(self._look.X_WT if wished is None else wished)
+
+    def _wished(self) -> np.ndarray:
+        """Where gizmo and sliders are, shape (4, 4)."""
+        return _pose(self._gizmo.wxyz, self._gizmo.position)
+
+    def _move(self, X_WT: np.ndarray, *, by_gizmo: bool = False) -> None:
+        """Moves the proposal if there is one, else the target."""
+        if not np.isfinite(X_WT).all():
+            return
+        self._moved_at = monotonic()
+        if self._proposal is not None:
+            self._proposal = X_WT
+        else:
+            self._desk.move(X_WT)
+        self._place(X_WT, gizmo=not by_gizmo)
+
+    def _place(self, X_WT: np.ndarray, *, gizmo: bool = True) -> None:
+        """Moves gizmo and sliders to a pose."""
+        if gizmo:
+            self._gizmo.wxyz, self._gizmo.position = wxyz_position(X_WT)
+        values = self._coordinates.of(X_WT)
+        for slider, value in zip(self._sliders, values, strict=True):
+            value = float(np.clip(value, slider.min, slider.max))
+            if abs(value - slider.value) > 0.51 * slider.step:
+                slider.value = value
+
+    def show(self, look: Look) -> None:
+        """Shows one moment.
+
+        Args:
+            look: The moment.
+        """
+        self._look = look
+        can_release = "release" in look.state.buttons
+        if self._release.visible != can_release:
+            self._release.visible = can_release
+        in_hand = monotonic() - self._moved_at < _GRACE
+        if self._proposal is None and not (in_hand or look.is_followed):
+            self._place(look.X_WT)
+
+    @property
+    def question(self) -> np.ndarray | None:
+        """The target that the operator wonders about, shape (4, 4), or None."""
+        if self._proposal is not None:
+            return self._proposal
+        X_WT, p_WE = self._wished(), self._look.X_WE[:3, 3]
+        is_away = np.linalg.norm(X_WT[:3, 3] - p_WE) > _AWAY
+        return X_WT if self._look.is_followed and is_away else None
+
+    def answer(self, reach: Reach | None) -> None:
+        """Shows whether that target can be reached.
+
+        Args:
+            reach: The answer; None where nothing is asked.
+        """
+        self._ghost.show(reach)
+        self._verdict.visible = reach is not None
+        if reach is not None:
+            verdict = reach.verdict.capitalize()
+            self._verdict.content = f"**{verdict}**: {reach.text}"
+
+    def remove(self) -> None:
+        """Takes all of the operator's controls away."""
+        for part in (self._release, *self._parts):
+            part.remove()
+        for command in self._commands:
+            command.remove()
+        self._gizmo.remove()
+        self._ghost.remove()
+
+
+def _pose(wxyz: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """The pose of a node of viser's, shape (4, 4); NaN if it is none."""
+    w, x, y, z = np.asarray(wxyz, float)
+    n = np.sqrt(w * w + x * x + y * y + z * z)
+    w, x, y, z = (v / n if n > 0 else np.nan for v in (w, x, y, z))
+    X = np.eye(4)
+    X[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    X[:3, 3] = position
+    return X

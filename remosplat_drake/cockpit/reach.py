@@ -1,0 +1,97 @@
+"""`find_reach`: whether a target can be reached, and by what configuration."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.controller.planning.goal_configurations import (
+    GoalConfigurations,
+    goal_configurations,
+)
+from remosplat_drake.controller.planning.motion_planner import MotionPlanner
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.thing import UNSEEN
+
+REACHABLE = "reachable"
+"""Verdict: a configuration reaches the target and keeps all distances."""
+BLOCKED = "blocked"
+"""Verdict: configurations reach it, and all are too near to something."""
+UNSEEN_THERE = "unseen"
+"""Verdict: the best of those is held by space that no camera has seen."""
+OUT_OF_REACH = "out of reach"
+"""Verdict: no configuration that reaches it was found."""
+
+_SEEDS = 150
+"""Number of seeds of the inverse kinematics: some milliseconds."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Reach:
+    """Whether a target can be reached.
+
+    Attributes:
+        verdict: REACHABLE, BLOCKED, UNSEEN_THERE or OUT_OF_REACH.
+        text: The same in words, with what is in the way.
+        q: The best configuration at the target, shape (n_q,); None if none
+            was found.
+    """
+
+    verdict: str
+    text: str
+    q: np.ndarray | None = None
+
+
+def find_reach(
+    planner: MotionPlanner,
+    field: DistanceField,
+    stopping: float,
+    q: np.ndarray,
+    X_WT: np.ndarray,
+) -> Reach:
+    """Looks for a configuration at a target; equal calls give equal answers.
+
+    That there is one does not mean that there is a way to it.
+
+    Args:
+        planner: Knows the robot, and what it keeps from itself.
+        field: The map.
+        stopping: Distance that the robot keeps from the scene [m].
+        q: Where the robot is, shape (n_q,) [rad, m].
+        X_WT: Pose of the target T in the world W, shape (4, 4).
+    """
+    space = planner.free_space(q, field, stopping)
+    goals = goal_configurations(
+        space,
+        X_WT,
+        np.clip(q, space.lower, space.upper),
+        seeds=_SEEDS,
+        most=1,
+        rng=np.random.default_rng(1),
+    )
+    if len(goals.q):
+        return Reach(REACHABLE, "it can stand as the ghost does", goals.q[0])
+    if goals.cramped is None:
+        return Reach(OUT_OF_REACH, "no way to stand there was found")
+    return _blocked(planner, field, stopping, goals, goals.cramped)
+
+
+def _blocked(
+    planner: MotionPlanner,
+    field: DistanceField,
+    stopping: float,
+    goals: GoalConfigurations,
+    q: np.ndarray,
+) -> Reach:
+    """Names what is in the way of a configuration at the target."""
+    if not goals.missing:
+        return Reach(BLOCKED, "the robot itself is in the way", q)
+    name = planner.robot.spheres.links[goals.tightest]
+    link = planner.robot.description.called(name)
+    sphere = planner.robot.spheres_at(q).select(np.array([goals.tightest]))
+    near = field.clearances(sphere, stopping)
+    if not len(near):
+        return Reach(BLOCKED, f"{link} is too near to something", q)
+    thing = field.thing_at(near.p_WC[near.distance.argmin()])
+    verdict = UNSEEN_THERE if thing.kind == UNSEEN else BLOCKED
+    lack = f"{1e3 * goals.missing:.0f} mm"
+    return Reach(verdict, f"{link} would be {lack} too near to {thing.name}", q)

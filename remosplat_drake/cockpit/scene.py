@@ -1,0 +1,249 @@
+"""`CockpitScene`: the scene that all who look at the cockpit share."""
+
+import numpy as np
+import trimesh
+import viser
+
+from remosplat_drake.cockpit.messages import CockpitJob, Look, MapPicture
+from remosplat_drake.cockpit.robot_shapes import Shapes, wxyz_position
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.visualization.splat_view import MIN_OPACITY
+from remosplat_drake.visualization.unseen_space import (
+    frontier_mesh,
+    merged,
+    smoothed,
+)
+
+_AMBER, _VEIL, _SOLID = (255, 150, 30), (120, 90, 200), (150, 170, 175)
+_THIN = 1e-3
+"""Standard deviation of a surfel along its normal, for the renderer [m]."""
+_JPEG = 70
+_SPLAT, _UNSEEN = "/map/splat", "/map/unseen"
+
+
+class CockpitScene:
+    """Draws map, robot and target for everybody.
+
+    Args:
+        server: The page's server.
+        job: What the cockpit was given.
+        shapes: The look of the robot's links.
+    """
+
+    def __init__(
+        self, server: viser.ViserServer, job: CockpitJob, shapes: Shapes
+    ):
+        self._server = server
+        self._robot = job.robot
+        self._veil: viser.MeshHandle | None = None
+        self._frustum: viser.CameraFrustumHandle | None = None
+        scene = server.scene
+        scene.set_up_direction("+z")
+        scene.configure_environment_map("city", environment_intensity=0.5)
+        self._floor = scene.add_grid(
+            "/floor", infinite_grid=True, cell_size=0.25, fade_distance=12.0
+        )
+        if job.truth is not None:
+            _draw_solids(scene, job.truth)
+        self._links = _draw_robot(scene, shapes)
+        self._held = scene.add_icosphere(
+            "/held", 0.03, color=_AMBER, visible=False
+        )
+        self._glow = _draw_glow(scene, shapes)
+        self._target = scene.add_frame(
+            "/target", axes_length=0.12, axes_radius=0.005
+        )
+
+    def show_map(self, picture: MapPicture) -> None:
+        """Draws another version of the map.
+
+        Args:
+            picture: The map.
+        """
+        scene = self._server.scene
+        splat = picture.splat_W
+        has_splat = splat is not None and len(splat) > 0
+        if splat is not None and has_splat:
+            draw_splat(scene, _SPLAT, splat)
+        else:
+            scene.remove_by_name(_SPLAT)
+        # A grid would shine through the floor of a splat.
+        self._floor.visible = not has_splat
+        shown = picture.shows_unseen
+        if self._veil is not None:
+            shown = self._veil.visible
+            self._veil.remove()
+            self._veil = None
+        if picture.coverage is not None:
+            vertices, faces = _veil_mesh(picture)
+            if len(faces):
+                self._veil = scene.add_mesh_simple(
+                    _UNSEEN,
+                    vertices,
+                    faces,
+                    color=_VEIL,
+                    opacity=0.18,
+                    side="front",
+                    cast_shadow=False,
+                    receive_shadow=False,
+                    visible=shown,
+                )
+
+    @property
+    def shows_unseen(self) -> bool | None:
+        """Whether the veil before unseen space is drawn; None without one."""
+        return None if self._veil is None else self._veil.visible
+
+    @shows_unseen.setter
+    def shows_unseen(self, shown: bool) -> None:
+        if self._veil is not None:
+            self._veil.visible = shown
+
+    def show(self, look: Look) -> None:
+        """Draws one moment.
+
+        Args:
+            look: The moment.
+        """
+        X_WL = self._robot.body_poses(look.q)
+        with self._server.atomic():
+            for name, frame in self._links.items():
+                X = X_WL[self._robot.tree.index(name)]
+                frame.wxyz, frame.position = wxyz_position(X)
+            self._target.wxyz, self._target.position = wxyz_position(look.X_WT)
+        for name, glow in self._glow.items():
+            if glow.visible != (name == look.held_link):
+                glow.visible = name == look.held_link
+        has_place = look.p_WHeld is not None
+        if look.p_WHeld is not None:
+            self._held.position = look.p_WHeld
+        if self._held.visible != has_place:
+            self._held.visible = has_place
+
+    def show_camera(
+        self, X_WC: np.ndarray, K: np.ndarray, rgb: np.ndarray
+    ) -> None:
+        """Draws the wrist camera and what it sees.
+
+        Args:
+            X_WC: Pose of the camera (OpenCV axes), shape (4, 4).
+            K: Its intrinsic matrix, shape (3, 3) [pixels].
+            rgb: What it sees, shape (h, w, 3), uint8.
+        """
+        height, width = rgb.shape[:2]
+        wxyz, position = wxyz_position(X_WC)
+        if self._frustum is None:
+            self._frustum = self._server.scene.add_camera_frustum(
+                "/camera",
+                fov=2.0 * float(np.arctan2(0.5 * height, K[1, 1])),
+                aspect=width / height,
+                scale=0.08,
+                thickness=0.002,
+                color=(60, 60, 70),
+                image=rgb,
+                format="jpeg",
+                jpeg_quality=_JPEG,
+                wxyz=wxyz,
+                position=position,
+            )
+            return
+        with self._server.atomic():
+            self._frustum.image = rgb
+            self._frustum.wxyz, self._frustum.position = wxyz, position
+
+
+def draw_splat(
+    scene: viser.SceneApi, name: str, splat: GaussianSplat
+) -> viser.GaussianSplatHandle:
+    """Draws true Gaussians; surfels get a thickness that nobody sees.
+
+    Args:
+        scene: What they are drawn in.
+        name: Name of the node.
+        splat: The splat, in the node's frame.
+    """
+    shown = splat.select(splat.opacities >= MIN_OPACITY)
+    scales = shown.scales
+    if shown.is_surfel:
+        thin = np.full((len(shown), 1), _THIN, np.float32)
+        scales = np.hstack([scales, thin])
+    R = shown.R_GK * scales[:, None, :]
+    return scene.add_gaussian_splats(
+        name,
+        centers=shown.p_GK,
+        covariances=R @ R.transpose(0, 2, 1),
+        rgbs=np.clip(shown.colors, 0.0, 1.0),
+        opacities=shown.opacities[:, None],
+    )
+
+
+def _draw_robot(
+    scene: viser.SceneApi, shapes: Shapes
+) -> dict[str, viser.FrameHandle]:
+    """Draws the links; returns their frames by name."""
+    frames = {}
+    for link, meshes in shapes.coloured.items():
+        frames[link] = scene.add_frame(f"/robot/{link}", show_axes=False)
+        glb = trimesh.Scene(meshes).export(file_type="glb")
+        scene.add_glb(f"/robot/{link}/mesh", glb)
+    return frames
+
+
+def _draw_glow(
+    scene: viser.SceneApi, shapes: Shapes
+) -> dict[str, viser.MeshHandle]:
+    """Draws what lights up where a link is held; hidden at first."""
+    glow = {}
+    for link, mesh in shapes.joined.items():
+        glow[link] = scene.add_mesh_simple(
+            f"/robot/{link}/glow",
+            mesh.vertices,
+            mesh.faces,
+            color=_AMBER,
+            opacity=0.6,
+            cast_shadow=False,
+            visible=False,
+        )
+    return glow
+
+
+def _draw_solids(scene: viser.SceneApi, truth: PrimitiveScene) -> None:
+    """Draws the solids of a scene that has no splat."""
+    for i, box in enumerate(truth.boxes):
+        wxyz, position = wxyz_position(box.X_WP.GetAsMatrix4())
+        scene.add_box(
+            f"/truth/box_{i}",
+            color=_SOLID,
+            dimensions=2.0 * box.half_extents,
+            wxyz=wxyz,
+            position=position,
+        )
+    for i, cylinder in enumerate(truth.cylinders):
+        wxyz, position = wxyz_position(cylinder.X_WP.GetAsMatrix4())
+        scene.add_cylinder(
+            f"/truth/cylinder_{i}",
+            radius=cylinder.radius,
+            height=2.0 * cylinder.half_height,
+            color=_SOLID,
+            wxyz=wxyz,
+            position=position,
+        )
+
+
+def _veil_mesh(picture: MapPicture) -> tuple[np.ndarray, np.ndarray]:
+    """Makes the mesh of the boundary of unseen space."""
+    coverage = picture.coverage
+    assert coverage is not None
+    corners, faces, count = [], [], 0
+    for layer in range(coverage.state.shape[2]):
+        vertices, triangles = frontier_mesh(coverage, layer)
+        if len(triangles):
+            corners.append(smoothed(vertices, coverage, layer))
+            faces.append(triangles + count)
+            count += len(vertices)
+    if not corners:
+        return np.zeros((0, 3)), np.zeros((0, 3), np.int32)
+    vertices, faces = merged(np.concatenate(corners), np.concatenate(faces))
+    X_WG = picture.X_WG
+    return vertices @ X_WG[:3, :3].T + X_WG[:3, 3], faces

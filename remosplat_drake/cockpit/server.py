@@ -1,0 +1,341 @@
+"""The cockpit's process: what runs inside it."""
+
+import errno
+import io
+import logging
+import os
+import socket
+from contextlib import redirect_stdout
+from multiprocessing.connection import Connection
+from threading import Lock, RLock, Thread
+from time import monotonic, sleep
+
+import numpy as np
+import viser
+from viser._messages import ShareUrlDisconnect, ShareUrlRequest
+
+from remosplat_drake.base.array_pipe import ArrayHeader, receive_arrays
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.cockpit.authority import Authority
+from remosplat_drake.cockpit.client_panel import ClientPanel
+from remosplat_drake.cockpit.desk import Desk
+from remosplat_drake.cockpit.messages import (
+    Beat,
+    CockpitJob,
+    CodeIssued,
+    Failed,
+    Look,
+    MapPicture,
+    Serving,
+)
+from remosplat_drake.cockpit.operator_panel import OperatorPanel
+from remosplat_drake.cockpit.reach import Reach, find_reach
+from remosplat_drake.cockpit.robot_shapes import robot_shapes
+from remosplat_drake.cockpit.scene import CockpitScene
+from remosplat_drake.cockpit.surface_point import find_surface, target_before
+
+_FIRST_PORT = 8080
+"""The port that is tried first."""
+
+_BEAT = 0.2
+"""Time between two signs of life [s]."""
+
+_LISTEN = 0.02
+"""Longest wait for news [s]."""
+
+_PICTURE = 1.0
+"""Time between two pictures of the wrist camera [s]."""
+
+_STANDOFF = 0.05
+"""Distance of a proposed target from the surface, besides the stopping
+distance [m]."""
+
+_log = logging.getLogger(__name__)
+
+
+def serve(connection: Connection, job: CockpitJob, picture: MapPicture) -> None:
+    """Serves the page until the other end of the pipe is closed.
+
+    Args:
+        connection: Pipe that brings a `Look` or a `MapPicture` at a time, and
+            takes what `messages` has for the control process.
+        job: All that the cockpit is given.
+        picture: The map at the start.
+    """
+    try:
+        page = Page(connection, job, picture)
+    except (RemoSplatError, OSError) as error:
+        connection.send(Failed(str(error)))
+        return
+    try:
+        page.run()
+    except (EOFError, ConnectionError):
+        pass
+    finally:
+        # Threads of the server and of the camera have nothing to finish.
+        os._exit(0)
+
+
+class Page:
+    """The page of one cockpit and all who look at it.
+
+    Args:
+        connection: Pipe to the control process.
+        job: All that the cockpit is given.
+        picture: The map at the start.
+
+    Raises:
+        OSError: The page cannot be served there.
+    """
+
+    def __init__(
+        self, connection: Connection, job: CockpitJob, picture: MapPicture
+    ):
+        self._connection = connection
+        self._sending = Lock()
+        self._lock = RLock()
+        self._job = job
+        self._picture = picture
+        self._look = _first_look(job)
+        self._authority = Authority()
+        self._panels: dict[int, ClientPanel] = {}
+        self._desk = Desk(self._send)
+        self._asked: tuple[object, np.ndarray] | None = None
+        self._server = _open_server(job)
+        _offer_no_tunnel(self._server)
+        gui = self._server.gui
+        gui.configure_theme(
+            show_logo=False, show_share_button=False, control_width="medium"
+        )
+        gui.set_panel_label(job.title)
+        gui.main_panel.dock_right()
+        self._shapes = robot_shapes(job.robot)
+        self._scene = CockpitScene(self._server, job, self._shapes)
+        self._scene.show_map(picture)
+        self._scene.show(self._look)
+        self._server.on_client_connect(self._arrive)
+        self._server.on_client_disconnect(self._leave)
+        if job.make_camera is not None:
+            Thread(target=self._take_pictures, daemon=True).start()
+
+    def run(self) -> None:
+        """Shows what comes through the pipe until that is closed."""
+        self._send(Serving(self._url()))
+        self._send(CodeIssued(self._authority.code))
+        Thread(target=self._keep_beating, daemon=True).start()
+        while True:
+            if self._connection.poll(_LISTEN):
+                self._receive()
+            self._answer_operator()
+
+    def _keep_beating(self) -> None:
+        """Tells, through the loop that hears STOP, that STOP is heard."""
+        loop = self._server.get_event_loop()
+        while True:
+            loop.call_soon_threadsafe(self._send, Beat())
+            sleep(_BEAT)
+
+    def _url(self) -> str:
+        host = self._server.get_host()
+        name = "localhost" if host in ("127.0.0.1", "0.0.0.0") else host
+        return f"http://{name}:{self._server.get_port()}"
+
+    def _send(self, message: object) -> None:
+        with self._sending:
+            try:
+                self._connection.send(message)
+            except OSError:
+                os._exit(0)  # The control process has gone.
+
+    def _receive(self) -> None:
+        """Takes in all that has arrived; of moments the newest is shown."""
+        look = None
+        while self._connection.poll():
+            message = self._connection.recv()
+            if isinstance(message, ArrayHeader):
+                self._picture = receive_arrays(self._connection, message)
+                # Without the lock: it takes a while, and STOP must be heard.
+                self._scene.show_map(self._picture)
+            else:
+                look = message
+        if look is not None:
+            with self._lock:
+                self._look = look
+                self._scene.show(look)
+                for panel in self._panels.values():
+                    panel.show(look)
+
+    def _arrive(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            self._panels[client.client_id] = ClientPanel(
+                client, self, self._look, self._scene.shows_unseen
+            )
+
+    def _leave(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            self._panels.pop(client.client_id, None)
+            if self._authority.leave(client.client_id):
+                # Nobody is there to see where the robot goes.
+                self._desk.press("holds")
+                why = "the operator has left"
+                self._send(CodeIssued(self._authority.code, why))
+
+    def stop(self) -> None:
+        """Stops the robot; anybody may."""
+        self._desk.stop()
+
+    def show_unseen(self, shown: bool) -> None:
+        """Draws the veil before unseen space, or hides it, for all."""
+        with self._lock:
+            self._scene.shows_unseen = shown
+
+    def admit(self, panel: ClientPanel, code: str) -> str:
+        """Lets a client operate.
+
+        Args:
+            panel: The client's panel.
+            code: What it has typed.
+
+        Returns:
+            Why it must not; empty if it operates from now on.
+        """
+        with self._lock:
+            client = panel.client
+            refusal = self._authority.admit(client.client_id, code)
+            if refusal or panel.operator is not None:
+                return refusal
+            operator = OperatorPanel(
+                client,
+                self._job,
+                self._desk,
+                self._look,
+                self._shapes,
+                lambda: self._hand_over(panel),
+            )
+            panel.operate(operator)
+
+            @client.scene.on_click()
+            def _(event: viser.SceneClickEvent):
+                if panel.operator is operator:
+                    self._propose(operator, event)
+
+            return ""
+
+    def _hand_over(self, panel: ClientPanel) -> None:
+        with self._lock:
+            if self._authority.leave(panel.client.client_id):
+                panel.retire()
+                self._desk.press("holds")
+                why = "the operator has handed over"
+                self._send(CodeIssued(self._authority.code, why))
+
+    def _propose(
+        self, operator: OperatorPanel, event: viser.SceneClickEvent
+    ) -> None:
+        """Proposes a target before what was clicked at."""
+        surfaces = self._picture.field.surfaces
+        if surfaces is None:
+            return
+        surface = find_surface(
+            surfaces,
+            np.array(event.ray_origin),
+            np.array(event.ray_direction),
+        )
+        if surface is not None:
+            standoff = self._job.stopping + _STANDOFF
+            operator.propose(target_before(surface, self._look.X_WE, standoff))
+
+    def _answer_operator(self) -> None:
+        """Looks whether the operator's target can be reached, if it is new."""
+        with self._lock:
+            operator = self._operator
+            if operator is None:
+                return
+            X_WT, field = operator.question, self._picture.field
+        if X_WT is None:
+            if self._asked is not None:
+                self._asked = None
+                operator.answer(None)
+            return
+        if self._asked is not None:
+            asked_in, asked = self._asked
+            if asked_in is field and np.array_equal(asked, X_WT):
+                return
+        self._asked = field, X_WT
+        operator.answer(self._reach(X_WT))
+
+    @property
+    def _operator(self) -> OperatorPanel | None:
+        number = self._authority.operator
+        panel = None if number is None else self._panels.get(number)
+        return None if panel is None else panel.operator
+
+    def _reach(self, X_WT: np.ndarray) -> Reach:
+        job = self._job
+        return find_reach(
+            job.planner, self._picture.field, job.stopping, self._look.q, X_WT
+        )
+
+    def _take_pictures(self) -> None:
+        """Shows what the wrist camera sees, about once a second."""
+        job = self._job
+        assert job.make_camera is not None
+        try:
+            camera = job.make_camera()
+        except RemoSplatError as error:
+            _log.warning("no pictures of the wrist camera: %s", error)
+            return
+        shown_at = -np.inf
+        while True:
+            camera.listen()
+            if monotonic() - shown_at < _PICTURE:
+                sleep(0.05)
+                continue
+            shown_at = monotonic()
+            look = self._look
+            try:
+                frame = camera.frame(look.q, look.time)
+            except RemoSplatError:
+                continue  # A camera that is silent now may come back.
+            with self._lock:
+                self._scene.show_camera(frame.X_WC, frame.K, frame.rgb)
+
+
+def _first_look(job: CockpitJob) -> Look:
+    state = job.robot.state(job.q0)
+    return Look(0.0, job.q0, state.X_WE, state.X_WB, state.X_WE)
+
+
+def _open_server(job: CockpitJob) -> viser.ViserServer:
+    """Opens the page's server, and keeps it from telling so itself."""
+    with redirect_stdout(io.StringIO()):
+        return viser.ViserServer(
+            host=job.host,
+            port=_free_port(job.host, job.port),
+            label=job.title,
+            verbose=False,
+        )
+
+
+def _free_port(host: str, port: int | None) -> int:
+    """Returns the port that is asked for, or else the first free one.
+
+    Raises:
+        RemoSplatError: It is taken, or there is no such interface.
+    """
+    wanted = range(_FIRST_PORT, 65536) if port is None else [port]
+    for candidate in wanted:
+        try:
+            with socket.create_server((host, candidate)):
+                return candidate
+        except OSError as error:
+            if error.errno != errno.EADDRINUSE:
+                raise RemoSplatError(f"--host {host}: {error}") from error
+    raise RemoSplatError(f"--port {port} is taken; choose another one, or none")
+
+
+def _offer_no_tunnel(server: viser.ViserServer) -> None:
+    """Lets no browser open viser's tunnel, which would let anybody in."""
+    connection = server._websock_server
+    for message in (ShareUrlRequest, ShareUrlDisconnect):
+        connection.unregister_handler(message)

@@ -1,0 +1,99 @@
+"""Points of surfaces that somebody clicks at, and targets before them."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import DistanceField
+
+FARTHEST = 20.0
+"""Length of the ray along which a surface is looked for [m]."""
+
+_CLOSE = 1e-3
+"""Distance at which the ray has arrived at a surface [m]."""
+
+_STEPS = 200
+"""Most steps along a ray; grazing rays take many."""
+
+_SAFE = 0.98
+"""Share of the distance that a step covers, since distances are rounded."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class SurfacePoint:
+    """A point of a surface.
+
+    Attributes:
+        p_W: The point in W, shape (3,) [m].
+        normal_W: Unit normal, from the surface towards who looked, shape (3,).
+    """
+
+    p_W: np.ndarray
+    normal_W: np.ndarray
+
+
+def find_surface(
+    field: DistanceField, p_W: np.ndarray, direction_W: np.ndarray
+) -> SurfacePoint | None:
+    """Follows a ray to the first surface that it meets.
+
+    The ray steps by the distance to the nearest surface, so that none is
+    jumped over (Hart, "Sphere tracing", 1996).
+
+    Args:
+        field: The map, whose distances are 1-Lipschitz.
+        p_W: Where the ray begins in W, shape (3,) [m].
+        direction_W: Where it goes, shape (3,), of any length.
+
+    Returns:
+        The point; None if there is no surface within `FARTHEST`, or if the
+        ray is no ray.
+    """
+    length = float(np.linalg.norm(direction_W))
+    if not (np.isfinite(p_W).all() and np.isfinite(length) and length > 0):
+        return None
+    along = np.asarray(direction_W, float) / length
+    p_W, way = np.array(p_W, float), 0.0
+    for _ in range(_STEPS):
+        found = field.clearances(Spheres.at(p_W), FARTHEST)
+        if not len(found):
+            return None
+        row = int(found.distance.argmin())
+        distance = float(found.distance[row])
+        if distance < _CLOSE:
+            normal = -found.direction_W[row]
+            if normal @ along > 0:
+                normal = -normal
+            return SurfacePoint(found.p_WC[row].copy(), normal)
+        way += _SAFE * distance
+        if way > FARTHEST:
+            return None
+        p_W = p_W + _SAFE * distance * along
+    return None
+
+
+def target_before(
+    surface: SurfacePoint, X_WE: np.ndarray, standoff: float
+) -> np.ndarray:
+    """Returns a target that looks at a surface along its normal.
+
+    Args:
+        surface: A point of the surface.
+        X_WE: Pose of the end effector, whose z axis is what it reaches
+            along, shape (4, 4). The target is turned away from it no more
+            than the normal asks for.
+        standoff: Distance of the target from the surface [m].
+
+    Returns:
+        The pose X_WT, shape (4, 4).
+    """
+    z_W = -surface.normal_W
+    x_W = X_WE[:3, 0] - (X_WE[:3, 0] @ z_W) * z_W
+    if np.linalg.norm(x_W) < 1e-3:
+        x_W = X_WE[:3, 1] - (X_WE[:3, 1] @ z_W) * z_W
+    x_W /= np.linalg.norm(x_W)
+    X_WT = np.eye(4)
+    X_WT[:3, :3] = np.stack([x_W, np.cross(z_W, x_W), z_W], axis=1)
+    X_WT[:3, 3] = surface.p_W + standoff * surface.normal_W
+    return X_WT

@@ -1,0 +1,104 @@
+"""A cockpit without a control loop: a test tells it how things stand."""
+
+import dataclasses as dc
+import time
+from collections.abc import Callable
+
+import numpy as np
+from patience import PATIENCE
+
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.world import load_world
+from remosplat_drake.cockpit.cockpit_process import CockpitProcess
+from remosplat_drake.cockpit.messages import (
+    CockpitJob,
+    CodeIssued,
+    Look,
+    MapPicture,
+)
+from remosplat_drake.controller.planning.motion_planner import MotionPlanner
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.visualization.page_state import (
+    LIVE,
+    RELEASE,
+    STOP,
+    STOPPED,
+    PageState,
+)
+
+RUNNING = PageState(LIVE, "Live", "moving to target 1 of 1", (STOP,))
+AT_REST = PageState(STOPPED, "Stopped", "stop button", (STOP, RELEASE))
+
+
+class Rig:
+    """A cockpit of a shipped scenario."""
+
+    def __init__(
+        self,
+        name: str = "TableTeleop",
+        host: str = "127.0.0.1",
+        thin: int = 50,
+        port: int | None = None,
+    ):
+        self.scenario = scenario = load_scenario(name)
+        self.world = world = load_world(scenario, blank=True)
+        law = ReactiveLaw.make(
+            scenario.controller, world.robot, scenario.control_period
+        )
+        self.codes: list[CodeIssued] = []
+        self.process = CockpitProcess(self.codes.append)
+        self.job = CockpitJob(
+            title=name,
+            host=host,
+            port=port,
+            robot=world.robot,
+            planner=MotionPlanner(
+                world.robot,
+                law.self_clearance,
+                scenario.controller.guidance.planning,
+            ),
+            stopping=scenario.controller.collision.stopping,
+            config=scenario.teleop,
+            q0=world.q0,
+            mapping=True,
+            scene_count=2,
+        )
+        # In software pictures of more take seconds.
+        few = np.arange(len(world.splat_W)) % thin == 0
+        splat_W = world.splat_W.select(few)
+        self.picture = MapPicture(world.field, splat_W, None, False)
+        self.url = self.process.start(self.job, self.picture)
+        state = world.robot.state(world.q0)
+        self.look = Look(
+            0.0, world.q0, state.X_WE, state.X_WB, state.X_WE, state=RUNNING
+        )
+        self.process.show(self.look)
+        self.until(lambda: self.codes)
+
+    @property
+    def code(self) -> str:
+        """The code that was issued last."""
+        return self.codes[-1].code
+
+    @property
+    def wishes(self):
+        """All that people have asked for."""
+        return self.process.wishes
+
+    def show(self, **changes):
+        """Tells the cockpit of another moment."""
+        self.look = dc.replace(self.look, **changes)
+        self.process.show(self.look)
+
+    def follow(self):
+        """Lets the target be where the cockpit has put it."""
+        X_WT = self.wishes.command.X_WT
+        assert X_WT is not None
+        self.show(X_WT=np.array(X_WT), is_followed=True)
+
+    def until(self, condition: Callable[[], object]):
+        """Waits until something is so."""
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < end, self.wishes
+            time.sleep(0.02)

@@ -1,0 +1,100 @@
+"""A browser's tab that shows a cockpit, and a person before it."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from browser import Browser, open_browser
+
+_BUTTONS = (
+    "[...document.querySelectorAll('button')].filter(b => b.offsetParent)"
+)
+_FIELDS = (
+    "[...document.querySelectorAll('input')]"
+    ".filter(e => e.type == 'text' && e.offsetParent)"
+)
+_OF_VISER = "computeBoundingSphere(): Computed radius is NaN"
+"""What viser's own splats say: their corners have no z."""
+
+
+class CockpitTab:
+    """One client of a cockpit."""
+
+    def __init__(self, tab: Browser, url: str):
+        self.tab = tab
+        tab.listen_to_console()
+        tab.open(url)
+        self.wait_for_button("STOP")
+
+    @property
+    def buttons(self) -> list[str]:
+        """The labels of all buttons in sight."""
+        return self.tab.evaluate(f"{_BUTTONS}.map(b => b.innerText)")
+
+    def wait_for_button(self, label: str):
+        """Waits until there is a button."""
+        self.tab.wait_for(
+            f"{_BUTTONS}.some(b => b.innerText == {json.dumps(label)})"
+        )
+
+    def wait_without_button(self, label: str):
+        """Waits until there is no such button."""
+        self.tab.wait_for(
+            f"!{_BUTTONS}.some(b => b.innerText == {json.dumps(label)})"
+        )
+
+    def press(self, label: str):
+        """Clicks at a button."""
+        self.wait_for_button(label)
+        self.tab.evaluate(
+            f"{_BUTTONS}.find(b => b.innerText == {json.dumps(label)}).click()"
+        )
+
+    def key(self, code: str, key: str):
+        """Presses a key."""
+        for kind in ("keyDown", "keyUp"):
+            self.tab._ask(
+                "Input.dispatchKeyEvent", type=kind, key=key, code=code
+            )
+
+    def type_code(self, code: str):
+        """Types a code into its field."""
+        self.wait_for_button("Operate")
+        self.tab.wait_for(f"{_FIELDS}.length > 0")
+        self.tab.evaluate(f"{_FIELDS}.at(-1).select()")
+        self.tab._ask("Input.insertText", text=code)
+
+    def operate(self, code: str):
+        """Becomes the operator."""
+        self.type_code(code)
+        self.wait_for_button("Hold")
+
+    def click_at(self, x: float, y: float):
+        """Clicks into the scene."""
+        for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
+            self.tab._mouse(kind, [x, y])
+
+    @property
+    def text(self) -> str:
+        """All that the page says."""
+        return self.tab.evaluate("document.body.innerText")
+
+    def wait_for_text(self, text: str):
+        """Waits until the page says something."""
+        self.tab.wait_for(
+            f"document.body.innerText.includes({json.dumps(text)})"
+        )
+
+    @property
+    def errors(self) -> list[str]:
+        """What has gone wrong, but for what is viser's own."""
+        return [e for e in self.tab.console() if _OF_VISER not in e]
+
+
+@contextmanager
+def open_cockpit(
+    url: str, size: tuple[int, int] = (800, 600)
+) -> Iterator[CockpitTab]:
+    """Opens a cockpit in a browser of its own."""
+    with open_browser(size) as tab:
+        yield CockpitTab(tab, url)

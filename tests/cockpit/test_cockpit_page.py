@@ -1,0 +1,181 @@
+"""The cockpit in a real browser: who watches, who operates, what they see."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("viser")
+
+from browser import find_chromium
+from cockpit_rig import AT_REST, RUNNING, Rig
+from cockpit_tab import CockpitTab, open_cockpit
+
+from remosplat_drake.robot.pose_error import pose_error
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(
+        find_chromium() is None, reason="needs chromium on the PATH"
+    ),
+]
+
+OPERATORS_OWN = {"Hold", "Go home", "Scan", "Undo", "Hand over"}
+TABLE = (200, 330)
+"""Where the floor before the table is in the picture [px]."""
+
+
+@pytest.fixture(scope="module")
+def rig():
+    rig = Rig()
+    yield rig
+    rig.process.close()
+
+
+def test_a_watcher_may_stop_and_nothing_else(rig):
+    with open_cockpit(rig.url) as watcher:
+        assert not OPERATORS_OWN & set(watcher.buttons)
+        assert "RELEASE" not in watcher.buttons
+        stops = rig.wishes.operator.stops
+        watcher.press("STOP")
+        rig.until(lambda: rig.wishes.operator.stops == stops + 1)
+        rig.show(state=AT_REST)
+        watcher.wait_for_text("stop button")
+        assert "RELEASE" not in watcher.buttons
+        watcher.click_at(*TABLE)
+        watcher.key("Escape", "Escape")
+        rig.until(lambda: rig.wishes.operator.stops == stops + 2)
+        assert "Go there" not in watcher.buttons
+        assert rig.wishes.command.moves == 0
+        assert watcher.errors == []
+        rig.show(state=RUNNING)
+
+
+def test_a_wrong_code_is_refused(rig):
+    with open_cockpit(rig.url) as guest:
+        guest.type_code("AAAA-AAAA")
+        guest.wait_for_text("not the code that the terminal shows")
+        assert not OPERATORS_OWN & set(guest.buttons)
+
+
+def test_an_operator_operates_and_leaves(rig):
+    with open_cockpit(rig.url) as operator:
+        operator.operate(rig.code)
+        presses_count(operator, rig)
+        proposes(operator, rig)
+        drags(operator, rig)
+        stops_and_releases(operator, rig)
+        assert operator.errors == []
+        with open_cockpit(rig.url) as second:
+            second.type_code("AAAA-AAAA")
+            second.wait_for_text("somebody else operates")
+        holds, issued = rig.wishes.command.holds, len(rig.codes)
+    # It has closed its page: the target holds, and another code is issued.
+    rig.until(lambda: len(rig.codes) == issued + 1)
+    rig.until(lambda: rig.wishes.command.holds == holds + 1)
+    assert "left" in rig.codes[-1].why
+
+
+def presses_count(operator: CockpitTab, rig: Rig):
+    """Buttons and their keys."""
+    operator.press("Hold")
+    rig.until(lambda: rig.wishes.command.holds == 1)
+    operator.key("KeyH", "h")
+    rig.until(lambda: rig.wishes.command.holds == 2)
+    operator.press("→ over the table")
+    rig.until(lambda: rig.wishes.command.pose == "over the table")
+    operator.press("Scan")
+    rig.until(lambda: rig.wishes.command.scans == 1)
+    operator.key("KeyM", "m")
+    rig.until(lambda: rig.wishes.requests.frames == 1)
+    operator.press("Put or take an object")
+    rig.until(lambda: rig.wishes.scene_changes == 1)
+    moves = rig.wishes.command.moves
+    operator.key("KeyW", "w")
+    rig.until(lambda: rig.wishes.command.moves == moves + 1)
+    X_WT = rig.wishes.command.X_WT
+    assert X_WT is not None
+    step = X_WT[:3, 3] - rig.look.X_WT[:3, 3]
+    np.testing.assert_allclose(step, [0.005, 0, 0], atol=1e-6)
+
+
+def proposes(operator: CockpitTab, rig: Rig):
+    """A click on a surface moves nothing before the operator agrees."""
+    moves = rig.wishes.command.moves
+    operator.click_at(*TABLE)
+    operator.wait_for_button("Go there")
+    operator.wait_for_text("Reachable")
+    assert rig.wishes.command.moves == moves
+    operator.press("Discard")
+    operator.wait_without_button("Go there")
+    operator.click_at(*TABLE)
+    operator.wait_for_button("Go there")
+    operator.press("Go there")
+    rig.until(lambda: rig.wishes.command.moves == moves + 1)
+    X_WT = rig.wishes.command.X_WT
+    assert X_WT is not None
+    # Before the floor, along its normal, at its distance from it.
+    np.testing.assert_allclose(X_WT[:3, 2], [0, 0, -1], atol=0.05)
+    assert abs(X_WT[2, 3] - (rig.job.stopping + 0.05)) < 0.03
+    rig.follow()
+
+
+def drags(operator: CockpitTab, rig: Rig):
+    """The gizmo's middle, dragged across the picture."""
+    moves, before = rig.wishes.command.moves, rig.wishes.command.X_WT
+    assert before is not None
+    x, y = TABLE
+    tab = operator.tab
+    # The gizmo stands above the place that was clicked at: an arrow or the
+    # middle of it is below one of these points.
+    for dy in range(0, -60, -4):
+        tab._mouse("mouseMoved", [x, y + dy])
+        tab._mouse("mousePressed", [x, y + dy])
+        for k in range(1, 6):
+            tab._mouse("mouseMoved", [x + 8 * k, y + dy])
+        tab._mouse("mouseReleased", [x + 40, y + dy])
+        if rig.wishes.command.moves > moves:
+            break
+    rig.until(lambda: rig.wishes.command.moves > moves)
+    after = rig.wishes.command.X_WT
+    assert after is not None
+    error = pose_error(before, after)
+    assert error.distance > 1e-3 or error.angle > 1e-3
+
+
+def stops_and_releases(operator: CockpitTab, rig: Rig):
+    stops, releases = (
+        rig.wishes.operator.stops,
+        rig.wishes.operator.releases,
+    )
+    assert "RELEASE" not in operator.buttons
+    operator.press("STOP")
+    rig.until(lambda: rig.wishes.operator.stops == stops + 1)
+    rig.show(state=AT_REST)
+    operator.press("RELEASE")
+    rig.until(lambda: rig.wishes.operator.releases == releases + 1)
+    rig.show(state=RUNNING)
+    operator.wait_without_button("RELEASE")
+
+
+def test_who_hands_over_operates_no_more(rig):
+    with open_cockpit(rig.url) as operator:
+        operator.operate(rig.code)
+        operator.press("Hand over")
+        operator.wait_for_button("Operate")
+        operator.wait_without_button("Hold")
+        rig.until(lambda: "handed over" in rig.codes[-1].why)
+        # The same browser may come back with the new code.
+        operator.operate(rig.code)
+
+
+@pytest.mark.parametrize("size", [(390, 844), (844, 390), (1280, 800)])
+def test_stop_is_in_sight_on_every_screen(rig, size):
+    with open_cockpit(rig.url, size) as watcher:
+        width, height = size
+        watcher.tab.show_as(width, height, mobile=width < 1000)
+        watcher.tab.wait_for(
+            "(() => { const b = [...document.querySelectorAll('button')].find("
+            "b => b.innerText == 'STOP'); if (!b) return false;"
+            "const r = b.getBoundingClientRect();"
+            "return r.height > 39 && r.width > 100 && r.x >= 0 && r.y >= 0"
+            "  && r.right <= innerWidth && r.bottom <= innerHeight; })()"
+        )

@@ -1,0 +1,71 @@
+"""A whole session at the cockpit, with the program that people start."""
+
+import signal
+import subprocess
+
+import numpy as np
+import pytest
+
+pytest.importorskip("viser")
+
+from browser import find_chromium
+from cockpit_tab import open_cockpit
+from patience import PATIENCE
+from runs import command_line
+
+from remosplat_drake.recording.event_log import read_events
+from remosplat_drake.recording.run_log import read_log
+from remosplat_drake.recording.trajectory_log import EVENTS, LOG
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+@pytest.mark.skipif(
+    find_chromium() is None, reason="needs chromium on the PATH"
+)
+def test_a_robot_is_driven_stopped_and_released(tmp_path):
+    session = tmp_path / "session"
+    run = session / "runs" / "0001"
+    command = command_line(
+        *("teleop", "TableTeleop", "--session", session),
+        *("--duration", "300"),
+    )
+    with subprocess.Popen(
+        command, stderr=subprocess.PIPE, text=True
+    ) as process:
+        try:
+            url, code = address(process)
+            with open_cockpit(url) as operator:
+                operator.operate(code)
+                operator.press("→ over the table")
+                operator.wait_for_text("over the table")
+                operator.press("STOP")
+                operator.wait_for_text("stop button")
+                operator.press("RELEASE")
+                operator.wait_for_text("Live")
+                operator.press("Hold")
+                operator.key("KeyW", "w")
+                operator.wait_for_text("following the cockpit")
+                assert operator.errors == []
+            process.send_signal(signal.SIGINT)
+            assert process.wait(PATIENCE) == 0
+        finally:
+            process.kill()
+    kinds = [event.text for event in read_events(run / EVENTS)]
+    assert any("stop button" in text for text in kinds)
+    q = read_log(run / LOG).rows["q"]
+    assert np.abs(q - q[0]).max() > 0.05
+
+
+def address(process: subprocess.Popen[str]) -> tuple[str, str]:
+    """Where the page is, and the code that lets somebody operate."""
+    assert process.stderr is not None
+    url = code = ""
+    for line in process.stderr:
+        if line.startswith("operate at"):
+            url = line.split()[2].rstrip(";")
+        if "type the code" in line:
+            code = line.split("type the code")[1].split()[0]
+        if url and code:
+            return url, code
+    raise AssertionError("the process has gone")

@@ -1,0 +1,146 @@
+"""What the cockpit is told, without a cockpit."""
+
+import dataclasses as dc
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from pydrake.common.value import Value
+
+from remosplat_drake.cockpit.cockpit_operator import CockpitOperator
+from remosplat_drake.cockpit.cockpit_view import CockpitView, look_at
+from remosplat_drake.cockpit.desk import SOURCE
+from remosplat_drake.cockpit.messages import Look, Wishes
+from remosplat_drake.cockpit.viewpoints import HAND, TOP, VIEWS, viewpoint
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.robot_model import load_robot
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.signals.map_status import MapStatus
+from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.signals.operator_requests import OperatorRequests
+from remosplat_drake.signals.scene_map import SceneMap
+from remosplat_drake.signals.standing import HELD, NOT_STARTED, Standing
+from remosplat_drake.signals.supervisor_state import STOPPED, SupervisorState
+from remosplat_drake.signals.target_state import FOLLOW, TargetState
+from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.visualization.page_state import RELEASE, STOP
+
+
+@pytest.fixture(scope="module")
+def frankie():
+    return load_robot("frankie")
+
+
+def look(frankie, **changes) -> Look:
+    parts = {
+        "report": TickReport.before_first(frankie.n_q, frankie.n_u),
+        "standing": NOT_STARTED,
+        "target": TargetState.at_rest(np.eye(4), "hold: start"),
+        "supervision": None,
+        "status": None,
+    } | changes
+    return look_at(1.0, frankie.q_home, frankie, **parts)
+
+
+def test_who_is_held_is_told_with_the_place(frankie):
+    p_W = np.array([0.5, 0.1, 0.7])
+    held = Standing(HELD, "hand held", link="panda_hand", p_W=p_W)
+    told = look(frankie, standing=held)
+    assert told.held_link == "panda_hand" and told.p_WHeld is p_W
+    assert told.state.title == "Held" and told.state.text == "hand held"
+    moving = dc.replace(held, kind="moving")
+    assert look(frankie, standing=moving).held_link == ""
+    assert look(frankie, standing=moving).p_WHeld is None
+
+
+def test_a_stopped_robot_may_be_released_by_its_operator(frankie):
+    state = SupervisorState(np.zeros(9), mode=STOPPED, reason="stop button")
+    told = look(frankie, supervision=state)
+    assert told.state.buttons == (STOP, RELEASE)
+    assert told.state.text == "stop button"
+    # Without a supervisor nothing stops, and no button pretends to.
+    assert look(frankie).state.buttons == ()
+
+
+@pytest.mark.parametrize(
+    ("mode", "source", "followed"),
+    [(FOLLOW, SOURCE, True), (FOLLOW, "gamepad", False), ("go", SOURCE, False)],
+)
+def test_only_a_target_that_follows_the_cockpit_is_left_alone(
+    frankie, mode, source, followed
+):
+    target = dc.replace(
+        TargetState.at_rest(np.eye(4)),
+        mode=mode,
+        command=OperatorCommand(source=source),
+    )
+    assert look(frankie, target=target).is_followed is followed
+
+
+class FakeProcess:
+    """Keeps what it is told."""
+
+    def __init__(self):
+        self.looks, self.maps = [], []
+        self.wishes, self.trouble = Wishes(), ""
+        self.show, self.show_map = self.looks.append, self.maps.append
+
+
+def test_a_map_is_told_once(frankie):
+    process = FakeProcess()
+    scene_map, later = (
+        SceneMap(version, None, (), 0.0, SignedDistanceField(PrimitiveScene()))
+        for version in range(2)
+    )
+    view = CockpitView(
+        process=process, robot=frankie, initial=scene_map, show_unseen=True
+    )
+    context = view.CreateDefaultContext()
+
+    def fix(name: str, value):
+        view.GetInputPort(name).FixValue(context, value)
+
+    fix("configuration", frankie.q_home)
+    fix("report", Value(TickReport.before_first(frankie.n_q, frankie.n_u)))
+    fix("standing", Value(NOT_STARTED))
+    fix("target_state", Value(TargetState.at_rest(np.eye(4))))
+    for shown in (scene_map, scene_map, later, later):
+        fix("map_status", Value[object](MapStatus(shown, text="a map")))
+        view._publish(context)
+    assert len(process.looks) == 4 and len(process.maps) == 1
+    assert process.maps[0].field is later.field
+    assert process.maps[0].shows_unseen
+    assert process.looks[-1].map == "a map"
+
+
+def test_the_operator_asks_what_was_asked_last():
+    process = SimpleNamespace(wishes=Wishes(), trouble="")
+    operator = CockpitOperator(process=process)
+    context = operator.CreateDefaultContext()
+
+    def asked(name: str):
+        context.SetTime(context.get_time() + 0.01)
+        return operator.GetOutputPort(name).Eval(context)
+
+    assert asked("operator").stops == 0
+    process.wishes = Wishes(
+        command=OperatorCommand(holds=2), operator=OperatorRequests(stops=3)
+    )
+    assert asked("command").holds == 2 and asked("operator").stops == 3
+    process.trouble = "the cockpit has died"
+    assert asked("operator").stops == 4
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_views_look_at_something_from_somewhere_else(frankie, view):
+    at = viewpoint(view, look(frankie))
+    sight = at.p_WT - at.p_WC
+    assert np.linalg.norm(sight) > 0.3
+    # A camera that looks along its own up has no picture.
+    assert np.linalg.norm(np.cross(sight, at.up_W)) > 1e-2
+    assert at.p_WC[2] > 0.2 or view == HAND
+
+
+def test_from_the_top_ahead_is_up(frankie):
+    at = viewpoint(TOP, look(frankie))
+    np.testing.assert_allclose(at.up_W, [1, 0, 0], atol=1e-9)

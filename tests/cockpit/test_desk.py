@@ -1,0 +1,88 @@
+"""What was asked for is counted, whoever asks at the same time."""
+
+from threading import Thread
+
+import numpy as np
+import pytest
+
+from remosplat_drake.cockpit.cockpit_operator import (
+    map_requests,
+    operator_requests,
+)
+from remosplat_drake.cockpit.desk import SOURCE, Desk
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+
+
+@pytest.fixture
+def told():
+    return []
+
+
+@pytest.fixture
+def desk(told) -> Desk:
+    return Desk(told.append)
+
+
+def test_a_pose_is_told_with_its_source(desk, told):
+    X_WT = np.eye(4)
+    X_WT[:3, 3] = [1, 2, 3]
+    desk.move(X_WT)
+    X_WT[0, 3] = 9.0  # What the caller does with it afterwards is not told.
+    (wishes,) = told
+    assert wishes.command.source == SOURCE and wishes.command.moves == 1
+    np.testing.assert_array_equal(wishes.command.X_WT[:3, 3], [1, 2, 3])
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_pose_that_is_not_finite_is_none(desk, told, bad):
+    desk.move(np.full((4, 4), bad))
+    assert not told
+
+
+def test_every_press_counts(desk, told):
+    for name in ("holds", "homes", "scans"):
+        desk.press(name)
+    for name in ("frames", "refines", "undos", "saves", "saves"):
+        desk.request(name)
+    desk.pick("shelf")
+    desk.stop()
+    desk.release()
+    desk.change_scene()
+    wishes = desk.wishes
+    assert told[-1] is wishes and len(told) == 12
+    command, requests = wishes.command, wishes.requests
+    assert (command.holds, command.homes, command.scans) == (1, 1, 1)
+    assert (command.poses, command.pose) == (1, "shelf")
+    assert (requests.frames, requests.refines) == (1, 1)
+    assert (requests.undos, requests.saves) == (1, 2)
+    assert (wishes.operator.stops, wishes.operator.releases) == (1, 1)
+    assert wishes.scene_changes == 1
+
+
+def test_no_press_is_lost_among_threads(desk):
+    def press():
+        for _ in range(500):
+            desk.stop()
+
+    threads = [Thread(target=press) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert desk.wishes.operator.stops == 2000
+
+
+def test_scenes_take_turns(desk):
+    scenes = PrimitiveScene(name="before"), PrimitiveScene(name="later")
+    assert map_requests(desk.wishes, scenes).scene is None
+    desk.change_scene()
+    assert map_requests(desk.wishes, scenes).scene is scenes[1]
+    desk.change_scene()
+    assert map_requests(desk.wishes, scenes).scene is scenes[0]
+    assert map_requests(desk.wishes, ()).scene is None
+
+
+def test_a_cockpit_that_is_not_heard_has_pressed_stop(desk):
+    desk.stop()
+    assert operator_requests(desk.wishes, "").stops == 1
+    assert operator_requests(desk.wishes, "it has died").stops == 2
