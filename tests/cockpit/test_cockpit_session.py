@@ -13,9 +13,15 @@ from cockpit_tab import open_cockpit
 from patience import PATIENCE
 from runs import command_line
 
-from remosplat_drake.recording.event_log import read_events
+from remosplat_drake.recording.events import MAP, read_events
 from remosplat_drake.recording.run_log import read_log
 from remosplat_drake.recording.trajectory_log import EVENTS, LOG
+
+COARSE = (
+    "{mapping: {frames: 4, voxel: 0.08, discs: 6000},"
+    " wrist_camera: {width: 160, height: 120}}"
+)
+"""A map that takes a moment."""
 
 
 @pytest.mark.slow
@@ -27,23 +33,25 @@ def test_a_robot_is_driven_stopped_and_released(tmp_path):
     session = tmp_path / "session"
     run = session / "runs" / "0001"
     command = command_line(
-        *("teleop", "TableTeleop", "--session", session),
-        *("--duration", "300"),
+        *("teleop", "StudioLive", "--session", session),
+        *("--scenario-text", COARSE),
     )
     with subprocess.Popen(
         command, stderr=subprocess.PIPE, text=True
     ) as process:
         try:
             url, code = address(process)
-            with open_cockpit(url) as operator:
+            with open_cockpit(url, (600, 500)) as operator:
                 operator.operate(code)
-                operator.press("→ over the table")
-                operator.wait_for_text("over the table")
+                operator.wait_for_text("none yet: scan first")
+                operator.press("Scan")
+                operator.wait_for_text("scan: view")
                 operator.press("STOP")
                 operator.wait_for_text("stop button")
                 operator.press("RELEASE")
                 operator.wait_for_text("Live")
-                operator.press("Hold")
+                operator.press("Scan")
+                operator.wait_for_text("version 1")
                 operator.key("KeyW", "w")
                 operator.wait_for_text("following the cockpit")
                 assert operator.errors == []
@@ -51,8 +59,9 @@ def test_a_robot_is_driven_stopped_and_released(tmp_path):
             assert process.wait(PATIENCE) == 0
         finally:
             process.kill()
-    kinds = [event.text for event in read_events(run / EVENTS)]
-    assert any("stop button" in text for text in kinds)
+    events = read_events(run / EVENTS)
+    assert any("stop button" in event.text for event in events)
+    assert [e.version for e in events if e.kind == MAP] == [0, 1]
     q = read_log(run / LOG).rows["q"]
     assert np.abs(q - q[0]).max() > 0.05
 
