@@ -138,6 +138,8 @@ def _problem(result: FaultResult) -> str:
     case, reason = result.case, result.reason
     if not result.clearance > 0:
         return f"touches the scene by {-1e3 * result.clearance:.1f} mm"
+    if result.clearance < case.clearance:
+        return f"comes as near as {1e3 * result.clearance:.1f} mm"
     if case.outcome == GOES_ON:
         return ""
     if case.outcome == STOPS and not reason:

@@ -5,6 +5,7 @@ from enum import Enum
 from typing import Any
 
 from remosplat_drake.hardware.stand_in import faults
+from remosplat_drake.robot.actuators import Actuator
 
 
 class Part(Enum):
@@ -82,6 +83,9 @@ class FaultCase:
         loss: Share of messages that the network loses, in [0, 1].
         arm_driver: Whether the arm is driven by `remosplat panda-driver`,
             which a new one replaces when the fault is over.
+        actuators: How the axes follow, as the controller's description of the
+            robot says; empty where nobody has measured them.
+        clearance: True clearance that the robot must keep [m].
     """
 
     name: str
@@ -100,6 +104,8 @@ class FaultCase:
     delay: float = 0.0
     loss: float = 0.0
     arm_driver: bool = False
+    actuators: tuple[Actuator, ...] = ()
+    clearance: float = 0.0
 
 
 def robot_fault(name: str, fault: str, reason: str, **more) -> FaultCase:

@@ -12,6 +12,7 @@ from pathlib import Path
 from remosplat_drake.acceptance import hardware_processes as processes
 from remosplat_drake.acceptance.company import Company
 from remosplat_drake.acceptance.consent import Consent
+from remosplat_drake.acceptance.described_robot import write_description
 from remosplat_drake.acceptance.fault_case import (
     DRIVER_STOPS,
     GOES_ON,
@@ -70,6 +71,11 @@ class FaultRun:
         self.commanded = math.nan
         self._case = case
         self._log = folder / "log.jsonl"
+        self._text = case.text
+        if case.actuators:
+            described = folder / "robot.yaml"
+            write_description(described, "frankie", case.actuators)
+            self._text += f"\nrobot: {{model: {described}}}"
         self._robot = ("--record", str(self.motion), *case.robot)
         self._near = processes.free_url()
         networked = case.part is Part.NETWORK
@@ -111,7 +117,7 @@ class FaultRun:
     def carry_out(self) -> str:
         """Runs the case; returns what disturbed it early, empty for nothing."""
         case = self._case
-        arguments = ["--scenario-text", case.text]
+        arguments = ["--scenario-text", self._text]
         if case.part is Part.CONTROLLER:
             arguments += ["--fault", case.fault]
         with contextlib.ExitStack() as stack:

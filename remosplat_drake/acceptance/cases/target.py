@@ -7,15 +7,14 @@ from remosplat_drake.acceptance.fault_case import (
     Part,
 )
 
-_THROUGH_THE_TABLE = """
+THROUGH_THE_TABLE = """
 arrival: {position: 0.35, angle: 180}
 targets:
 - {translation: [1.15, 0.0, 0.66], rpy_deg: [180, 0, 0]}
 - {translation: [1.3, 0.0, 0.2], rpy_deg: [180, 0, 0]}
 """
-"""The first target counts as reached while the arm is on its way to it; the
+"""Targets: the first counts as reached while the arm is on its way to it; the
 second one is below the table top."""
-
 
 CASES = (
     FaultCase(
@@ -23,13 +22,13 @@ CASES = (
         Part.TARGET,
         outcome=GOES_ON,
         watch=4.0,
-        text=_THROUGH_THE_TABLE,
+        text=THROUGH_THE_TABLE,
     ),
     FaultCase(
         "the same, jumps limited to 0.2 m",
         Part.TARGET,
         reason="the target jumped",
         resumes=MOVES,
-        text=_THROUGH_THE_TABLE + "supervisor: {max_target_jump: 0.2}\n",
+        text=THROUGH_THE_TABLE + "supervisor: {max_target_jump: 0.2}\n",
     ),
 )

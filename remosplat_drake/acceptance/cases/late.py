@@ -1,0 +1,94 @@
+"""The robot obeys late: as its description says, or more than one would guess.
+
+Measured, it keeps its distance however late it is. Unmeasured, it is stopped
+where it is later than the cautious defaults allow for.
+"""
+
+import dataclasses as dc
+from collections.abc import Iterator
+
+from remosplat_drake.acceptance.cases.target import THROUGH_THE_TABLE
+from remosplat_drake.acceptance.fault_case import (
+    GOES_ON,
+    FaultCase,
+    Part,
+    controller_fault,
+    robot_fault,
+)
+from remosplat_drake.robot.actuators import Actuator, panda_py_actuators
+from remosplat_drake.safety.supervisor_system import STOP_BUTTON
+
+_LEAST = 0.015
+"""True clearance that must be left of a stopping distance of 21 mm [m]."""
+
+_BASE = Actuator(tube=0.01, noise=0.02)
+_ARM = Actuator(delay=0.005, tube=0.01, noise=0.003)
+"""About what `remosplat identify` finds besides the delay."""
+
+
+def _base(delay: float) -> list[Actuator]:
+    return [dc.replace(_BASE, delay=delay)] * 2 + [_ARM] * 7
+
+
+def _panda_py() -> list[Actuator]:
+    known = {"tube": _ARM.tube, "noise": _ARM.noise}
+    arm = [dc.replace(joint, **known) for joint in panda_py_actuators()]
+    return [_BASE] * 2 + arm
+
+
+def _identified(
+    name: str, actuators: list[Actuator], *faults: str
+) -> Iterator[FaultCase]:
+    """A late robot that was measured: stopped on its way, and pushed."""
+    known = {
+        "robot": tuple(x for fault in faults for x in ("--fault", fault)),
+        "actuators": tuple(actuators),
+        "clearance": _LEAST,
+    }
+    yield controller_fault(
+        f"stop button, {name}", "stop-button", STOP_BUTTON, **known
+    )
+    yield FaultCase(
+        f"target through the table, {name}",
+        Part.TARGET,
+        outcome=GOES_ON,
+        watch=6.0,
+        text=THROUGH_THE_TABLE,
+        **known,
+    )
+
+
+def _unmeasured(name: str, fault: str, **more) -> FaultCase:
+    """A robot that leaves the tube of the defaults; at rest nothing shows."""
+    return robot_fault(
+        f"{name}, unmeasured",
+        fault,
+        "does not move as",
+        refusal=None,
+        watch=2.0,
+        **more,
+    )
+
+
+CASES = (
+    *_identified(
+        "base 150 ms late, statuses 50 ms",
+        _base(0.15),
+        "base-command-delay=0.15@0",
+        "base-status-delay=0.05@0",
+    ),
+    *_identified(
+        "base 250 ms late, statuses 100 ms",
+        _base(0.25),
+        "base-command-delay=0.25@0",
+        "base-status-delay=0.1@0",
+    ),
+    *_identified("arm under panda-py's law", _panda_py(), "panda-py@0"),
+    _unmeasured(
+        "base 250 ms late",
+        "base-command-delay",
+        value=0.25,
+        then="base-status-delay",
+    ),
+    _unmeasured("arm under panda-py's law", "panda-py"),
+)
