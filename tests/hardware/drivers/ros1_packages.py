@@ -1,6 +1,6 @@
 """ROS 1 from Debian's packages, unpacked into a folder, without root.
 
-    python tests/drivers/ros1_packages.py FOLDER
+    python tests/hardware/drivers/ros1_packages.py FOLDER
 
 The packages are fetched with apt, once; `FOLDER` on PYTHONPATH then makes
 rospy importable by any Python 3.11.
@@ -32,6 +32,7 @@ PACKAGES = [
     "python3-rospy",
     "python3-six",
     "python3-std-msgs",
+    "python3-tf2-msgs",
 ]
 
 _COMPLETE = "complete"

@@ -9,8 +9,15 @@ from patience import PATIENCE
 from pydrake.lcm import DrakeLcm
 
 from remosplat_drake.base.clock import wall_utime
-from remosplat_drake.hardware.wire.channels import BASE_COMMAND, BASE_STATUS
+from remosplat_drake.hardware.client.wire_guard import WireGuard
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.wire.channels import (
+    BASE_COMMAND,
+    BASE_LOCALIZATION,
+    BASE_STATUS,
+)
 from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.localization import decode_localization
 from remosplat_drake.hardware.wire.messages.base_command import base_command
 from remosplat_drake.hardware.wire.messages.base_status import base_status
 
@@ -24,9 +31,12 @@ class Station:
     def __init__(self, url: str):
         self._lcm = DrakeLcm(url)
         self._inbox = Inbox(self._lcm, [BASE_STATUS])
+        self._guard = WireGuard(self._lcm, HardwareConfig(lcm_url=url), "a test")
 
     def send(self, forward: float, yaw_rate: float) -> None:
-        """Sends one command, freshly stamped."""
+        """Sends one command, freshly stamped, as who has the lease."""
+        self._guard.listen()
+        self._guard.take_command(0.0)
         message = base_command()
         message.utime = wall_utime()
         message.forward, message.yaw_rate = forward, yaw_rate
@@ -84,3 +94,54 @@ def check_bridge(
 
     exchange(is_silent)
     commands.clear()
+
+
+SENSES = (
+    *("--emergency-stop-topic", "/e_stop", "--stop-expiry", "5"),
+    *("--localization-topic", "/amcl_pose"),
+    *("--localization-tf", "map", "odom"),
+)
+"""Arguments of a bridge that listens to more than odometry."""
+
+
+def check_senses(
+    bridge: subprocess.Popen[str],
+    url: str,
+    tell: Callable[[bool | None], None],
+) -> None:
+    """Presses and releases an emergency stop, and looks for localisations.
+
+    Args:
+        bridge: The bridge's process, with the arguments `SENSES`.
+        url: The other end.
+        tell: Lets the base tell its odometry, a pose in "map" and a transform
+            to "odom", and whether its emergency stop is pressed; None: it
+            says nothing about that.
+    """
+    inbox = Inbox(DrakeLcm(url), [BASE_STATUS, BASE_LOCALIZATION])
+    heard: list[tuple[int, int]] = []
+    children: set[str] = set()
+
+    def exchange(pressed: bool | None, done: Callable[[], bool]) -> None:
+        end = time.monotonic() + PATIENCE
+        heard.clear()
+        while not done():
+            assert bridge.poll() is None, "the bridge ended"
+            assert time.monotonic() < end, "the bridge did not tell it in time"
+            tell(pressed)
+            for channel, data in inbox.fetch(0.01):
+                if channel == BASE_STATUS:
+                    status = base_status.decode(data)
+                    heard.append((status.mode, status.emergency_stop))
+                else:
+                    fix = decode_localization(data)
+                    assert fix.frame == "map"
+                    children.add(fix.child_frame)
+
+    fault, moving = (base_status.FAULT, 0), (base_status.MOVING, 0)
+    # Nobody has said yet whether it is pressed.
+    exchange(None, lambda: fault in heard)
+    exchange(False, lambda: moving in heard)
+    exchange(True, lambda: (base_status.STOPPED, 1) in heard)
+    exchange(False, lambda: moving in heard)
+    exchange(False, lambda: children == {"base_link", "odom"})

@@ -13,12 +13,13 @@ import pytest
 from patience import PATIENCE
 from robot_process import running
 from ros1_packages import Unavailable, unpacked
-from ros_robot import Station, check_bridge
+from ros_robot import SENSES, Station, check_bridge, check_senses
 from runs import assert_one_line, remosplat
 
 from remosplat_drake.acceptance.hardware_processes import free_url
 
 BASE = Path(__file__).with_name("ros1_base.py")
+SENSING_BASE = Path(__file__).with_name("ros1_sensing_base.py")
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +53,7 @@ def process(
     with subprocess.Popen(
         command,
         env=environment,
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -110,6 +112,32 @@ def test_a_base_is_driven_through_the_bridge(environment):
         base.terminate()
         listener.join()
     assert set(commands) == {(0.0, 0.0)}
+
+
+@pytest.mark.slow
+def test_stops_and_localisations_go_through_the_bridge(environment):
+    url = free_url()
+    with (
+        master(environment),
+        process([sys.executable, str(SENSING_BASE)], environment) as base,
+        running(
+            *("base-driver", "ros1", "--lcm-url", url, *SENSES),
+            environment=environment,
+        ) as bridge,
+    ):
+        said: bool | None = None
+
+        def tell(pressed: bool | None) -> None:
+            nonlocal said
+            if pressed is not said:
+                assert base.stdin
+                print("pressed" if pressed else "free", file=base.stdin)
+                base.stdin.flush()
+                said = pressed
+
+        check_senses(bridge, url, tell)
+        bridge.terminate()
+        assert bridge.wait(PATIENCE) == 0
 
 
 @pytest.mark.slow

@@ -1,23 +1,13 @@
 """ROS 2 without ROS: bytes that another decoder reads, and a bridge."""
 
-import time
-
 import numpy as np
 import pytest
 from patience import PATIENCE
-from pydrake.lcm import DrakeLcm
 from robot_process import running
-from ros_robot import Station, check_bridge
+from ros_robot import SENSES, Station, check_bridge, check_senses
 
 from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.base.clock import wall_utime
-from remosplat_drake.hardware.wire.channels import (
-    BASE_LOCALIZATION,
-    BASE_STATUS,
-)
-from remosplat_drake.hardware.wire.inbox import Inbox
-from remosplat_drake.hardware.wire.localization import decode_localization
-from remosplat_drake.hardware.wire.messages.base_status import base_status
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 rosbags_typesys = pytest.importorskip(
@@ -185,43 +175,19 @@ def test_stops_and_localisations_go_through_the_bridge():
     stop = writer("rt/e_stop", ros.Bool)
     amcl = writer("rt/amcl_pose", ros.PoseWithCovarianceStamped)
     tf = writer("rt/tf", ros.TFMessage)
-    lcm = DrakeLcm(url)
-    inbox = Inbox(lcm, [BASE_STATUS, BASE_LOCALIZATION])
-    heard: list[tuple[int, int]] = []
-    children: set[str] = set()
 
-    def exchange(pressed: bool | None, done) -> None:
-        end = time.monotonic() + PATIENCE
-        heard.clear()
-        while not done():
-            assert bridge.poll() is None and time.monotonic() < end
-            robot.send(1.5, 0.3)
-            if pressed is not None:
-                stop.write(ros.Bool(pressed))
-            amcl.write(ros.PoseWithCovarianceStamped(odometry().header))
-            found = ros.TransformStamped(odometry().header, "odom")
-            tf.write(ros.TFMessage([found]))
-            for channel, data in inbox.fetch(0.01):
-                if channel == BASE_STATUS:
-                    status = base_status.decode(data)
-                    heard.append((status.mode, status.emergency_stop))
-                else:
-                    fix = decode_localization(data)
-                    assert fix.frame == "map"
-                    children.add(fix.child_frame)
+    def tell(pressed: bool | None) -> None:
+        robot.send(1.5, 0.3)
+        if pressed is not None:
+            stop.write(ros.Bool(pressed))
+        amcl.write(ros.PoseWithCovarianceStamped(odometry().header))
+        found = ros.TransformStamped(odometry().header, "odom")
+        tf.write(ros.TFMessage([found]))
 
     with running(
         *("base-driver", "ros2", "--lcm-url", url, "--domain", str(DOMAIN)),
-        *("--emergency-stop-topic", "/e_stop", "--stop-expiry", "5"),
-        *("--localization-topic", "/amcl_pose"),
-        *("--localization-tf", "map", "odom"),
+        *SENSES,
     ) as bridge:
-        fault, moving = (base_status.FAULT, 0), (base_status.MOVING, 0)
-        # Nobody has said yet whether it is pressed.
-        exchange(None, lambda: fault in heard)
-        exchange(False, lambda: moving in heard)
-        exchange(True, lambda: (base_status.STOPPED, 1) in heard)
-        exchange(False, lambda: moving in heard)
-        exchange(False, lambda: children == {"base_link", "odom"})
+        check_senses(bridge, url, tell)
         bridge.terminate()
         assert bridge.wait(PATIENCE) == 0
