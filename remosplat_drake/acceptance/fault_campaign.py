@@ -154,6 +154,7 @@ def _problem(result: FaultResult) -> str:
         return "a release was not refused while the fault was there"
     if (case.refusal or "") not in result.refusal:
         return f"a release was {result.refusal!r}"
-    if case.outcome == STOPS and result.resumed != case.resumes:
+    expected = result.resumed if case.resumes is None else case.resumes
+    if case.outcome == STOPS and result.resumed != expected:
         return f"after the release: {result.resumed or 'nothing moved'!r}"
     return ""

@@ -72,7 +72,7 @@ class FaultCase:
         refusal: Text that the answer to a release must contain while the fault
             is present; None where no release is tried.
         resumes: Expected resumption, REACHES, MOVES or STAYS, once the fault
-            is gone and the stop released.
+            is gone and the stop released; None where it may be any.
         then: Name of another fault that follows at once; empty for none.
         tick_status: Status that some of the controller's ticks must have,
             where it has to notice the fault; empty for any.
@@ -95,7 +95,7 @@ class FaultCase:
     outcome: str = STOPS
     reason: str = ""
     refusal: str | None = None
-    resumes: str = REACHES
+    resumes: str | None = REACHES
     then: str = ""
     tick_status: str = ""
     watch: float = 1.0

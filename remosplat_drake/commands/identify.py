@@ -9,7 +9,11 @@ import numpy as np
 from rich.console import Console
 
 from remosplat_drake.app.hardware_run import prepare_for_hardware
-from remosplat_drake.app.identification.drive import drive, measured
+from remosplat_drake.app.identification.drive import (
+    StaleStatusError,
+    drive,
+    measured,
+)
 from remosplat_drake.app.identification.excitation import (
     CRAWLS,
     commands,
@@ -31,7 +35,7 @@ from remosplat_drake.robot.actuators import Actuator
 _INCOMPLETE = 1
 
 _TRIES = 5
-"""How often an axis is measured until no command came late."""
+"""How often an axis is measured until nothing came late."""
 
 EXAMPLES = """
 remosplat identify kitchen.yaml
@@ -162,33 +166,33 @@ def _identified(
 ) -> Fit | None:
     """Moves one axis where there is room, and fits it."""
     robot, field = world.robot, world.field
-    link.wait_for_statuses()
-    _, q, _ = measured(link, robot, Measurement())
-    stroke = find_stroke(robot, field, q, axis, limit, clearance)
-    if stroke is None:
-        return None
     dt = scenario.control_period
 
     def is_safe(q: np.ndarray) -> bool:
         near = field.clearances(robot.spheres_at(q), clearance).minimum()
         return bool(near >= 0.5 * clearance)
 
+    why = ""
     for _ in range(_TRIES):
-        recording = drive(
-            link,
-            robot,
-            scenario.hardware,
-            commands(stroke, robot, limit, dt),
-            dt,
-            is_safe,
-        )
+        # An axis that a try left somewhere starts from there.
+        link.wait_for_statuses()
+        _, q, _ = measured(link, robot, Measurement())
+        stroke = find_stroke(robot, field, q, axis, limit, clearance)
+        if stroke is None:
+            return None
+        line = commands(stroke, robot, limit, dt)
+        try:
+            recording = drive(link, robot, scenario.hardware, line, dt, is_safe)
+        except StaleStatusError as error:
+            why = str(error).removeprefix("identify: ")
+            continue
         if recording.gap <= LONGEST_GAP:
             break
+        why = f"this computer was {1e3 * recording.gap:.0f} ms late"
     else:
         raise RemoSplatError(
-            f"identify: axis {axis}: this computer was"
-            f" {1e3 * recording.gap:.0f} ms late, {_TRIES} times; leave it"
-            " alone meanwhile"
+            f"identify: axis {axis}: {why}, {_TRIES} times;"
+            " leave this computer alone meanwhile"
         )
     crawls = [share * limit[axis] for share in CRAWLS]
     return fit_axis(

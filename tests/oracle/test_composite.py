@@ -2,14 +2,23 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.thing import (
+    SOLID,
+    THE_MAP,
+    UNSEEN_SPACE,
+    Thing,
+)
 
 
 def _wall(x):
@@ -108,3 +117,50 @@ def test_for_look_ahead_it_is_composed_of_its_parts_fields_for_that():
     planned = CompositeDistanceField([LEFT, coarse], "closest").for_planning
     assert planned.parts == (LEFT, RIGHT)
     assert planned.is_lipschitz
+
+
+def _room_with_a_dark_half() -> CompositeDistanceField:
+    """A map's wall at x < -3; beyond x = 1 nobody has looked; a box."""
+    unseen = np.zeros((20, 20, 20), bool)
+    unseen[15:] = True  # From -5 on in voxels of 0.4 m: beyond x = 1.
+    dark = UnknownSpaceField(unseen, np.array([-5.0, -4.0, -4.0]), 0.4)
+    box = Box(RigidTransform([0, 0, 1]), np.full(3, 0.2), "lamp")
+    lamp = SignedDistanceField(PrimitiveScene(boxes=(box,)))
+    return CompositeDistanceField([_Map(LEFT.scene), dark, lamp])
+
+
+class _Map(SignedDistanceField):
+    """A wall as a map knows it: it has no name."""
+
+    thing_at = DistanceField.thing_at
+
+
+@pytest.mark.parametrize(
+    ("p_W", "thing"),
+    [
+        ([-3.0, 0.5, 0.0], THE_MAP),
+        ([1.0, 0.5, 0.0], UNSEEN_SPACE),
+        ([0.0, 0.0, 0.8], Thing(SOLID, "the lamp")),
+        # Beside and within the surfaces, the nearest one counts.
+        ([-3.1, 0.0, 0.0], THE_MAP),
+        ([1.1, 0.0, 0.0], UNSEEN_SPACE),
+        ([0.1, 0.0, 0.9], Thing(SOLID, "the lamp")),
+    ],
+)
+@pytest.mark.parametrize("rows", ["all", "closest"])
+def test_a_thing_is_of_the_part_whose_surface_is_there(p_W, thing, rows):
+    room = CompositeDistanceField(_room_with_a_dark_half().parts, rows)
+    assert room.thing_at(np.array(p_W)) == thing
+    nested = CompositeDistanceField([RIGHT, room], rows)
+    assert nested.thing_at(np.array(p_W)) == thing
+
+
+@given(x=st.floats(-2.9, 0.9), y=st.floats(-3, 3), z=st.floats(-3, 3))
+def test_what_is_nearest_is_the_thing_at_its_place(x, y, z):
+    """The part that answers the nearest row is the one that is named there."""
+    room = _room_with_a_dark_half()
+    at = Spheres.at(np.array([x, y, z]))
+    nearest = [part.clearances(at) for part in room.parts]
+    which = int(np.argmin([rows.minimum() for rows in nearest]))
+    p_WC = nearest[which].p_WC[nearest[which].distance.argmin()]
+    assert room.thing_at(p_WC) == room.parts[which].thing_at(p_WC)

@@ -1,48 +1,13 @@
 """What closed loops say of a robot that something holds."""
 
 import re
-from pathlib import Path
 
 import numpy as np
-from pydrake.math import RigidTransform
+from held_robot import SHELF, drive
 
-from remosplat_drake.app.diagram import build
-from remosplat_drake.app.scenario import load_scenario
-from remosplat_drake.app.simulation import RunResult, run
-from remosplat_drake.app.world import load_world
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
-from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-from remosplat_drake.scene.rmmi import write_rmmi
 from remosplat_drake.signals import standing as stands
 from remosplat_drake.signals import thing as things
-
-PLAIN = """
-One:
-  scene: {truth: scene.json}
-  robot: {model: panda}
-  oracle: !GroundTruth {}
-  control_period: 0.02
-  controller: {guidance: {enabled: false}}
-  time_limit: 12
-  targets:
-  - {translation: %s, rpy_deg: [180, 0, 0]}
-"""
-
-
-def drive(
-    folder: Path, target: list[float], *boxes: Box, text: str = "", **parts
-) -> RunResult:
-    """Drives a Panda without guidance among boxes to a target."""
-    far = Box(RigidTransform([0.0, 0.0, -9.0]), np.full(3, 0.1), "far away")
-    write_rmmi(folder / "scene.json", PrimitiveScene(boxes=(*boxes, far)))
-    (folder / "test.yaml").write_text(PLAIN % target)
-    scenario = load_scenario(f"{folder}/test.yaml:One", text)
-    return run(build(scenario, load_world(scenario), **parts))
-
-
-SHELF = Box(
-    RigidTransform([0.55, 0, 0.25]), np.array([0.3, 0.6, 0.02]), "shelf"
-)
 
 
 def test_a_solid_is_called_by_its_name(tmp_path):

@@ -21,8 +21,13 @@ from remosplat_drake.hardware.client.status_monitor import station_status
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_status as modes
+from remosplat_drake.signals.station_status import StationStatus
 
 _STATUS_TIMEOUT = 0.003
+
+
+class StaleStatusError(RemoSplatError):
+    """Statuses were too old for a moment: somebody's computer was late."""
 
 
 def measured(
@@ -73,6 +78,7 @@ def drive(
         is_safe: Tells whether the robot may go on at a configuration.
 
     Raises:
+        StaleStatusError: Statuses were too old; another try may end better.
         RemoSplatError: The robot stopped, came too near to something, or
             somebody interrupted.
     """
@@ -94,7 +100,8 @@ def drive(
                     now, config, robot.n_base > 0, time.time()
                 )
                 if status.mode != modes.RUNNING:
-                    raise RemoSplatError(f"identify: {status.stop_reason}")
+                    kind = _kind_of_stop(status, config)
+                    raise kind(f"identify: {status.stop_reason}")
                 if request.made or not is_safe(q):
                     why = "interrupted" if request.made else "too near"
                     raise RemoSplatError(f"identify: {why}; the robot stopped")
@@ -105,3 +112,13 @@ def drive(
             bring_to_rest(link, robot.acceleration_limit, period)
     sent, u, stamp, q = (np.array(column) for column in zip(*rows, strict=True))
     return Recording(sent, u, stamp, q)
+
+
+def _kind_of_stop(
+    status: StationStatus, config: HardwareConfig
+) -> type[RemoSplatError]:
+    is_stale = (
+        status.age > config.arm_status_expiry
+        or status.base_age >= config.base_status_expiry
+    )
+    return StaleStatusError if is_stale else RemoSplatError
