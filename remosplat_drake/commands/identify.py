@@ -10,7 +10,7 @@ from rich.console import Console
 
 from remosplat_drake.app.hardware_run import prepare_for_hardware
 from remosplat_drake.app.identification.drive import (
-    StaleStatusError,
+    DisturbedError,
     drive,
     measured,
 )
@@ -183,7 +183,7 @@ def _identified(
         line = commands(stroke, robot, limit, dt)
         try:
             recording = drive(link, robot, scenario.hardware, line, dt, is_safe)
-        except StaleStatusError as error:
+        except DisturbedError as error:
             why = str(error).removeprefix("identify: ")
             continue
         if recording.gap <= LONGEST_GAP:

@@ -14,6 +14,10 @@ from remosplat_drake.signals.supervisor_state import RUNNING, SupervisorState
 _SOLVER = 1e-3
 """How far solvers may leave a command beyond a bound, relative to it."""
 
+_ROUNDING = 1e-6
+"""Errors of predicted positions that are rounding [m, rad]: a description may
+have delays and no tube."""
+
 
 @dc.dataclass(frozen=True)
 class Symptom:
@@ -121,9 +125,9 @@ def _of_motion(
 
 
 def _of_tracking(law: SupervisorLaw, motion: Motion) -> Iterator[Symptom]:
-    bound = law.config.max_tracking_error * motion.bound
+    bound = law.config.max_tracking_error * motion.bound + _ROUNDING
     if not (motion.residual <= bound).all():
-        i = int((motion.residual / np.maximum(bound, 1e-9)).argmax())
+        i = int((motion.residual / bound).argmax())
         yield Symptom(
             "tracking",
             "the robot does not move as its actuators' model says: axis"

@@ -294,15 +294,15 @@ def test_optional_rules():
     assert drive.state.reason == "the map is 1.1 s old"
 
 
-def make_motion(residual: float, v_measured=FAST) -> Motion:
-    """A robot that is so far off its model, whose tube is 0.02 wide."""
+def make_motion(residual: float, v_measured=FAST, tube=0.02) -> Motion:
+    """A robot that is so far off its model, in a tube so wide."""
     none, zeros = np.zeros((1, 3)), np.zeros(3)
     return Motion(
         ActuatorModel.make([Actuator()] * 3),
         *(0.0, np.zeros(1), none, 0.0, zeros, zeros, zeros),
         v_measured=np.array(v_measured),
         residual=np.array([0.0, residual, 0.0]),
-        bound=np.full(3, 0.02),
+        bound=np.full(3, tube),
     )
 
 
@@ -311,6 +311,12 @@ def test_a_robot_that_leaves_its_tube_is_stopped(running):
     stopped = running.tick(motion=make_motion(0.021))
     assert stopped.mode == STOPPING
     assert "axis 1 is off by 0.021, beyond 0.020" in stopped.reason
+
+
+def test_a_model_without_a_tube_forgives_rounding(running):
+    """As of a description that has delays only, in simulation."""
+    assert running.tick(motion=make_motion(1e-14, tube=0)).mode == RUNNING
+    assert running.tick(motion=make_motion(1e-5, tube=0)).mode == STOPPING
 
 
 def test_a_late_robot_follows_as_its_model_says(running):

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from remosplat_drake.app.hardware_run import bring_to_rest
-from remosplat_drake.app.identification.fit import Recording
+from remosplat_drake.app.identification.fit import LONGEST_GAP, Recording
 from remosplat_drake.base.clock import sleep_until
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.real_time import (
@@ -26,8 +26,8 @@ from remosplat_drake.signals.station_status import StationStatus
 _STATUS_TIMEOUT = 0.003
 
 
-class StaleStatusError(RemoSplatError):
-    """Statuses were too old for a moment: somebody's computer was late."""
+class DisturbedError(RemoSplatError):
+    """A computer was late, ours or the robot's: the same may end well again."""
 
 
 def measured(
@@ -78,7 +78,7 @@ def drive(
         is_safe: Tells whether the robot may go on at a configuration.
 
     Raises:
-        StaleStatusError: Statuses were too old; another try may end better.
+        DisturbedError: The robot stopped after a command or a status was late.
         RemoSplatError: The robot stopped, came too near to something, or
             somebody interrupted.
     """
@@ -100,7 +100,9 @@ def drive(
                     now, config, robot.n_base > 0, time.time()
                 )
                 if status.mode != modes.RUNNING:
-                    kind = _kind_of_stop(status, config)
+                    sent = [row[0] for row in rows]
+                    late = _was_late(status, config, sent)
+                    kind = DisturbedError if late else RemoSplatError
                     raise kind(f"identify: {status.stop_reason}")
                 if request.made or not is_safe(q):
                     why = "interrupted" if request.made else "too near"
@@ -114,11 +116,19 @@ def drive(
     return Recording(sent, u, stamp, q)
 
 
-def _kind_of_stop(
-    status: StationStatus, config: HardwareConfig
-) -> type[RemoSplatError]:
-    is_stale = (
+def _was_late(
+    status: StationStatus, config: HardwareConfig, sent: list[float]
+) -> bool:
+    """Whether a stop may come of statuses or commands that came late.
+
+    Args:
+        status: The status that tells the stop.
+        config: Expiry times of the drivers.
+        sent: When commands were sent so far [s].
+    """
+    gaps = np.diff([*sent, time.time()])
+    return (
         status.age > config.arm_status_expiry
         or status.base_age >= config.base_status_expiry
+        or bool((gaps > LONGEST_GAP).any())
     )
-    return StaleStatusError if is_stale else RemoSplatError
