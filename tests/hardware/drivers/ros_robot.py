@@ -31,7 +31,9 @@ class Station:
     def __init__(self, url: str):
         self._lcm = DrakeLcm(url)
         self._inbox = Inbox(self._lcm, [BASE_STATUS])
-        self._guard = WireGuard(self._lcm, HardwareConfig(lcm_url=url), "a test")
+        self._guard = WireGuard(
+            self._lcm, HardwareConfig(lcm_url=url), "a test"
+        )
 
     def send(self, forward: float, yaw_rate: float) -> None:
         """Sends one command, freshly stamped, as who has the lease."""
