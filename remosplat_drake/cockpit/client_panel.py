@@ -34,7 +34,8 @@ button[style*="red-filled"] {
 }
 @media (max-width: 600px) {
   button[style*="red-filled"] {
-    position: fixed; z-index: 1000; bottom: 12px; left: 12px; width: 45vw;
+    position: fixed; z-index: 1000; bottom: 12px; left: 6px; width: 29vw;
+    letter-spacing: 0;
   }
 }
 </style>"""

@@ -6,12 +6,10 @@ from contextlib import contextmanager
 
 from browser import Browser, open_browser
 
-_BUTTONS = (
-    "[...document.querySelectorAll('button')].filter(b => b.offsetParent)"
-)
+_BUTTONS = "[...document.querySelectorAll('button')].filter(b => b.getClientRects().length)"
 _FIELDS = (
     "[...document.querySelectorAll('input')]"
-    ".filter(e => e.type == 'text' && e.offsetParent)"
+    ".filter(e => e.type == 'text' && e.getClientRects().length)"
 )
 _OF_VISER = "computeBoundingSphere(): Computed radius is NaN"
 """What viser's own splats say: their corners have no z."""
