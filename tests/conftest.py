@@ -133,6 +133,12 @@ def three_link() -> RobotModel:
 
 
 @pytest.fixture(scope="session")
+def lift_arm() -> RobotModel:
+    """The arm of `three_link` on a lift that travels 0.35 m."""
+    return load_robot(THREE_LINK.with_name("lift_arm.yaml"))
+
+
+@pytest.fixture(scope="session")
 def scene() -> PrimitiveScene:
     """A cylinder on a board, and a floor."""
     return _SCENE

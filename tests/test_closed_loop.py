@@ -30,7 +30,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi
 from remosplat_drake.signals.distance_field import DistanceField
-from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.signals.tick_report import OPTIMAL, TickReport
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 ROUNDING = 1e-9
@@ -112,6 +112,21 @@ def drive(
         path.append(q)
         reports.append(report)
     return np.array(path), reports
+
+
+def test_a_lift_takes_part_from_the_end_of_its_range(lift_arm):
+    # The target is 0.25 m above where the arm starts, with the lift all down.
+    field = SignedDistanceField(PrimitiveScene())
+    q = lift_arm.q_home
+    raised = np.array([0.25, *q[1:]])
+    X_WT = lift_arm.end_effector_pose(raised)
+    law = law_with(lift_arm, "tuned")
+    path, reports = drive(law, field, q, X_WT, 200)
+    assert {report.status for report in reports} == {OPTIMAL}
+    end = lift_arm.end_effector_pose(path[-1])
+    assert np.linalg.norm(end[:3, 3] - X_WT[:3, 3]) < 0.005
+    assert path[-1, 0] > 0.2
+    assert path[:, 0].min() >= 0.0
 
 
 def clearances_along(

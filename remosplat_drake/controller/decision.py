@@ -1,7 +1,7 @@
 """What a tick decides: its program solved, and what to do when it fails."""
 
 import dataclasses as dc
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -15,6 +15,7 @@ from remosplat_drake.controller.reactive_program import (
 )
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import tick_report
+from remosplat_drake.signals.binding import JOINT_LIMIT, SELF_COLLISION
 
 
 class Solver(Protocol):
@@ -70,9 +71,12 @@ def decide(
     """Solves the program of a tick, falling back where it has no optimum.
 
     The program is tried as it stands, then without acceleration bounds, then
-    with the negative right-hand sides of its rows raised to zero as well;
-    and last comes a step of the braking ramp. A fallback never goes unnamed.
-    Where the law is strict, acceleration bounds are never left out.
+    with negative right-hand sides of its rows raised to zero as well: first
+    those before joint limits, then those before the robot itself, and then
+    those before the scene and of ingredients of one's own. Last comes a step of
+    the braking ramp. A fallback never goes unnamed. Where the law is strict,
+    acceleration bounds are never left out. Verification, and with it the joint
+    limits themselves, yields to nothing.
 
     Args:
         tick: What is known at the tick: the robot's state, the target, the
@@ -97,18 +101,33 @@ def decide(
                 "infeasible with acceleration bounds",
                 program,
             )
-    program = build_program(
-        tick, ingredients, use_acceleration=strict, relax=True
-    )
-    u = solve(program, solver)
-    if u is not None:
-        reason = "infeasible; yielded: " + (
-            ", ".join(program.yielded) or "nothing"
+    for names in _yielding(program):
+        program = build_program(
+            tick, ingredients, use_acceleration=strict, relax=names
         )
-        return Decision(u, tick_report.RELAXED, reason, program)
+        u = solve(program, solver)
+        if u is not None:
+            reason = f"infeasible; yielded: {', '.join(program.yielded)}"
+            return Decision(u, tick_report.RELAXED, reason, program)
     return brake(
         tick.robot, tick.u_previous, tick.dt, "no feasible command found"
     )
+
+
+def _yielding(program: ReactiveProgram) -> Iterator[frozenset[str]]:
+    """Yields the sets of rows that may yield together, fewest first.
+
+    Only rows that demand a retreat can make standing still infeasible.
+    """
+    retreats = {
+        name for name, rows in program.rows.items() if (rows.b < 0.0).any()
+    }
+    dampers = {JOINT_LIMIT}, {SELF_COLLISION}
+    names: set[str] = set()
+    for more in (*dampers, retreats.difference(*dampers)):
+        if more & retreats:
+            names |= more
+            yield frozenset(names)
 
 
 def brake(

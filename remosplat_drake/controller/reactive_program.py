@@ -6,7 +6,7 @@ the ingredients, one small class each.
 """
 
 import dataclasses as dc
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from functools import cached_property
 from typing import Protocol
 
@@ -147,15 +147,15 @@ class ReactiveProgram(ProgramData):
     Args:
         velocity_limit: Bounds on |u| to begin with, shape (n_u,) [rad/s, m/s].
         use_acceleration: Whether ingredients may add acceleration bounds.
-        relax: Whether negative right-hand sides are raised to zero, so that
-            u = 0 is feasible.
+        relax: Names of the sets of rows whose negative right-hand sides are
+            raised to zero. Where these are all, u = 0 is feasible.
 
     Attributes:
         use_acceleration: Whether ingredients may add acceleration bounds.
         has_acceleration_bounds: Whether an ingredient has added acceleration
             bounds.
-        relax: Whether negative right-hand sides are raised to zero, so that
-            u = 0 is feasible.
+        relax: Names of the sets of rows whose negative right-hand sides are
+            raised to zero.
         yielded: Names of the rows whose right-hand sides were raised.
 
     Example:
@@ -171,7 +171,7 @@ class ReactiveProgram(ProgramData):
         velocity_limit: np.ndarray,
         *,
         use_acceleration: bool = True,
-        relax: bool = False,
+        relax: Container[str] = (),
     ):
         super().__init__(velocity_limit)
         self.use_acceleration = use_acceleration
@@ -236,7 +236,7 @@ class ReactiveProgram(ProgramData):
             "a set of rows", name, name in self.rows, A, (len(b), self.n_u)
         )
         rows = Rows(A, b, np.ones(len(b), bool), label)
-        if self.relax:
+        if name in self.relax:
             for i in np.flatnonzero(b < 0).tolist():
                 said = " and ".join(rows.about(i))
                 self.yielded.append(f"{name}[{said}]")
@@ -336,7 +336,7 @@ def build_program(
     ingredients: Sequence[Ingredient],
     *,
     use_acceleration: bool = True,
-    relax: bool = False,
+    relax: Container[str] = (),
 ) -> ReactiveProgram:
     """Builds the program of one tick afresh.
 
@@ -345,8 +345,8 @@ def build_program(
             clearances and the command being executed.
         ingredients: Costs and constraints, in any order.
         use_acceleration: Whether ingredients may add acceleration bounds.
-        relax: Whether negative right-hand sides are raised to zero, so that
-            u = 0 is feasible.
+        relax: Names of the sets of rows whose negative right-hand sides are
+            raised to zero.
 
     Returns:
         The finished program.

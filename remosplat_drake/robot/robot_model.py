@@ -176,6 +176,15 @@ class RobotModel:
         )
         self.position_lower[: self._base_q] = -np.inf
         self.position_upper[: self._base_q] = np.inf
+        for i, name in enumerate(description.arm.joints):
+            k = self._base_q + i
+            if not self.position_lower[k] < self.position_upper[k]:
+                raise FieldError(
+                    description.source,
+                    f"arm.joints[{i}]",
+                    f"{name} has no range, from {self.position_lower[k]:g} to"
+                    f" {self.position_upper[k]:g}; put it under `locked`",
+                )
 
     def _set_end_effector(self, plant: MultibodyPlant):
         name = self.description.end_effector_frame
@@ -221,6 +230,11 @@ class RobotModel:
         return np.array(
             [last in self.tree.chain(body) for body in self._body_S], bool
         )
+
+    @cached_property
+    def arm_turns(self) -> np.ndarray:
+        """Which of the arm's joints are hinges, not slides, (n_arm,), bool."""
+        return self._screw_revolute[self.n_base :]
 
     @cached_property
     def home(self) -> np.ndarray:

@@ -10,7 +10,10 @@ import math
 import numpy as np
 import pytest
 
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.controller import ingredients as ing
+from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.ingredients.manipulability_cost import (
     manipulability,
 )
@@ -242,6 +245,47 @@ def test_a_joint_in_the_stop_zone_must_retreat(three_link, make_tick):
 def test_a_joint_far_from_its_limits_is_free(three_link, make_tick):
     damper = ing.JointLimitDamper(ing.JointLimitDamperConfig())
     assert not added(damper, make_tick(three_link, np.zeros(3))).rows
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_slide_near_its_limit_is_slowed_in_metres(lift_arm, make_tick, side):
+    # The lift travels from 0 to 0.35 m. 4 cm before one of its ends the
+    # damper allows (4 - 1) / (10 - 1) of 0.3 m/s towards it.
+    lift = 0.31 if side > 0 else 0.04
+    tick = make_tick(lift_arm, [lift, 0, 0, 0])
+    config = ing.JointLimitDamperConfig(
+        slide_gain=0.3, slide_influence=0.1, slide_stop=0.01
+    )
+    rows = added(ing.JointLimitDamper(config), tick).rows["joint limit"]
+    np.testing.assert_array_equal(rows.A, [[side, 0, 0, 0]])
+    np.testing.assert_allclose(rows.b, [0.1])
+    assert rows.about(0) == ("lift",)
+
+
+def test_a_slide_is_free_in_the_middle_of_its_range(lift_arm, make_tick):
+    damper = ing.JointLimitDamper(ing.JointLimitDamperConfig())
+    assert not added(damper, make_tick(lift_arm, [0.175, 0, 0, 0])).rows
+
+
+def test_distances_are_a_share_of_the_range_at_most(lift_arm):
+    # The lift: a third and a tenth of 0.35 m. The shoulder: of 4 rad.
+    config = ing.JointLimitDamperConfig(
+        influence=180, stop=90, slide_influence=1, slide_stop=0.5
+    )
+    np.testing.assert_allclose(
+        config.influence_of(lift_arm)[:2], [0.35 / 3, 4 / 3]
+    )
+    np.testing.assert_allclose(config.stop_of(lift_arm)[:2], [0.035, 0.4])
+    paths = Guidance(joint_stop=0.1, slide_stop=0.002)
+    np.testing.assert_allclose(
+        config.stop_of(lift_arm, paths)[:2], [0.002, math.radians(0.1)]
+    )
+
+
+@pytest.mark.parametrize("slide", ["influence", "slide_influence"])
+def test_an_influence_within_the_stop_is_refused(slide):
+    with pytest.raises(FieldError, match=f"{slide}: must exceed the stopping"):
+        check_ranges(ing.JointLimitDamperConfig(**{slide: 1e-3}))
 
 
 def test_joint_limit_rows_skip_the_base(frankie, make_tick):

@@ -422,6 +422,59 @@ def test_conflicting_retreats_are_relaxed_and_named(tick):
     np.testing.assert_allclose(decision.u, [0, 0.5, 0], atol=1e-6)
 
 
+@pytest.mark.parametrize("other", ["self-collision", "collision", "wall"])
+def test_the_joint_limit_damper_yields_alone_if_that_is_enough(tick, other):
+    # While joint 0 retreats from its limit, joint 2 is too slow to recede.
+    parts = [
+        Pull([0, 0, 0]),
+        Wall([[1, 0, 0]], [-0.1], "joint limit"),
+        Wall([[-30, 0, 1]], [-0.2], other),
+    ]
+    decision = decide(tick, parts, CLARABEL)
+    assert decision.status == tick_report.RELAXED
+    assert names_in(decision) == ["joint limit"]
+    np.testing.assert_allclose(decision.u, [0, 0, -0.2], atol=1e-6)
+
+
+def test_self_collision_yields_before_the_scene(tick):
+    # What would lead off the robot itself leads into the scene.
+    decision = decide(
+        tick,
+        [
+            Pull([0, 0, 0]),
+            Wall([[1, 0, 0]], [-0.1], "self-collision"),
+            Wall([[-30, 0, 1]], [-0.2], "collision"),
+        ],
+        CLARABEL,
+    )
+    assert decision.status == tick_report.RELAXED
+    assert names_in(decision) == ["self-collision"]
+    np.testing.assert_allclose(decision.u, [0, 0, -0.2], atol=1e-6)
+
+
+def test_the_scene_yields_only_to_itself(tick):
+    # Squeezed from two sides: all that demands a retreat has to give way.
+    decision = decide(
+        tick,
+        [
+            Pull([0, 0, 0]),
+            Wall([[0, 1, 0]], [-0.1], "joint limit"),
+            Wall([[0, 0, 1]], [0.5], "self-collision"),
+            Wall([[1, 0, 0], [-1, 0, 0]], [-0.1, -0.1], "collision"),
+        ],
+        CLARABEL,
+    )
+    assert decision.status == tick_report.RELAXED
+    assert names_in(decision) == ["collision", "joint limit"]
+    np.testing.assert_allclose(decision.u, [0, 0, 0], atol=1e-3)
+
+
+def names_in(decision) -> list[str]:
+    """Names of the sets of rows that have yielded, each once."""
+    _, _, said = decision.reason.partition("yielded: ")
+    return sorted({row.partition("[")[0] for row in said.split(", ")})
+
+
 def test_a_relaxed_program_names_sphere_and_link(frankie, make_tick):
     q = np.array([0, 0, 0, *frankie.home])
     tick = make_tick(frankie, q)
@@ -461,7 +514,7 @@ def test_the_relaxed_program_always_allows_standing_still(frankie, make_tick):
             random_tick(frankie, make_tick, seed),
             ingredients_of(frankie, "tuned"),
             use_acceleration=False,
-            relax=True,
+            relax={"joint limit", "self-collision", "collision"},
         )
         _, _, A, b, C, d = matrices(program)
         still = np.concatenate([np.zeros(frankie.n_u), d])

@@ -281,6 +281,11 @@ def test_spheres_on_an_unknown_link_name_the_links():
     [
         ("0.25 0 0", "1_000 0 0", r"three_link\.urdf: Expected 3 values"),
         ('velocity="2"', 'velocity="-2"', r"urdf: Drake refuses it in set_vel"),
+        (
+            'lower="-2" upper="2"',
+            'lower="2" upper="2"',
+            r"arm.joints\[0\]: shoulder has no",
+        ),
     ],
 )
 def test_a_bad_model_is_named(tmp_path, old, new, problem):
@@ -289,5 +294,5 @@ def test_a_bad_model_is_named(tmp_path, old, new, problem):
     model = tmp_path / "three_link.urdf"
     assert old in model.read_text()
     model.write_text(model.read_text().replace(old, new))
-    with pytest.raises(FileError, match=problem):
+    with pytest.raises(RemoSplatError, match=problem):
         load_robot(tmp_path / THREE_LINK.name)

@@ -21,8 +21,10 @@ class Guidance:
         stopping: Stopping distance d_s [m]; None keeps the configured one.
         path: Path through configurations that is followed, in place of the
             servo's way to the target; None for none.
-        joint_stop: Stopping distance of the joints from their limits [deg];
-            None keeps the configured one.
+        joint_stop: Stopping distance of hinges from their limits [deg]; None
+            keeps the configured one.
+        slide_stop: Stopping distance of slides from their limits [m]; None
+            keeps the configured one.
     """
 
     name: str = "direct"
@@ -32,6 +34,7 @@ class Guidance:
     stopping: float | None = None
     path: Path | None = None
     joint_stop: float | None = None
+    slide_stop: float | None = None
 
     def __deepcopy__(self, memo) -> "Guidance":
         return self

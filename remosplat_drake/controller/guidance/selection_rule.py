@@ -100,6 +100,7 @@ class SelectionRule:
             stopping=stopping,
             path=plan.path,
             joint_stop=self.motions.config.joint_stop,
+            slide_stop=self.motions.config.slide_stop,
         )
         return guidance, plan
 

@@ -9,33 +9,85 @@ import numpy as np
 from annotated_types import Interval
 
 from remosplat_drake.base.ranges import Config
+from remosplat_drake.controller.guidance.guidance import Guidance
+from remosplat_drake.controller.joint_margins import (
+    INFLUENCE_SHARE,
+    STOP_SHARE,
+    joint_margins,
+)
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.binding import JOINT_LIMIT
 
 
 @dc.dataclass
 class JointLimitDamperConfig(Config):
-    """How close to its limits a joint may come, and how fast."""
+    """How close to its limits a joint may come, and how fast.
 
-    # Largest speed of approach at the influence distance [rad/s].
+    Hinges go by angles, slides by lengths. Of a joint with a short range the
+    influence distances take a third at most, the stopping distances a tenth:
+    the rest stays free.
+    """
+
+    # Largest speed of approach of a hinge at the influence distance [rad/s].
     gain: Annotated[float, Interval(gt=0, le=100)] = 1.0
-    # Influence distance: nearer to a limit than this the damper acts [deg].
+    # Influence distance: nearer to a hinge's limit than this the damper acts
+    # [deg].
     influence: Annotated[float, Interval(gt=0, le=180)] = 50.0
-    # Stopping distance, which a joint keeps from its limits [deg].
+    # Stopping distance, which a hinge keeps from its limits [deg].
     stop: Annotated[float, Interval(ge=0, le=90)] = 10.0
+    # Largest speed of approach of a slide at the influence distance [m/s].
+    slide_gain: Annotated[float, Interval(gt=0, le=10)] = 0.25
+    # Influence distance: nearer to a slide's limit than this the damper acts
+    # [m].
+    slide_influence: Annotated[float, Interval(gt=0, le=5)] = 0.15
+    # Stopping distance, which a slide keeps from its limits [m].
+    slide_stop: Annotated[float, Interval(ge=0, le=1)] = 0.01
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks that the influence distance exceeds the stopping distance.
+        """Checks that the influence distances exceed the stopping distances.
 
         Yields:
             The name of a field and what is wrong with it.
         """
-        if not self.influence > self.stop:
-            yield (
-                "influence",
-                f"must exceed the stopping distance {self.stop},"
-                f" got {self.influence}",
-            )
+        for influence, stop in (
+            ("influence", "stop"),
+            ("slide_influence", "slide_stop"),
+        ):
+            if not getattr(self, influence) > getattr(self, stop):
+                yield (
+                    influence,
+                    f"must exceed the stopping distance {getattr(self, stop)},"
+                    f" got {getattr(self, influence)}",
+                )
+
+    def influence_of(self, robot: RobotModel) -> np.ndarray:
+        """Returns the influence distance of each arm joint, (n_arm,) [rad, m].
+
+        Args:
+            robot: The robot, for the kinds and ranges of its joints.
+        """
+        hinge = math.radians(self.influence)
+        return joint_margins(
+            robot, hinge, self.slide_influence, INFLUENCE_SHARE
+        )
+
+    def stop_of(
+        self, robot: RobotModel, guidance: Guidance | None = None
+    ) -> np.ndarray:
+        """Returns the stopping distance of each arm joint, (n_arm,) [rad, m].
+
+        Args:
+            robot: The robot, for the kinds and ranges of its joints.
+            guidance: How a tick is bent; it may come with stopping distances
+                of its own.
+        """
+        hinge, slide = self.stop, self.slide_stop
+        if guidance is not None and guidance.joint_stop is not None:
+            hinge = guidance.joint_stop
+        if guidance is not None and guidance.slide_stop is not None:
+            slide = guidance.slide_stop
+        return joint_margins(robot, math.radians(hinge), slide, STOP_SHARE)
 
 
 class JointLimitDamper:
@@ -48,7 +100,7 @@ class JointLimitDamper:
     (Faverjon and Tournassoud 1987, as the paper's program uses it).
 
     Args:
-        config: Gain and distances of the damper.
+        config: Gains and distances of the damper.
     """
 
     def __init__(self, config: JointLimitDamperConfig):
@@ -62,22 +114,23 @@ class JointLimitDamper:
             tick: What is known at the tick; the configuration matters here.
         """
         robot, config = tick.robot, self._config
-        arm = slice(robot.n_q - (robot.n_u - robot.n_base), robot.n_q)
+        n_arm = robot.n_u - robot.n_base
+        arm = slice(robot.n_q - n_arm, robot.n_q)
         q = tick.state.q[arm]
         rho = np.concatenate(
             [robot.position_upper[arm] - q, q - robot.position_lower[arm]]
         )
-        influence = math.radians(config.influence)
-        stop = tick.guidance.joint_stop
-        stop = math.radians(config.stop if stop is None else stop)
-        near = np.flatnonzero(rho < influence)
+        influence = config.influence_of(robot)
+        near = np.flatnonzero(rho < np.tile(influence, 2))
         if not len(near):
             return
-        n_arm = len(q)
+        joint = near % n_arm
         A = np.zeros((len(near), robot.n_u))
-        A[np.arange(len(near)), robot.n_base + near % n_arm] = np.where(
+        A[np.arange(len(near)), robot.n_base + joint] = np.where(
             near < n_arm, 1.0, -1.0
         )
-        b = config.gain * (rho[near] - stop) / (influence - stop)
+        stop = config.stop_of(robot, tick.guidance)
+        gain = np.where(robot.arm_turns, config.gain, config.slide_gain)
+        b = (gain / (influence - stop))[joint] * (rho[near] - stop[joint])
         names = robot.description.arm.joints
-        program.add_rows(JOINT_LIMIT, A, b, lambda i: names[near[i] % n_arm])
+        program.add_rows(JOINT_LIMIT, A, b, lambda i: names[joint[i]])

@@ -8,6 +8,10 @@ from time import perf_counter
 
 import numpy as np
 
+from remosplat_drake.controller.joint_margins import (
+    STOP_SHARE,
+    joint_margins,
+)
 from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.goal_configurations import (
     GoalConfigurations,
@@ -175,11 +179,12 @@ class MotionPlanner:
         )
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        stop = math.radians(self.config.joint_stop)
-        return (
-            self.robot.position_lower + stop,
-            self.robot.position_upper - stop,
-        )
+        robot, config = self.robot, self.config
+        stop = np.zeros(robot.n_q)
+        hinge = math.radians(config.joint_stop)
+        margins = joint_margins(robot, hinge, config.slide_stop, STOP_SHARE)
+        stop[robot.n_q - len(margins) :] = margins
+        return robot.position_lower + stop, robot.position_upper - stop
 
     def _box(
         self, q: np.ndarray, goals: np.ndarray

@@ -32,8 +32,10 @@ class PlanningConfig(Config):
     give_up: bool = False
     # Seed of the searches' random numbers.
     seed: Annotated[int, Interval(ge=0, le=1_000_000)] = 0
-    # Stopping distance that joints keep from their limits on a path, in place
+    # Stopping distance that hinges keep from their limits on a path, in place
     # of the damper's [deg].
     joint_stop: Annotated[float, Interval(ge=0, le=45)] = 0.1
+    # The same of slides [m].
+    slide_stop: Annotated[float, Interval(ge=0, le=0.5)] = 0.001
     # Longest way that the base may drive backwards at a time [m].
     backing: Annotated[float, Interval(ge=0, le=10)] = 0.5

@@ -1,0 +1,31 @@
+"""Distances from the limits of an arm's joints, hinges and slides alike."""
+
+import numpy as np
+
+from remosplat_drake.robot.robot_model import RobotModel
+
+INFLUENCE_SHARE = 1 / 3
+"""Largest influence distance, as a share of a joint's range."""
+
+STOP_SHARE = 1 / 10
+"""Largest stopping distance, as a share of a joint's range."""
+
+
+def joint_margins(
+    robot: RobotModel, hinge: float, slide: float, share: float
+) -> np.ndarray:
+    """Computes distances from the limits of the arm's joints, shape (n_arm,).
+
+    Args:
+        robot: The robot, for the kinds and ranges of its joints.
+        hinge: Distance of a hinge from its limits [rad].
+        slide: Distance of a slide from its limits [m].
+        share: Largest distance, as a share of a joint's range.
+
+    Returns:
+        The distance of each joint, which is the same at both of its limits
+        [rad, m].
+    """
+    arm = slice(robot.n_q - (robot.n_u - robot.n_base), robot.n_q)
+    extent = robot.position_upper[arm] - robot.position_lower[arm]
+    return np.minimum(np.where(robot.arm_turns, hinge, slide), share * extent)
