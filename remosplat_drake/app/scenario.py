@@ -179,7 +179,7 @@ class RobotConfig(Config):
     """Which robot, and where it starts."""
 
     # Name of a shipped robot (a folder of models/), or a file that describes
-    # one.
+    # one, relative to the scenario's.
     model: str = "frankie"
     # Name of one of the sphere sets of the robot's description.
     spheres: str = "covering"

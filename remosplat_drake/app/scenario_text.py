@@ -4,6 +4,7 @@ import copy
 from pathlib import Path
 
 from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scenario_robot import robot_file
 from remosplat_drake.base.extensions import extensions_in
 from remosplat_drake.base.resources import PACKAGE_SCHEME, resolve
 from remosplat_drake.base.strict_yaml import dump
@@ -32,8 +33,9 @@ def scenario_text(scenario: Scenario, name: str) -> str:
     alone.scene.directives = with_absolute_files(
         scenario.scene.directives, scenario.folder
     )
-    if Path(alone.robot.model).exists():
-        alone.robot.model = _absolute(alone.robot.model, Path())
+    robot = robot_file(scenario)
+    if Path(robot).is_file():
+        alone.robot.model = str(Path(robot).resolve())
     if alone.teleop.trajectory:
         alone.teleop.trajectory = _absolute(
             alone.teleop.trajectory, scenario.folder

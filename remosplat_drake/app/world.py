@@ -7,6 +7,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.app.scenario import OBSTACLE, Scenario, make_transform
+from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.app.seen_space import SeenSpace, load_seen_space
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
@@ -14,7 +15,7 @@ from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.directives import read_directives
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_scene
@@ -66,11 +67,7 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
     """
     where = scenario.source
     check_ranges(scenario, where)
-    robot = load_robot(
-        scenario.robot.model,
-        scenario.robot.spheres,
-        scenario.scene.floor_height,
-    )
+    robot = load_scenario_robot(scenario)
     truth = _true_scene(scenario, "truth")
     splat_W, cropped_W = load_splat(scenario)
     if splat_W is None and blank:

@@ -12,6 +12,7 @@ from remosplat_drake.app.scenario import (
     check_scenario,
     split_spec,
 )
+from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.base.errors import FieldError, RemoSplatError, unknown_name
 from remosplat_drake.base.extensions import extension_name, extensions_in
 from remosplat_drake.base.strict_yaml import entries, load_strict
@@ -20,7 +21,6 @@ from remosplat_drake.benchmark.custom_controller import (
     source_digest,
 )
 from remosplat_drake.oracle.oracle_config import GroundTruth
-from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.safety.gates import open_gates
 from remosplat_drake.station.station_config import KinematicStation
 
@@ -211,4 +211,4 @@ def _load(path: Path, entry: str, override: str) -> Scenario:
 
 def _check_robot(scenario: Scenario) -> None:
     """Fails before anything runs if the robot cannot be loaded."""
-    load_robot(scenario.robot.model, scenario.robot.spheres)
+    load_scenario_robot(scenario)

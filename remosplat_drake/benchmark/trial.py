@@ -9,6 +9,7 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import PoseConfig, Scenario
+from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World
 from remosplat_drake.base.errors import RemoSplatError
@@ -40,7 +41,7 @@ from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.recording.metrics import path_length, status_counts
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.pose_error import PoseError
-from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.tick_report import BRAKING, RELAXED
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -202,11 +203,7 @@ def _make_world(
     task: ReachingTask,
     splat_W: GaussianSplat | None,
 ) -> World:
-    robot = load_robot(
-        scenario.robot.model,
-        scenario.robot.spheres,
-        scenario.scene.floor_height,
-    )
+    robot = load_scenario_robot(scenario)
     # A measured truth has no solids, and is a map like any other.
     if task.solids is None and not method.needs_splat:
         field = task.truth_field

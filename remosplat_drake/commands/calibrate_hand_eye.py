@@ -9,6 +9,7 @@ from rich.console import Console
 
 from remosplat_drake.app.mount_file import mount_fields, write_mount
 from remosplat_drake.app.scenario import Scenario, load_scenario, split_spec
+from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.base.stop_signals import stop_signals
@@ -29,7 +30,6 @@ from remosplat_drake.capture.checks.overlap import measure_overlap
 from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.hardware.hardware_config import check_lcm_url
-from remosplat_drake.robot.robot_model import load_robot
 
 EXAMPLES = """
 remosplat calibrate-hand-eye kitchen.yaml --board 7x5:0.04:0.03
@@ -149,7 +149,7 @@ def _capture(
     if arguments.lcm_url:
         check_lcm_url(arguments.lcm_url)
         hardware.lcm_url, hardware.lcm = arguments.lcm_url, None
-    robot = load_robot(scenario.robot.model, scenario.robot.spheres)
+    robot = load_scenario_robot(scenario)
     camera = LcmCamera(config, robot, hardware)
     console.print(
         f"move the camera to {arguments.frames} places that see the same, and"

@@ -9,6 +9,7 @@ from pathlib import Path
 from rich.console import Console
 
 from remosplat_drake.app.scenario import Scenario, load_scenario
+from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.commands.json_output import add_json_argument, print_json
 from remosplat_drake.commands.number_flags import positive
@@ -26,7 +27,7 @@ from remosplat_drake.hardware.doctor.finding import (
     SKIPPED,
     Finding,
 )
-from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.robot.robot_model import RobotModel
 
 DRILLS = {
     "base-step": "the base drives 10 cm forward",
@@ -102,7 +103,7 @@ def run(arguments: argparse.Namespace) -> int:
     hardware = scenario.hardware
     if arguments.lcm_url:
         hardware.use_url(arguments.lcm_url)
-    robot = load_robot(scenario.robot.model, scenario.robot.spheres)
+    robot = load_scenario_robot(scenario)
     findings = []
     for finding in _examine(scenario, robot, arguments, console):
         findings.append(finding)

@@ -5,7 +5,6 @@ from pathlib import Path
 
 from rich.table import Table
 
-from remosplat_drake.base import resources
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FieldError, RemoSplatError, unknown_name
 from remosplat_drake.commands.tables import open_console
@@ -59,16 +58,11 @@ def run(args: argparse.Namespace) -> int:
     if not 0.0 < args.tolerance < float("inf"):
         raise FieldError("--tolerance", str(args.tolerance), "expected > 0")
     description = load_robot_description(args.robot)
-    folder = Path(description.source).parent
-    if args.spheres not in description.spheres:
-        sets = description.spheres
-        raise RemoSplatError(unknown_name("sphere set", args.spheres, sets))
-    spheres = load_sphere_model(
-        resources.resolve(description.spheres[args.spheres], folder)
-    )
-    if not description.visuals:
+    spheres = load_sphere_model(description.spheres_path(args.spheres))
+    path = description.visuals_path
+    if path is None:
         raise FieldError(description.source, "visuals", "names no meshes")
-    visuals = load_visuals(resources.resolve(description.visuals, folder))
+    visuals = load_visuals(path)
     for link in args.links:
         if link not in visuals:
             raise RemoSplatError(unknown_name("link", link, visuals))

@@ -116,8 +116,7 @@ def _options(args: argparse.Namespace) -> tuple[Path, SurfaceOptions]:
         model = description.model_path
         floor_links = tuple(description.floor_links)
         if args.meshes:
-            folder = Path(description.source).parent
-            visuals = resources.resolve(description.visuals, folder)
+            visuals = description.visuals_path
     return model, SurfaceOptions(
         tuple(args.links),
         visuals,

@@ -15,6 +15,11 @@ from remosplat_drake.app.scenario import (
     shipped_scenarios,
     split_spec,
 )
+from remosplat_drake.app.scenario_robot import (
+    load_scenario_robot,
+    robot_beside,
+    robot_file,
+)
 from remosplat_drake.app.scenario_text import scenario_text
 from remosplat_drake.app.seen_space import seen_file
 from remosplat_drake.app.world import load_splat
@@ -29,7 +34,7 @@ from remosplat_drake.commands.suggested_scenario import (
 )
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.reconstruction.seen_file import read_seen_space
-from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.coverage import FREE
 from remosplat_drake.splat.formats import FORMATS, format_of_file
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -120,9 +125,7 @@ def _made_up(
     wanted = _laid_over(Scenario(), override, splat)
     if wanted.targets:
         return wanted
-    robot = load_robot(
-        wanted.robot.model, wanted.robot.spheres, wanted.scene.floor_height
-    )
+    robot = load_scenario_robot(wanted)
     try:
         task = _suggested(wanted, robot)
     except FileError:
@@ -132,9 +135,9 @@ def _made_up(
             splat, f"no scenario given, and none can be made up: {error}"
         ) from error
     error = find_map_error(wanted).largest
-    entry = suggested_entry(
-        str(splat.resolve()), task, wanted.robot.model, error
-    )
+    folder = splat.parent if save is None else save.parent
+    named = robot_beside(robot_file(wanted), folder)
+    entry = suggested_entry(str(splat.resolve()), task, named, error)
     base = load_text(Scenario, yaml.safe_dump(entry), str(splat), Scenario())
     scenario = _laid_over(base, override, splat)
     keep = Path(splat.name).with_suffix(".yaml")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import yaml
 
+from remosplat_drake.app.scenario_robot import robot_beside
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.controller.ingredients import CollisionDamperConfig
@@ -67,7 +68,8 @@ def write_scenario(
         lambda p_W: times_looked_through(capture, p_W, _FREE_MARGIN) > 1,
     )
     error, safe = _rounded(map_error)
-    entry = suggested_entry(splat.name, task, robot, map_error)
+    named = robot_beside(robot, splat.parent)
+    entry = suggested_entry(splat.name, task, named, map_error)
     text = _verdict(error, safe) + _doubts(warnings) + as_yaml(splat, entry)
     write_atomically(scenario_path(splat), text)
     return text
@@ -81,7 +83,7 @@ def suggested_entry(
     Args:
         splat: Name of the splat's file, as the scenario is to give it.
         task: The task.
-        robot: Name of the robot, or a file that describes one.
+        robot: The robot, as the scenario is to give it.
         map_error: Largest over-estimate of a distance by the splat [m]; None
             if nobody knows it.
     """

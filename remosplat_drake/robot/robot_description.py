@@ -8,8 +8,8 @@ from typing import Annotated
 from annotated_types import Interval
 
 from remosplat_drake.base import resources
-from remosplat_drake.base.errors import FileError, unknown_name
-from remosplat_drake.base.ranges import Config, JointPosition
+from remosplat_drake.base.errors import FieldError, FileError, unknown_name
+from remosplat_drake.base.ranges import Config, JointPosition, joined
 from remosplat_drake.base.strict_yaml import load_strict
 from remosplat_drake.robot.actuators import Actuator
 
@@ -96,9 +96,38 @@ class RobotDescription(Config):
         """Path of the model file that `model` names.
 
         Raises:
-            FileError: There is no such file.
+            FieldError: There is no such file.
         """
-        return resources.resolve(self.model, Path(self.source).parent)
+        return self._file("model", self.model)
+
+    @property
+    def visuals_path(self) -> Path | None:
+        """Path of the table that `visuals` names; None if it names none.
+
+        Raises:
+            FieldError: There is no such file.
+        """
+        return self._file("visuals", self.visuals) if self.visuals else None
+
+    def spheres_path(self, name: str) -> Path:
+        """Returns the path of the file of a sphere set.
+
+        Args:
+            name: Name of the sphere set.
+
+        Raises:
+            FieldError: There is no such set, or no such file.
+        """
+        if name not in self.spheres:
+            problem = unknown_name("sphere set", name, self.spheres)
+            raise FieldError(self.source, "spheres", problem)
+        return self._file(joined("spheres", name), self.spheres[name])
+
+    def _file(self, field: str, uri: str) -> Path:
+        try:
+            return resources.resolve(uri, Path(self.source).parent)
+        except FileError as error:
+            raise FieldError(self.source, field, str(error)) from error
 
     def called(self, name: str) -> str:
         """Returns what people call a link or a joint: elbow, joint 4.

@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 
-from remosplat_drake.base import resources
-from remosplat_drake.base.errors import FieldError, unknown_name
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.robot import kinematics as kin
 from remosplat_drake.robot.actuators import Actuator, default_actuators
@@ -473,13 +472,5 @@ def load_robot(
         (10, 9)
     """
     description = load_robot_description(name)
-    if spheres not in description.spheres:
-        raise FieldError(
-            description.source,
-            "spheres",
-            unknown_name("sphere set", spheres, description.spheres),
-        )
-    path = resources.resolve(
-        description.spheres[spheres], Path(description.source).parent
-    )
-    return RobotModel(description, load_sphere_model(path), floor_height)
+    covering = load_sphere_model(description.spheres_path(spheres))
+    return RobotModel(description, covering, floor_height)

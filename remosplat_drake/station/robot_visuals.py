@@ -1,13 +1,10 @@
 """What a simulated camera sees of the robot itself."""
 
-from pathlib import Path
-
 import numpy as np
 from pydrake.geometry import GeometryInstance, Mesh, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
-from remosplat_drake.base import resources
 from remosplat_drake.robot.meshes import link_meshes
 from remosplat_drake.robot.robot_model import RobotModel
 
@@ -27,11 +24,8 @@ def add_robot_visuals(
         scene_graph: The plant's scene graph.
         robot: The robot.
     """
-    description = robot.description
-    meshes = {}
-    if description.visuals:
-        folder = Path(description.source).parent
-        meshes = link_meshes(resources.resolve(description.visuals, folder))
+    visuals = robot.description.visuals_path
+    meshes = {} if visuals is None else link_meshes(visuals)
     for name in robot.tree.names[1:]:
         body = plant.GetBodyByName(name)
         if plant.GetVisualGeometriesForBody(body):

@@ -11,6 +11,7 @@ from itertools import islice
 import numpy as np
 
 from remosplat_drake.app.scenario import Scenario, load_scenario
+from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.controller.guidance.rollout import (
     RUNNING,
     Rollout,
@@ -30,7 +31,7 @@ from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.pose_error import pose_error
-from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.task.arrival import has_arrived
 from remosplat_drake.timing.measuring import Case
@@ -81,11 +82,7 @@ def guidance_cases() -> list[Case]:
 def _make_task() -> _Task:
     scenario = load_scenario(None)
     scene = generate(*STUCK)
-    robot = load_robot(
-        scenario.robot.model,
-        scenario.robot.spheres,
-        scenario.scene.floor_height,
-    )
+    robot = load_scenario_robot(scenario)
     assert scene.X_WE_target is not None and scene.X_WB_start is not None
     law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)
     rule = make_selection_rule(

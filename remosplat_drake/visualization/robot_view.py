@@ -1,7 +1,5 @@
 """`AddRobotView`: draws the robot in its measured configuration."""
 
-from pathlib import Path
-
 import numpy as np
 from pydrake.geometry import (
     MakePhongIllustrationProperties,
@@ -19,7 +17,6 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort
 from pydrake.systems.primitives import AffineSystem
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
-from remosplat_drake.base import resources
 from remosplat_drake.robot.meshes import link_meshes, register_link_meshes
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
@@ -111,10 +108,8 @@ def make_drawn_plant(
     plant.RegisterAsSourceForSceneGraph(scene_graph)
     add_robot_model(description, plant)
     colours = {}
-    if description.visuals:
-        visuals = resources.resolve(
-            description.visuals, Path(description.source).parent
-        )
+    visuals = description.visuals_path
+    if visuals is not None:
         register_link_meshes(link_meshes(visuals), plant)
         colours = {
             link: Rgba(*entries[0].colour)

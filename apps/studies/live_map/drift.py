@@ -8,11 +8,11 @@ from pydrake.math import RigidTransform, RollPitchYaw
 
 from apps.studies.live_map.session import LiveSession
 from remosplat_drake.app.scenario import Scenario, load_scenario
+from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.real_time import Spread
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.planar_pose import relative
-from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.map_requests import MapRequests
@@ -76,7 +76,7 @@ def drifting(
     scenario.station.odometry_drift = list(drift)
     scenario.mapping.odometry_drift = 0.02
     scenario.mapping.odometry_turn = 0.002
-    robot = load_robot(scenario.robot.model)
+    robot = load_scenario_robot(scenario)
     q = robot.q_home.copy()
     q[-2] += _LOOK
     scenario.robot.arm = q[3:].tolist()

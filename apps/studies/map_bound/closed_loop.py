@@ -19,13 +19,14 @@ from apps.studies.map_bound.judge import (
 from apps.studies.map_bound.trial import Mapped, make_map
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import PoseConfig, Scenario
+from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World
 from remosplat_drake.benchmark.methods import load_methods
 from remosplat_drake.benchmark.metrics import between_ticks
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
-from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
 
 METHOD, SECONDS = "ellipsoid-tuned", 10.0
@@ -98,11 +99,7 @@ def attack(aim: Aim) -> list[Attack]:
     mapped = make_map(aim.case)
     scenario = load_methods([METHOD])[0].scenario
     scenario = dc.replace(scenario, time_limit=SECONDS)
-    robot = load_robot(
-        scenario.robot.model,
-        scenario.robot.spheres,
-        scenario.scene.floor_height,
-    )
+    robot = load_scenario_robot(scenario)
     places = worst_places(mapped, aim.count, aim.case.seed)
     results = []
     for number, place in enumerate(places):

@@ -1,0 +1,67 @@
+"""Which robot a scenario means, and loading it."""
+
+from pathlib import Path
+
+from remosplat_drake.app.scenario import YAML_SUFFIXES, Scenario
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
+
+
+def robot_file(scenario: Scenario) -> str:
+    """Returns what `load_robot` takes for a scenario's robot.
+
+    A file is relative to the scenario's. One that is not there is looked for
+    in the working directory, where whoever types it on a command line means it
+    to be.
+
+    Args:
+        scenario: The scenario.
+
+    Returns:
+        The name of a shipped robot, or the path of a description's file.
+
+    Raises:
+        FieldError: There is no such file.
+    """
+    model = scenario.robot.model
+    if Path(model).suffix not in YAML_SUFFIXES:
+        return model
+    try:
+        return str(resources.resolve(model, scenario.folder))
+    except FileError as error:
+        if resources.expand(model).is_file():
+            return str(resources.expand(model))
+        raise FieldError(scenario.source, "robot.model", str(error)) from error
+
+
+def robot_beside(robot: str, folder: Path) -> str:
+    """Returns how a scenario in a folder names a robot.
+
+    Args:
+        robot: Name of a shipped robot, or the path of a description's file.
+        folder: Folder of the scenario's file.
+    """
+    path = Path(robot)
+    if path.suffix not in YAML_SUFFIXES:
+        return robot
+    path, folder = path.resolve(), folder.resolve()
+    if path.is_relative_to(folder):
+        return str(path.relative_to(folder))
+    return str(path)
+
+
+def load_scenario_robot(scenario: Scenario) -> RobotModel:
+    """Loads a scenario's robot, with its spheres, on the scenario's floor.
+
+    Args:
+        scenario: The scenario.
+
+    Raises:
+        RemoSplatError: Something named does not exist or does not fit.
+    """
+    return load_robot(
+        robot_file(scenario),
+        scenario.robot.spheres,
+        scenario.scene.floor_height,
+    )
