@@ -77,8 +77,9 @@ GROUPS = (
     ),
     Group(
         "Your own robot",
-        "remosplat fit-spheres my_arm.urdf --output spheres.yaml",
+        "remosplat import-robot my_arm.urdf",
         {
+            "import-robot": "make a robot's URDF ready to drive",
             "fit-spheres": "cover a robot's links with spheres",
             "fit-hulls": "cut a robot's meshes into convex collision shapes",
         },

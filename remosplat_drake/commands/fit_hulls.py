@@ -106,19 +106,13 @@ def _write(folder: Path, shapes: dict[str, list[ConvexPiece]]) -> None:
         elements.append(f'<link name="{link}">')
         for i, piece in enumerate(pieces):
             name = f"{link}_{i}.obj"
-            write_atomically(folder / name, _to_obj(piece))
+            write_atomically(folder / name, piece.to_obj(_COMMENT))
             elements.append(_ELEMENT.format(i, f"{folder.name}/{name}"))
         elements.append("</link>")
     write_atomically(folder / "shapes.xml", "\n".join(elements) + "\n")
 
 
-def _to_obj(piece: ConvexPiece) -> str:
-    """The polyhedron in micrometres: less than what proves it enclosed."""
-    rows = ["# A convex part of a link, made by `remosplat fit-hulls`."]
-    rows += ["v " + " ".join(f"{x:.6f}" for x in v) for v in piece.vertices]
-    rows += ["f " + " ".join(str(i + 1) for i in t) for t in piece.triangles]
-    return "\n".join(rows) + "\n"
-
+_COMMENT = "A convex part of a link, made by `remosplat fit-hulls`."
 
 _ELEMENT = """\
   <collision name="hull_{}">

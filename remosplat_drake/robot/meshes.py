@@ -11,6 +11,7 @@ import base64
 import dataclasses as dc
 import importlib.util
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -124,7 +125,7 @@ def _cached(mesh: str) -> Path | None:
     source = _source_path(mesh)
     if source is None:
         return None
-    write_atomically(path, _convert(source))
+    write_atomically(path, drawable(_load_scene(source)))
     return path
 
 
@@ -143,11 +144,22 @@ def _load_scene(path: Path) -> "trimesh.Scene":
     return trimesh.load_scene(path)
 
 
-def _convert(source: Path) -> bytes:
-    """A .gltf with one smooth-shaded mesh for each colour of the source."""
+def drawable(
+    scene: "trimesh.Scene", colour: Sequence[float] | None = None
+) -> bytes:
+    """Makes a .gltf that Drake draws, smooth-shaded, with few triangles.
+
+    Args:
+        scene: Meshes with z up [m].
+        colour: Red, green, blue and alpha in [0, 1] of all of it; None keeps
+            the meshes' own colours.
+    """
     import trimesh
 
-    parts = _by_colour(_load_scene(source))
+    parts = _by_colour(scene)
+    if colour is not None:
+        whole = trimesh.util.concatenate(list(parts.values()))
+        parts = {tuple(255 * value for value in colour): whole}
     total = sum(len(part.faces) for part in parts.values())
     scene = trimesh.Scene()
     for colour, part in parts.items():

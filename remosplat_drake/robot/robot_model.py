@@ -231,6 +231,11 @@ class RobotModel:
         )
 
     @cached_property
+    def moved_by_arm(self) -> np.ndarray:
+        """Which spheres a joint of the arm moves, shape (n,), bool."""
+        return self._moves[self._body_S][:, self.n_base :].any(axis=1)
+
+    @cached_property
     def arm_turns(self) -> np.ndarray:
         """Which of the arm's joints are hinges, not slides, (n_arm,), bool."""
         return self._screw_revolute[self.n_base :]

@@ -37,6 +37,17 @@ class ConvexPiece:
         """The corners of the triangles, shape (t, 3, 3) [m]."""
         return self.vertices[self.triangles]
 
+    def to_obj(self, comment: str) -> str:
+        """Writes the polyhedron as an .obj in micrometres.
+
+        Args:
+            comment: The first line.
+        """
+        rows = [f"# {comment}"]
+        rows += ["v " + " ".join(f"{x:.6f}" for x in v) for v in self.vertices]
+        rows += ["f " + " ".join(str(i + 1) for i in t) for t in self.triangles]
+        return "\n".join(rows) + "\n"
+
 
 def convex_pieces(
     surface: np.ndarray,
@@ -69,7 +80,7 @@ def convex_pieces(
         if hull is not None:
             parts.append(part[hull.vertices])
     parts = _joined(parts, spheres, filling)
-    return [_convex_piece(part, tolerance) for part in parts]
+    return [convex_piece(part, tolerance) for part in parts]
 
 
 def _in_cell(surface: np.ndarray, spheres: LinkSpheres, i: int) -> np.ndarray:
@@ -84,12 +95,21 @@ def _in_cell(surface: np.ndarray, spheres: LinkSpheres, i: int) -> np.ndarray:
         if j != i and len(part):
             normal = 2 * (p_LS[j] - p_LS[i])
             offset = p_LS[j] @ p_LS[j] - p_LS[i] @ p_LS[i]
-            part = _below(part, normal, offset - square[j] + square[i])
+            part = below(part, normal, offset - square[j] + square[i])
     return part
 
 
-def _below(part: np.ndarray, normal: np.ndarray, offset: float) -> np.ndarray:
-    """What of the triangles lies where normal . p <= offset, as triangles."""
+def below(part: np.ndarray, normal: np.ndarray, offset: float) -> np.ndarray:
+    """Returns what of a surface lies where normal . p <= offset.
+
+    Args:
+        part: Triangles, shape (t, 3, 3) [m].
+        normal: Normal of the plane that cuts, shape (3,).
+        offset: Its offset from the origin, in units of the normal's length [m].
+
+    Returns:
+        Triangles, shape (s, 3, 3) [m].
+    """
     height = part @ normal - offset
     pieces = [part[(height <= 0).all(axis=1)]]
     crossing = (height > 0).any(axis=1) & (height < 0).any(axis=1)
@@ -112,14 +132,14 @@ def _joined(
     parts: list[np.ndarray], spheres: LinkSpheres, filling: float
 ) -> list[np.ndarray]:
     """Joins the two parts that fit each other best, again and again."""
-    volume = [_volume(part) for part in parts]
+    volume = [hull_volume(part) for part in parts]
     alive = list(range(len(parts)))
     candidates = list(combinations(alive, 2))
     joins: dict[tuple[int, int], float] = {}
     while True:
         for i, j in candidates:
             both = np.vstack([parts[i], parts[j]])
-            added = _volume(both) / (volume[i] + volume[j]) - 1
+            added = hull_volume(both) / (volume[i] + volume[j]) - 1
             hull = _hull(both)
             if (
                 hull is not None
@@ -134,7 +154,7 @@ def _joined(
         joins = {p: x for p, x in joins.items() if not {i, j} & set(p)}
         new = len(parts)
         parts.append(np.vstack([parts[i], parts[j]]))
-        volume.append(_volume(parts[-1]))
+        volume.append(hull_volume(parts[-1]))
         candidates = [(k, new) for k in alive]
         alive.append(new)
 
@@ -147,18 +167,33 @@ def _hull(p: np.ndarray) -> ConvexHull | None:
         return None
 
 
-def _volume(p: np.ndarray) -> float:
+def hull_volume(p: np.ndarray) -> float:
+    """Returns the volume of the convex hull of points, 0 if they are flat.
+
+    Args:
+        p: Points, shape (n, 3) [m].
+    """
     hull = _hull(p)
     return 0.0 if hull is None else float(hull.volume)
 
 
-def _convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
-    """The hull of as few of the points as leave none so far outside it.
+def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
+    """Makes the hull of as few of the points as leave none far outside it.
 
     It starts with the outermost points along the axes and the diagonals; the
     point that is farthest outside comes next.
+
+    Args:
+        p: Points, shape (n, 3) [m].
+        tolerance: How far a point may be outside [m].
+
+    Raises:
+        RemoSplatError: The points are flat, or too few.
     """
-    p = p[ConvexHull(p).vertices]
+    whole = _hull(p)
+    if whole is None:
+        raise RemoSplatError("its points are flat, or too few for a solid")
+    p = p[whole.vertices]
     heights = p @ np.vstack([np.eye(3), -np.eye(3), _DIAGONALS]).T
     chosen = list(dict.fromkeys(heights.argmax(axis=0).tolist()))
     while True:

@@ -62,7 +62,7 @@ class SurfaceOptions:
 def model_surfaces(
     model: Path, options: SurfaceOptions, seed: int = 0
 ) -> dict[str, LinkSurface]:
-    """Samples the surfaces of the links of a model file.
+    """Samples the surfaces of the links of a model file, and fills them.
 
     Args:
         model: URDF, SDF or *.dmd.yaml; link names must be unique in it.
@@ -73,8 +73,40 @@ def model_surfaces(
         RemoSplatError: The model cannot be read, a link is unknown or has no
             geometry, or the meshes are wanted but not installed.
     """
+    points, plant = _sampled(model, options, seed)
+    surfaces = {
+        link: make_link_surface(
+            p_LP, options.weights.get(link, 1.0), link in options.floor_links
+        )
+        for link, p_LP in points.items()
+    }
+    return {link: _with_neighbours(link, surfaces, plant) for link in surfaces}
+
+
+def surface_points(
+    model: Path, options: SurfaceOptions, seed: int = 0
+) -> dict[str, np.ndarray]:
+    """Samples the surfaces of the links of a model file, as points alone.
+
+    Args:
+        model: URDF, SDF or *.dmd.yaml; link names must be unique in it.
+        options: Options, which say which surfaces count.
+        seed: Seed of the random points.
+
+    Returns:
+        Points in the link's frame, shape (n, 3) [m], by link name.
+
+    Raises:
+        RemoSplatError: As `model_surfaces`.
+    """
+    return _sampled(model, options, seed)[0]
+
+
+def _sampled(
+    model: Path, options: SurfaceOptions, seed: int
+) -> tuple[dict[str, np.ndarray], MultibodyPlant]:
     scene_graph = SceneGraph()
-    plant = _load(model, scene_graph)
+    plant = load_model(model, scene_graph)
     bodies = [
         plant.get_body(BodyIndex(i)).name() for i in range(plant.num_bodies())
     ]
@@ -86,21 +118,17 @@ def model_surfaces(
             )
     visuals = load_visuals(options.visuals) if options.visuals else {}
     rng = np.random.default_rng(seed)
-    surfaces = {}
+    points = {}
     for link in options.links or bodies:
         parts = [_mesh_points(visuals[link], rng)] if link in visuals else []
         if not parts or link in options.with_collision:
             parts.append(_shape_points(plant, scene_graph, link, rng))
-        points = np.vstack(parts)
-        if len(points) or link in options.links:
-            surfaces[link] = make_link_surface(
-                points,
-                options.weights.get(link, 1.0),
-                link in options.floor_links,
-            )
-    if not surfaces:
+        p_LP = np.vstack(parts)
+        if len(p_LP) or link in options.links:
+            points[link] = p_LP
+    if not points:
         raise FileError(model, "has no collision geometry")
-    return {link: _with_neighbours(link, surfaces, plant) for link in surfaces}
+    return points, plant
 
 
 def _with_neighbours(
@@ -146,7 +174,16 @@ def _relative_poses(
     return poses
 
 
-def _load(model: Path, scene_graph: SceneGraph) -> MultibodyPlant:
+def load_model(model: Path, scene_graph: SceneGraph) -> MultibodyPlant:
+    """Reads a model file into a plant, finalized, with its geometry.
+
+    Args:
+        model: URDF, SDF or *.dmd.yaml.
+        scene_graph: A scene graph that gets the geometry.
+
+    Raises:
+        FileError: Drake cannot read it.
+    """
     plant = MultibodyPlant(time_step=0.0)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
     parser = Parser(plant)

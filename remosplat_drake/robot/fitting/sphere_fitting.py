@@ -30,6 +30,9 @@ _ROUNDS = 60
 POINTS_PER_VOXEL = 2.5
 """Surface points along a voxel's edge that leave no hole in the shell."""
 
+MOST_SPHERES = 16
+"""Largest number of spheres that a tolerance spends on a link."""
+
 _STEPS = np.array(
     [[x, y, z] for x in (0, -1, 1) for y in (0, -1, 1) for z in (0, -1, 1)],
     float,
@@ -90,17 +93,19 @@ def make_link_surface(
 
 def fit_spheres(
     surfaces: dict[str, LinkSurface],
-    count: int,
+    count: int | None = None,
     seed: int = 0,
     margin: float = 0.3,
     restarts: int = 6,
     on_progress: Callable[[str, int], None] = lambda link, spheres: None,
+    tolerance: float | None = None,
 ) -> dict[str, LinkSpheres]:
-    """Fits at most `count` spheres to all links together.
+    """Fits at most `count` spheres to all links together, or as many as needed.
 
     Args:
         surfaces: The surfaces by link name.
-        count: Number of spheres to spend, at least one a link.
+        count: Number of spheres to spend, at least one a link; None for as many
+            as the tolerance needs.
         seed: Seed of all random choices.
         margin: How deep inside the spheres the points must lie, in voxels of
             their link.
@@ -108,11 +113,14 @@ def fit_spheres(
             best result is kept.
         on_progress: Called after each finished link with its name and its
             number of spheres.
+        tolerance: Without a count: how far the spheres of a link may bulge,
+            divided by its weight [m]. A link takes `MOST_SPHERES` at most, and
+            bulges more where these do not suffice.
 
     Raises:
         RemoSplatError: There are fewer spheres than links need.
     """
-    if count < len(surfaces):
+    if count is not None and count < len(surfaces):
         raise RemoSplatError(
             f"{count} spheres are too few for {len(surfaces)} links"
         )
@@ -120,9 +128,13 @@ def fit_spheres(
         link: _CoverProblem(surface, margin, np.random.default_rng(seed))
         for link, surface in surfaces.items()
     }
-    starts = _share(problems, count)
+    starts = {} if count is None else _share(problems, count)
     result = {}
     for link, problem in problems.items():
+        if count is None:
+            assert tolerance is not None
+            bulge = tolerance / surfaces[link].weight
+            starts[link] = problem.within(bulge, MOST_SPHERES)
         result[link] = problem.solve(starts[link], restarts)
         on_progress(link, len(result[link].radius))
     return result
@@ -165,6 +177,12 @@ class _CoverProblem:
             luck = 1 - randomness * self._rng.random(len(gain))
             chosen.append(int((gain * luck).argmax()))
             is_open[covers[chosen[-1]] > 0] = 0
+        return chosen
+
+    def within(self, bulge: float, limit: int) -> list[int]:
+        """Centres that cover all points, with more bulge if need be."""
+        while (chosen := self.greedy(bulge, limit)) is None:
+            bulge *= 1.1
         return chosen
 
     def solve(self, chosen: list[int], restarts: int) -> LinkSpheres:

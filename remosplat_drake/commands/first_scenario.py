@@ -1,0 +1,233 @@
+"""A first scenario for a robot that nobody has driven yet.
+
+There is a post on the floor, and targets on both sides of it. What the
+scenario says has been tried: the targets are those that a simulated run
+reaches.
+"""
+
+import dataclasses as dc
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import yaml
+from pydrake.math import RigidTransform, RollPitchYaw
+
+from remosplat_drake.app.diagram import build
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.simulation import run
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.generation.primitive_surfels import surfel_splat
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.importing.home import keeps_off_itself
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.primitive_scene import Cylinder, PrimitiveScene
+from remosplat_drake.scene.rmmi import write_rmmi
+from remosplat_drake.splat.formats import write_splat
+
+NAME = "Reach"
+"""Name of the scenario."""
+
+TARGETS = 2
+"""Number of targets."""
+
+TRIES = 6
+"""Number of scenes that are tried."""
+
+TIME_LIMIT = 20.0
+"""Time limit of the scenario [s]."""
+
+_ROOM = 0.12
+"""Least clearance at the start and at the targets [m]."""
+
+_SELF_ROOM = 0.02
+"""Least distance between two parts of the robot at the targets [m]."""
+
+_MARGIN = 0.2
+"""Distance of targets from joint limits, as a share of the range."""
+
+_IMPATIENT = """{
+    time_limit: 10, controller: {guidance: {planning: {enabled: false}}}
+}"""
+"""How it is tried: without a search for what is not reached soon."""
+
+_DISCS = 4000
+"""Number of discs of the splat."""
+
+
+@dc.dataclass(frozen=True)
+class Tried:
+    """What became of the scenario when it was tried.
+
+    Attributes:
+        reached: Number of targets that were reached.
+        time: Simulated time until the last was [s].
+        clearance: Least true clearance on the way [m].
+    """
+
+    reached: int
+    time: float
+    clearance: float
+
+
+def write_first_scenario(
+    robot: RobotModel,
+    folder: Path,
+    on_try: Callable[[int, int], None] = lambda i, n: None,
+) -> Tried:
+    """Writes `scenario.yaml` with its scene into the robot's folder.
+
+    Args:
+        robot: The robot, whose description is in that folder.
+        folder: The folder.
+        on_try: Called with the number of scenes that have been tried, and of
+            those that may be.
+
+    Raises:
+        RemoSplatError: The robot reaches no target in any of the scenes, or
+            would stand inside all of them.
+    """
+    best: tuple[Tried, list[RigidTransform], PrimitiveScene] | None = None
+    for i, (scene, targets) in enumerate(_scenes(robot)):
+        on_try(i, TRIES)
+        _write(folder, targets, scene, robot)
+        tried = _try(folder)
+        if best is None or tried.reached > best[0].reached:
+            best = tried, targets, scene
+        if tried.reached == TARGETS:
+            break
+    if best is None or not best[0].reached:
+        raise RemoSplatError(
+            f"{robot.description.name} reached none of the targets that were"
+            " tried; look at its spheres (robot.png) and its home"
+        )
+    tried, targets, scene = best
+    _write(folder, targets[: tried.reached], scene, robot)
+    return tried
+
+
+def _scenes(
+    robot: RobotModel,
+) -> Iterator[tuple[PrimitiveScene, list[RigidTransform]]]:
+    """Posts that leave the start and the targets free."""
+    made = 0
+    for seed in range(50 * TRIES):
+        if made == TRIES:
+            return
+        rng = np.random.default_rng(seed)
+        drawn = [_goal(robot, rng) for _ in range(TARGETS)]
+        goals = [q for q in drawn if q is not None]
+        if len(goals) < TARGETS:
+            continue
+        states = [robot.q_home, *goals]
+        post = _post(robot, states, rng)
+        if post is None:
+            continue
+        made += 1
+        yield (
+            PrimitiveScene(cylinders=(post,), name="scene"),
+            [RigidTransform(robot.end_effector_pose(q)) for q in goals],
+        )
+
+
+def _goal(robot: RobotModel, rng: np.random.Generator) -> np.ndarray | None:
+    """A configuration some way from home that the arm can hold."""
+    n = robot.n_q - len(robot.home)
+    for _ in range(200):
+        q = robot.q_home
+        lower, upper = robot.position_lower[n:], robot.position_upper[n:]
+        margin = _MARGIN * (upper - lower)
+        step = np.where(
+            robot.arm_turns, 0.7, 0.3 * np.minimum(upper - lower, 1)
+        )
+        q[n:] += rng.uniform(-step, step)
+        q[n:] = np.clip(q[n:], lower + margin, upper - margin)
+        if robot.n_base:
+            q[:3] = rng.uniform((0.6, -0.5, -0.5), (1.2, 0.5, 0.5))
+        home = robot.end_effector_pose(robot.q_home)
+        way = np.linalg.norm(robot.end_effector_pose(q)[:3, 3] - home[:3, 3])
+        low = _lowest(robot, q) < _lowest(robot, robot.q_home) - 0.1
+        if way > 0.15 and not low and keeps_off_itself(robot, q, _SELF_ROOM):
+            return q
+    return None
+
+
+def _lowest(robot: RobotModel, q: np.ndarray) -> float:
+    """Height of the lowest sphere that the arm moves [m]."""
+    spheres = robot.spheres_at(q)
+    low = (spheres.p_WS[:, 2] - spheres.radius)[robot.moved_by_arm]
+    return float(low.min(initial=np.inf))
+
+
+def _post(
+    robot: RobotModel, states: list[np.ndarray], rng: np.random.Generator
+) -> Cylinder | None:
+    """A post beside the hand's way that no state touches."""
+    ends = np.array([robot.end_effector_pose(q)[:3, 3] for q in states])
+    for _ in range(100):
+        a, b = ends[rng.permutation(len(ends))[:2]]
+        foot = a + rng.uniform(0.2, 0.8) * (b - a)
+        angle, far = rng.uniform(-np.pi, np.pi), rng.uniform(0.1, 0.5)
+        x, y = foot[:2] + far * np.array([np.cos(angle), np.sin(angle)])
+        half = 0.5 * max(foot[2] + rng.uniform(-0.1, 0.25), 0.2)
+        post = Cylinder(RigidTransform([x, y, half]), 0.04, half)
+        field = SignedDistanceField(PrimitiveScene(cylinders=(post,)))
+        if all(
+            field.clearances(robot.spheres_at(q), 2 * _ROOM).minimum() > _ROOM
+            for q in states
+        ):
+            return post
+    return None
+
+
+def _text(robot: RobotModel, targets: list[RigidTransform]) -> str:
+    entry = {
+        NAME: {
+            "scene": {"splat": "scene.ply", "truth": "scene.json"},
+            "robot": {"model": Path(robot.description.source).name},
+            "targets": [
+                {
+                    "translation": X_WT.translation().round(3).tolist(),
+                    "rpy_deg": np.rad2deg(
+                        RollPitchYaw(X_WT.rotation()).vector()
+                    )
+                    .round(1)
+                    .tolist(),
+                }
+                for X_WT in targets
+            ],
+            "time_limit": TIME_LIMIT,
+        }
+    }
+    return _HEAD + yaml.safe_dump(
+        entry, sort_keys=False, default_flow_style=None, width=80
+    )
+
+
+_HEAD = """\
+# A first scenario, made and tried by `remosplat import-robot`: a post, and
+# targets that the robot has reached beside it.
+"""
+
+
+def _write(
+    folder: Path,
+    targets: list[RigidTransform],
+    scene: PrimitiveScene,
+    robot: RobotModel,
+) -> None:
+    write_rmmi(folder / "scene.json", scene)
+    write_splat(folder / "scene.ply", surfel_splat(scene, _DISCS))
+    write_atomically(folder / "scenario.yaml", _text(robot, targets))
+
+
+def _try(folder: Path) -> Tried:
+    """Runs the scenario in a simulation."""
+    scenario = load_scenario(str(folder / "scenario.yaml"), _IMPATIENT)
+    result = run(build(scenario))
+    metrics = result.metrics
+    assert metrics.truth_clearance_min is not None
+    return Tried(
+        result.targets_reached, metrics.duration, metrics.truth_clearance_min
+    )

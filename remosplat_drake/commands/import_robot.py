@@ -1,0 +1,212 @@
+"""`remosplat import-robot`: from a robot's URDF to a run that reaches."""
+
+import argparse
+import shutil
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.progress import Progress
+
+from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
+from remosplat_drake.base.system_libraries import (
+    MissingLibraryError,
+    import_optional,
+)
+from remosplat_drake.base.table import Table
+from remosplat_drake.capture.rendering.robot_picture import draw_robot
+from remosplat_drake.commands.first_scenario import (
+    Tried,
+    write_first_scenario,
+)
+from remosplat_drake.commands.tables import open_console, print_table
+from remosplat_drake.robot.importing.findings import Findings
+from remosplat_drake.robot.importing.mobile_base import BASES
+from remosplat_drake.robot.importing.packages import given_packages
+from remosplat_drake.robot.importing.robot_import import (
+    TOLERANCE,
+    ImportRequest,
+    import_robot,
+)
+from remosplat_drake.robot.robot_model import RobotModel
+
+EXAMPLES = """
+remosplat import-robot my_arm.urdf
+remosplat import-robot my_arm.urdf --end-effector tool0 --out my_arm
+"""
+"""What `--help` ends with."""
+
+
+def add_arguments(parser: argparse.ArgumentParser):
+    """Declares the command's flags."""
+    parser.add_argument(
+        "robot", type=Path, metavar="FILE", help="a URDF or xacro file"
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="folder to make (default: the file's name, here)",
+    )
+    parser.add_argument(
+        "--end-effector",
+        metavar="LINK",
+        help="link whose frame goes to targets (default: guessed)",
+    )
+    parser.add_argument(
+        "--base",
+        choices=BASES,
+        help="how the robot moves about (default: differential if it has"
+        " wheels, else fixed)",
+    )
+    parser.add_argument(
+        "--package",
+        action="append",
+        default=[],
+        metavar="NAME=DIR",
+        help="folder of a package, besides those above the file and in"
+        " ROS_PACKAGE_PATH, AMENT_PREFIX_PATH and COLCON_PREFIX_PATH",
+    )
+    parser.add_argument(
+        "--srdf",
+        type=Path,
+        metavar="FILE",
+        help="the robot's SRDF (default: looked for beside the file)",
+    )
+    parser.add_argument(
+        "--arg",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="an argument of the xacro",
+    )
+    parser.add_argument(
+        "--tolerance",
+        type=float,
+        default=1e3 * TOLERANCE,
+        metavar="MM",
+        help=f"how far spheres may stand out ({1e3 * TOLERANCE:g} mm)",
+    )
+    parser.add_argument(
+        "--no-scenario",
+        action="store_true",
+        help="make and try no scenario",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Imports a robot into a new folder, which appears when all is done."""
+    out = args.out or Path(args.robot.name.partition(".")[0])
+    if out.exists():
+        raise FileError(out, "is there already; --out names another folder")
+    request = _request(args, out)
+    console = open_console()
+    findings = Findings()
+    try:
+        out.absolute().parent.mkdir(parents=True, exist_ok=True)
+        made = tempfile.mkdtemp(dir=out.absolute().parent, prefix=".import-")
+    except OSError as error:
+        raise FileError(out, error.strerror or str(error)) from error
+    folder = Path(made)
+    try:
+        folder.chmod(0o755)
+        robot = _import(request, folder, findings, console)
+        tried = None
+        if not args.no_scenario:
+            tried = _scenario(robot, folder, console)
+        _picture(robot, folder, findings)
+        folder.rename(out)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+    _report(console, out, robot, findings, tried)
+    return 0
+
+
+def _request(args: argparse.Namespace, out: Path) -> ImportRequest:
+    if not 0.5 <= args.tolerance <= 200:
+        problem = f"expected 0.5 to 200 [mm], got {args.tolerance:g}"
+        raise FieldError("import-robot", "--tolerance", problem)
+    arguments = {}
+    for text in args.arg:
+        name, equals, value = text.partition("=")
+        if not (name and equals):
+            raise FieldError("--arg", text, "expected NAME=VALUE")
+        arguments[name] = value
+    made_by = [f"remosplat import-robot {args.robot.name}"]
+    for flag in ("base", "end_effector"):
+        if getattr(args, flag):
+            made_by.append(f"--{flag.replace('_', '-')} {getattr(args, flag)}")
+    return ImportRequest(
+        source=args.robot.expanduser(),
+        packages=given_packages(args.package),
+        base=args.base,
+        end_effector=args.end_effector,
+        srdf=args.srdf,
+        arguments=arguments,
+        tolerance=1e-3 * args.tolerance,
+        made_by=" ".join(made_by),
+    )
+
+
+def _import(
+    request: ImportRequest, folder: Path, findings: Findings, console: Console
+) -> RobotModel:
+    with Progress(console=console, transient=True) as progress:
+        task = progress.add_task("reading", total=None)
+
+        def show(what: str, done: int, total: int) -> None:
+            progress.update(task, description=what, completed=done, total=total)
+
+        return import_robot(request, folder, findings, show)
+
+
+def _scenario(robot: RobotModel, folder: Path, console: Console) -> Tried:
+    with Progress(console=console, transient=True) as progress:
+        task = progress.add_task("trying a scenario", total=None)
+        return write_first_scenario(
+            robot,
+            folder,
+            lambda i, n: progress.update(task, completed=i, total=n),
+        )
+
+
+def _picture(robot: RobotModel, folder: Path, findings: Findings) -> None:
+    try:
+        pictures = import_optional("PIL.Image", "pictures", "robots")
+        picture = draw_robot(robot, np.array(robot.q_home))
+    except (MissingLibraryError, RemoSplatError) as error:
+        findings.guess("picture", f"none: {error}")
+        return
+    pictures.fromarray(picture).save(folder / "robot.png", optimize=True)
+
+
+def _report(
+    console: Console,
+    out: Path,
+    robot: RobotModel,
+    findings: Findings,
+    tried: Tried | None,
+) -> None:
+    """Prints one page of what was found, what was guessed and what to do."""
+    for title, pairs in (
+        ("found", findings.found),
+        (
+            "guessed: look at these, and mend them in the description",
+            findings.guessed,
+        ),
+    ):
+        print_table(console, Table(title, ("", ""), tuple(pairs), texts=2))
+        console.print()
+    name = robot.description.name
+    lines = [f"wrote {out}/: {name}.yaml describes the robot"]
+    if (out / "robot.png").is_file():
+        lines.append(f"look at {out}/robot.png: the robot and its spheres")
+    if tried is not None:
+        lines += [
+            f"tried: {tried.reached} targets reached in {tried.time:.1f} s,"
+            f" clearance {1e3 * tried.clearance:.0f} mm",
+            f"go on with `remosplat run {out}/scenario.yaml`",
+        ]
+    for line in lines:
+        console.print(line, soft_wrap=True, highlight=False, markup=False)

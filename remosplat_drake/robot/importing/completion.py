@@ -1,0 +1,188 @@
+"""What a URDF leaves out and a controller needs: limits and inertias."""
+
+import dataclasses as dc
+import math
+from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
+
+from remosplat_drake.robot.importing.findings import Findings, listed
+from remosplat_drake.robot.importing.urdf import (
+    CONTINUOUS,
+    PRISMATIC,
+    Urdf,
+    UrdfJoint,
+)
+
+SPEEDS = {True: 1.0, False: 0.1}
+"""Speed that is taken for a joint's limit, of hinges [rad/s], slides [m/s]."""
+
+TO_FULL_SPEED = 0.25
+"""Time in which a joint is taken to come to its full speed [s]."""
+
+FASTEST = 100.0
+"""Largest speed that a description may give [rad/s, m/s]."""
+
+_BALL_MASS, _BALL_INERTIA = 1.0, 0.001
+"""Mass and moment of inertia of a link that has none [kg, kg m^2]."""
+
+
+@dc.dataclass(frozen=True)
+class JointLimits:
+    """Limits of one joint that is commanded.
+
+    Attributes:
+        lower: Lower limit [rad, m].
+        upper: Upper limit [rad, m].
+        velocity: Largest speed [rad/s, m/s].
+        acceleration: Largest change of speed [rad/s^2, m/s^2].
+    """
+
+    lower: float
+    upper: float
+    velocity: float
+    acceleration: float
+
+
+def complete_limits(
+    urdf: Urdf, joints: tuple[UrdfJoint, ...], findings: Findings
+) -> list[JointLimits]:
+    """Reads the limits of joints, and guesses what the file leaves out.
+
+    Hinges without limits get two turns, one each way. The elements of the
+    joints are changed to say the same.
+
+    Args:
+        urdf: The robot.
+        joints: The joints that are commanded.
+        findings: Where guesses are noted.
+
+    Returns:
+        The limits of each of the joints.
+
+    Raises:
+        FieldError: A slide has no limits, limits are the wrong way round, or a
+            speed is negative.
+    """
+    limits, turning, slow = [], [], []
+    for joint in joints:
+        where = f"joint {joint.name!r} <limit>"
+        lower, upper = joint.lower, joint.upper
+        if joint.kind == CONTINUOUS or (
+            math.isnan(lower) and math.isnan(upper)
+        ):
+            if joint.kind == PRISMATIC:
+                problem = "is missing; write <limit lower=... upper=.../> in m"
+                raise urdf.fail(where, problem)
+            lower, upper = -2 * math.pi, 2 * math.pi
+            turning.append(joint.name)
+        # As the URDF's specification says of one that is left out.
+        lower, upper = (0.0 if math.isnan(x) else x for x in (lower, upper))
+        if not lower < upper:
+            problem = f"lower {lower:g} must be less than upper {upper:g}"
+            raise urdf.fail(where, f"{problem}; or write type='fixed'")
+        velocity = joint.velocity
+        if velocity < 0:
+            problem = f"must not be negative, got {velocity:g}"
+            raise urdf.fail(f"{where} velocity", problem)
+        if not 0 < velocity <= FASTEST:
+            velocity = SPEEDS[joint.kind != PRISMATIC]
+            slow.append(joint.name)
+        limits.append(
+            JointLimits(
+                lower,
+                upper,
+                round(velocity, 4),
+                float(f"{velocity / TO_FULL_SPEED:.3g}"),
+            )
+        )
+        _write_limits(joint, limits[-1])
+    if turning:
+        findings.guess("position limits", f"+-2 pi of {listed(turning)}")
+    if slow:
+        findings.guess("velocity limits", f"1 rad/s, 0.1 m/s of {listed(slow)}")
+    if len(slow) < len(limits):
+        findings.find(
+            "velocity limits",
+            ", ".join(f"{limit.velocity:g}" for limit in limits),
+        )
+    findings.guess(
+        "acceleration limits",
+        ", ".join(f"{limit.acceleration:g}" for limit in limits)
+        + f": full speed in {TO_FULL_SPEED:g} s; no URDF has them",
+    )
+    return limits
+
+
+def _write_limits(joint: UrdfJoint, limits: JointLimits) -> None:
+    element = joint.element
+    if joint.kind == CONTINUOUS:
+        element.set("type", "revolute")
+    limit = element.find("limit")
+    if limit is None:
+        limit = SubElement(element, "limit", effort="100")
+    limit.set("lower", f"{limits.lower:.10g}")
+    limit.set("upper", f"{limits.upper:.10g}")
+    limit.set("velocity", f"{limits.velocity:.10g}")
+
+
+def complete_inertias(urdf: Urdf, findings: Findings) -> None:
+    """Gives links a mass that have geometry and none, or one that cannot be.
+
+    Args:
+        urdf: The robot; its links' elements are changed.
+        findings: Where guesses are noted.
+    """
+    missing = []
+    for name, link in urdf.links.items():
+        inertial = link.find("inertial")
+        if inertial is None:
+            if link.find("collision") is None:
+                continue
+        elif _is_physical(inertial):
+            continue
+        else:
+            link.remove(inertial)
+        link.append(_ball())
+        missing.append(name)
+    if missing:
+        findings.guess(
+            "mass", f"1 kg, as of a small ball, of {listed(missing)}"
+        )
+
+
+def _ball() -> Element:
+    inertial = Element("inertial")
+    SubElement(inertial, "mass", value=f"{_BALL_MASS:g}")
+    moment = f"{_BALL_INERTIA:g}"
+    SubElement(
+        inertial,
+        "inertia",
+        ixx=moment,
+        iyy=moment,
+        izz=moment,
+        ixy="0",
+        ixz="0",
+        iyz="0",
+    )
+    return inertial
+
+
+def _is_physical(inertial: Element) -> bool:
+    """Tells whether mass and moments are those of some body."""
+    mass, inertia = inertial.find("mass"), inertial.find("inertia")
+    if mass is None or inertia is None:
+        return False
+    try:
+        m = float(mass.get("value", ""))
+        xx, yy, zz, xy, xz, yz = (
+            float(inertia.get(key, "0"))
+            for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+        )
+    except ValueError:
+        return False
+    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if not (np.isfinite(matrix).all() and 0 < m < math.inf):
+        return False
+    moments = np.linalg.eigvalsh(matrix)
+    return bool(moments[0] > 0 and moments[2] <= 1.001 * moments[:2].sum())

@@ -1,0 +1,59 @@
+"""A robot description as the text of its file, guesses marked as such."""
+
+from collections.abc import Sequence
+
+import yaml
+
+from remosplat_drake.robot.importing.findings import Findings
+from remosplat_drake.robot.robot_description import RobotDescription
+
+
+def description_text(
+    description: RobotDescription, made_by: str, findings: Findings
+) -> str:
+    """Writes a description with what was guessed in comments.
+
+    Args:
+        description: The description; fields that are empty are left out.
+        made_by: Command line that made it.
+        findings: What was guessed.
+    """
+    lines = [
+        f"# Made by `{made_by}`.",
+        "# Guessed, and worth a look:",
+        *(f"#   {what}: {value}" for what, value in findings.guessed),
+        "# Velocities are in the order of u: base, if any, then arm. SI units.",
+    ]
+    if description.base is not None:
+        base = description.base
+        section = {"joints": base.joints, "body": base.body}
+    else:
+        section = None
+    arm = description.arm
+    fields = {
+        "name": description.name,
+        "model": description.model,
+        "base": section,
+        "arm": {"name": arm.name, "joints": arm.joints, "mount": arm.mount},
+        "end_effector_frame": description.end_effector_frame,
+        "velocity_limits": description.velocity_limits,
+        "acceleration_limits": description.acceleration_limits,
+        "home": description.home,
+        "locked": description.locked,
+        "floor_links": description.floor_links,
+        "spheres": description.spheres,
+    }
+    for name, value in fields.items():
+        if value:
+            lines.append(_entry(name, value))
+    return "\n".join(lines) + "\n"
+
+
+def _entry(name: str, value: object) -> str:
+    flat = isinstance(value, Sequence) and not isinstance(value, str)
+    return yaml.safe_dump(
+        {name: value},
+        sort_keys=False,
+        default_flow_style=None if flat else False,
+        width=80,
+    ).rstrip()

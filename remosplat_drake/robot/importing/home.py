@@ -1,0 +1,131 @@
+"""A configuration to start from: where the arm is able and clear of itself."""
+
+from itertools import combinations
+
+import numpy as np
+
+from remosplat_drake.robot.robot_model import RobotModel
+
+SAMPLES = 3000
+"""Number of configurations that are looked at."""
+
+_CLEAR = 0.03
+"""Distance between two links beyond which more does not matter [m]."""
+
+_WITHIN = 0.15
+"""Least distance from both joint limits, as a share of the range."""
+
+
+def guess_home(robot: RobotModel, still: int = 0, seed: int = 0) -> np.ndarray:
+    """Draws arm configurations, and takes the most able of the clearest.
+
+    Clear is where links that are two joints or more apart keep away from each
+    other, and where nothing is lower than the arm's foot. Able is a large
+    manipulability (Yoshikawa 1985) with the hand in front.
+
+    Args:
+        robot: The robot; of a mobile one only the arm moves.
+        still: Number of the arm's first joints that stay at zero.
+        seed: Seed of the draws.
+
+    Returns:
+        The arm's configuration, shape (n_arm,) [rad, m].
+    """
+    rng = np.random.default_rng(seed)
+    arm = slice(robot.n_q - len(robot.home), robot.n_q)
+    lower, upper = robot.position_lower[arm], robot.position_upper[arm]
+    margin = _WITHIN * (upper - lower)
+    lower, upper = lower + margin, upper - margin
+    # More than half a turn from zero is a turn too many.
+    wide = robot.arm_turns & (upper - lower > 2 * np.pi)
+    lower, upper = np.where(wide, -np.pi, lower), np.where(wide, np.pi, upper)
+    draws = rng.uniform(lower, upper, (SAMPLES, len(lower)))
+    draws[:, :still] = 0.0
+    pairs, foot = _watched(robot), _foot(robot)
+    scores = [_score(robot, q, still, pairs, foot) for q in draws]
+    home = draws[int(np.argmax(scores))]
+    return home.round(3)
+
+
+def tightness(robot: RobotModel, q_arm: np.ndarray) -> float:
+    """Returns by how much links overlap at a configuration, in all [m].
+
+    Args:
+        robot: The robot.
+        q_arm: The arm's configuration, shape (n_arm,) [rad, m].
+    """
+    q = np.concatenate([np.zeros(robot.n_q - len(q_arm)), q_arm])
+    gaps = _gaps(robot, q, _watched(robot))
+    return float(-np.minimum(gaps, 0.0).sum())
+
+
+def keeps_off_itself(robot: RobotModel, q: np.ndarray, room: float) -> bool:
+    """Tells whether links are apart, but for those that are not at home.
+
+    Args:
+        robot: The robot.
+        q: Configuration, shape (n_q,) [rad, m].
+        room: How far they are apart [m].
+    """
+    pairs = _watched(robot)
+    at_home = _gaps(robot, robot.q_home, pairs)
+    return bool((_gaps(robot, q, pairs) >= np.minimum(room, at_home)).all())
+
+
+def _score(
+    robot: RobotModel,
+    q_arm: np.ndarray,
+    still: int,
+    pairs: list[tuple[np.ndarray, np.ndarray]],
+    foot: float,
+) -> float:
+    q = np.concatenate([np.zeros(robot.n_q - len(q_arm)), q_arm])
+    state = robot.state(q)
+    J = np.concatenate([state.Jv_WE, state.Jw_WE])[:, robot.n_base :]
+    turns = robot.arm_turns.copy()
+    turns[:still] = False
+    J = J[:, turns] if turns.any() else J
+    singular = np.linalg.svd(J, compute_uv=False)
+    able = float(np.prod(singular)) ** (1 / max(len(singular), 1))
+    gaps = np.minimum(_gaps(robot, q, pairs), _CLEAR)
+    low = np.minimum(state.spheres.p_WS[:, 2] - state.spheres.radius, foot)
+    below = foot - low[robot.moved_by_arm].min(initial=foot)
+    x, y, z = state.X_WE[:3, 3] - state.X_WB[:3, 3]
+    ahead = x / max(np.linalg.norm([x, y, z]), 1e-9) - abs(np.arctan2(y, x))
+    return able + 0.1 * ahead + 10.0 * float(gaps.sum()) - 10.0 * below
+
+
+def _watched(robot: RobotModel) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Indices of the spheres of links that are two moving joints apart."""
+    tree = robot.tree
+    on_link: dict[str, list[int]] = {}
+    for i, link in enumerate(robot.spheres.links):
+        on_link.setdefault(link, []).append(i)
+    pairs = []
+    for a, b in combinations(on_link, 2):
+        between = set(tree.chain(tree.index(a))) ^ set(
+            tree.chain(tree.index(b))
+        )
+        if sum(tree.position[body] >= 0 for body in between) >= 2:
+            pairs.append((np.array(on_link[a]), np.array(on_link[b])))
+    return pairs
+
+
+def _gaps(
+    robot: RobotModel,
+    q: np.ndarray,
+    pairs: list[tuple[np.ndarray, np.ndarray]],
+) -> np.ndarray:
+    """Least distance between the spheres of each pair of links [m]."""
+    spheres = robot.spheres_at(q)
+    p, r = spheres.p_WS, spheres.radius
+    distance = np.linalg.norm(p[:, None] - p[None], axis=2) - r[:, None] - r
+    return np.array([distance[np.ix_(a, b)].min() for a, b in pairs])
+
+
+def _foot(robot: RobotModel) -> float:
+    """Height of the arm's first joint, which nothing should be far below."""
+    tree = robot.tree
+    first = int(np.flatnonzero(tree.position == robot.n_q - len(robot.home))[0])
+    X_WL = robot.body_poses(np.zeros(robot.n_q))
+    return float((X_WL[tree.parent[first]] @ tree.X_PF[first])[2, 3])

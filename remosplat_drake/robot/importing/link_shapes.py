@@ -1,0 +1,251 @@
+"""The meshes of a URDF's links, converted to what Drake draws and collides.
+
+Visual meshes become .gltf files, which carry their colours. Collision meshes
+are cut into slabs and become their hulls: Drake would take the hull of the
+whole, in which there is much air.
+"""
+
+import hashlib
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
+
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.system_libraries import import_optional
+from remosplat_drake.robot.fitting.slabs import convex_slabs
+from remosplat_drake.robot.importing.findings import Findings, listed
+from remosplat_drake.robot.importing.packages import Packages
+from remosplat_drake.robot.importing.urdf import Urdf
+from remosplat_drake.robot.meshes import drawable
+
+if TYPE_CHECKING:
+    import trimesh
+
+MESHES = (".stl", ".dae", ".obj", ".gltf", ".glb", ".ply", ".off")
+"""Suffixes of mesh files that can be converted."""
+
+_HULL_TOLERANCE = 2e-4
+"""How far a mesh may stand out of its hull, which saves corners [m]."""
+
+_GREY = (0.7, 0.71, 0.73, 1.0)
+_UNIT = re.compile(r"([\d.eE+-]+) \* meters")
+
+
+def convert_shapes(
+    urdf: Urdf,
+    packages: Packages,
+    folder: Path,
+    findings: Findings,
+    on_mesh: Callable[[], None] = lambda: None,
+) -> None:
+    """Converts all meshes of a URDF, and names the new files in its elements.
+
+    Links on joints that have a look and no collision shapes get the hulls of
+    what is seen.
+
+    Args:
+        urdf: The robot; its links' elements are changed.
+        packages: Finds the files that it names.
+        folder: Folder that gets a folder `meshes`.
+        findings: Where it is noted what was made up.
+        on_mesh: Called after each mesh.
+
+    Raises:
+        FieldError: A mesh is missing, unreadable or has an unusable scale.
+        MissingExtraError: The packages that convert meshes are not installed.
+    """
+    if next(urdf.root.iter("mesh"), None) is not None:
+        import_optional("trimesh", "converting meshes", "robots")
+    converter = _Converter(urdf, packages, folder, on_mesh)
+    colours = {
+        material.get("name", ""): _rgba(material)
+        for material in urdf.root.findall("material")
+        if _rgba(material) is not None
+    }
+    bare = []
+    for name, link in urdf.links.items():
+        if link.find("collision") is None and link.find("visual") is not None:
+            bare.append(name)
+            for visual in link.findall("visual"):
+                link.append(_as_collision(visual))
+        for kind in ("visual", "collision"):
+            for i, element in enumerate(link.findall(kind)):
+                where = f"link {name!r} <{kind}>"
+                converter.convert(link, element, colours, where, f"{name}_{i}")
+    if converter.count:
+        findings.find("meshes", f"{converter.count} converted")
+    if bare:
+        findings.guess(
+            "collision shapes", f"hulls of what is seen of {listed(bare)}"
+        )
+
+
+def _as_collision(visual: Element) -> Element:
+    collision = Element("collision")
+    collision.extend(
+        _copy(child) for child in visual if child.tag in ("origin", "geometry")
+    )
+    return collision
+
+
+def _copy(element: Element) -> Element:
+    twin = Element(element.tag, element.attrib)
+    twin.extend(_copy(child) for child in element)
+    return twin
+
+
+class _Converter:
+    """Converts meshes, each file once."""
+
+    def __init__(
+        self,
+        urdf: Urdf,
+        packages: Packages,
+        folder: Path,
+        on_mesh: Callable[[], None],
+    ):
+        self._urdf = urdf
+        self._packages = packages
+        self._folder = folder
+        self._on_mesh = on_mesh
+        self._written: dict[tuple, list[str]] = {}
+
+    @property
+    def count(self) -> int:
+        return len(self._written)
+
+    def convert(
+        self,
+        link: Element,
+        element: Element,
+        colours: dict[str, tuple[float, ...] | None],
+        where: str,
+        name: str,
+    ) -> None:
+        """Converts the mesh of one <visual> or <collision>, if it has one."""
+        geometry = element.find("geometry")
+        mesh = None if geometry is None else geometry.find("mesh")
+        if mesh is None:
+            return
+        uri = mesh.get("filename")
+        if not uri:
+            raise self._urdf.fail(f"{where} <mesh>", "has no filename=...")
+        source = self._packages.resolve(uri, f"{where} <mesh>")
+        scale, visual = self._scale(mesh, where), element.tag == "visual"
+        colour = _colour_of(element, colours) if visual else None
+        key = (element.tag, source, scale.tobytes(), colour)
+        if key not in self._written:
+            try:
+                scene = _load(source, scale)
+                files = _drawn(scene, source, colour) if visual else _cut(scene)
+            except RemoSplatError as error:
+                raise self._urdf.fail(f"{where} <mesh>", str(error)) from error
+            self._written[key] = []
+            for ending, data in files.items():
+                file = f"meshes/{element.tag}/{_plain(name)}{ending}"
+                write_atomically(self._folder / file, data)
+                self._written[key].append(file)
+            self._on_mesh()
+        link.remove(element)
+        for file in self._written[key]:
+            link.append(_naming(element, file))
+
+    def _scale(self, mesh: Element, where: str) -> np.ndarray:
+        text = mesh.get("scale", "1 1 1")
+        try:
+            scale = np.array([float(x) for x in text.split()])
+        except ValueError:
+            scale = np.zeros(0)
+        if scale.shape != (3,) or not (np.isfinite(scale) & (scale != 0)).all():
+            problem = f"expected three numbers that are not 0, got {text!r}"
+            raise self._urdf.fail(f"{where} <mesh> scale", problem)
+        return scale
+
+
+def _drawn(
+    scene: "trimesh.Scene", source: Path, colour: tuple[float, ...] | None
+) -> dict[str, bytes | str]:
+    """The file that is drawn, by its ending."""
+    if colour is None and source.suffix.lower() == ".stl":
+        colour = _GREY
+    return {".gltf": drawable(scene, colour)}
+
+
+def _cut(scene: "trimesh.Scene") -> dict[str, bytes | str]:
+    """The files of the convex parts, by their endings."""
+    surface = np.array(scene.to_geometry().triangles)
+    return {
+        f"_{i}.obj": piece.to_obj("A convex part of a link.")
+        for i, piece in enumerate(convex_slabs(surface, _HULL_TOLERANCE))
+    }
+
+
+def _naming(element: Element, file: str) -> Element:
+    """A twin of a <visual> or <collision> whose mesh is another file."""
+    twin = _copy(element)
+    twin.attrib.clear()
+    mesh = twin.find("geometry/mesh")
+    assert mesh is not None
+    mesh.attrib.clear()
+    mesh.set("filename", file)
+    if twin.tag == "collision":
+        SubElement(mesh, "{http://drake.mit.edu}declare_convex")
+    return twin
+
+
+def _load(path: Path, scale: np.ndarray) -> "trimesh.Scene":
+    """Loads a mesh file in metres, as RViz shows it."""
+    import trimesh
+
+    if path.suffix.lower() not in MESHES:
+        problem = f"is none of {', '.join(MESHES)}"
+        raise RemoSplatError(f"{path} {problem}")
+    try:
+        scene = trimesh.load_scene(path)
+        unit = _UNIT.match(str(scene.units or ""))
+        factor = scale * (float(unit[1]) if unit else 1.0)
+        parts = [
+            part for part in scene.dump() if isinstance(part, trimesh.Trimesh)
+        ]
+    # Readers of many formats, each with errors of its own.
+    except Exception as error:
+        problem = " ".join(str(error).split()) or type(error).__name__
+        raise RemoSplatError(f"{path} cannot be read: {problem}") from error
+    parts = [part for part in parts if len(part.faces)]
+    if not parts:
+        raise RemoSplatError(f"{path} has no triangles")
+    for part in parts:
+        part.apply_transform(np.diag([*factor, 1.0]))
+    return trimesh.Scene(parts)
+
+
+def _colour_of(
+    visual: Element, colours: dict[str, tuple[float, ...] | None]
+) -> tuple[float, ...] | None:
+    material = visual.find("material")
+    if material is None:
+        return None
+    return _rgba(material) or colours.get(material.get("name", ""))
+
+
+def _rgba(material: Element) -> tuple[float, ...] | None:
+    color = material.find("color")
+    try:
+        text = "" if color is None else color.get("rgba", "")
+        rgba = tuple(min(max(float(x), 0.0), 1.0) for x in text.split())
+    except ValueError:
+        return None
+    return rgba if len(rgba) == 4 else None
+
+
+def _plain(name: str) -> str:
+    """A name that any file system takes, different for different names."""
+    plain = re.sub(r"[^\w.-]", "_", name)
+    if plain != name:
+        plain += "_" + hashlib.sha256(name.encode()).hexdigest()[:6]
+    return plain

@@ -1,0 +1,149 @@
+"""ROS packages by name: where `package://NAME/...` leads to.
+
+They are looked for where the command line says, in the folders above the
+robot's file, and on the paths that ROS 1 and ROS 2 workspaces set.
+"""
+
+import dataclasses as dc
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+from remosplat_drake.base.errors import FieldError, FileError
+
+SCHEMES = ("package://", "model://")
+"""Beginnings of the URIs that name a package."""
+
+PATH_VARIABLES = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "COLCON_PREFIX_PATH")
+"""Variables of the environment that name folders with packages."""
+
+_DEEPEST = 3
+"""How many folders below an entry of ROS_PACKAGE_PATH a package may lie."""
+
+
+@dc.dataclass(frozen=True)
+class Packages:
+    """Finds the files that URIs in a robot's files name.
+
+    Attributes:
+        file: The robot's file.
+        given: Folders of packages by name, which come before all others.
+        variables: The environment; only `PATH_VARIABLES` matter.
+    """
+
+    file: Path
+    given: dict[str, Path] = dc.field(default_factory=dict)
+    variables: dict[str, str] = dc.field(
+        default_factory=lambda: dict(os.environ)
+    )
+
+    def resolve(self, uri: str, element: str) -> Path:
+        """Returns the file that a URI stands for.
+
+        Args:
+            uri: A URI of a package, a `file://` URI, or a path relative to
+                the robot's file.
+            element: The element that names it, for errors.
+
+        Raises:
+            FieldError: There is no such package or file.
+        """
+        for scheme in SCHEMES:
+            if uri.startswith(scheme):
+                name, _, rest = uri.removeprefix(scheme).partition("/")
+                path = self.folder(name, element) / rest
+                break
+        else:
+            path = self.file.parent / uri.removeprefix("file://")
+        if not path.is_file():
+            problem = f"{uri}: no such file ({path})"
+            raise FieldError(str(self.file), element, problem)
+        return path
+
+    def folder(self, name: str, element: str) -> Path:
+        """Returns the folder of a package.
+
+        Args:
+            name: Name of the package.
+            element: The element that names it, for errors.
+
+        Raises:
+            FieldError: There is no such package.
+        """
+        for folder in self._candidates(name):
+            if folder.is_dir():
+                return folder
+        raise FieldError(
+            str(self.file),
+            element,
+            f"no package {name!r} above the file or in"
+            f" {', '.join(PATH_VARIABLES)}; give --package {name}=DIR",
+        )
+
+    def _candidates(self, name: str) -> Iterator[Path]:
+        if name in self.given:
+            yield self.given[name]
+            return
+        above = list(self.file.absolute().parents)
+        for folder in above:
+            if package_name(folder) == name:
+                yield folder
+        for folder in above:
+            if folder.name == name:
+                yield folder
+        for folder in above:
+            yield folder / name
+        for variable in PATH_VARIABLES:
+            for entry in self.variables.get(variable, "").split(os.pathsep):
+                if entry:
+                    yield from _in_entry(Path(entry), name)
+
+
+def _in_entry(entry: Path, name: str) -> Iterator[Path]:
+    """Where an entry of a path variable may have a package."""
+    yield entry / "share" / name
+    yield entry / name / "share" / name
+    level = [entry]
+    for _ in range(_DEEPEST):
+        for folder in level:
+            if package_name(folder) == name or folder.name == name:
+                yield folder
+        level = [
+            child
+            for folder in level
+            if folder.is_dir() and package_name(folder) is None
+            for child in sorted(folder.iterdir())
+            if child.is_dir()
+        ]
+    yield from (folder for folder in level if folder.name == name)
+
+
+def package_name(folder: Path) -> str | None:
+    """Returns the name in a folder's package.xml; None if there is none."""
+    try:
+        root = ElementTree.parse(folder / "package.xml").getroot()
+    except (OSError, ElementTree.ParseError):
+        return None
+    return (root.findtext("name") or "").strip() or None
+
+
+def given_packages(texts: list[str]) -> dict[str, Path]:
+    """Reads flags of the form NAME=DIR.
+
+    Args:
+        texts: The flags' values.
+
+    Raises:
+        FieldError: A text has another form.
+        FileError: A folder is not there.
+    """
+    packages = {}
+    for text in texts:
+        name, _, folder = text.partition("=")
+        if not (name and folder):
+            raise FieldError("--package", text, "expected NAME=DIR")
+        packages[name] = Path(folder).expanduser()
+        if not packages[name].is_dir():
+            raise FileError(folder, "no such folder (--package)")
+    return packages

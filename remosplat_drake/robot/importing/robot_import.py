@@ -1,0 +1,301 @@
+"""From a robot's own files to a folder with its description and spheres."""
+
+import dataclasses as dc
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.robot.fitting.covering import fit_covering
+from remosplat_drake.robot.fitting.model_surfaces import SurfaceOptions
+from remosplat_drake.robot.importing.arm_choice import (
+    ArmChoice,
+    choose_arm,
+    has_wheels,
+)
+from remosplat_drake.robot.importing.completion import (
+    JointLimits,
+    complete_inertias,
+    complete_limits,
+)
+from remosplat_drake.robot.importing.description_text import description_text
+from remosplat_drake.robot.importing.findings import Findings, listed
+from remosplat_drake.robot.importing.ground import lowest_points
+from remosplat_drake.robot.importing.home import guess_home, tightness
+from remosplat_drake.robot.importing.link_shapes import convert_shapes
+from remosplat_drake.robot.importing.mobile_base import (
+    DIFFERENTIAL,
+    FIXED,
+    JOINTS,
+    OMNI,
+    add_base_joints,
+    base_limits,
+)
+from remosplat_drake.robot.importing.packages import Packages
+from remosplat_drake.robot.importing.sources import read_urdf_text
+from remosplat_drake.robot.importing.srdf import Srdf, find_srdf, read_srdf
+from remosplat_drake.robot.importing.urdf import Urdf
+from remosplat_drake.robot.robot_description import (
+    Arm,
+    DifferentialBase,
+    RobotDescription,
+)
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
+
+TOLERANCE = 0.02
+"""How far spheres may stand out of links [m]."""
+
+_HAND_WEIGHT = 2.0
+"""How much tighter spheres are from the wrist on."""
+
+_STILL_WEIGHT = 0.5
+"""How much coarser spheres are on links that stand still: they matter to the
+arm, which must not touch them, and to nothing else."""
+
+_ON_FLOOR = 0.1
+"""Height up to which links of a base are taken to stand on the floor [m]."""
+
+_LEFT_OUT = ("gazebo", "transmission", "ros2_control", "sensor")
+
+
+@dc.dataclass(frozen=True)
+class ImportRequest:
+    """What is wanted of an import.
+
+    Attributes:
+        source: The robot's URDF or xacro.
+        packages: Folders of packages by name, besides those that are found.
+        base: `FIXED`, `DIFFERENTIAL` or `OMNI`; None guesses from wheels.
+        end_effector: Name of the end effector's link; None guesses it.
+        srdf: The robot's SRDF; None looks for one beside the source.
+        arguments: Arguments of a xacro by name.
+        tolerance: How far spheres may stand out of links [m].
+        made_by: Command line, for comments in the files.
+    """
+
+    source: Path
+    packages: dict[str, Path] = dc.field(default_factory=dict)
+    base: str | None = None
+    end_effector: str | None = None
+    srdf: Path | None = None
+    arguments: dict[str, str] = dc.field(default_factory=dict)
+    tolerance: float = TOLERANCE
+    made_by: str = "remosplat import-robot"
+
+
+def import_robot(
+    request: ImportRequest,
+    folder: Path,
+    findings: Findings,
+    on_progress: Callable[[str, int, int], None] = lambda what, i, n: None,
+) -> RobotModel:
+    """Writes a robot's model, meshes, spheres and description into a folder.
+
+    Args:
+        request: What is wanted.
+        folder: The folder, which exists and is empty.
+        findings: Where it is noted what was found and guessed.
+        on_progress: Called with what is being done, the number of steps that
+            are done, and of all.
+
+    Returns:
+        The robot, as it is loaded from that folder.
+
+    Raises:
+        RemoSplatError: A file is missing or unusable; the text names file and
+            element.
+    """
+    packages = Packages(request.source, request.packages)
+    text = read_urdf_text(request.source, packages, request.arguments)
+    urdf = Urdf(request.source, text)
+    findings.find(
+        "model",
+        f"{urdf.name}: {len(urdf.links)} links, {len(urdf.joints)} joints",
+    )
+    srdf = _srdf(request, urdf, findings)
+    arm = choose_arm(urdf, srdf, request.end_effector, findings)
+    limits = complete_limits(urdf, arm.joints, findings)
+    complete_inertias(urdf, findings)
+    n_meshes = sum(1 for _ in urdf.root.iter("mesh"))
+    done = 0
+
+    def on_mesh() -> None:
+        nonlocal done
+        done += 1
+        on_progress("converting meshes", done, n_meshes)
+
+    convert_shapes(urdf, packages, folder, findings, on_mesh)
+    base = request.base or _guessed_base(urdf, findings)
+    description = _described(urdf, arm, limits, base, folder, findings)
+    covering = fit_covering(
+        description.model_path,
+        _surface_options(urdf, arm, base),
+        tolerance=request.tolerance,
+        on_progress=on_progress,
+    )
+    comments = [f"{len(covering)} spheres, made by `{request.made_by}`."]
+    write_atomically(folder / "spheres.yaml", covering.to_yaml(comments))
+    worst = max(covering.bulges, key=lambda link: covering.bulges[link].max)
+    findings.find(
+        "spheres",
+        f"{len(covering)}; farthest out is one on {worst}, by"
+        f" {1e3 * covering.bulges[worst].max:.0f} mm",
+    )
+    on_progress("looking for a home", 0, 1)
+    _choose_home(description, srdf, base, findings)
+    write_atomically(
+        Path(description.source),
+        description_text(description, request.made_by, findings),
+    )
+    return load_robot(description.source, floor_height=0.03)
+
+
+def _srdf(request: ImportRequest, urdf: Urdf, findings: Findings) -> Srdf:
+    path = request.srdf or find_srdf(request.source)
+    if path is None:
+        return Srdf()
+    srdf = read_srdf(path, urdf)
+    findings.find(
+        "SRDF",
+        f"{path.name}: {len(srdf.states)} states,"
+        f" {len(srdf.allowed_collisions)} pairs of links that may touch",
+    )
+    return srdf
+
+
+def _guessed_base(urdf: Urdf, findings: Findings) -> str:
+    if has_wheels(urdf):
+        findings.guess(
+            "base", "differential, as it has wheels; --base says else"
+        )
+        return DIFFERENTIAL
+    findings.guess("base", "fixed to the world; --base says else")
+    return FIXED
+
+
+def _described(
+    urdf: Urdf,
+    arm: ArmChoice,
+    limits: list[JointLimits],
+    base: str,
+    folder: Path,
+    findings: Findings,
+) -> RobotDescription:
+    """Writes the model's file, and describes it but for its home."""
+    name = "".join(c if c.isalnum() else "_" for c in urdf.name).lower()
+    model = folder / f"{name}.urdf"
+    for tag in _LEFT_OUT:
+        for element in urdf.root.findall(tag):
+            urdf.root.remove(element)
+    for joint in urdf.joints.values():
+        for tag in ("mimic", "safety_controller", "calibration"):
+            for element in joint.element.findall(tag):
+                joint.element.remove(element)
+        # Drake simulates none, and says so of each joint.
+        for dynamics in joint.element.findall("dynamics"):
+            dynamics.attrib.pop("friction", None)
+    _write_model(urdf, model)
+    mount = arm.joints[0].parent
+    drives, floor = None, [mount] if mount != "world" else []
+    if base != FIXED:
+        lowest = lowest_points(model)
+        ground = min(lowest.values(), default=0.0)
+        moved = _moved_links(urdf, arm)
+        floor = [
+            link
+            for link, z in lowest.items()
+            if link not in moved and z - ground < _ON_FLOOR
+        ]
+        drives = add_base_joints(urdf, base, -ground)
+        if abs(ground) > 0.005:
+            findings.guess(
+                "floor",
+                f"{-ground:.3f} m below {drives}, where the lowest"
+                " point of the robot is",
+            )
+        _write_model(urdf, model)
+    joints = [joint.name for joint in arm.joints]
+    of_base = base_limits(base, findings)
+    if base == OMNI:
+        joints = [*JOINTS, *joints]
+    all_limits = [*of_base, *limits]
+    return RobotDescription(
+        name=name,
+        model=model.name,
+        base=DifferentialBase(list(JOINTS), drives or "")
+        if base == DIFFERENTIAL
+        else None,
+        arm=Arm("arm", joints, mount if base != OMNI else "base_origin"),
+        end_effector_frame=arm.end_effector,
+        velocity_limits=[limit.velocity for limit in all_limits],
+        acceleration_limits=[limit.acceleration for limit in all_limits],
+        home=[0.0] * len(joints),
+        locked=arm.locked,
+        floor_links=floor,
+        spheres={"covering": "spheres.yaml"},
+        source=str(folder / f"{name}.yaml"),
+    )
+
+
+def _write_model(urdf: Urdf, path: Path) -> None:
+    ElementTree.indent(urdf.root)
+    text = ElementTree.tostring(urdf.root, encoding="unicode")
+    write_atomically(path, f'<?xml version="1.0"?>\n{text}\n')
+
+
+def _moved_links(urdf: Urdf, arm: ArmChoice) -> set[str]:
+    """Names of the links that joints of the arm move."""
+    return {
+        link for link in urdf.links if set(urdf.chain(link)) & set(arm.joints)
+    }
+
+
+def _surface_options(urdf: Urdf, arm: ArmChoice, base: str) -> SurfaceOptions:
+    """All links that have shapes: tight from the wrist on, coarse if still."""
+    moved = _moved_links(urdf, arm)
+    wrist = set(arm.joints[-2:])
+    weights = {}
+    links = []
+    for link in urdf.links:
+        if urdf.links[link].find("collision") is None:
+            continue
+        links.append(link)
+        if wrist & set(urdf.chain(link)):
+            weights[link] = _HAND_WEIGHT
+        elif link not in moved and base == FIXED:
+            weights[link] = _STILL_WEIGHT
+    return SurfaceOptions(tuple(links), weights=weights)
+
+
+def _choose_home(
+    description: RobotDescription, srdf: Srdf, base: str, findings: Findings
+) -> None:
+    """Sets the home: that of the SRDF if it is usable, or a guess."""
+    path = Path(description.source)
+    write_atomically(path, description_text(description, "", Findings()))
+    robot = load_robot(path)
+    still = len(JOINTS) if base == OMNI else 0
+    guess = guess_home(robot, still)
+    named = srdf.home()
+    if named is not None:
+        name, positions = named
+        joints = description.arm.joints
+        home = np.array([positions.get(joint, 0.0) for joint in joints])
+        arm = slice(robot.n_q - len(home), robot.n_q)
+        inside = (home > robot.position_lower[arm]) & (
+            home < robot.position_upper[arm]
+        )
+        if inside.all() and tightness(robot, home) <= 1.2 * tightness(
+            robot, guess
+        ):
+            findings.find("home", f"{name!r} of the SRDF")
+            description.home = [float(x) for x in home]
+            return
+    findings.guess(
+        "home",
+        listed([f"{x:g}" for x in guess], 12)
+        + ": clear of itself, away from limits",
+    )
+    description.home = [float(x) for x in guess]

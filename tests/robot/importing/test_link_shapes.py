@@ -1,0 +1,136 @@
+"""Meshes become what Drake draws and collides, in the same place and size."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+trimesh = pytest.importorskip("trimesh")
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.robot.fitting.slabs import convex_slabs
+from remosplat_drake.robot.importing.findings import Findings
+from remosplat_drake.robot.importing.link_shapes import convert_shapes
+from remosplat_drake.robot.importing.packages import Packages
+from remosplat_drake.robot.importing.urdf import Urdf
+
+
+def link(mesh: str, kinds: tuple[str, ...] = ("visual", "collision")) -> str:
+    shapes = "".join(
+        f'<{kind}><origin xyz="1 2 3"/><geometry>{mesh}</geometry></{kind}>'
+        for kind in kinds
+    )
+    return f'<robot name="arm"><link name="a">{shapes}</link></robot>'
+
+
+def converted(folder: Path, text: str) -> tuple[Urdf, Findings]:
+    file = folder / "arm.urdf"
+    urdf, findings = Urdf(file, text), Findings()
+    out = folder / "out"
+    out.mkdir(exist_ok=True)
+    convert_shapes(urdf, Packages(file, {}, {}), out, findings)
+    return urdf, findings
+
+
+def extent_of(gltf: dict) -> np.ndarray:
+    """Size of a .gltf's points along x, y, z; its own axes are y-up."""
+    accessor = gltf["accessors"][
+        gltf["meshes"][0]["primitives"][0]["attributes"]["POSITION"]
+    ]
+    x, y, z = np.subtract(accessor["max"], accessor["min"])
+    return np.array([x, z, y])
+
+
+@pytest.mark.parametrize("suffix", ["stl", "obj", "dae"])
+def test_a_mesh_in_millimetres_comes_out_in_metres(tmp_path, suffix):
+    if suffix == "dae":
+        pytest.importorskip("collada")
+    trimesh.creation.box((100, 200, 300)).export(tmp_path / f"box.{suffix}")
+    mesh = f'<mesh filename="box.{suffix}" scale="0.001 0.001 0.001"/>'
+    urdf, _ = converted(tmp_path, link(mesh))
+    shapes = {}
+    for kind in ("visual", "collision"):
+        element = urdf.links["a"].find(kind)
+        # Where it is stays with the element.
+        assert element.find("origin").get("xyz") == "1 2 3"
+        file = element.find("geometry/mesh")
+        assert file.get("scale") is None
+        shapes[kind] = tmp_path / "out" / file.get("filename")
+    hull = trimesh.load_mesh(shapes["collision"])
+    np.testing.assert_allclose(hull.extents, [0.1, 0.2, 0.3], atol=1e-6)
+    gltf = json.loads(shapes["visual"].read_text())
+    np.testing.assert_allclose(extent_of(gltf), [0.1, 0.2, 0.3], atol=1e-4)
+
+
+def test_the_unit_of_a_collada_file_counts(tmp_path):
+    pytest.importorskip("collada")
+    path = tmp_path / "box.dae"
+    trimesh.creation.box((10, 20, 30)).export(path)
+    text = path.read_text()
+    assert "<asset>" in text
+    unit = '<unit name="centimeter" meter="0.01"/>'
+    head, _, tail = text.partition("</asset>")
+    if "<unit" in head:
+        head = (
+            head[: head.index("<unit")]
+            + head[head.index("/>", head.index("<unit")) + 2 :]
+        )
+    path.write_text(f"{head}{unit}</asset>{tail}")
+    urdf, _ = converted(tmp_path, link('<mesh filename="box.dae"/>'))
+    file = urdf.links["a"].find("collision/geometry/mesh").get("filename")
+    hull = trimesh.load_mesh(tmp_path / "out" / file)
+    np.testing.assert_allclose(hull.extents, [0.1, 0.2, 0.3], atol=1e-6)
+
+
+def test_a_link_that_is_only_seen_gets_shapes(tmp_path):
+    trimesh.creation.box((1, 1, 1)).export(tmp_path / "box.stl")
+    text = link('<mesh filename="box.stl"/>', ("visual",))
+    urdf, findings = converted(tmp_path, text)
+    assert urdf.links["a"].find("collision/geometry/mesh") is not None
+    assert "a" in dict(findings.guessed)["collision shapes"]
+
+
+@pytest.mark.parametrize(
+    ("mesh", "message"),
+    [
+        ("<mesh/>", "link 'a' <visual> <mesh>: has no filename"),
+        ('<mesh filename="no.stl"/>', "<mesh>: no.stl: no such file"),
+        ('<mesh filename="box.txt"/>', "box.txt is none of .stl"),
+        ('<mesh filename="bad.stl"/>', "bad.stl "),
+        ('<mesh filename="box.stl" scale="1 0 1"/>', "scale: expected three"),
+        ('<mesh filename="box.stl" scale="big"/>', "got 'big'"),
+    ],
+)
+def test_a_mesh_that_cannot_be_used_is_told(tmp_path, mesh, message):
+    trimesh.creation.box((1, 1, 1)).export(tmp_path / "box.stl")
+    (tmp_path / "box.txt").write_text("box")
+    (tmp_path / "bad.stl").write_bytes(b"\x00" * 10)
+    with pytest.raises(RemoSplatError, match=message) as caught:
+        converted(tmp_path, link(mesh))
+    assert "\n" not in str(caught.value)
+
+
+def test_slabs_cover_a_bent_shape_with_less_air():
+    a = trimesh.creation.box((1.0, 0.1, 0.1))
+    b = trimesh.creation.box((0.1, 0.1, 1.0))
+    b.apply_translation((0.45, 0, 0.45))
+    surface = np.concatenate([a.triangles, b.triangles])
+    slabs = convex_slabs(surface, 1e-6)
+    volume = sum(piece.volume for piece in slabs)
+    whole = ConvexHull(surface.reshape(-1, 3)).volume
+    assert volume < 0.6 * whole
+    # Every point of the surface is in one of the slabs.
+    points, _ = trimesh.sample.sample_surface(a, 500, seed=1)
+    outside = [
+        (points @ hull[:, :3].T + hull[:, 3]).max(axis=1)
+        for hull in (ConvexHull(slab.vertices).equations for slab in slabs)
+    ]
+    assert np.min(outside, axis=0).max() < 1e-4
+
+
+def test_a_convex_shape_stays_in_one_piece():
+    box = trimesh.creation.box((1.0, 0.2, 0.3))
+    (piece,) = convex_slabs(box.triangles, 1e-6)
+    assert piece.volume == pytest.approx(0.06)
