@@ -10,20 +10,17 @@ from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.base.table import Table
 from remosplat_drake.commands.tables import open_console, print_table
-from remosplat_drake.robot.fitting.link_spheres import (
-    Bulge,
-    LinkSpheres,
-    measure_bulge,
-)
-from remosplat_drake.robot.fitting.model_surfaces import (
-    SurfaceOptions,
-    model_surfaces,
-)
-from remosplat_drake.robot.fitting.sphere_fitting import fit_spheres
+from remosplat_drake.robot.fitting.covering import Covering, fit_covering
+from remosplat_drake.robot.fitting.model_surfaces import SurfaceOptions
+from remosplat_drake.robot.fitting.sphere_fitting import MOST_SPHERES
 from remosplat_drake.robot.robot_description import load_robot_description
+
+COUNT = 77
+"""Number of spheres unless told otherwise."""
 
 EXAMPLES = """
 remosplat fit-spheres my_arm.urdf --output spheres.yaml
+remosplat fit-spheres my_arm.urdf --tolerance 30
 """
 """What `--help` ends with."""
 
@@ -37,7 +34,14 @@ def add_arguments(parser: argparse.ArgumentParser):
         " the name of a shipped robot",
     )
     parser.add_argument(
-        "--count", type=int, default=77, help="how many spheres at most (77)"
+        "--count", type=int, help=f"how many spheres at most ({COUNT})"
+    )
+    parser.add_argument(
+        "--tolerance",
+        type=float,
+        metavar="MM",
+        help="in place of a count: how far spheres may stand out of a link, in"
+        f" mm, where {MOST_SPHERES} a link suffice",
     )
     parser.add_argument(
         "--links", nargs="+", default=[], help="only these links (default all)"
@@ -70,32 +74,32 @@ def add_arguments(parser: argparse.ArgumentParser):
 
 def run(args: argparse.Namespace) -> int:
     """Fits the spheres, prints a table and writes the sphere model."""
+    if args.count is not None and args.tolerance is not None:
+        raise RemoSplatError("--tolerance: give it or --count, not both")
+    tolerance, count = args.tolerance, args.count
+    if tolerance is not None and not 0.5 <= tolerance <= 200:
+        problem = f"expected 0.5 to 200 [mm], got {tolerance:g}"
+        raise FieldError("fit-spheres", "--tolerance", problem)
+    if tolerance is None and count is None:
+        count = COUNT
     model, options = _options(args)
     console = open_console()
     with Progress(console=console, transient=True) as progress:
         task = progress.add_task("reading the surfaces", total=None)
-        surfaces = model_surfaces(model, options, args.seed)
-        progress.update(task, description="fitting", total=len(surfaces))
-        fits = fit_spheres(
-            surfaces,
-            args.count,
-            args.seed,
-            on_progress=lambda link, spheres: progress.advance(task),
+        covering = fit_covering(
+            model,
+            options,
+            count=count,
+            tolerance=None if tolerance is None else 1e-3 * tolerance,
+            seed=args.seed,
+            on_progress=lambda what, done, total: progress.update(
+                task, description=what, completed=done, total=total
+            ),
         )
-        # Points that the fit has not seen find the slits between spheres.
-        progress.update(task, description="checking with fresh points")
-        fresh = model_surfaces(model, options, args.seed + 1)
-        fits = {
-            link: fit.grown_over(fresh[link].points, 5e-4)
-            for link, fit in fits.items()
-        }
-    bulges = {
-        link: measure_bulge(fit, surfaces[link].solid)
-        for link, fit in fits.items()
-    }
-    print_table(console, _table(fits, bulges))
+    print_table(console, _table(covering))
     if args.output:
-        write_atomically(args.output, _to_yaml(args, fits, bulges))
+        text = covering.to_yaml(_comments(args, covering))
+        write_atomically(args.output, text)
         console.print(f"wrote {args.output}")
     return 0
 
@@ -137,49 +141,32 @@ def _weight(text: str) -> tuple[str, float]:
     return link, weight
 
 
-def _table(fits: dict[str, LinkSpheres], bulges: dict[str, Bulge]) -> Table:
+def _table(covering: Covering) -> Table:
     return Table(
-        f"{_total(fits)} spheres; all surface points inside",
+        f"{len(covering)} spheres; all surface points inside",
         ("link", "spheres", "mean bulge [mm]", "max bulge [mm]"),
         tuple(
             (
                 link,
                 str(len(fit.radius)),
-                f"{1e3 * bulges[link].mean:.1f}",
-                f"{1e3 * bulges[link].max:.1f}",
+                f"{1e3 * covering.bulges[link].mean:.1f}",
+                f"{1e3 * covering.bulges[link].max:.1f}",
             )
-            for link, fit in fits.items()
+            for link, fit in covering.fits.items()
         ),
     )
 
 
-def _to_yaml(
-    args: argparse.Namespace,
-    fits: dict[str, LinkSpheres],
-    bulges: dict[str, Bulge],
-) -> str:
-    """Writes the sphere model in tenths of a millimetre, radii rounded up."""
-    lines = [
-        f"# {_total(fits)} spheres that cover the robot, made with",
-        f"#   remosplat fit-spheres {Path(args.model).name}"
-        f" --count {args.count} --seed {args.seed}"
-        + (" --meshes" if args.meshes else ""),
-        *(f"#     --{x} {' '.join(v)}" for x, v in _lists(args) if v),
-        "# How far they stand out of each link, mean and largest [mm]:",
-        *(
-            f"#   {link}: {1e3 * bulge.mean:.1f}, {1e3 * bulge.max:.1f}"
-            for link, bulge in bulges.items()
-        ),
-        "# link: [x, y, z, radius] in the link frame [m].",
-        "spheres:",
+def _comments(args: argparse.Namespace, covering: Covering) -> list[str]:
+    goal = f"--count {args.count or COUNT}"
+    if args.tolerance is not None:
+        goal = f"--tolerance {args.tolerance:g}"
+    return [
+        f"{len(covering)} spheres that cover the robot, made with",
+        f"  remosplat fit-spheres {Path(args.model).name}"
+        f" {goal} --seed {args.seed}" + (" --meshes" if args.meshes else ""),
+        *(f"    --{x} {' '.join(v)}" for x, v in _lists(args) if v),
     ]
-    for link, fit in fits.items():
-        lines.append(f"  {link}:")
-        for p_LS, radius in zip(fit.p_LS, fit.radius, strict=True):
-            # Rounding moves a centre by less than 0.1 mm.
-            row = [*p_LS.round(4) + 0.0, round(radius + 1e-4, 4)]
-            lines.append(f"  - [{', '.join(f'{x:g}' for x in row)}]")
-    return "\n".join(lines) + "\n"
 
 
 def _lists(args: argparse.Namespace) -> list[tuple[str, list[str]]]:
@@ -188,7 +175,3 @@ def _lists(args: argparse.Namespace) -> list[tuple[str, list[str]]]:
         ("with-collision", args.with_collision),
         ("weight", args.weight),
     ]
-
-
-def _total(fits: dict[str, LinkSpheres]) -> int:
-    return sum(len(fit.radius) for fit in fits.values())

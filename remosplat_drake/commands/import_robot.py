@@ -114,7 +114,7 @@ def run(args: argparse.Namespace) -> int:
         robot = _import(request, folder, findings, console)
         tried = None
         if not args.no_scenario:
-            tried = _scenario(robot, folder, console)
+            tried = _scenario(robot, folder, findings, console)
         _picture(robot, folder, findings)
         folder.rename(out)
     finally:
@@ -161,14 +161,22 @@ def _import(
         return import_robot(request, folder, findings, show)
 
 
-def _scenario(robot: RobotModel, folder: Path, console: Console) -> Tried:
+def _scenario(
+    robot: RobotModel, folder: Path, findings: Findings, console: Console
+) -> Tried | None:
     with Progress(console=console, transient=True) as progress:
         task = progress.add_task("trying a scenario", total=None)
-        return write_first_scenario(
-            robot,
-            folder,
-            lambda i, n: progress.update(task, completed=i, total=n),
-        )
+        try:
+            return write_first_scenario(
+                robot,
+                folder,
+                lambda i, n: progress.update(task, completed=i, total=n),
+            )
+        except RemoSplatError as error:
+            for name in ("scenario.yaml", "scene.json", "scene.ply"):
+                (folder / name).unlink(missing_ok=True)
+            findings.guess("scenario", f"none: {error}")
+            return None
 
 
 def _picture(robot: RobotModel, folder: Path, findings: Findings) -> None:

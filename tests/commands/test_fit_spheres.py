@@ -52,3 +52,41 @@ def test_bad_weight_is_named(model, weight):
 def test_a_bare_model_file_has_no_meshes(model):
     with pytest.raises(RemoSplatError, match="names no meshes"):
         run(model, "--meshes")
+
+
+BOX_AND_BALL = """
+<robot name="toy">
+  <link name="ball"><collision>
+    <geometry><sphere radius="0.1"/></geometry>
+  </collision></link>
+  <link name="stick"><collision>
+    <geometry><box size="0.05 0.05 0.6"/></geometry>
+  </collision></link>
+  <joint name="j" type="fixed"><parent link="ball"/><child link="stick"/>
+  <origin xyz="5 0 0"/></joint>
+</robot>
+"""
+
+
+def test_a_tolerance_spends_spheres_where_they_stand_out(tmp_path, capsys):
+    model, output = tmp_path / "toy.urdf", tmp_path / "spheres.yaml"
+    model.write_text(BOX_AND_BALL)
+    assert run(model, "--tolerance", 25, "--output", output) == 0
+    spheres = load_sphere_model(output)
+    assert spheres.links.count("ball") == 1
+    assert spheres.links.count("stick") >= 4
+    # A sphere's centre is inside the stick, 25 mm deep at most.
+    assert spheres.on_link("stick").radius.max() < 0.025 + 0.025 + 0.005
+    assert "--tolerance 25" in output.read_text()
+    assert "max bulge" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("tolerance", ["0", "-3", "1e9"])
+def test_a_tolerance_beyond_reason_is_refused(model, tolerance):
+    with pytest.raises(FieldError, match=r"--tolerance: expected 0.5 to 200"):
+        run(model, "--tolerance", tolerance)
+
+
+def test_a_count_and_a_tolerance_exclude_each_other(model):
+    with pytest.raises(RemoSplatError, match="not both"):
+        run(model, "--tolerance", 10, "--count", 5)

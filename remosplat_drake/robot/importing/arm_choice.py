@@ -102,10 +102,20 @@ def _is_finger(joint: UrdfJoint) -> bool:
     return any(_FINGER.search(name) for name in names)
 
 
+def _before_fingers(urdf: Urdf, link: str) -> str:
+    """The link that carries the fingers, where a chain goes on through one."""
+    for joint in urdf.chain(link):
+        if joint.moves and _is_finger(joint):
+            return joint.parent
+    return link
+
+
 def _guessed_tip(urdf: Urdf, srdf: Srdf, findings: Findings) -> str:
-    if len(set(srdf.tips)) == 1:
-        findings.find("end effector", f"{srdf.tips[0]} (SRDF)")
-        return srdf.tips[0]
+    tips = {_before_fingers(urdf, tip) for tip in srdf.tips}
+    if len(tips) == 1:
+        (tip,) = tips
+        findings.find("end effector", f"{tip} (SRDF)")
+        return tip
 
     def drives(link: str) -> int:
         chain = urdf.chain(link)

@@ -60,7 +60,9 @@ def tightness(robot: RobotModel, q_arm: np.ndarray) -> float:
 
 
 def keeps_off_itself(robot: RobotModel, q: np.ndarray, room: float) -> bool:
-    """Tells whether links are apart, but for those that are not at home.
+    """Tells whether links are apart that are apart at home.
+
+    Those that are close at home, as at a short wrist, may be closer by 3 cm.
 
     Args:
         robot: The robot.
@@ -69,7 +71,8 @@ def keeps_off_itself(robot: RobotModel, q: np.ndarray, room: float) -> bool:
     """
     pairs = _watched(robot)
     at_home = _gaps(robot, robot.q_home, pairs)
-    return bool((_gaps(robot, q, pairs) >= np.minimum(room, at_home)).all())
+    least = np.where(at_home < room, at_home - _CLEAR, room)
+    return bool((_gaps(robot, q, pairs) >= least).all())
 
 
 def _score(

@@ -178,7 +178,15 @@ def _drawn(
 
 def _cut(scene: "trimesh.Scene") -> dict[str, bytes | str]:
     """The files of the convex parts, by their endings."""
-    surface = np.array(scene.to_geometry().triangles)
+    import trimesh
+
+    surface = np.concatenate(
+        [
+            part.triangles
+            for part in scene.dump()
+            if isinstance(part, trimesh.Trimesh)
+        ]
+    )
     return {
         f"_{i}.obj": piece.to_obj("A convex part of a link.")
         for i, piece in enumerate(convex_slabs(surface, _HULL_TOLERANCE))

@@ -4,6 +4,7 @@ import contextlib
 import importlib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.base.system_libraries import import_optional
@@ -56,7 +57,7 @@ def _expanded(path: Path, packages: Packages, arguments: dict[str, str]) -> str:
 @contextlib.contextmanager
 def _packages_of(packages: Packages) -> Iterator[None]:
     """Has `$(find NAME)` answered by us, not by a ROS installation."""
-    module = importlib.import_module("xacro.substitution_args")
+    module: Any = importlib.import_module("xacro.substitution_args")
     before = module._eval_find
     module._eval_find = lambda name: str(
         packages.folder(name, f"$(find {name})").absolute()

@@ -81,10 +81,11 @@ def read_srdf(path: Path, urdf: Urdf) -> Srdf:
             name = joint.get("name", "")
             if name in urdf.joints:
                 positions[name] = _position(path, name, joint.get("value", ""))
-    pairs = {
-        tuple(sorted((pair.get("link1", ""), pair.get("link2", ""))))
-        for pair in root.findall("disable_collisions")
-    }
+    pairs = set()
+    for pair in root.findall("disable_collisions"):
+        first, second = sorted((pair.get("link1", ""), pair.get("link2", "")))
+        if {first, second} <= set(urdf.links):
+            pairs.add((first, second))
     tips = [
         chain.get("tip_link", "")
         for group in root.findall("group")
@@ -93,7 +94,7 @@ def read_srdf(path: Path, urdf: Urdf) -> Srdf:
     return Srdf(
         tuple(tip for tip in tips if tip in urdf.links),
         states,
-        tuple(sorted(pair for pair in pairs if set(pair) <= set(urdf.links))),
+        tuple(sorted(pairs)),
     )
 
 

@@ -135,14 +135,9 @@ class Urdf:
         if kind not in (*MOVING, FIXED):
             valid = [*MOVING, FIXED]
             raise self.fail(where, unknown_name("type", kind, valid))
-        ends = []
-        for tag in ("parent", "child"):
-            found = element.find(tag)
-            link = "" if found is None else found.get("link", "")
-            if link not in self.links:
-                problem = unknown_name("link", link, self.links)
-                raise self.fail(f"{where} <{tag}>", problem)
-            ends.append(link)
+        parent, child = (
+            self._end(element, tag, where) for tag in ("parent", "child")
+        )
         limit, mimic = element.find("limit"), element.find("mimic")
         lower, upper, velocity = (
             self._number(limit, key, math.nan, f"{where} <limit>")
@@ -151,7 +146,8 @@ class Urdf:
         return UrdfJoint(
             name,
             kind,
-            *ends,
+            parent,
+            child,
             lower,
             upper,
             velocity,
@@ -160,6 +156,14 @@ class Urdf:
             self._number(mimic, "offset", 0.0, f"{where} <mimic>"),
             element,
         )
+
+    def _end(self, element: Element, tag: str, where: str) -> str:
+        found = element.find(tag)
+        link = "" if found is None else found.get("link", "")
+        if link not in self.links:
+            problem = unknown_name("link", link, self.links)
+            raise self.fail(f"{where} <{tag}>", problem)
+        return link
 
     def _number(
         self, element: Element | None, key: str, absent: float, where: str

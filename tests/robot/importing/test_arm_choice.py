@@ -45,6 +45,13 @@ def test_the_tip_of_an_srdf_is_found_not_guessed():
     assert choice.locked == {"joint_6": 0.0}
 
 
+def test_a_chain_through_a_finger_ends_before_it():
+    srdf = Srdf(tips=("left_finger",))
+    choice, found, _ = chosen(toy_urdf(FINGERS), srdf)
+    assert choice.end_effector == "hand"
+    assert "hand" in found["end effector"]
+
+
 def test_what_is_wanted_wins():
     choice, _, guessed = chosen(toy_urdf(), Srdf(tips=("hand",)), "forearm")
     assert [joint.name for joint in choice.joints] == ARM[:3]
