@@ -45,8 +45,8 @@ def convert_shapes(
 ) -> None:
     """Converts all meshes of a URDF, and names the new files in its elements.
 
-    Links on joints that have a look and no collision shapes get the hulls of
-    what is seen.
+    Links without collision meshes get the hulls of what is seen of them, besides
+    the primitives that they have: these are often less than the link.
 
     Args:
         urdf: The robot; its links' elements are changed.
@@ -67,21 +67,31 @@ def convert_shapes(
         for material in urdf.root.findall("material")
         if _rgba(material) is not None
     }
-    bare = []
+    covered = []
     for name, link in urdf.links.items():
-        if link.find("collision") is None and link.find("visual") is not None:
-            bare.append(name)
-            for visual in link.findall("visual"):
-                link.append(_as_collision(visual))
+        # Primitives often stand for less than the link: no controller may
+        # overlook the rest.
+        if link.find("collision/geometry/mesh") is None:
+            bare = link.find("collision") is None
+            seen = link.findall("visual")
+            if not bare:
+                meshes = (
+                    v for v in seen if v.find("geometry/mesh") is not None
+                )
+                seen = list(meshes)
+            link.extend([_as_collision(visual) for visual in seen])
+            covered += [name] * bool(seen)
         for kind in ("visual", "collision"):
             for i, element in enumerate(link.findall(kind)):
                 where = f"link {name!r} <{kind}>"
                 converter.convert(link, element, colours, where, f"{name}_{i}")
     if converter.count:
         findings.find("meshes", f"{converter.count} converted")
-    if bare:
+    if covered:
         findings.guess(
-            "collision shapes", f"hulls of what is seen of {listed(bare)}"
+            "collision shapes",
+            "hulls of what is seen, besides primitives if any, of"
+            f" {listed(covered)}",
         )
 
 

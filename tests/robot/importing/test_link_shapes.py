@@ -92,6 +92,21 @@ def test_a_link_that_is_only_seen_gets_shapes(tmp_path):
     assert "a" in dict(findings.guessed)["collision shapes"]
 
 
+def test_a_primitive_hides_nothing_of_what_is_seen(tmp_path):
+    trimesh.creation.box((1, 1, 1)).export(tmp_path / "box.stl")
+    visual = '<mesh filename="box.stl"/>'
+    text = link(visual, ("visual",)).replace(
+        "</link>",
+        '<collision><geometry><sphere radius="0.1"/></geometry></collision>'
+        "</link>",
+    )
+    urdf, findings = converted(tmp_path, text)
+    ball, hull = urdf.links["a"].findall("collision")
+    assert ball.find("geometry/sphere") is not None
+    assert hull.find("geometry/mesh") is not None
+    assert "a" in dict(findings.guessed)["collision shapes"]
+
+
 @pytest.mark.parametrize(
     ("mesh", "message"),
     [
