@@ -233,12 +233,18 @@ class RobotModel:
     @cached_property
     def moved_by_arm(self) -> np.ndarray:
         """Which spheres a joint of the arm moves, shape (n,), bool."""
-        return self._moves[self._body_S][:, self.n_base :].any(axis=1)
+        moving = [
+            any(self.tree.position[link] >= self._base_q for link in chain)
+            for chain in map(self.tree.chain, range(len(self.tree.names)))
+        ]
+        return np.array(moving)[self._body_S]
 
     @cached_property
     def arm_turns(self) -> np.ndarray:
         """Which of the arm's joints are hinges, not slides, (n_arm,), bool."""
-        return self._screw_revolute[self.n_base :]
+        kinds = dict(zip(self.tree.position, self.tree.kind, strict=True))
+        arm = range(self._base_q, self.n_q)
+        return np.array([kinds[i] == kin.REVOLUTE for i in arm], bool)
 
     @cached_property
     def home(self) -> np.ndarray:

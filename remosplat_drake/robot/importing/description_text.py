@@ -41,6 +41,7 @@ def description_text(
         "home": description.home,
         "locked": description.locked,
         "floor_links": description.floor_links,
+        "allowed_collisions": getattr(description, "allowed_collisions", []),
         "spheres": description.spheres,
     }
     for name, value in fields.items():

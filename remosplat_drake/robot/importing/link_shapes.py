@@ -45,8 +45,8 @@ def convert_shapes(
 ) -> None:
     """Converts all meshes of a URDF, and names the new files in its elements.
 
-    Links without collision meshes get the hulls of what is seen of them, besides
-    the primitives that they have: these are often less than the link.
+    Links without collision meshes get the hulls of what is seen of them,
+    besides the primitives that they have: these are often less than the link.
 
     Args:
         urdf: The robot; its links' elements are changed.

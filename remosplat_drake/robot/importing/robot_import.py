@@ -129,6 +129,7 @@ def import_robot(
     convert_shapes(urdf, packages, folder, findings, on_mesh)
     base = request.base or _guessed_base(urdf, findings)
     description = _described(urdf, arm, limits, base, folder, findings)
+    description = _with_allowed_collisions(description, srdf)
     covering = fit_covering(
         description.model_path,
         _surface_options(urdf, arm, base),
@@ -237,6 +238,20 @@ def _described(
         spheres={"covering": "spheres.yaml"},
         source=str(folder / f"{name}.yaml"),
     )
+
+
+def _with_allowed_collisions(
+    description: RobotDescription, srdf: Srdf
+) -> RobotDescription:
+    """Has the description name the pairs of links that the SRDF allows.
+
+    It can where self-collision is judged by hulls; spheres know no pairs.
+    """
+    field = "allowed_collisions"
+    if field not in {known.name for known in dc.fields(description)}:
+        return description
+    pairs = [list(pair) for pair in srdf.allowed_collisions]
+    return dc.replace(description, **{field: pairs})
 
 
 def _write_model(urdf: Urdf, path: Path) -> None:
