@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 from typing import Annotated
 
-from annotated_types import Interval
+from annotated_types import Interval, Len
 
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, FileError, unknown_name
@@ -81,6 +81,14 @@ class RobotDescription(Config):
     locked: dict[str, JointPosition] = dc.field(default_factory=dict)
     # Names of links that stand on the floor: their spheres do not see it.
     floor_links: list[str] = dc.field(default_factory=list)
+    # Pairs of links that may touch or overlap: they are not watched. Links with
+    # fewer than two moving joints between them never are.
+    allowed_collisions: list[Annotated[list[str], Len(2, 2)]] = dc.field(
+        default_factory=list
+    )
+    # SRDF file whose disabled collisions are allowed, too, relative to this
+    # file; empty for none.
+    srdf: str = ""
     # What people call a link, by its name: elbow, wrist. Others are called by
     # their names.
     link_names: dict[str, str] = dc.field(default_factory=dict)

@@ -41,6 +41,9 @@ class RobotState:
         spheres: The robot's spheres in W.
         Jv_WS: Translational Jacobians of the sphere centres, (n, 3, n_u).
         X_WB: Pose of the base body, a 4x4 matrix (identity if fixed).
+        X_WL: Poses of all bodies of the robot's tree, shape (b, 4, 4).
+        screws_W: Axes of the commands' screws in W, and a point on each, shape
+            (n_u, 3) both.
     """
 
     q: np.ndarray
@@ -50,6 +53,8 @@ class RobotState:
     spheres: Spheres
     Jv_WS: np.ndarray
     X_WB: np.ndarray
+    X_WL: np.ndarray
+    screws_W: tuple[np.ndarray, np.ndarray]
 
 
 class RobotModel:
@@ -70,6 +75,10 @@ class RobotModel:
             for the base.
         position_upper: Upper joint limits of q, shape (n_q,) [m, rad]; infinite
             for the base.
+        screw_body: Body of `tree` whose inboard joint each command moves, shape
+            (n_u,); both of a differential base move the one that turns.
+        screw_turns: Whether each command turns that body, or else slides it,
+            shape (n_u,), bool.
 
     Example:
         >>> import remosplat_drake as rs
@@ -111,6 +120,7 @@ class RobotModel:
         self.tree = kin.make_kinematic_tree(
             plant, self.joint_names, description.locked
         )
+        self._check_allowed_collisions()
         self._read_limits(plant)
         self._tree_arrays = (
             self.tree.parent,
@@ -142,6 +152,17 @@ class RobotModel:
         return list(self.description.actuators) or default_actuators(
             self.n_base, self.n_u - self.n_base
         )
+
+    def _check_allowed_collisions(self):
+        links = self.tree.names[1:]
+        for i, pair in enumerate(self.description.allowed_collisions):
+            for name in pair:
+                if name not in links:
+                    raise FieldError(
+                        self.description.source,
+                        f"allowed_collisions[{i}]",
+                        unknown_name("link", name, links),
+                    )
 
     def _read_limits(self, plant: MultibodyPlant):
         description = self.description
@@ -213,19 +234,19 @@ class RobotModel:
             self._body_B = 0
             bodies = []
         bodies += [joint_body[i] for i in range(self._base_q, self.n_q)]
-        self._screw_body = np.array(bodies)
-        self._screw_revolute = self.tree.kind[self._screw_body] == kin.REVOLUTE
+        self.screw_body = np.array(bodies)
+        self.screw_turns = self.tree.kind[self.screw_body] == kin.REVOLUTE
         if self.n_base:
-            self._screw_revolute[0] = False
+            self.screw_turns[0] = False
         self._moves = np.zeros((b, self.n_u), bool)
         for body in range(1, b):
             chain = set(self.tree.chain(body))
-            self._moves[body] = [s in chain for s in self._screw_body]
+            self._moves[body] = [s in chain for s in self.screw_body]
 
     @cached_property
     def leading_spheres(self) -> np.ndarray:
         """Which spheres move with the arm's last joint, shape (n,), bool."""
-        last = self._screw_body[-1]
+        last = self.screw_body[-1]
         return np.array(
             [last in self.tree.chain(body) for body in self._body_S], bool
         )
@@ -281,7 +302,7 @@ class RobotModel:
         Jv_WS = kin.point_jacobians(
             a_W,
             o_W,
-            self._screw_revolute,
+            self.screw_turns,
             self._moves,
             self._body_S,
             spheres.p_WS,
@@ -289,26 +310,51 @@ class RobotModel:
         Jv_WE = kin.point_jacobians(
             a_W,
             o_W,
-            self._screw_revolute,
+            self.screw_turns,
             self._moves,
             np.array([self._body_E]),
             X_WE[None, :3, 3],
         )[0]
-        turning = self._screw_revolute & self._moves[self._body_E]
+        turning = self.screw_turns & self._moves[self._body_E]
         Jw_WE = np.where(turning, a_W.T, 0.0)
         return RobotState(
-            q, X_WE, Jv_WE, Jw_WE, spheres, Jv_WS, X_WL[self._body_B]
+            q,
+            X_WE,
+            Jv_WE,
+            Jw_WE,
+            spheres,
+            Jv_WS,
+            X_WL[self._body_B],
+            X_WL,
+            (a_W, o_W),
+        )
+
+    def point_jacobians(
+        self, state: RobotState, body: np.ndarray, p_W: np.ndarray
+    ) -> np.ndarray:
+        """Computes the translational Jacobians of points of the robot.
+
+        Args:
+            state: The configuration.
+            body: The body of `tree` to which each point is fixed, shape (n,).
+            p_W: The points in W, shape (n, 3) [m].
+
+        Returns:
+            The Jacobians in W, shape (n, 3, n_u).
+        """
+        return kin.point_jacobians(
+            *state.screws_W, self.screw_turns, self._moves, body, p_W
         )
 
     def _screws(
         self, X_WL: np.ndarray, X_WF: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Axes and points of the commands' screws in W, (n_u, 3) each."""
-        X_WF = X_WF[self._screw_body]
-        axis_F = self.tree.axis_F[self._screw_body]
+        X_WF = X_WF[self.screw_body]
+        axis_F = self.tree.axis_F[self.screw_body]
         a_W = np.einsum("jrc,jc->jr", X_WF[:, :3, :3], axis_F)
         if self.n_base:
-            a_W[0] = X_WL[self._screw_body[0], :3, 0]  # Forward is B's x axis.
+            a_W[0] = X_WL[self.screw_body[0], :3, 0]  # Forward is B's x axis.
         return a_W, np.ascontiguousarray(X_WF[:, :3, 3])
 
     def velocity_map(self, q: np.ndarray) -> np.ndarray:
@@ -422,10 +468,10 @@ class RobotModel:
             length = p_LS[i]
             for link in reversed(self.tree.chain(body)):
                 length += np.linalg.norm(self.tree.X_MB[link, :3, 3])
-                columns = np.flatnonzero(self._screw_body == link)
-                turning = self._screw_revolute[columns]
+                columns = np.flatnonzero(self.screw_body == link)
+                turning = self.screw_turns[columns]
                 bound[i, columns] = np.where(turning, length, 1.0)
-                length += self._travel(link)
+                length += self.travel(link)
                 length += np.linalg.norm(self.tree.X_PF[link, :3, 3])
         return bound
 
@@ -440,7 +486,7 @@ class RobotModel:
         unit vector is carried around by a turning joint, and a slide carries
         nothing around.
         """
-        turning, moves = self._screw_revolute, self._moves[self._body_S]
+        turning, moves = self.screw_turns, self._moves[self._body_S]
         bound = self.jacobian_bound
         outer = np.minimum(bound[:, :, None], bound[:, None, :])
         both_move = moves[:, :, None] & moves[:, None, :]
@@ -448,8 +494,8 @@ class RobotModel:
         one_turns = turning[:, None] ^ turning[None, :]
         return np.where(two_turn, outer, 1.0 * (one_turns & both_move))
 
-    def _travel(self, link: int) -> float:
-        """How far a link's inboard joint can slide from zero [m]."""
+    def travel(self, link: int) -> float:
+        """Returns how far a body's inboard joint can slide from zero [m]."""
         if self.tree.kind[link] != kin.PRISMATIC:
             return 0.0
         position = self.tree.position[link]

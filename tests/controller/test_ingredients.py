@@ -20,7 +20,7 @@ from remosplat_drake.controller.ingredients.manipulability_cost import (
 from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.robot.self_collision import self_collision_pairs
+from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
 from remosplat_drake.signals.distance_field import Clearances
 
 STEP = 1e-6
@@ -506,11 +506,7 @@ def test_a_zero_gain_leaves_a_cost_out(frankie, make_tick):
 
 def test_self_collision_watches_links_two_joints_apart(three_link):
     pairs = self_collision_pairs(three_link, margin=0.0)
-    links = {
-        frozenset((three_link.spheres.links[i], three_link.spheres.links[j]))
-        for i, j in zip(pairs.first, pairs.second, strict=True)
-    }
-    assert links == {frozenset(("upper_arm", "wrist"))}
+    assert pairs.found.watched == (("upper_arm", "wrist"),)
 
 
 def test_self_collision_row_is_the_rate_of_the_distance(three_link, make_tick):
@@ -524,16 +520,54 @@ def test_self_collision_row_is_the_rate_of_the_distance(three_link, make_tick):
         u = rng.uniform(-1, 1, 3)
 
         def distance(q):
-            near = pairs.nearest(three_link.spheres_at(q), config.influence)
-            return near.distance[0]
+            return pairs.distances(q).min()
 
         damper = ing.SelfCollisionDamper(config, three_link)
         rows = added(damper, make_tick(three_link, q)).rows["self-collision"]
-        assert len(rows.b) == 1
         assert rows.A[0] @ u == pytest.approx(
             -rate_along(three_link, distance, q, u), abs=1e-6
         )
         assert rows.b[0] == pytest.approx(0.7 * (distance(q) - 0.01) / 0.49)
+
+
+def test_each_self_collision_row_is_the_rate_of_its_points(frankie, make_tick):
+    """Where the hand faces the base, several pairs of points are near."""
+    config = ing.SelfCollisionDamperConfig(influence=0.3)
+    pairs = self_collision_pairs(frankie, config.stopping)
+    damper = ing.SelfCollisionDamper(config, frankie)
+    q = folded_over_the_base(frankie)
+    rng = np.random.default_rng(4)
+    near = pairs.near(frankie.body_poses(q), config.influence)
+    bodies = pairs.bodies(near)
+    rows = added(damper, make_tick(frankie, q)).rows["self-collision"]
+    assert len(rows.b) == len(near) > 10
+
+    def gaps(q):
+        """Of points that stay where they are on their links, along n."""
+        X_0, X = frankie.body_poses(frankie_q), frankie.body_poses(q)
+        moved = []
+        for body, p_W in zip(bodies, (near.p_WA, near.p_WB), strict=True):
+            X_WX = X[body] @ np.linalg.inv(X_0[body])
+            moved.append(np.matvec(X_WX[:, :3, :3], p_W) + X_WX[:, :3, 3])
+        return np.vecdot(moved[1] - moved[0], near.normal_W)
+
+    frankie_q = q
+    for _ in range(5):
+        u = rng.uniform(-1, 1, 9)
+        np.testing.assert_allclose(
+            rows.A @ u, -rate_along(frankie, gaps, q, u), atol=1e-6
+        )
+    span = config.influence - config.stopping
+    np.testing.assert_allclose(
+        rows.b, config.gain * (near.distance - config.stopping) / span
+    )
+
+
+def folded_over_the_base(frankie):
+    """A configuration in which the hand is close above the base."""
+    q = frankie.q_home.copy()
+    q[3:] = (0.0, 0.5, 0.0, -2.9, 0.0, 3.386, 0.785)
+    return q
 
 
 @pytest.mark.parametrize("enabled", [True, False])

@@ -1,4 +1,4 @@
-"""The spheres of every shipped robot enclose it, and see it touch itself.
+"""The spheres of shipped robots enclose them; shapes see them touch themselves.
 
 What is proved here is what `remosplat_drake.robot.fitting.enclosure` promises.
 """
@@ -28,7 +28,7 @@ from remosplat_drake.robot.fitting.model_surfaces import (
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_description import load_robot_description
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
-from remosplat_drake.robot.self_collision import self_collision_pairs
+from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
 from remosplat_drake.robot.visuals import load_visuals
 
 ROBOTS = sorted(
@@ -213,10 +213,9 @@ class Body:
 
 
 def contacts_and_distances(robot: RobotModel, n: int, seed: int):
-    """(links, depth, distance of their spheres) wherever links overlap."""
+    """(links, depth, our distance) wherever links overlap."""
     body, rng = Body(robot), np.random.default_rng(seed)
     pairs = self_collision_pairs(robot, MARGIN)
-    links = robot.spheres.links
     arm = np.isfinite(robot.position_lower)
     lower = np.where(arm, robot.position_lower, 0)
     upper = np.where(arm, robot.position_upper, 0)
@@ -224,10 +223,9 @@ def contacts_and_distances(robot: RobotModel, n: int, seed: int):
         contacts = body.contacts(q)
         if not contacts:
             continue
-        near = pairs.nearest(robot.spheres_at(q), 1.0)
         distance = dict.fromkeys(contacts, np.inf)
-        for i, j, d in zip(near.first, near.second, near.distance, strict=True):
-            touching = frozenset((links[i], links[j]))
+        for k, d in enumerate(pairs.distances(q)):
+            touching = frozenset(pairs.links(k))
             if touching in distance:
                 distance[touching] = min(distance[touching], d)
         for touching, depth in contacts.items():
@@ -236,14 +234,15 @@ def contacts_and_distances(robot: RobotModel, n: int, seed: int):
 
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_no_link_touches_another_unseen(robot):
-    """Wherever shapes overlap, the spheres do; and many arms fold up.
+    """Wherever Drake's shapes overlap, ours do; and many arms fold up.
 
-    A fixed arm has no base to fold onto, so it touches itself less often.
+    A fixed arm has no base to fold onto, so it touches itself less often. How
+    deep hulls overlap, Drake rather exaggerates.
     """
     seen = list(contacts_and_distances(load_robot(robot), 400, 3))
     assert len(seen) > 30
     for links, depth, distance in seen:
-        assert distance < 0, (links, depth)
+        assert -depth - 1e-3 < distance < 0, links
 
 
 @pytest.mark.parametrize("robot", ROBOTS)

@@ -10,7 +10,9 @@ from annotated_types import Interval
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.robot.self_collision import self_collision_pairs
+from remosplat_drake.robot.self_collision.pairs import (
+    self_collision_pairs,
+)
 from remosplat_drake.signals.binding import SELF_COLLISION
 
 
@@ -20,9 +22,9 @@ class SelfCollisionDamperConfig(Config):
 
     # Whether the robot is kept from touching itself.
     enabled: bool = True
-    # Influence distance: spheres farther apart than this do not matter [m].
+    # Influence distance: links farther apart than this do not matter [m].
     influence: Annotated[float, Interval(gt=0, le=1)] = 0.1
-    # Stopping distance, which spheres of two links keep from each other [m].
+    # Stopping distance, which the shapes of two links keep from each other [m].
     stopping: Annotated[float, Interval(ge=0, le=0.5)] = 0.01
     # Largest speed of approach at the influence distance [m/s].
     gain: Annotated[float, Interval(gt=0, le=10)] = 0.5
@@ -44,13 +46,16 @@ class SelfCollisionDamperConfig(Config):
 class SelfCollisionDamper:
     """A velocity damper between the robot's own links.
 
-    The damper of Faverjon and Tournassoud (1987) gets one row for each pair
-    of links, that of their nearest pair of spheres, and one for each pair of
-    spheres that is nearer at home than the stopping distance.
+    The damper of Faverjon and Tournassoud (1987) gets a row for each pair of
+    points at which two links are near each other: the nearest, and up to four
+    that would be the nearest after a small turn. With p on the first link, q on
+    the second and the unit normal n from p to q,
+
+        n' (Jv_Wp - Jv_Wq) u <= gain (d - d_s) / (d_i - d_s)
 
     Args:
         config: Distances of the damper, and its speed of approach.
-        robot: The robot, for its spheres and links.
+        robot: The robot, for its shapes and links.
 
     Attributes:
         config: The damper's settings; verification of a `ReactiveLaw` goes
@@ -66,23 +71,23 @@ class SelfCollisionDamper:
 
         Args:
             program: The program of the tick.
-            tick: What is known at the tick; the robot's spheres and their
-                Jacobians matter here.
+            tick: What is known at the tick; the robot's configuration matters
+                here.
         """
-        config, spheres = self.config, tick.state.spheres
-        if not (config.enabled and len(self._pairs.first)):
+        config, pairs = self.config, self._pairs
+        if not (config.enabled and len(pairs)):
             return
-        near = self._pairs.nearest(spheres, config.influence)
-        if not len(near.first):
+        near = pairs.near(tick.state.X_WL, config.influence)
+        if not len(near):
             return
-        Jv_WS = tick.state.Jv_WS
-        relative = Jv_WS[near.first] - Jv_WS[near.second]
-        A = np.matvec(np.swapaxes(relative, 1, 2), near.direction_W)
+        first, second = pairs.bodies(near)
+        relative = tick.robot.point_jacobians(tick.state, first, near.p_WA)
+        relative -= tick.robot.point_jacobians(tick.state, second, near.p_WB)
+        A = np.matvec(np.swapaxes(relative, 1, 2), near.normal_W)
         span = config.influence - config.stopping
         b = config.gain * (near.distance - config.stopping) / span
-        links = tick.robot.spheres.links
 
         def label(i: int) -> tuple[str, ...]:
-            return links[near.first[i]], links[near.second[i]]
+            return pairs.links(near.pair[i])
 
         program.add_rows(SELF_COLLISION, A, b, label)

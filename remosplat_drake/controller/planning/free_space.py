@@ -29,7 +29,7 @@ _EDGE = 1e-6
 """Distance by which rooms are told from none [m]."""
 
 _BLINK = 0.01
-"""How far two of the robot's own spheres may move between two looks although
+"""How far two of the robot's own shapes may move between two looks although
 they are nearer to what they keep [m]. Verification looks more closely."""
 
 _FAR = 0.25
@@ -40,7 +40,7 @@ class FreeSpace:
     """The configurations from which nothing is nearer than it may be.
 
     Each sphere keeps the stopping distance from the scene, or what it has at
-    the start where that is less; spheres of two links keep theirs from each
+    the start where that is less; shapes of two links keep theirs from each
     other; joints keep within bounds. Motions are looked at as verification
     looks at commands: the scene is asked again only where the spheres have
     moved farther than what they had left (the field is 1-Lipschitz), so that
@@ -99,21 +99,10 @@ class FreeSpace:
             return False
         if not self._keeps_off(q):
             return False
-        return bool((self.own_rooms(q) >= 0.0).all())
-
-    def own_rooms(self, q: np.ndarray) -> np.ndarray:
-        """Measures what the robot's own distances have above what they keep.
-
-        Args:
-            q: The configuration, shape (n_q,) [rad, m].
-
-        Returns:
-            One room for each pair of spheres, shape (p,) [m].
-        """
-        if self._own is None:
-            return np.zeros(0)
-        p_WS = self.robot.spheres_at(q).p_WS
-        return self._own.distances(p_WS) - self._own.stopping
+        own = self._own
+        if own is None:
+            return True
+        return bool((own.distances(q, own.stopping) >= own.stopping).all())
 
     def rooms(self, q: np.ndarray, far: float = _FAR) -> np.ndarray:
         """Measures what all spheres have above what they keep, in one query.
@@ -162,16 +151,10 @@ class FreeSpace:
         spheres = robot.spheres_at(a)
         motion = a, u, robot.n_base
         if own is not None and not keeps_off_itself(
-            robot.arrays,
+            robot.arrays[0],
             motion,
-            (
-                own.pairs.first,
-                own.pairs.second,
-                own.pairs.link_pair,
-                own.pairs.allowance,
-            ),
-            own.rate,
-            np.minimum(own.distances(spheres.p_WS), own.stopping),
+            own.arrays,
+            np.minimum(own.distances(a, own.stopping), own.stopping),
             _BLINK,
         ):
             return False

@@ -1,16 +1,17 @@
 """`SelfClearance`: what the robot keeps from itself, all along a path."""
 
 import dataclasses as dc
+from functools import cached_property
 
 import numpy as np
 
 from remosplat_drake.controller.verification.kernels.pair_sweep import (
-    pair_distances,
     pairs_keep_apart,
 )
 from remosplat_drake.controller.verification.stopping_path import StoppingPath
+from remosplat_drake.robot.relative_motion import levers
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.robot.self_collision import (
+from remosplat_drake.robot.self_collision.pairs import (
     SelfCollisionPairs,
     self_collision_pairs,
 )
@@ -18,12 +19,14 @@ from remosplat_drake.robot.self_collision import (
 
 @dc.dataclass(frozen=True, eq=False)
 class SelfClearance:
-    """Pairs of a robot's spheres, and the distance that they keep.
+    """Pairs of a robot's convex shapes, and the distance that they keep.
 
     Attributes:
-        robot: The robot, with its spheres and kinematics.
-        pairs: The p pairs of spheres that may meet.
+        robot: The robot, with its kinematics.
+        pairs: The k pairs of shapes that may meet.
         stopping: Stopping distance that the pairs keep [m].
+        lever: For each of l pairs of links, what `relative_motion.levers` says
+            of them, shape (l, n_u) [m].
         rate: Bounds on how fast the distances of each of l pairs of links
             change with each entry of the command, shape (l, n_u).
     """
@@ -31,6 +34,7 @@ class SelfClearance:
     robot: RobotModel
     pairs: SelfCollisionPairs
     stopping: float
+    lever: np.ndarray
     rate: np.ndarray
 
     @staticmethod
@@ -38,60 +42,71 @@ class SelfClearance:
         """Makes the self-clearance of all pairs that are worth watching.
 
         Args:
-            robot: The robot, with its spheres and kinematics.
+            robot: The robot, with its kinematics.
             stopping: Stopping distance that the pairs keep [m].
         """
         pairs = self_collision_pairs(robot, stopping)
-        bound = robot.jacobian_bound
-        first, second = bound[pairs.first], bound[pairs.second]
-        # What carries both around leaves their distance as it is.
-        one_moves = (first > 0.0) ^ (second > 0.0)
-        rate = np.zeros((pairs.link_pair.max(initial=-1) + 1, robot.n_u))
-        np.maximum.at(
-            rate, pairs.link_pair, np.where(one_moves, first + second, 0.0)
+        links = pairs.pairs.links
+        lever = np.array([levers(robot, a, b) for a, b in links])
+        lever = lever.reshape(-1, robot.n_u)
+        shapes = pairs.shapes
+        size = [
+            max(np.linalg.norm(s.vertices, axis=1).max() for s in shapes.of(b))
+            for _, b in links
+        ]
+        arm = lever + np.array(size).reshape(-1, 1)
+        rate = np.where(robot.screw_turns, arm, lever)
+        return SelfClearance(
+            robot, pairs, stopping, lever, np.where(lever < 0.0, 0.0, rate)
         )
-        return SelfClearance(robot, pairs, stopping, rate)
 
-    def distances(self, p_WS: np.ndarray) -> np.ndarray:
-        """Computes the distances between the surfaces of all pairs.
+    @cached_property
+    def arrays(self) -> tuple:
+        """The pairs, and how fast they may near each other, for kernels.
+
+        They are the shapes, the pairs, `rate`, `lever`, and which commands
+        turn.
+        """
+        pairs, turns = self.pairs, self.robot.screw_turns
+        return (
+            pairs.pairs.shapes,
+            pairs.pair_arrays,
+            self.rate,
+            self.lever,
+            turns,
+        )
+
+    def distances(self, q: np.ndarray, enough: float = np.inf) -> np.ndarray:
+        """Computes the distances of all pairs of shapes.
 
         Args:
-            p_WS: Centres of all of the robot's spheres in W, shape (n, 3) [m].
+            q: Configuration, shape (n_q,) [rad, m].
+            enough: Beyond this, lower bounds will do [m].
 
         Returns:
-            The distances plus the pairs' allowances, shape (p,) [m].
+            The distances plus the pairs' allowances, shape (k,) [m].
         """
-        radius, pairs = self.robot.arrays[3], self.pairs
-        return pair_distances(
-            p_WS, radius, pairs.first, pairs.second, pairs.allowance
-        )
+        return self.pairs.distances(q, enough)
 
-    def is_kept(
-        self, path: StoppingPath, distance: np.ndarray, tolerance: float
-    ) -> bool:
+    def is_kept(self, path: StoppingPath, tolerance: float) -> bool:
         """Tells whether every pair keeps min(stopping, its present distance).
 
         Where the robot may be off the path, the stopping distance grows by as
         much as that may change a pair's distance.
 
         Pairs keep it at the path's `times`, and less a tolerance at all times
-        in between, see `kernels/between_looks.py`.
+        in between, see `kernels/relative_way.py`.
 
         Args:
             path: The path of a command and its braking ramp.
-            distance: Distances of all pairs at the start of the path, as
-                `distances` returns them, shape (p,) [m].
             tolerance: How far below its level a distance may fall between the
                 path's times [m].
         """
-        pairs = self.pairs
         tube = self.rate @ (path.tube * path.peak)
         return pairs_keep_apart(
-            self.robot.arrays,
+            self.robot.arrays[0],
             path.arrays,
-            (pairs.first, pairs.second, pairs.link_pair, pairs.allowance),
-            self.rate,
-            distance,
+            self.arrays,
             self.stopping + tube,
             tolerance,
         )

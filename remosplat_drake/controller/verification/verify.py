@@ -6,8 +6,8 @@ command and its braking ramp to a standstill. The supervisor's ramp is the
 same one.
 
 The guarantee. Let d_0 be a distance when control starts: a sphere's clearance
-of the scene, or the distance of two of the robot's spheres. Let d_s be the
-smallest stopping distance used. Then
+of the scene, or the distance of two of the robot's convex shapes. Let d_s be
+the smallest stopping distance used. Then
 
 - at the end of every tick the distance is at least min(d_s, d_0),
 - at all times it is at least min(d_s, d_0) - `TOLERANCE`, and
@@ -30,7 +30,6 @@ already.
 """
 
 import dataclasses as dc
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -100,12 +99,6 @@ class Surroundings:
             )
         return StoppingPath.make(self.robot, self.state.q, u, limit, self.dt)
 
-    @cached_property
-    def self_distances(self) -> np.ndarray:
-        """Present distances of the robot's pairs of spheres, (p,) [m]."""
-        assert self.self_clearance is not None
-        return self.self_clearance.distances(self.state.spheres.p_WS)
-
 
 class Verdict(NamedTuple):
     """What verification makes of a command.
@@ -130,7 +123,7 @@ def verified_command(
     Commands on the way from the braking ramp's next step (fraction 0) to u
     (fraction 1) are tried; all of them respect the acceleration bounds if u
     does. One passes if on its path each sphere stays at least min(d_s, its
-    present clearance) from the scene, the robot's spheres in the same way
+    present clearance) from the scene, the robot's shapes in the same way
     from each other, and each joint within its limits. At the ends of ticks
     there is no tolerance, which would let distances creep down tick by tick.
     Fraction 0 needs no check: it was checked when the command being executed
@@ -211,4 +204,4 @@ def _keeps_joint_limits(path: StoppingPath) -> bool:
 def _keeps_off_itself(around: Surroundings, path: StoppingPath) -> bool:
     if around.self_clearance is None:
         return True
-    return around.self_clearance.is_kept(path, around.self_distances, TOLERANCE)
+    return around.self_clearance.is_kept(path, TOLERANCE)

@@ -21,7 +21,7 @@ def least_rooms(
 
     Returns:
         The smallest room, that is distance above the level to be kept, of all
-        spheres and pairs: at the ends of ticks, and at all looks [m].
+        spheres and pairs of shapes: at the ends of ticks, and at all looks [m].
     """
     path = around.path(u)
     tube = path.sphere_tube()
@@ -42,11 +42,6 @@ def _room(around: Surroundings, q: np.ndarray, tube: np.ndarray) -> float:
     room = (distance - level).min()
     own = around.self_clearance
     if own is not None:
-        gap = spheres.p_WS[own.pairs.first] - spheres.p_WS[own.pairs.second]
-        radii = (
-            spheres.radius[own.pairs.first] + spheres.radius[own.pairs.second]
-        )
-        apart = np.linalg.norm(gap, axis=1) - radii + own.pairs.allowance
-        level = np.minimum(own.stopping, around.self_distances)
-        room = min(room, (apart - level).min(initial=np.inf))
+        level = np.minimum(own.stopping, own.distances(around.state.q))
+        room = min(room, (own.distances(q) - level).min(initial=np.inf))
     return float(room)

@@ -8,57 +8,60 @@ for a while.
 import numpy as np
 from numba import njit
 
-from remosplat_drake.robot.kinematics import advance, body_poses, sphere_points
+from remosplat_drake.robot.kinematics import advance, body_poses
+from remosplat_drake.robot.self_collision.kernels.gjk import make_work
+from remosplat_drake.robot.self_collision.kernels.pair_distance import (
+    centers_in_world,
+    distance_beyond,
+    least_distance,
+)
 
 
 @njit(cache=True)
-def keeps_off_itself(robot, motion, pairs, rate, level, blink):
-    """Tells whether all pairs of spheres keep their distances on a motion.
+def keeps_off_itself(tree, motion, own, level, blink):
+    """Tells whether all pairs of shapes keep their distances on a motion.
 
     Args:
-        robot: The robot as `RobotModel.arrays`.
+        tree: The arguments of `body_poses` before q.
         motion: Configuration q, the command u that is held for one second,
             and the number of base commands.
-        pairs: The p pairs of spheres as four arrays of shape (p,): first and
-            second sphere, number of the pair of links, and the allowance by
-            which the distance is counted too large [m].
-        rate: Bounds on how fast the distances of each of l pairs of links
-            change with each entry of the command, shape (l, n_u).
-        level: Distance that each pair keeps, shape (p,) [m].
-        blink: How far two spheres may move between two looks although they
-            are nearer than that to what they keep [m].
+        own: The pairs as `SelfClearance.arrays`.
+        level: Distance that each pair keeps, shape (k,) [m].
+        blink: How far two shapes may move between two looks although they are
+            nearer than that to what they keep [m].
     """
-    tree, body, p_BS, radius = robot[0], robot[1], robot[2], robot[3]
+    shapes, pairs, rate = own[0], own[1], own[2]
+    first, second, start, allowance, boxes, link_boxes = pairs
     q, u, n_base = motion
-    first, second, link_pair, allowance = pairs
     speed = np.zeros(len(rate))
-    for k in range(len(rate)):
+    for link in range(len(rate)):
         for c in range(len(u)):
-            speed[k] += rate[k, c] * abs(u[c])
-    room = np.empty(len(rate))
+            speed[link] += rate[link, c] * abs(u[c])
+    work = make_work()
     time = 0.0
     while True:
-        X_WB, _ = body_poses(*tree, advance(q, u, n_base, time))  # pyright: ignore
-        p_WS, _ = sphere_points(X_WB, body, p_BS)
-        room[:] = np.inf
-        for k in range(len(first)):
-            i, j = first[k], second[k]
-            x = p_WS[i, 0] - p_WS[j, 0]
-            y = p_WS[i, 1] - p_WS[j, 1]
-            z = p_WS[i, 2] - p_WS[j, 2]
-            kept = level[k] - allowance[k] + radius[i] + radius[j]
-            # Without a square root, most pairs are seen to be far apart.
-            near = kept + room[link_pair[k]]
-            if x * x + y * y + z * z >= near * near:
+        X_WL, _ = body_poses(*tree, advance(q, u, n_base, time))  # pyright: ignore
+        p_WC = centers_in_world(shapes, X_WL)
+        p_WL = centers_in_world(link_boxes, X_WL)
+        step = 1.0 - time
+        for link in range(len(rate)):
+            if speed[link] == 0.0:
                 continue
-            found = np.sqrt(x * x + y * y + z * z) - kept
-            if found < -1e-9:
-                return False
-            room[link_pair[k]] = min(room[link_pair[k]], found)
+            a, b = boxes[link]
+            apart = least_distance(link_boxes, X_WL, p_WL, a, b)
+            for k in range(start[link], start[link + 1]):
+                kept = level[k] - allowance[k]
+                # More room than the rest of the motion needs is not measured.
+                enough = kept + step * speed[link]
+                if apart >= enough:
+                    continue
+                pair = first[k], second[k]
+                room = -kept + distance_beyond(
+                    shapes, X_WL, p_WC, pair, enough, work
+                )
+                if room < -1e-9:
+                    return False
+                step = min(step, max(room, blink) / speed[link])
         if time >= 1.0:
             return True
-        step = 1.0
-        for k in range(len(rate)):
-            if speed[k] > 0.0:
-                step = min(step, max(room[k], blink) / speed[k])
         time = min(time + step, 1.0)

@@ -1,4 +1,4 @@
-"""Whether pairs of spheres keep apart all along a path.
+"""Whether pairs of convex shapes keep apart all along a path.
 
 Coarse before fine: a pair is looked at where the path starts and ends, and
 in between only where these two looks do not tell enough.
@@ -7,122 +7,94 @@ in between only where these two looks do not tell enough.
 import numpy as np
 from numba import njit
 
-from remosplat_drake.controller.verification.kernels.between_looks import (
-    apart,
-    bend_of,
-    longest_way,
-)
 from remosplat_drake.controller.verification.kernels.places import (
     peak_speed,
     place,
 )
-from remosplat_drake.robot.kinematics import body_poses, sphere_points
+from remosplat_drake.controller.verification.kernels.relative_way import (
+    relative_bend,
+    relative_way,
+    travels,
+)
+from remosplat_drake.robot.kinematics import body_poses
+from remosplat_drake.robot.self_collision.kernels.gjk import make_work
+from remosplat_drake.robot.self_collision.kernels.pair_distance import (
+    centers_in_world,
+    distance_beyond,
+    least_distance,
+)
 
 _HALVINGS = 10
 """How often a tick is halved; what is still unknown then is refused."""
 
 
 @njit(cache=True)
-def pair_distances(p_WS, radius, first, second, allowance):
-    """Computes the distances between the surfaces of p pairs of spheres.
-
-    Args:
-        p_WS: Centres of all spheres in W, shape (n, 3) [m].
-        radius: Radii of all spheres, shape (n,) [m].
-        first: Index of one sphere of each pair, shape (p,).
-        second: Index of the other sphere, shape (p,).
-        allowance: How much nearer than others each pair may come, shape (p,)
-            [m].
-
-    Returns:
-        The distances plus the allowances, shape (p,) [m].
-    """
-    distance = np.empty(len(first))
-    for k in range(len(first)):
-        i, j = first[k], second[k]
-        between = apart(p_WS[i], p_WS[j]) - radius[i] - radius[j]
-        distance[k] = between + allowance[k]
-    return distance
-
-
-@njit(cache=True)
-def pairs_keep_apart(robot, path, pairs, rate, distance, stopping, tolerance):
+def pairs_keep_apart(tree, path, own, stopping, tolerance):
     """Tells whether all pairs keep min(stopping, present distance) on a path.
 
     Args:
-        robot: The robot as `RobotModel.arrays`.
+        tree: The arguments of `body_poses` before q.
         path: The path as `StoppingPath.arrays`.
-        pairs: The p pairs of spheres as four arrays of shape (p,): first and
-            second sphere, number of the pair of links, and the allowance by
-            which the distance is counted too large [m].
-        rate: Bounds on how fast the distances of each of l pairs of links
-            change with each entry of the command, shape (l, n_u).
-        distance: Distance of each pair at the start of the path, allowance
-            included, shape (p,) [m].
+        own: The pairs as `SelfClearance.arrays`.
         stopping: Distance that the pairs of each of l pairs of links keep,
             shape (l,) [m].
         tolerance: How far below that a distance may fall between the times of
             the path [m].
     """
+    shapes, pairs, rate, lever, turns = own
+    first, second, start, allowance, boxes, link_boxes = pairs
+    center, reach, body = shapes[3], shapes[5], shapes[6]
     speed, times = peak_speed(path[1]), path[4]
-    radius, bend = robot[3], robot[4]
-    first, second, link_pair, allowance = pairs
-    travel = _travel(path, rate)
+    travel = travels(path, rate)
     knots = np.zeros(len(times) + 1)
     knots[1:] = times
-    p_WS = np.empty((len(knots), len(radius), 3))
+    X_WL = np.empty((len(knots), len(tree[0]), 4, 4))
+    p_WC = np.empty((len(knots), len(body), 3))
     is_placed = np.zeros(len(knots), np.bool_)
-    for k in range(len(first)):
-        link = link_pair[k]
-        room = max(distance[k] - stopping[link], 0.0)
-        if travel[link, -1] < room:
+    _place(tree, shapes, path, 0.0, X_WL[0], p_WC[0])
+    is_placed[0] = True
+    p_WL = centers_in_world(link_boxes, X_WL[0])
+    looks = knots, X_WL, p_WC, is_placed
+    work = make_work()
+    for link in range(len(boxes)):
+        farthest = travel[link, -1]
+        # What moves neither link changes nothing, whatever rounding says.
+        if farthest == 0.0:
             continue
-        i, j = first[k], second[k]
-        level = min(distance[k], stopping[link]) - allowance[k]
-        centres = level + radius[i] + radius[j]
-        both = bend_of(bend[i], speed) + bend_of(bend[j], speed)
-        pair = i, j, centres, both
-        if not _pair_keeps_apart(
-            robot,
-            path,
-            pair,
-            knots,
-            p_WS,
-            is_placed,
-            travel[link],
-            room,
-            tolerance,
-        ):
-            return False
+        a, b = boxes[link]
+        apart = least_distance(link_boxes, X_WL[0], p_WL, a, b)
+        for k in range(start[link], start[link + 1]):
+            enough = stopping[link] + farthest - allowance[k]
+            if apart > enough:
+                continue
+            pair = first[k], second[k]
+            found = distance_beyond(
+                shapes, X_WL[0], p_WC[0], pair, enough, work
+            )
+            if found > enough:
+                continue
+            level = min(found, stopping[link] - allowance[k])
+            i, j = pair
+            offset = np.sqrt(np.sum(center[j] ** 2))
+            bend = relative_bend(lever[link], turns, speed, offset, reach[j])
+            if not _pair_keeps_apart(
+                (tree, shapes, path),
+                looks,
+                (i, j, level, bend),
+                travel[link],
+                found - level,
+                tolerance,
+                work,
+            ):
+                return False
     return True
 
 
 @njit(cache=True)
-def _travel(path, rate):
-    """Bounds how distances have changed by the ends of a path's s pieces.
-
-    The result, for l pairs of links, has the shape (l, s + 1) [m].
-    """
-    _, rates, since, _, times = path
-    travel = np.zeros((len(rate), len(since) + 1))
-    for k in range(len(rate)):
-        for s in range(len(since)):
-            end = since[s + 1] if s + 1 < len(since) else times[-1]
-            change = 0.0
-            for c in range(rates.shape[1]):
-                change += rate[k, c] * abs(rates[s, c]) * (end - since[s])
-            travel[k, s + 1] = travel[k, s] + change
-    return travel
-
-
-@njit(cache=True)
-def _pair_keeps_apart(
-    robot, path, pair, knots, p_WS, is_placed, travel, room, tolerance
-):
-    """Tells the same of one pair; spheres it places serve other pairs, too."""
-    if not is_placed[0]:
-        _place(robot, path, 0.0, p_WS[0])
-        is_placed[0] = True
+def _pair_keeps_apart(given, looks, pair, travel, room, tolerance, work):
+    """Tells the same of one pair; places of links serve other pairs, too."""
+    tree, shapes, path = given
+    knots, X_WL, p_WC, is_placed = looks
     # What lies before `left` is clear; it goes from there to the last of
     # `rights`, which nears it by halves where that is too far.
     left = 0
@@ -132,27 +104,24 @@ def _pair_keeps_apart(
     while height:
         right = rights[height - 1]
         if not is_placed[right]:
-            _place(robot, path, knots[right], p_WS[right])
+            _place(tree, shapes, path, knots[right], X_WL[right], p_WC[right])
             is_placed[right] = True
-        room_after = _room(p_WS[right], pair)
-        if not room_after >= 0.0:
-            return False
         time = knots[right] - knots[left]
         if right - left > 1 and len(travel) == len(knots):
             # Velocities jump between the pieces that lie within.
             way = travel[right] - travel[left]
         else:
-            way = _way(p_WS[left], p_WS[right], pair, time)
+            way = _way(shapes, X_WL[left], X_WL[right], pair, time)
+        room_after = _room(shapes, X_WL[right], p_WC[right], pair, way, work)
+        if not room_after >= 0.0:
+            return False
         if not room + room_after - way >= 0.0:
             if right - left > 1:
                 rights[height] = (left + right) // 2
                 height += 1
                 continue
-            times = knots[left], knots[right]
-            places = p_WS[left], p_WS[right]
-            rooms = room, room_after
             if not _keeps_apart_within(
-                robot, path, pair, times, places, rooms, tolerance
+                given, looks, pair, right, (room, room_after), tolerance, work
             ):
                 return False
         left, room = right, room_after
@@ -161,28 +130,36 @@ def _pair_keeps_apart(
 
 
 @njit(cache=True)
-def _keeps_apart_within(robot, path, pair, times, places, rooms, tolerance):
-    """Tells the same of one pair within one tick, less the tolerance."""
-    shortest = 0.5**_HALVINGS * (times[1] - times[0])
+def _keeps_apart_within(given, looks, pair, knot, rooms, tolerance, work):
+    """Tells the same of one pair within the tick before a knot.
+
+    Here, distances may fall below their level by the tolerance.
+    """
+    tree, shapes, path = given
+    knots, X_WL, p_WC, _ = looks
+    begin, end = knots[knot - 1], knots[knot]
+    shortest = 0.5**_HALVINGS * (end - begin)
     rights = np.empty((_HALVINGS + 2, 2))
-    rights_p_WS = np.empty((_HALVINGS + 2, *places[0].shape))
-    rights[0] = times[1], rooms[1]
-    rights_p_WS[0] = places[1]
-    left, room, p_WS = times[0], rooms[0], places[0].copy()
+    X_rights = np.empty((_HALVINGS + 2, *X_WL[0].shape))
+    rights[0], X_rights[0] = (end, rooms[1]), X_WL[knot]
+    left, room, X_left = begin, rooms[0], X_WL[knot - 1].copy()
+    centers = np.empty_like(p_WC[0])
     height = 1
     while height:
         right, room_after = rights[height - 1]
-        place = rights_p_WS[height - 1]
-        way = _way(p_WS, place, pair, right - left)
+        X_right = X_rights[height - 1]
+        way = _way(shapes, X_left, X_right, pair, right - left)
         if room + room_after - way >= -2.0 * tolerance:
-            left, room, p_WS[:] = right, room_after, place
+            left, room, X_left[:] = right, room_after, X_right
             height -= 1
             continue
         if right - left <= shortest:
             return False
         middle = 0.5 * (left + right)
-        _place(robot, path, middle, rights_p_WS[height])
-        rights[height] = middle, _room(rights_p_WS[height], pair)
+        X_middle = X_rights[height]
+        _place(tree, shapes, path, middle, X_middle, centers)
+        rights[height, 0] = middle
+        rights[height, 1] = _room(shapes, X_middle, centers, pair, way, work)
         if not rights[height, 1] >= -tolerance:
             return False
         height += 1
@@ -190,26 +167,28 @@ def _keeps_apart_within(robot, path, pair, times, places, rooms, tolerance):
 
 
 @njit(cache=True)
-def _place(robot, path, time, p_WS):
-    """Places all spheres at a time on the path."""
-    tree, body, p_BS = robot[0], robot[1], robot[2]
-    q = place(path, time)
-    X_WB, _ = body_poses(*tree, q)  # pyright: ignore
-    p_WS[:], _ = sphere_points(X_WB, body, p_BS)
+def _place(tree, shapes, path, time, X_WL, p_WC):
+    """Places all bodies, and the centres of all shapes, at a time."""
+    X_WL[:], _ = body_poses(*tree, place(path, time))  # pyright: ignore
+    p_WC[:] = centers_in_world(shapes, X_WL)
 
 
 @njit(cache=True)
-def _room(p_WS, pair):
-    """Computes what a pair's distance has above its level [m]."""
-    i, j, centres, _ = pair
-    return apart(p_WS[i], p_WS[j]) - centres
+def _room(shapes, X_WL, p_WC, pair, way, work):
+    """Computes what a pair's distance has above its level [m].
+
+    Where that is more than the ways beside the look can use up, a lower bound.
+    """
+    i, j, level, _ = pair
+    enough = level + 2.0 * way
+    return distance_beyond(shapes, X_WL, p_WC, (i, j), enough, work) - level
 
 
 @njit(cache=True)
-def _way(p_WS, q_WS, pair, time):
-    """Bounds the way of the vector from one sphere to the other [m]."""
+def _way(shapes, X_WL, Y_WL, pair, time):
+    """Bounds the way of the second shape as seen from the first [m]."""
+    center, reach, body = shapes[3], shapes[5], shapes[6]
     i, j, _, bend = pair
-    x = (p_WS[j, 0] - p_WS[i, 0]) - (q_WS[j, 0] - q_WS[i, 0])
-    y = (p_WS[j, 1] - p_WS[i, 1]) - (q_WS[j, 1] - q_WS[i, 1])
-    z = (p_WS[j, 2] - p_WS[i, 2]) - (q_WS[j, 2] - q_WS[i, 2])
-    return longest_way((x, y, z), (0.0, 0.0, 0.0), bend, time)
+    return relative_way(
+        X_WL, Y_WL, body[i], body[j], center[j], reach[j], bend, time
+    )

@@ -1,0 +1,114 @@
+"""How far a link may have moved, as seen from another, between two looks.
+
+Let the core of a shape of B be a hull that lies within the reach r of its
+centre C, and let C be at p and B be turned by R as seen from A. No point of the
+hull moves, seen from A, by more than C does plus r times the angle that B turns
+by, and no distance between A and B changes by more than that.
+
+The way of C is bounded as in `between_looks`. So is the angle: the rotation
+matrix R is a point, too, whose velocity has the Frobenius norm sqrt(2) times
+the angular speed, and changes by no more than sqrt(2) times the square of the
+sum of all joint speeds between A and B.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def relative_bend(lever, turns, speed, offset, reach):
+    """Bounds how fast the velocity of a shape's points changes [m/s^2].
+
+    It is the bound a for `relative_way`, of the centre and of the turn.
+
+    Args:
+        lever: What `relative_motion.levers` says of the two links, shape
+            (n_u,) [m].
+        turns: Which commands turn, shape (n_u,), bool.
+        speed: Absolute values of the command, shape (n_u,).
+        offset: Distance of the shape's centre from its link's origin [m].
+        reach: Largest distance of the hull's points from the centre [m].
+    """
+    total, turn = 0.0, 0.0
+    for a in range(len(speed)):
+        if lever[a] < 0.0:
+            continue
+        if turns[a]:
+            turn += speed[a]
+        for b in range(len(speed)):
+            if lever[b] < 0.0:
+                continue
+            if turns[a] and turns[b]:
+                # The joint that is farther out is carried by the other.
+                arm = min(lever[a], lever[b]) + offset
+                total += arm * speed[a] * speed[b]
+            elif turns[a] or turns[b]:
+                total += speed[a] * speed[b]
+    return total + reach * turn * turn
+
+
+@njit(cache=True)
+def relative_way(X_WL, Y_WL, a, b, center, reach, bend, time):
+    """Bounds the way of any point of a shape of B, as seen from A [m].
+
+    Args:
+        X_WL: Poses of all bodies at one look, shape (n, 4, 4).
+        Y_WL: Poses of all bodies at another, shape (n, 4, 4).
+        a: Body A.
+        b: Body B.
+        center: Centre of the shape in B, shape (3,) [m].
+        reach: Largest distance of the hull's points from the centre [m].
+        bend: Bound of `relative_bend` [m/s^2].
+        time: Time between the looks [s].
+    """
+    moved, turned = 0.0, 0.0
+    for r in range(3):
+        step = _center_seen(X_WL, a, b, center, r)
+        step -= _center_seen(Y_WL, a, b, center, r)
+        moved += step * step
+        for c in range(3):
+            entry = 0.0
+            for k in range(3):
+                entry += X_WL[a, k, r] * X_WL[b, k, c]
+                entry -= Y_WL[a, k, r] * Y_WL[b, k, c]
+            turned += entry * entry
+    way = math.sqrt(moved) + reach * math.sqrt(0.5 * turned)
+    return way + bend * time * time / 3.0
+
+
+@njit(cache=True)
+def _center_seen(X_WL, a, b, center, r):
+    """Coordinate r of a point of B in A [m]."""
+    seen = 0.0
+    for k in range(3):
+        p_W = X_WL[b, k, 3] - X_WL[a, k, 3]
+        for c in range(3):
+            p_W += X_WL[b, k, c] * center[c]
+        seen += X_WL[a, k, r] * p_W
+    return seen
+
+
+@njit(cache=True)
+def travels(path, rate):
+    """Bounds how distances have changed by the ends of a path's s pieces.
+
+    Args:
+        path: The path as `StoppingPath.arrays`.
+        rate: Bounds on how fast the distances of each of l pairs of links
+            change with each entry of the command, shape (l, n_u).
+
+    Returns:
+        The bounds, shape (l, s + 1) [m].
+    """
+    _, rates, since, _, times = path
+    travel = np.zeros((len(rate), len(since) + 1))
+    for k in range(len(rate)):
+        for s in range(len(since)):
+            end = since[s + 1] if s + 1 < len(since) else times[-1]
+            change = 0.0
+            for c in range(rates.shape[1]):
+                change += rate[k, c] * abs(rates[s, c]) * (end - since[s])
+            travel[k, s + 1] = travel[k, s] + change
+    return travel

@@ -1,0 +1,44 @@
+"""How far commands move one link of the robot as seen from another."""
+
+import numpy as np
+
+from remosplat_drake.robot.robot_model import RobotModel
+
+
+def levers(robot: RobotModel, link_A: str, link_B: str) -> np.ndarray:
+    """Bounds how far B's origin is from the axes of the joints between A and B.
+
+    Seen from A, a turning joint between the two carries B around its axis. The
+    links that lie between the axis and B, laid out straight, are the longest
+    that its lever can be. What carries both links around moves neither.
+
+    Args:
+        robot: The robot.
+        link_A: Name of the link that looks on.
+        link_B: Name of the link that is seen moving.
+
+    Returns:
+        One length for each command, shape (n_u,) [m]: for turning joints the
+        bound, for sliding joints 1, for all others -1.
+    """
+    tree = robot.tree
+    outward_A = tree.chain(tree.index(link_A))
+    outward_B = tree.chain(tree.index(link_B))
+    found = np.full(robot.n_u, -1.0)
+    length = 0.0
+
+    def note(body: int) -> None:
+        moved = robot.screw_body == body
+        found[moved] = np.where(robot.screw_turns[moved], length, 1.0)
+
+    for body in reversed([x for x in outward_B if x not in outward_A]):
+        length += float(np.linalg.norm(tree.X_MB[body, :3, 3]))
+        note(body)
+        length += robot.travel(body)
+        length += float(np.linalg.norm(tree.X_PF[body, :3, 3]))
+    for body in [x for x in outward_A if x not in outward_B]:
+        length += float(np.linalg.norm(tree.X_PF[body, :3, 3]))
+        note(body)
+        length += robot.travel(body)
+        length += float(np.linalg.norm(tree.X_MB[body, :3, 3]))
+    return found

@@ -1,0 +1,75 @@
+"""The distances of all pairs of shapes, of one configuration or of many."""
+
+import numpy as np
+from numba import njit
+
+from remosplat_drake.robot.kinematics import body_poses
+from remosplat_drake.robot.self_collision.kernels.gjk import make_work
+from remosplat_drake.robot.self_collision.kernels.pair_distance import (
+    centers_in_world,
+    distance_beyond,
+    least_distance,
+)
+
+
+@njit(cache=True)
+def pair_distances(shapes, pairs, X_WL, enough):
+    """Computes the distances of k pairs of shapes.
+
+    Args:
+        shapes: The shapes, as in `pair_distance`.
+        pairs: The k pairs, as in `near_points`.
+        X_WL: Poses of all bodies, shape (b, 4, 4).
+        enough: Distances beyond this may be too small, but not below it [m].
+
+    Returns:
+        The distances plus the pairs' allowances, shape (k,) [m].
+    """
+    first, second, start, allowance, boxes, link_boxes = pairs
+    p_WC = centers_in_world(shapes, X_WL)
+    p_WL = centers_in_world(link_boxes, X_WL)
+    work = make_work()
+    distance = np.empty(len(first))
+    for link in range(len(start) - 1):
+        a, b = boxes[link]
+        apart = least_distance(link_boxes, X_WL, p_WL, a, b)
+        for k in range(start[link], start[link + 1]):
+            limit, found = enough - allowance[k], apart
+            if found < limit:
+                pair = first[k], second[k]
+                found = distance_beyond(shapes, X_WL, p_WC, pair, limit, work)
+            distance[k] = found + allowance[k]
+    return distance
+
+
+@njit(cache=True)
+def count_contacts(tree, shapes, pairs, states):
+    """Counts in how many configurations each pair of links overlaps.
+
+    Args:
+        tree: The arguments of `body_poses` before q.
+        shapes: The shapes, as in `pair_distance`.
+        pairs: The pairs of shapes of l pairs of links, as in `near_points`.
+        states: Configurations, shape (m, n_q).
+
+    Returns:
+        The counts, shape (l,).
+    """
+    first, second, start, _, boxes, link_boxes = pairs
+    count = np.zeros(len(start) - 1, np.int64)
+    work = make_work()
+    for q in states:
+        X_WL, _ = body_poses(*tree, q)  # pyright: ignore
+        p_WC = centers_in_world(shapes, X_WL)
+        p_WL = centers_in_world(link_boxes, X_WL)
+        for link in range(len(start) - 1):
+            a, b = boxes[link]
+            if least_distance(link_boxes, X_WL, p_WL, a, b) > 0.0:
+                continue
+            for k in range(start[link], start[link + 1]):
+                pair = first[k], second[k]
+                found = distance_beyond(shapes, X_WL, p_WC, pair, 0.0, work)
+                if found <= 0.0:
+                    count[link] += 1
+                    break
+    return count

@@ -1,0 +1,101 @@
+"""How far two convex hulls are apart, by Gilbert, Johnson and Keerthi (1988).
+
+The Minkowski difference of two hulls A and B holds all b - a. Its point
+nearest to the origin is the vector from the nearest point of A to that of B.
+GJK walks there over simplices of its vertices.
+
+What is returned is proved: for a unit vector n, no point of A is nearer to any
+of B than the least n'(b - a) over their vertices, whatever rounding did to the
+simplex. The best such bound is the distance, and n separates the hulls.
+
+Hulls that overlap are left to `epa`, and have a negative distance. Two slow
+references stand in `hull_distance_reference.py`.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from remosplat_drake.robot.self_collision.kernels.epa import penetration
+from remosplat_drake.robot.self_collision.kernels.simplex import (
+    nearest_on_simplex,
+)
+from remosplat_drake.robot.self_collision.kernels.support import add_support
+
+_STEPS = 60
+"""Most steps; what is known by then is a lower bound."""
+
+_EXACT = 1e-12
+"""Two bounds of a distance that are so close are the same [m]."""
+
+
+@njit(cache=True)
+def make_work():
+    """Makes the arrays that `hull_distance` works on, to be used again."""
+    return np.zeros((3, 4, 3)), np.zeros(4), np.zeros(3), np.zeros((2, 3))
+
+
+@njit(cache=True)
+def hull_distance(hulls, guess, enough, work):
+    """Computes the signed distance of two hulls, negative where they overlap.
+
+    Args:
+        hulls: Hulls A and B: the vertices of all hulls, each in its own frame,
+            shape (v, 3) [m]; the first row of A and the row after its last; the
+            same of B; orientation and origin of B's frame in A's, shape (3, 3)
+            and (3,) [m].
+        guess: Some vector from A to B in A's frame: the nearer to the
+            direction in which they are nearest, the sooner it is found.
+        enough: As soon as the distance is known to exceed this, a lower bound
+            of it is returned, and no points [m].
+        work: Arrays of `make_work`; the last, shape (2, 3), is filled with the
+            nearest points of A and of B in A's frame, or with the deepest.
+
+    Returns:
+        The distance [m], and the unit vector from A to B in A's frame along
+        which it is measured, as three numbers.
+    """
+    simplex, weights, v, nearest = work
+    v[0], v[1], v[2] = guess
+    size, last = 0, np.inf
+    best, x, y, z = -np.inf, 0.0, 0.0, 1.0
+    for _ in range(_STEPS):
+        norm = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+        if size and (norm < _EXACT or norm >= last):
+            break
+        if norm < _EXACT:
+            v[0], v[1], v[2], norm = 0.0, 0.0, 1.0, 1.0
+        nx, ny, nz = v[0] / norm, v[1] / norm, v[2] / norm
+        bound = add_support(hulls, nx, ny, nz, simplex, size)
+        if bound > best:
+            best, x, y, z = bound, nx, ny, nz
+        if best > enough:
+            return best, x, y, z
+        if size and (norm - best <= _EXACT or _is_known(simplex[0], size)):
+            break
+        last = norm if size else np.inf
+        size = nearest_on_simplex(simplex, size + 1, weights, v)
+        if size == 4:
+            break
+    if size == 4 or best < -_EXACT:
+        return penetration(hulls, simplex, size, (best, x, y, z), nearest)
+    for k in range(3):
+        nearest[0, k] = nearest[1, k] = 0.0
+        for i in range(size):
+            nearest[0, k] += weights[i] * simplex[1, i, k]
+            nearest[1, k] += weights[i] * simplex[2, i, k]
+    return best, x, y, z
+
+
+@njit(cache=True)
+def _is_known(points, row):
+    """Tells whether a point is among those before it."""
+    for i in range(row):
+        if (
+            points[i, 0] == points[row, 0]
+            and points[i, 1] == points[row, 1]
+            and points[i, 2] == points[row, 2]
+        ):
+            return True
+    return False

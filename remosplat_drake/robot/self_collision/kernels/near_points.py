@@ -1,0 +1,239 @@
+"""Where links are near each other: more points than the nearest two.
+
+The nearest points of two links jump. Two plates that face each other are
+nearest at one corner now, and at another after the smallest turn. A program
+that knows one of them turns the plates about it, and finds the other too near
+at the next tick. So it gets those, too, that would be the nearest if one link
+were turned a little, either way about two axes across the common normal: what
+physics engines call a contact manifold, found by perturbation.
+"""
+
+import numpy as np
+from numba import njit
+
+from remosplat_drake.robot.self_collision.kernels.gjk import make_work
+from remosplat_drake.robot.self_collision.kernels.pair_distance import (
+    centers_in_world,
+    least_distance,
+    shape_distance,
+)
+from remosplat_drake.robot.self_collision.kernels.turning import (
+    across,
+    point_to_world,
+    rotation,
+    turn_back,
+    turn_body,
+    vector_to_world,
+)
+
+_TILT = 0.05
+"""Angle by which a link is turned [rad]."""
+
+_ASKEW = 0.4
+"""Angle between the axes about which a link is turned and those of the world
+[rad]: edges often follow the latter, and an edge that stays level has no end
+that is nearer than the other."""
+
+_CLOSE = 0.3
+"""Share of `within` below which links are turned: farther away, the nearest
+points alone are enough."""
+
+_BAND = 0.02
+"""Shapes that are farther than the nearest by this are left out [m]."""
+
+_SAME = 0.01
+"""Points of a link that are nearer to each other than this count as one [m]."""
+
+_MOST = 5
+"""Most pairs of points of two links: as they are, and turned four ways."""
+
+
+@njit(cache=True)
+def near_points(shapes, pairs, X_WL, within):
+    """Finds the points at which links are near each other.
+
+    Args:
+        shapes: The shapes, as in `pair_distance`.
+        pairs: The k pairs of shapes of l pairs of links, as
+            `ShapePairs.arrays`.
+        X_WL: Poses of all bodies, shape (b, 4, 4).
+        within: Links at or beyond this distance are left out [m].
+
+    Returns:
+        For m pairs of points: the pair of shapes, shape (m,); the distance
+        along the normal, allowance included, shape (m,) [m]; the unit normal
+        from the first to the second in W, shape (m, 3); and the points on the
+        first and on the second in W, shape (m, 3) each [m].
+    """
+    start, boxes, link_boxes = pairs[2], pairs[4], pairs[5]
+    p_WC = centers_in_world(shapes, X_WL)
+    p_WL = centers_in_world(link_boxes, X_WL)
+    work = make_work()
+    most = 1
+    for link in range(len(boxes)):
+        most = max(most, start[link + 1] - start[link])
+    near = _make_points(most)
+    found = _make_points(_MOST * len(boxes))
+    count = 0
+    for link in range(len(boxes)):
+        a, b = boxes[link]
+        span = start[link], start[link + 1]
+        apart = least_distance(link_boxes, X_WL, p_WL, a, b)
+        if apart + pairs[3][span[0] : span[1]].max() >= within:
+            continue
+        size = _find_near(shapes, pairs, span, X_WL, p_WC, within, near, work)
+        if not size:
+            continue
+        nearest = near[1][:size].argmin()
+        _copy(near, nearest, found, count)
+        first = count
+        count += 1
+        if near[1][nearest] >= _CLOSE * within:
+            continue
+        axes = across(near[2][nearest], _ASKEW)
+        for turn in range(4):
+            R = rotation(axes[turn // 2], _TILT if turn % 2 else -_TILT)
+            _find_turned(
+                shapes, pairs, X_WL, (near, size), R, found, count, work
+            )
+            gap = found[1][count]
+            if gap < within and not _is_known(found, first, count):
+                count += 1
+    return (
+        found[0][:count],
+        found[1][:count],
+        found[2][:count],
+        found[3][:count],
+        found[4][:count],
+    )
+
+
+@njit(cache=True)
+def _make_points(n):
+    """Makes the arrays that `near_points` returns, for n pairs of points."""
+    return (
+        np.empty(n, np.int64),
+        np.empty(n),
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+    )
+
+
+@njit(cache=True)
+def _find_near(shapes, pairs, span, X_WL, p_WC, within, near, work):
+    """Finds the nearest points of those shapes of two links that are near.
+
+    Those are looked at first that can be nearest.
+
+    Returns:
+        The number of pairs of points.
+    """
+    first, second, allowance = pairs[0], pairs[1], pairs[3]
+    body = shapes[6]
+    n = span[1] - span[0]
+    least, guess_W = np.empty(n), np.empty(3)
+    for i in range(n):
+        k = span[0] + i
+        apart = least_distance(shapes, X_WL, p_WC, first[k], second[k])
+        least[i] = apart + allowance[k]
+    size, best = 0, np.inf
+    for _ in range(n):
+        i = least.argmin()
+        enough = min(best + _BAND, within)
+        if least[i] >= enough:
+            break
+        least[i] = np.inf
+        k = span[0] + i
+        for c in range(3):
+            guess_W[c] = p_WC[second[k], c] - p_WC[first[k], c]
+        X_WA, X_WB = X_WL[body[first[k]]], X_WL[body[second[k]]]
+        gap, x, y, z = shape_distance(
+            shapes,
+            X_WA,
+            X_WB,
+            (first[k], second[k]),
+            guess_W,
+            enough - allowance[k],
+            work,
+        )
+        gap += allowance[k]
+        if gap >= enough:
+            continue
+        best = min(best, gap)
+        near[0][size], near[1][size] = k, gap
+        vector_to_world(X_WA, (x, y, z), near[2][size])
+        point_to_world(X_WA, work[-1][0], near[3][size])
+        point_to_world(X_WA, work[-1][1], near[4][size])
+        size += 1
+    return size
+
+
+@njit(cache=True)
+def _find_turned(shapes, pairs, X_WL, known, R, found, row, work):
+    """Finds the points that are nearest if the second link is turned by R.
+
+    It is turned about its point nearest to the first link. The points that are
+    noted are those of the link as it is, and their distance is that along the
+    normal of their shapes as they are.
+    """
+    first, second, allowance = pairs[0], pairs[1], pairs[3]
+    radius, body = shapes[2], shapes[6]
+    near, size = known
+    X_turned = np.empty((4, 4))
+    nearest = near[1][:size].argmin()
+    center = near[4][nearest]
+    best, chosen = np.inf, nearest
+    for n in range(size):
+        k = near[0][n]
+        if near[1][n] >= near[1][nearest] + _BAND:
+            continue
+        X_WA = X_WL[body[first[k]]]
+        turn_body(R, center, X_WL[body[second[k]]], X_turned)
+        gap, _, _, _ = shape_distance(
+            shapes,
+            X_WA,
+            X_turned,
+            (first[k], second[k]),
+            near[2][n],
+            best - allowance[k],
+            work,
+        )
+        if gap + allowance[k] < best:
+            best, chosen = gap + allowance[k], n
+            point_to_world(X_WA, work[-1][0], found[3][row])
+            point_to_world(X_WA, work[-1][1], found[4][row])
+    turn_back(R, center, found[4][row])
+    k = near[0][chosen]
+    found[0][row] = k
+    gap = allowance[k] - radius[first[k]] - radius[second[k]]
+    for c in range(3):
+        found[2][row, c] = near[2][chosen, c]
+        gap += found[2][row, c] * (found[4][row, c] - found[3][row, c])
+    found[1][row] = gap
+
+
+@njit(cache=True)
+def _copy(near, i, found, row):
+    """Copies a pair of points from one set of arrays to another."""
+    found[0][row], found[1][row] = near[0][i], near[1][i]
+    for c in range(3):
+        found[2][row, c] = near[2][i, c]
+        found[3][row, c] = near[3][i, c]
+        found[4][row, c] = near[4][i, c]
+
+
+@njit(cache=True)
+def _is_known(found, first, row):
+    """Tells whether both points of a pair are near those of one before it."""
+    for i in range(first, row):
+        far = 0.0
+        for p_W in found[3:]:
+            square = 0.0
+            for c in range(3):
+                step = p_W[i, c] - p_W[row, c]
+                square += step * step
+            far = max(far, square)
+        if far < _SAME * _SAME:
+            return True
+    return False

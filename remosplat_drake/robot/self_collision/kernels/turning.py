@@ -1,0 +1,95 @@
+"""Rigid motions of points and bodies in W, written into given arrays."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def vector_to_world(X_WA, v, v_W):
+    """Writes a vector in W that is given in A, shape (3,)."""
+    for r in range(3):
+        v_W[r] = X_WA[r, 0] * v[0] + X_WA[r, 1] * v[1] + X_WA[r, 2] * v[2]
+
+
+@njit(cache=True)
+def point_to_world(X_WA, p, p_W):
+    """Writes a point in W that is given in A, shape (3,) [m]."""
+    vector_to_world(X_WA, p, p_W)
+    for r in range(3):
+        p_W[r] += X_WA[r, 3]
+
+
+@njit(cache=True)
+def across(n, angle):
+    """Makes two unit vectors at right angles to each other and to a third.
+
+    Args:
+        n: The third, shape (3,).
+        angle: By how much the two are turned about it away from the axes of W
+            [rad].
+
+    Returns:
+        The two, shape (2, 3).
+    """
+    least = 0
+    for c in range(3):
+        if abs(n[c]) < abs(n[least]):
+            least = c
+    axes = np.zeros((2, 3))
+    axes[0, least] = 1.0
+    along = n[least]
+    norm = math.sqrt(1.0 - along * along)
+    for c in range(3):
+        axes[0, c] = (axes[0, c] - along * n[c]) / norm
+    axes[1, 0] = n[1] * axes[0, 2] - n[2] * axes[0, 1]
+    axes[1, 1] = n[2] * axes[0, 0] - n[0] * axes[0, 2]
+    axes[1, 2] = n[0] * axes[0, 1] - n[1] * axes[0, 0]
+    s, c = math.sin(angle), math.cos(angle)
+    for k in range(3):
+        v, w = axes[0, k], axes[1, k]
+        axes[0, k], axes[1, k] = c * v + s * w, c * w - s * v
+    return axes
+
+
+@njit(cache=True)
+def rotation(axis, angle):
+    """Makes the rotation about a unit vector by an angle [rad], (3, 3)."""
+    s, c = math.sin(angle), math.cos(angle)
+    x, y, z = axis[0], axis[1], axis[2]
+    R = np.empty((3, 3))
+    for i in range(3):
+        for j in range(3):
+            R[i, j] = axis[i] * axis[j] * (1.0 - c)
+        R[i, i] += c
+    R[0, 1] -= z * s
+    R[1, 0] += z * s
+    R[0, 2] += y * s
+    R[2, 0] -= y * s
+    R[1, 2] -= x * s
+    R[2, 1] += x * s
+    return R
+
+
+@njit(cache=True)
+def turn_body(R, center, X_WB, X):
+    """Writes the pose of a body that is turned about a point, (4, 4)."""
+    for r in range(3):
+        for c in range(3):
+            X[r, c] = 0.0
+            for k in range(3):
+                X[r, c] += R[r, k] * X_WB[k, c]
+        X[r, 3] = center[r]
+        for k in range(3):
+            X[r, 3] += R[r, k] * (X_WB[k, 3] - center[k])
+    X[3, 0] = X[3, 1] = X[3, 2] = 0.0
+    X[3, 3] = 1.0
+
+
+@njit(cache=True)
+def turn_back(R, center, p_W):
+    """Moves a point of a turned body to where it is on the body itself."""
+    x, y, z = p_W[0] - center[0], p_W[1] - center[1], p_W[2] - center[2]
+    for c in range(3):
+        p_W[c] = center[c] + R[0, c] * x + R[1, c] * y + R[2, c] * z

@@ -1,0 +1,133 @@
+"""Which pairs of a robot's links are watched, and why others are not.
+
+Pairs are sorted out as MoveIt's setup assistant does it (Coleman et al. 2014):
+by where they are in the tree, by what the description allows, and by what
+random configurations show. The samples are always the same.
+"""
+
+import dataclasses as dc
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+
+from remosplat_drake.base import resources
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.self_collision.kernels.all_distances import (
+    count_contacts,
+)
+from remosplat_drake.robot.self_collision.shape_pairs import (
+    LinkPair,
+    ShapePairs,
+)
+from remosplat_drake.robot.self_collision.shapes import CollisionShapes
+from remosplat_drake.robot.srdf import read_disabled_collisions
+
+ADJACENT = "adjacent"
+"""Fewer than two moving joints apart: at their joint they always meet."""
+
+ALLOWED = "allowed"
+"""The robot's description, or its SRDF, says so."""
+
+ALWAYS = "always"
+"""They overlap at home and in all samples, so that the shapes are at fault.
+
+MoveIt is content with 95 % of the samples. But links that fold up only to come
+near each other may truly touch in most configurations.
+"""
+
+SAMPLES = 1000
+"""Number of configurations that are looked at: home, and random ones."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class LinkPairs:
+    """The pairs of links of a robot, sorted out.
+
+    Attributes:
+        watched: The pairs that must not touch, in the order of the tree.
+        left_out: The other pairs, with `ADJACENT`, `ALLOWED` or `ALWAYS`.
+        contacts: In which share of the samples each watched pair overlaps.
+    """
+
+    watched: tuple[LinkPair, ...]
+    left_out: dict[LinkPair, str]
+    contacts: dict[LinkPair, float]
+
+    @property
+    def never(self) -> tuple[LinkPair, ...]:
+        """The watched pairs that overlap in no sample.
+
+        MoveIt leaves them out, to save time. Samples prove nothing, and to see
+        that such a pair is far apart takes nanoseconds: it stays watched.
+        """
+        return tuple(p for p in self.watched if not self.contacts[p])
+
+
+def find_link_pairs(robot: RobotModel, shapes: CollisionShapes) -> LinkPairs:
+    """Finds out which pairs of links are to be watched.
+
+    Args:
+        robot: The robot.
+        shapes: Its convex shapes.
+
+    Raises:
+        FileError: The SRDF file of its description cannot be read.
+    """
+    allowed = _allowed(robot)
+    rank = {name: i for i, name in enumerate(robot.tree.names)}
+    links = sorted(set(shapes.links), key=rank.__getitem__)
+    left_out: dict[LinkPair, str] = {}
+    candidates = []
+    for a, b in combinations(links, 2):
+        if joints_between(robot, a, b) < 2:
+            left_out[a, b] = ADJACENT
+        elif frozenset((a, b)) in allowed:
+            left_out[a, b] = ALLOWED
+        else:
+            candidates.append((a, b))
+    shares = _contacts(robot, shapes, candidates)
+    for links_ab, share in shares.items():
+        if share == 1.0:
+            left_out[links_ab] = ALWAYS
+    watched = tuple(p for p in candidates if p not in left_out)
+    return LinkPairs(watched, left_out, {p: shares[p] for p in watched})
+
+
+def joints_between(robot: RobotModel, link_a: str, link_b: str) -> int:
+    """Returns the number of moving joints from one link to the other."""
+    tree = robot.tree
+    a = set(tree.chain(tree.index(link_a)))
+    b = set(tree.chain(tree.index(link_b)))
+    return sum(tree.position[body] >= 0 for body in a ^ b)
+
+
+def _allowed(robot: RobotModel) -> set[frozenset[str]]:
+    """The pairs that the description and its SRDF file allow to collide."""
+    description = robot.description
+    allowed = {frozenset(pair) for pair in description.allowed_collisions}
+    if description.srdf:
+        folder = Path(description.source).parent
+        path = resources.resolve(description.srdf, folder)
+        # An SRDF may speak of links that this model does without.
+        allowed |= {frozenset(p) for p in read_disabled_collisions(path)}
+    return allowed
+
+
+def _contacts(
+    robot: RobotModel, shapes: CollisionShapes, links: list[LinkPair]
+) -> dict[LinkPair, float]:
+    """Finds in which share of random configurations links overlap."""
+    pairs = ShapePairs.make(robot, shapes, links)
+    free = np.isfinite(robot.position_lower) & np.isfinite(robot.position_upper)
+    lower = np.where(free, robot.position_lower, -np.pi)
+    upper = np.where(free, robot.position_upper, np.pi)
+    rng = np.random.default_rng(0)
+    states = rng.uniform(lower, upper, (SAMPLES - 1, robot.n_q))
+    counts = count_contacts(
+        robot.arrays[0],
+        pairs.shapes,
+        pairs.arrays(np.zeros(len(pairs))),
+        np.vstack([robot.q_home, states]),
+    )
+    return dict(zip(links, (counts / SAMPLES).tolist(), strict=True))

@@ -1,0 +1,147 @@
+"""Self-collision: pairs of the robot's convex shapes, and their distances."""
+
+import dataclasses as dc
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.self_collision.kernels.all_distances import (
+    pair_distances,
+)
+from remosplat_drake.robot.self_collision.kernels.near_points import near_points
+from remosplat_drake.robot.self_collision.link_pairs import (
+    LinkPairs,
+    find_link_pairs,
+)
+from remosplat_drake.robot.self_collision.shape_pairs import ShapePairs
+from remosplat_drake.robot.self_collision.shapes import (
+    CollisionShapes,
+    read_collision_shapes,
+)
+
+# How much nearer than at home shapes may come that overlap there [m].
+_WOBBLE = 0.005
+
+
+@dc.dataclass(frozen=True, eq=False)
+class NearPoints:
+    """m pairs of points at which links of the robot are near each other.
+
+    Attributes:
+        pair: The pair of shapes of each, shape (m,).
+        distance: Distance along the normal plus the pair's allowance, shape
+            (m,) [m].
+        normal_W: Unit vectors from the first link to the second, in W, shape
+            (m, 3).
+        p_WA: The points on the first link, shape (m, 3) [m].
+        p_WB: The points on the second link, shape (m, 3) [m].
+    """
+
+    pair: np.ndarray
+    distance: np.ndarray
+    normal_W: np.ndarray
+    p_WA: np.ndarray
+    p_WB: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.pair)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class SelfCollisionPairs:
+    """All k pairs of the robot's convex shapes that are worth watching.
+
+    Attributes:
+        robot: The robot.
+        shapes: Its convex shapes.
+        found: Which pairs of links are watched, and why others are not.
+        pairs: The pairs of shapes.
+        allowance: How much nearer than others each pair of shapes may come,
+            shape (k,) [m].
+    """
+
+    robot: RobotModel
+    shapes: CollisionShapes
+    found: LinkPairs
+    pairs: ShapePairs
+    allowance: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.allowance)
+
+    @cached_property
+    def pair_arrays(self) -> tuple:
+        """The pairs as kernels take them."""
+        return self.pairs.arrays(self.allowance)
+
+    def links(self, pair: int) -> tuple[str, str]:
+        """Returns the names of the links of a pair of shapes."""
+        links, pairs = self.shapes.links, self.pairs
+        return links[pairs.first[pair]], links[pairs.second[pair]]
+
+    def bodies(self, near: NearPoints) -> tuple[np.ndarray, np.ndarray]:
+        """Returns the bodies of the tree that points are on, (m,) each."""
+        body = self.pairs.shapes[-1]
+        first, second = self.pairs.first, self.pairs.second
+        return body[first[near.pair]], body[second[near.pair]]
+
+    def distances(self, q: np.ndarray, enough: float = np.inf) -> np.ndarray:
+        """Computes the distances of all pairs of shapes.
+
+        Args:
+            q: Configuration, shape (n_q,) [rad, m].
+            enough: Beyond this, lower bounds will do [m].
+
+        Returns:
+            The signed distances plus the pairs' allowances, shape (k,) [m].
+        """
+        X_WL = self.robot.body_poses(q)
+        return pair_distances(self.pairs.shapes, self.pair_arrays, X_WL, enough)
+
+    def near(self, X_WL: np.ndarray, within: float) -> NearPoints:
+        """Finds the points at which links are near each other.
+
+        Args:
+            X_WL: Poses of all bodies of the robot's tree, shape (b, 4, 4).
+            within: Links at or beyond this distance are left out [m].
+        """
+        return NearPoints(
+            *near_points(self.pairs.shapes, self.pair_arrays, X_WL, within)
+        )
+
+
+def self_collision_pairs(
+    robot: RobotModel, margin: float
+) -> SelfCollisionPairs:
+    """Lists the pairs of shapes that are watched.
+
+    Shapes at a short wrist may be nearer than `margin` in the home
+    configuration already. Such a pair gets an allowance: it may come so near
+    that the shapes touch, or, if they overlap at home, hardly nearer than they
+    are there.
+
+    Args:
+        robot: The robot.
+        margin: Distance that pairs without an allowance keep [m].
+
+    Raises:
+        RemoSplatError: A shape has no bounded hull, or the SRDF file of the
+            robot's description cannot be read.
+    """
+    shapes, found, pairs, at_home = _watched(robot)
+    lowest = np.where(at_home < 0.0, at_home - _WOBBLE, 0.0)
+    allowance = np.where(at_home > margin, 0.0, margin - lowest)
+    return SelfCollisionPairs(robot, shapes, found, pairs, allowance)
+
+
+@lru_cache(maxsize=16)
+def _watched(
+    robot: RobotModel,
+) -> tuple[CollisionShapes, LinkPairs, ShapePairs, np.ndarray]:
+    """What does not depend on the margin, with the distances at home [m]."""
+    shapes = read_collision_shapes(robot.description, robot.spheres)
+    found = find_link_pairs(robot, shapes)
+    pairs = ShapePairs.make(robot, shapes, found.watched)
+    bare = SelfCollisionPairs(robot, shapes, found, pairs, np.zeros(len(pairs)))
+    return shapes, found, pairs, bare.distances(robot.q_home)

@@ -1,0 +1,226 @@
+"""`CollisionShapes`: the convex shapes of a robot's links, as its model says.
+
+They are what self-collision means here: each collision geometry of the model
+file counts as its convex hull, as in Drake's and most other queries. A link
+that has none counts as its spheres.
+"""
+
+import dataclasses as dc
+from functools import cached_property
+
+import numpy as np
+from pydrake.geometry import (
+    Box,
+    Capsule,
+    Convex,
+    Cylinder,
+    Ellipsoid,
+    GeometryId,
+    Mesh,
+    Role,
+    SceneGraph,
+    SceneGraphInspector,
+    Shape,
+    Sphere,
+)
+from pydrake.multibody.plant import MultibodyPlant
+from scipy.spatial import ConvexHull
+
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.robot.model_file import add_robot_model
+from remosplat_drake.robot.robot_description import RobotDescription
+from remosplat_drake.robot.sphere_model import SphereModel
+
+_SIDES = 32
+"""Sides of the prism around a cylinder, which is 0.5 % wider."""
+
+_DIRECTIONS = 300
+"""Corners of the polyhedron around an ellipsoid, which is 2 % larger."""
+
+_CORNERS = np.array(
+    [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float
+)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class ConvexShape:
+    """All points within a radius of the convex hull of some vertices.
+
+    A sphere is one vertex with a radius, a capsule two, a polyhedron has the
+    radius zero.
+
+    Attributes:
+        vertices: Vertices in the link's frame, shape (v, 3) [m].
+        radius: The radius [m].
+    """
+
+    vertices: np.ndarray
+    radius: float = 0.0
+
+
+@dc.dataclass(frozen=True, eq=False)
+class CollisionShapes:
+    """The s convex shapes of a robot.
+
+    Attributes:
+        links: Name of each shape's link, length s.
+        shapes: The shapes, in their links' frames, length s.
+        by_spheres: Names of the links that have no collision geometry in the
+            model file, so that their spheres stand for them.
+    """
+
+    links: tuple[str, ...]
+    shapes: tuple[ConvexShape, ...]
+    by_spheres: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.links)
+
+    def of(self, link: str) -> list[ConvexShape]:
+        """Returns the shapes of one link; there may be none."""
+        pairs = zip(self.links, self.shapes, strict=True)
+        return [shape for name, shape in pairs if name == link]
+
+    @cached_property
+    def first(self) -> np.ndarray:
+        """Where each shape's vertices begin in `vertices`, shape (s + 1,)."""
+        counts = [len(shape.vertices) for shape in self.shapes]
+        return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+
+    @cached_property
+    def vertices(self) -> np.ndarray:
+        """The vertices of all shapes, each in its link's frame, (v, 3) [m]."""
+        all_vertices = [np.zeros((0, 3))]
+        all_vertices += [shape.vertices for shape in self.shapes]
+        return np.concatenate(all_vertices)
+
+    @cached_property
+    def radius(self) -> np.ndarray:
+        """The radius of each shape, shape (s,) [m]."""
+        return np.array([shape.radius for shape in self.shapes], float)
+
+    @cached_property
+    def center(self) -> np.ndarray:
+        """The centre of each shape's box in its link's frame, (s, 3) [m]."""
+        return np.array(
+            [
+                0.5 * (s.vertices.min(axis=0) + s.vertices.max(axis=0))
+                for s in self.shapes
+            ]
+        ).reshape(-1, 3)
+
+    @cached_property
+    def half(self) -> np.ndarray:
+        """Half the edges of each shape's box, without radius, (s, 3) [m]."""
+        return np.array(
+            [0.5 * np.ptp(s.vertices, axis=0) for s in self.shapes]
+        ).reshape(-1, 3)
+
+    @cached_property
+    def reach(self) -> np.ndarray:
+        """Greatest distance of a vertex from its shape's centre, (s,) [m]."""
+        return np.array(
+            [
+                np.linalg.norm(s.vertices - center, axis=1).max()
+                for s, center in zip(self.shapes, self.center, strict=True)
+            ]
+        )
+
+    @property
+    def arrays(self) -> tuple:
+        """The shapes as kernels take them."""
+        return (
+            self.vertices,
+            self.first,
+            self.radius,
+            self.center,
+            self.half,
+            self.reach,
+        )
+
+
+def read_collision_shapes(
+    description: RobotDescription, spheres: SphereModel
+) -> CollisionShapes:
+    """Reads the convex shapes of all links of a robot off its model file.
+
+    Args:
+        description: The robot, whose `model` names the file.
+        spheres: What stands for links without collision geometry.
+
+    Raises:
+        FileError: The file is no model.
+        FieldError: A shape of a link has no bounded hull.
+    """
+    plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    add_robot_model(description, plant)
+    plant.Finalize()
+    inspector = scene_graph.model_inspector()
+    links, shapes = [], []
+    for geometry in inspector.GetAllGeometryIds(Role.kProximity):
+        body = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
+        links.append(body.name())
+        shapes.append(_shape(description, inspector, geometry, body.name()))
+    by_spheres = [x for x in dict.fromkeys(spheres.links) if x not in links]
+    for link in by_spheres:
+        own = spheres.on_link(link)
+        for p_LS, radius in zip(own.p_LS, own.radius, strict=True):
+            links.append(link)
+            shapes.append(ConvexShape(p_LS[None].copy(), float(radius)))
+    return CollisionShapes(tuple(links), tuple(shapes), tuple(by_spheres))
+
+
+def _shape(
+    description: RobotDescription,
+    inspector: SceneGraphInspector,
+    geometry: GeometryId,
+    link: str,
+) -> ConvexShape:
+    """The convex shape of one geometry in its link's frame."""
+    shape = inspector.GetShape(geometry)
+    core = _core(shape)
+    if core is None:
+        problem = f"link {link!r} collides as a {type(shape).__name__}, which"
+        problem += " has no bounded hull; use a box, mesh, cylinder or capsule"
+        raise FieldError(description.source, "model", problem)
+    X_LG = inspector.GetPoseInFrame(geometry)
+    p_LV = X_LG.multiply(core.vertices.T).T
+    return ConvexShape(np.ascontiguousarray(p_LV), core.radius)
+
+
+def _core(shape: Shape) -> ConvexShape | None:
+    """The convex shape of a geometry in its own frame; None if unbounded."""
+    if isinstance(shape, Sphere):
+        return ConvexShape(np.zeros((1, 3)), shape.radius())
+    if isinstance(shape, Capsule):
+        ends = 0.5 * shape.length() * np.array([[0, 0, -1.0], [0, 0, 1.0]])
+        return ConvexShape(ends, shape.radius())
+    if isinstance(shape, Box):
+        return ConvexShape(0.5 * np.array(shape.size()) * _CORNERS)
+    if isinstance(shape, Cylinder):
+        angle = 2 * np.pi * np.arange(_SIDES) / _SIDES
+        r = shape.radius() / np.cos(np.pi / _SIDES)
+        rim = np.column_stack([r * np.cos(angle), r * np.sin(angle)])
+        half = 0.5 * shape.length()
+        return ConvexShape(
+            np.vstack([np.insert(rim, 2, z, axis=1) for z in (-half, half)])
+        )
+    if isinstance(shape, Ellipsoid):
+        axes = np.array([shape.a(), shape.b(), shape.c()])
+        return ConvexShape(axes * _around_unit_ball())
+    if isinstance(shape, (Mesh, Convex)):
+        hull = shape.GetConvexHull()
+        count = hull.num_vertices()
+        return ConvexShape(np.array([hull.vertex(i) for i in range(count)]))
+    return None
+
+
+def _around_unit_ball() -> np.ndarray:
+    """Corners of a polyhedron that holds the unit ball, evenly spread."""
+    i = np.arange(_DIRECTIONS) + 0.5
+    z = 1 - 2 * i / _DIRECTIONS
+    angle = np.pi * (1 + np.sqrt(5)) * i
+    r = np.sqrt(1 - z * z)
+    p = np.column_stack([r * np.cos(angle), r * np.sin(angle), z])
+    return p / -ConvexHull(p).equations[:, 3].max()
