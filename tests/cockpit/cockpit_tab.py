@@ -6,7 +6,10 @@ from contextlib import contextmanager
 
 from browser import Browser, open_browser
 
-_BUTTONS = "[...document.querySelectorAll('button')].filter(b => b.getClientRects().length)"
+_BUTTONS = (
+    "[...document.querySelectorAll('button')]"
+    ".filter(b => b.getClientRects().length)"
+)
 _FIELDS = (
     "[...document.querySelectorAll('input')]"
     ".filter(e => e.type == 'text' && e.getClientRects().length)"
