@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 
-from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.robot import kinematics as kin
 from remosplat_drake.robot.actuators import Actuator, default_actuators
