@@ -7,6 +7,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
 from remosplat_drake.signals.binding import (
     BOUND,
     COLLISION,
@@ -178,21 +179,18 @@ def _moved_by(robot: RobotModel, joint: str) -> str:
 def _near_itself(
     report: TickReport, robot: RobotModel, link: str, other: str
 ) -> Hold:
-    spheres = robot.spheres_at(report.q)
-    a, b = (np.flatnonzero(robot.spheres.on_links({x})) for x in (link, other))
-    gap = spheres.p_WS[b] - spheres.p_WS[a][:, None]
-    apart = np.linalg.norm(gap, axis=2)
-    apart -= spheres.radius[a][:, None] + spheres.radius[b]
-    i, j = np.unravel_index(apart.argmin(), apart.shape)
     # The end of the arm is what people see held, not what it comes near to.
     if robot.tree.index(other) > robot.tree.index(link):
-        link, other, a, b, i, j = other, link, b, a, j, i
-    p_WS, p_WO = spheres.p_WS[a[i]], spheres.p_WS[b[j]]
-    toward = (p_WO - p_WS) / max(float(np.linalg.norm(p_WO - p_WS)), 1e-9)
-    return Hold(
-        SELF_COLLISION,
-        f"the robot's own {robot.description.called(other)}",
-        link,
-        p_WS + spheres.radius[a[i]] * toward,
-        float(apart.min()),
-    )
+        link, other = other, link
+    thing = f"the robot's own {robot.description.called(other)}"
+    pairs = self_collision_pairs(robot, 0.0)
+    near = pairs.near(robot.body_poses(report.q), np.inf)
+    distance = near.distance - pairs.allowance[near.pair]
+    between = {link, other}
+    distance[[set(pairs.links(p)) != between for p in near.pair]] = np.inf
+    if not np.isfinite(distance).any():
+        return Hold(SELF_COLLISION, thing, link)
+    i = int(distance.argmin())
+    is_first = pairs.links(int(near.pair[i]))[0] == link
+    p_W = near.p_WA[i] if is_first else near.p_WB[i]
+    return Hold(SELF_COLLISION, thing, link, p_W, float(distance[i]))

@@ -46,7 +46,7 @@ SHORTER = {
         "--trajectory",
         "script.yaml",
     ],
-    "fit-spheres": ["--count", "6"],
+    "fit-spheres": [],
     "render-capture": ["--views", "12", "--width", "120", "--height", "90"],
     "reconstruct": ["--count", "3000", "--held-out", "4", "--device", "cpu"],
 }

@@ -8,12 +8,10 @@ import pytest
 from held_robot import SHELF, drive
 from pydrake.math import RigidTransform
 
-from remosplat_drake.acceptance.described_robot import write_description
 from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import SphereToEllipsoid
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
-from remosplat_drake.robot.actuators import Actuator
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals import standing as stands
 from remosplat_drake.signals import thing as things
@@ -24,7 +22,7 @@ BELOW = [0.5, 0.0, 0.05]
 TOP = 0.27
 """Height of the shelf's upper side [m]."""
 
-BRIEFLY = "time_limit: 6"
+BRIEFLY = "time_limit: 14"
 
 FINGERS = ("panda_leftfinger", "panda_rightfinger")
 
@@ -97,21 +95,10 @@ def test_the_robot_itself(tmp_path):
     """A hand that is sent into its own base, which must not drive away."""
     standing = drive(
         tmp_path,
-        [0.25, 0.0, 0.2],
-        text="{time_limit: 6, robot: {model: frankie}, controller:"
+        [0.0, 0.0, 0.2],
+        text="{time_limit: 14, robot: {model: frankie}, controller:"
         " {velocity_limits:"
         " {max_forward: 0, max_reverse: 0, max_yaw_rate: 0}}}",
     ).standing
     assert standing.cause == stands.SELF_COLLISION, standing.text
     assert standing.thing == "the robot's own base"
-
-
-def test_verification(tmp_path):
-    """Whoever does not know where it goes has no way to stop in time."""
-    path = tmp_path / "vague.yaml"
-    write_description(path, "panda", [Actuator(tube=1.0, noise=0.01)] * 7)
-    standing = drive(
-        tmp_path, BELOW, text=f"{{time_limit: 6, robot: {{model: {path}}}}}"
-    ).standing
-    assert standing.cause == stands.VERIFICATION, standing.text
-    assert standing.text.endswith("there would be no way to stop in time")

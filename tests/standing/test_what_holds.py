@@ -7,6 +7,10 @@ import pytest
 
 from remosplat_drake.controller.binding import find_binding
 from remosplat_drake.controller.reactive_program import ReactiveProgram
+from remosplat_drake.robot.self_collision.hull_distance_reference import (
+    signed_distance,
+)
+from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
 from remosplat_drake.signals import standing as stands
 from remosplat_drake.signals.binding import (
     BOUND,
@@ -150,18 +154,23 @@ def test_the_robot_before_itself(frankie, order):
     hold = find_hold(report_of(frankie, [row], [1.0]), frankie, name)
     assert (hold.cause, hold.link) == (stands.SELF_COLLISION, "panda_hand")
     assert hold.thing == "the robot's own base"
-    spheres = frankie.spheres_at(frankie.q_home)
-    hand = spheres.select(frankie.spheres.on_links({"panda_hand"}))
-    base = spheres.select(frankie.spheres.on_links({"base_link"}))
-    apart = min(
-        np.linalg.norm(p - o) - r - s
-        for p, r in zip(hand.p_WS, hand.radius, strict=True)
-        for o, s in zip(base.p_WS, base.radius, strict=True)
+    shapes = self_collision_pairs(frankie, 0.0).shapes
+    X_WL = frankie.body_poses(frankie.q_home)
+    hand, base = (
+        [
+            (s.vertices @ X[:3, :3].T + X[:3, 3], s.radius)
+            for s in shapes.of(link)
+        ]
+        for link in ("panda_hand", "base_link")
+        for X in [X_WL[frankie.tree.index(link)]]
     )
-    assert hold.clearance == pytest.approx(apart)
+    apart = min(signed_distance(p, o) - r - t for p, r in hand for o, t in base)
+    assert hold.clearance == pytest.approx(apart, abs=1e-4)
     # The place is on the hand, and so far from the base.
-    off = np.linalg.norm(base.p_WS - hold.p_W, axis=1) - base.radius
-    assert off.min() == pytest.approx(apart)
+    assert hold.p_W is not None
+    place = hold.p_W[None]
+    off = min(signed_distance(place, o) - t for o, t in base)
+    assert off == pytest.approx(apart, abs=1e-4)
 
 
 def test_a_constraint_of_somebody_else(frankie):
