@@ -8,8 +8,12 @@ from rich.console import Console
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.terminal import TerminalLines
+from remosplat_drake.commands.number_flags import port_number
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import START, waiting
+
+LOCALHOST = "localhost"
+"""Interface that only this computer reaches."""
 
 _PERIOD = 0.05
 """Period at which the page's buttons are polled [s]."""
@@ -18,7 +22,16 @@ _PERIOD = 0.05
 def add_page_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the flags for where and how long a page is served."""
     parser.add_argument(
-        "--port", type=int, help="port of the page (default: first free)"
+        "--port",
+        type=port_number,
+        help="port of the page (default: first free)",
+    )
+    parser.add_argument(
+        "--host",
+        default=LOCALHOST,
+        metavar="ADDRESS",
+        help="interface on which the page is served, 0.0.0.0 for all (default:"
+        " this computer only)",
     )
     parser.add_argument(
         "--hold",
@@ -26,6 +39,26 @@ def add_page_arguments(parser: argparse.ArgumentParser) -> None:
         default=None,
         help="keep the page open afterwards (default: in a terminal)",
     )
+
+
+def open_page(arguments: argparse.Namespace) -> MeshcatPage:
+    """Opens the page that the flags describe.
+
+    Args:
+        arguments: The command line with `add_page_arguments`.
+
+    Raises:
+        RemoSplatError: The port is taken, or others would reach the page of a
+            real robot.
+    """
+    host = arguments.host
+    if host != LOCALHOST and getattr(arguments, "hardware", False):
+        raise RemoSplatError(
+            "--host: not with --hardware: Meshcat asks nobody who they are"
+        )
+    # As Meshcat has it.
+    host = "*" if host == "0.0.0.0" else host
+    return MeshcatPage(port=arguments.port, host=host)
 
 
 def is_held(wanted: bool | None) -> bool:

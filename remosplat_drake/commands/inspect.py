@@ -10,7 +10,7 @@ from remosplat_drake.app.map_knowledge import examine_map, target_places
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.commands.gate_keeping import describe
-from remosplat_drake.commands.hold import add_page_arguments, hold
+from remosplat_drake.commands.hold import add_page_arguments, hold, open_page
 from remosplat_drake.commands.run_page import show_verdict
 from remosplat_drake.commands.splat_scenario import load_given
 from remosplat_drake.commands.tables import open_console
@@ -125,7 +125,7 @@ def run(arguments: argparse.Namespace) -> int:
     describe(knowledge, gates, console)
     console.print(f"{title}: {_facts(views)}; see {arguments.output}")
     if arguments.page or arguments.save_html:
-        page = show(world, q, views, arguments.port)
+        page = show(world, q, views, open_page(arguments))
         page.show(still(f"{title}: {_facts(views)}"))
         show_verdict(page, knowledge)
         if arguments.save_html:
@@ -213,10 +213,9 @@ def show(
     world: World,
     q: np.ndarray,
     views: SphereViews,
-    port: int | None = None,
+    page: MeshcatPage,
 ) -> MeshcatPage:
-    """Makes a page with the robot at q, the map and the sensor's rays."""
-    page = MeshcatPage(port=port)
+    """Draws the robot at q, the map and the sensor's rays on a page."""
     SplatView(page, world.splat_W or GaussianSplat.empty())
     if world.seen is not None:
         seen = world.seen

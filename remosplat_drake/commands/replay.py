@@ -11,7 +11,7 @@ from rich.table import Table
 
 from remosplat_drake.app.recorded_run import RecordedRun, load_recorded_run
 from remosplat_drake.base.atomic_file import check_writable
-from remosplat_drake.commands.hold import add_page_arguments, hold
+from remosplat_drake.commands.hold import add_page_arguments, hold, open_page
 from remosplat_drake.commands.number_flags import positive
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.recording.events import REQUEST
@@ -91,7 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
     console.print(_summary(recorded))
     if arguments.figure:
         _save_figure(recorded, arguments.figure, console)
-    page = MeshcatPage(port=arguments.port)
+    page = open_page(arguments)
     _draw(recorded, page, arguments.rate, console)
     account = _account(recorded, arguments.rate)
     page.end(account.state)

@@ -35,6 +35,7 @@ from remosplat_drake.commands.hold import (
     hold,
     is_held,
     is_waited_for,
+    open_page,
     wait_for_start,
 )
 from remosplat_drake.commands.number_flags import not_negative
@@ -47,7 +48,6 @@ from remosplat_drake.commands.wire import (
 )
 from remosplat_drake.recording.metrics import RunMetrics
 from remosplat_drake.recording.trajectory import save_trajectory
-from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import (
     PageState,
     ended,
@@ -146,7 +146,7 @@ def run(arguments: argparse.Namespace) -> int:
     warm_up.compile_kernels(scenario, world)
     page = None
     if arguments.save_html or not arguments.headless:
-        page = MeshcatPage(port=arguments.port)
+        page = open_page(arguments)
         show_verdict(page, knowledge)
     mcap = opened_recorder(arguments, scenario, world.robot)
     application = build(

@@ -199,15 +199,11 @@ def _pages(
     """Returns the page that the operator gets, of the two that there are.
 
     Raises:
-        RemoSplatError: Flags contradict each other, the port is taken, or
-            viser is not installed.
+        RemoSplatError: The port is taken, or viser is not installed.
     """
-    in_cockpit = arguments.viewer == COCKPIT and not arguments.headless
-    if arguments.host != LOOPBACK and not in_cockpit:
-        raise RemoSplatError("--host: only with the cockpit")
     if arguments.headless:
         return None, None
-    if not in_cockpit:
+    if arguments.viewer == MESHCAT:
         return MeshcatPage(port=arguments.port), None
     if importlib.util.find_spec("viser") is None:
         raise MissingExtraError(
@@ -305,6 +301,10 @@ def _load_scenario(arguments: argparse.Namespace) -> Scenario:
     operator = scenario.teleop
     sources = arguments.trajectory, operator.trajectory, operator.pose_stream
     by_meshcat = arguments.viewer == MESHCAT
+    if arguments.host != LOOPBACK and (by_meshcat or arguments.headless):
+        raise RemoSplatError(
+            "--host: only with the cockpit, which knows who operates"
+        )
     if arguments.hardware and by_meshcat and not any(sources):
         raise RemoSplatError(
             "--hardware: Meshcat's page of a real robot only stops it; take"

@@ -41,6 +41,11 @@ MISTAKES = {
     "run --scenario-text {controler:{}}": "--scenario-text:1: controler:"
     " unknown field 'controler' (did you mean 'controller'?); valid: arrival,",
     "run TableReach --port PORT": "meshcat port PORT is taken on host",
+    "run TableReach --port 80": "run: --port: 80 is not 1024 to 65535",
+    "teleop --viewer meshcat --host 0.0.0.0": "--host: only with the cockpit,"
+    " which knows who operates",
+    "teleop --viewer mescat": "teleop: --viewer: unknown choice 'mescat' (did"
+    " you mean 'meshcat'?); valid: cockpit, meshcat",
     "bench tik": "bench: group: unknown choice 'tik' (did you mean 'tick'?);",
     "benchmark --methods sdf-gided": "--methods: unknown method 'sdf-gided'"
     " (did you mean 'sdf-guided'?); valid:",
