@@ -50,7 +50,6 @@ def AddCockpitView(
     """
     inputs = {
         "configuration": loop.configuration,
-        "report": loop.report,
         "standing": loop.standing.GetOutputPort("standing"),
         "target_state": loop.targets.GetOutputPort("state"),
     }

@@ -189,6 +189,7 @@ class ClientPanel:
     def retire(self) -> None:
         """Takes the controls of an operator away."""
         if self.operator is not None:
+            self.client.scene.remove_click_callback()
             self.operator.remove()
             self.operator = None
             self._entry.visible = True

@@ -19,7 +19,6 @@ from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.signals.standing import HELD, NOT_STARTED, Standing
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import FOLLOW, TargetState
-from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.page_state import supervised, unsupervised
 
 PUBLISH_PERIOD = 1 / 20
@@ -34,16 +33,15 @@ class CockpitView(LeafSystem):
         name: CockpitView
         input_ports:
         - configuration
-        - report
         - standing
         - target_state
         - supervision (optional)
         - map_status (optional)
 
-    `configuration` takes the measured q, `report` the controller's
-    `TickReport`, `standing` the `Standing`, `target_state` the `TargetState`,
-    `supervision` the `SupervisorState`, `map_status` the `MapStatus` of a
-    live map. It draws nothing and waits for nobody: that is the cockpit's.
+    `configuration` takes the measured q, `standing` the `Standing`,
+    `target_state` the `TargetState`, `supervision` the `SupervisorState`,
+    `map_status` the `MapStatus` of a live map. It draws nothing and waits for
+    nobody: that is the cockpit's.
 
     Args:
         process: The cockpit.
@@ -71,7 +69,6 @@ class CockpitView(LeafSystem):
         )
         rest = np.eye(4)
         for name, value in (
-            ("report", TickReport.before_first(0, robot.n_u)),
             ("standing", NOT_STARTED),
             ("target_state", TargetState.at_rest(rest)),
             ("supervision", SupervisorState(np.zeros(robot.n_u))),
@@ -110,7 +107,6 @@ class CockpitView(LeafSystem):
                 context.get_time(),
                 q,
                 self._robot,
-                self._input(context, "report"),
                 self._input(context, "standing"),
                 self._input(context, "target_state"),
                 self._input(context, "supervision"),
@@ -135,7 +131,6 @@ def look_at(
     time: float,
     q: np.ndarray,
     robot: RobotModel,
-    report: TickReport,
     standing: Standing,
     target: TargetState,
     supervision: SupervisorState | None,
@@ -147,7 +142,6 @@ def look_at(
         time: Time of the diagram [s].
         q: The measured configuration, shape (n_q,).
         robot: The robot.
-        report: The latest tick.
         standing: How things stand.
         target: What the target does.
         supervision: What the supervisor does; None without one.
@@ -169,7 +163,6 @@ def look_at(
         state=state,
         held_link=standing.link if is_held else "",
         p_WHeld=standing.p_W if is_held else None,
-        clearance=report.clearances.minimum(),
         target=target.text or target.mode,
         map=status.text if status is not None else "",
         trouble=status.trouble if status is not None else "",

@@ -87,7 +87,6 @@ class Look:
         state: How things stand, in words, and what may be pressed.
         held_link: Name of the link that is held; empty if none is.
         p_WHeld: Where it is held, shape (3,) [m]; None if that is no place.
-        clearance: The smallest clearance [m]; infinite if nothing is near.
         target: What the target does, in words.
         map: What the map does, in words.
         trouble: What has gone wrong with it; empty if nothing has.
@@ -104,7 +103,6 @@ class Look:
     )
     held_link: str = ""
     p_WHeld: np.ndarray | None = None
-    clearance: float = np.inf
     target: str = ""
     map: str = ""
     trouble: str = ""

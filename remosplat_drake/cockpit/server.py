@@ -71,6 +71,8 @@ def serve(connection: Connection, job: CockpitJob, picture: MapPicture) -> None:
         page.run()
     except (EOFError, ConnectionError):
         pass
+    except Exception:
+        _log.exception("the cockpit ends")
     finally:
         # Threads of the server and of the camera have nothing to finish.
         os._exit(0)

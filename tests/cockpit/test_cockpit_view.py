@@ -22,7 +22,6 @@ from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.signals.standing import HELD, NOT_STARTED, Standing
 from remosplat_drake.signals.supervisor_state import STOPPED, SupervisorState
 from remosplat_drake.signals.target_state import FOLLOW, TargetState
-from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.page_state import RELEASE, STOP
 
 
@@ -33,7 +32,6 @@ def frankie():
 
 def look(frankie, **changes) -> Look:
     parts = {
-        "report": TickReport.before_first(frankie.n_q, frankie.n_u),
         "standing": NOT_STARTED,
         "target": TargetState.at_rest(np.eye(4), "hold: start"),
         "supervision": None,
@@ -101,7 +99,6 @@ def test_a_map_is_told_once(frankie):
         view.GetInputPort(name).FixValue(context, value)
 
     fix("configuration", frankie.q_home)
-    fix("report", Value(TickReport.before_first(frankie.n_q, frankie.n_u)))
     fix("standing", Value(NOT_STARTED))
     fix("target_state", Value(TargetState.at_rest(np.eye(4))))
     for shown in (scene_map, scene_map, later, later):
