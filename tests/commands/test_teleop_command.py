@@ -135,7 +135,7 @@ def refuse(capsys, *arguments) -> str:
             ["TableTeleop", "--scenario-text", "mapping: {unknown: obstacle}"],
             "unknown field 'unknown'",
         ),
-        (["StudioLive", "--port", "80"], "port 80 is out of range"),
+        (["StudioLive", "--port", "80"], "--port: 80 is not 1024 to 65535"),
     ],
 )
 def test_an_impossible_wish_is_one_line(session, capsys, arguments, problem):

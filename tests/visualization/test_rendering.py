@@ -1,10 +1,8 @@
 """The page as a browser really draws it."""
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
+import screenshot
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import ImageIo
@@ -13,12 +11,6 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.visualization import robot_view
 from remosplat_drake.visualization.robot_view import AddRobotView
 from remosplat_drake.visualization.splat_view import SplatView
-
-_spec = importlib.util.spec_from_file_location(
-    "screenshot", Path(__file__).with_name("screenshot.py")
-)
-screenshot = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(screenshot)
 
 SIZE = (700, 450)
 
