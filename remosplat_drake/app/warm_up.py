@@ -56,7 +56,7 @@ def announce(console: Console) -> None:
     """
     if not _marker().exists():
         console.print(
-            "first start: compiling kernels, this takes about half a minute"
+            "first start: compiling kernels, this takes about two minutes"
             " once"
         )
 
