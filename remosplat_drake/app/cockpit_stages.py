@@ -62,7 +62,7 @@ def AddCockpitView(
         inputs=inputs,
         process=process,
         robot=loop.world.robot,
-        initial=teleoperation.reopened or teleoperation.initial,
+        initial=teleoperation.first_map,
         show_unseen=loop.scenario.scene.unknown == OBSTACLE,
     )
 
@@ -116,7 +116,7 @@ def first_picture(
         loop: The control loop.
         teleoperation: What the diagram needs to be teleoperated.
     """
-    scene_map = teleoperation.reopened or teleoperation.initial
+    scene_map = teleoperation.first_map
     show_unseen = loop.scenario.scene.unknown == OBSTACLE
     seen = loop.world.seen
     if scene_map.coverage is not None or seen is None:

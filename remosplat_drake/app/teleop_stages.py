@@ -59,6 +59,11 @@ class Teleoperation:
     scenes: tuple[PrimitiveScene, ...] = ()
     operator: LeafSystem | None = None
 
+    @property
+    def first_map(self) -> SceneMap:
+        """The map that a page begins with: the session's, or else `initial`."""
+        return self.reopened or self.initial
+
     def close(self) -> None:
         """Ends the mapping process, if there is one."""
         if self.mapping is not None:
@@ -266,7 +271,7 @@ def AddOperatorViews(
             builder,
             map_status=live_map.GetOutputPort("map_status"),
             page=page,
-            initial=teleoperation.reopened or teleoperation.initial,
+            initial=teleoperation.first_map,
             show_unseen=scenario.scene.unknown == OBSTACLE,
         )
     config = scenario.controller

@@ -56,8 +56,7 @@ def announce(console: Console) -> None:
     """
     if not _marker().exists():
         console.print(
-            "first start: compiling kernels, this takes about two minutes"
-            " once"
+            "first start: compiling kernels, this takes about two minutes once"
         )
 
 
