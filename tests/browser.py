@@ -92,7 +92,9 @@ class Browser:
         """Waits until an expression is true, and returns its value."""
         end = time.monotonic() + PATIENCE
         while not (value := self.evaluate(expression)):
-            assert time.monotonic() < end, f"never true: {expression}"
+            if time.monotonic() > end:
+                text = self.evaluate("document.body.innerText")
+                raise AssertionError(f"never true: {expression} in\n{text}")
             time.sleep(0.02)
         return value
 

@@ -27,8 +27,8 @@ class CockpitOperator(LeafSystem):
 
     `command` carries the `OperatorCommand`, `map_requests` the `MapRequests`
     and `operator` the `OperatorRequests` so far; they are those of the latest
-    message whenever somebody asks. A cockpit that cannot be heard any more
-    has pressed STOP: nobody else can.
+    message whenever somebody asks. While the cockpit cannot be heard, STOP
+    cannot either, and the requests say so.
 
     Args:
         process: The cockpit.
@@ -60,7 +60,7 @@ class CockpitOperator(LeafSystem):
 
     def _calc_operator(self, context: Context, output: Value):
         wishes, trouble = self._process.wishes, self._process.trouble
-        output.set_value(operator_requests(wishes, trouble))
+        output.set_value(dc.replace(wishes.operator, trouble=trouble))
 
 
 def map_requests(
@@ -75,16 +75,3 @@ def map_requests(
     changes = wishes.scene_changes
     scene = scenes[changes % len(scenes)] if scenes and changes else None
     return dc.replace(wishes.requests, scene=scene)
-
-
-def operator_requests(wishes: Wishes, trouble: str) -> OperatorRequests:
-    """Returns what is asked of the supervisor.
-
-    Args:
-        wishes: All that people have asked for.
-        trouble: Why nobody can be heard; that counts as a press of STOP.
-    """
-    requests = wishes.operator
-    if not trouble:
-        return requests
-    return dc.replace(requests, stops=requests.stops + 1)

@@ -30,8 +30,8 @@ PATIENCE = 3.0
 DIED = "the cockpit has died: nobody could stop the robot there"
 SILENT = f"the cockpit has not answered for {PATIENCE:g} s: STOP is not heard"
 
-_NICENESS = 5
-"""Niceness of the process: the control loop goes first, STOP soon after."""
+_NICENESS = 0
+"""Niceness of the process: STOP is heard there, on a busy computer, too."""
 
 _log = logging.getLogger(__name__)
 

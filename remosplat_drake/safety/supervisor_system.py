@@ -92,9 +92,10 @@ class SafetySupervisor(LeafSystem):
     rad/s]; `report` takes the controller's `TickReport`, `status` the
     `StationStatus`, `velocity_measured` the measured u, `motion` what a
     robot that does not obey at once is about to do, `operator` the
-    `OperatorRequests` of a stop button, `map_age` seconds and `map_hold` why a
-    new map waits for the robot to stop, empty if none does. `supervision`
-    gives the `SupervisorState`. A stop is latched until it is released.
+    `OperatorRequests` of a stop button, which stops the robot where it cannot
+    be heard, `map_age` seconds and `map_hold` why a new map waits for the
+    robot to stop, empty if none does. `supervision` gives the
+    `SupervisorState`. A stop is latched until it is released.
 
     Args:
         law: The thresholds and limits; its `dt` is the control period [s].
@@ -253,7 +254,7 @@ class SafetySupervisor(LeafSystem):
             motion=motion,
             map_age=map_age,
             operator=operator,
-            stop=memory.stop or pressed or hold,
+            stop=memory.stop or operator.trouble or pressed or hold,
             release=memory.release or operator.releases > known.releases,
         )
 

@@ -12,10 +12,12 @@ class OperatorRequests:
     Attributes:
         stops: Number of presses of the stop button.
         releases: Number of presses of the release button.
+        trouble: Why a press of stop would not be heard; empty if it would.
     """
 
     stops: int = 0
     releases: int = 0
+    trouble: str = ""
 
     def __deepcopy__(self, memo) -> "OperatorRequests":
         return self

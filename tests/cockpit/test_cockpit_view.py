@@ -125,7 +125,7 @@ def test_the_operator_asks_what_was_asked_last():
     )
     assert asked("command").holds == 2 and asked("operator").stops == 3
     process.trouble = "the cockpit has died"
-    assert asked("operator").stops == 4
+    assert asked("operator") == OperatorRequests(3, 0, "the cockpit has died")
 
 
 @pytest.mark.parametrize("view", VIEWS)

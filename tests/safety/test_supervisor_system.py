@@ -1,9 +1,11 @@
 """The supervisor in the wired diagram: no delay, and safe stops."""
 
+import dataclasses as dc
 from pathlib import Path
 
 import numpy as np
 import pytest
+from pydrake.common.value import Value
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
 from remosplat_drake.app.diagram import Application, build
@@ -12,6 +14,7 @@ from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import load_world
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.scene.rmmi import write_rmmi
+from remosplat_drake.signals.operator_requests import OperatorRequests
 from remosplat_drake.signals.supervisor_state import (
     RUNNING,
     STOPPED,
@@ -73,6 +76,10 @@ class Stepper:
 
     def stop(self):
         self.supervisor.request_stop(self.context, "test")
+
+    def ask(self, requests: OperatorRequests):
+        port = self.supervisor.GetInputPort("operator")
+        port.FixValue(self.context, Value(requests))
 
     def release(self):
         self.supervisor.request_release(self.context)
@@ -156,6 +163,25 @@ def test_after_a_release_the_controller_starts_from_rest(folder):
         before = command
     assert dut.state.mode == RUNNING
     assert np.abs(before).max() > 0.1
+
+
+def test_a_stop_button_that_is_not_heard_stops_and_keeps_the_robot(folder):
+    dut = Stepper(make_application(folder))
+    dut.advance(20)
+    deaf = OperatorRequests(trouble="nobody hears STOP")
+    dut.ask(deaf)
+    dut.advance(60)
+    assert (dut.state.mode, dut.state.reason) == (STOPPED, deaf.trouble)
+    dut.ask(dc.replace(deaf, releases=1))
+    dut.advance(5)
+    assert dut.state.mode == STOPPED
+    assert dut.state.refusal == f"not released: {deaf.trouble}"
+    dut.ask(OperatorRequests(releases=1))
+    dut.advance(5)
+    assert dut.state.mode == STOPPED
+    dut.ask(OperatorRequests(releases=2))
+    dut.advance(60)
+    assert dut.state.mode == RUNNING
 
 
 def test_the_command_changes_at_ticks_only(folder):
