@@ -99,7 +99,7 @@ def cockpit_job(
         config=scenario.teleop,
         q0=world.q0,
         mapping=teleoperation.mapping is not None,
-        scene_count=len(teleoperation.scenes),
+        scenes=teleoperation.scenes,
         make_camera=(
             camera_maker(scenario, world, hardware) if has_camera else None
         ),

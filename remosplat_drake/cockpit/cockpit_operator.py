@@ -9,7 +9,7 @@ from pydrake.systems.framework import Context, LeafSystem
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.cockpit.messages import Wishes
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.map_requests import MapRequests, scene_in_turn
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.signals.operator_requests import OperatorRequests
 
@@ -72,6 +72,5 @@ def map_requests(
         wishes: All that people have asked for.
         scenes: The scenes that a simulated camera is shown in turns.
     """
-    changes = wishes.scene_changes
-    scene = scenes[changes % len(scenes)] if scenes and changes else None
+    scene = scene_in_turn(scenes, wishes.scene_changes)
     return dc.replace(wishes.requests, scene=scene)

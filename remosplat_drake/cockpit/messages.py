@@ -33,7 +33,8 @@ class CockpitJob:
         config: The workspace and the saved poses.
         q0: Configuration at the start, shape (n_q,).
         mapping: Whether there is a live map.
-        scene_count: Number of scenes that a simulated camera may be shown.
+        scenes: The scenes that a simulated camera is shown in turns, that of
+            the start first.
         make_camera: Makes the wrist camera; None without one.
         truth: The solids of a scene that is drawn as they are, since it has
             no splat; None elsewhere.
@@ -48,7 +49,7 @@ class CockpitJob:
     config: TeleopConfig
     q0: np.ndarray
     mapping: bool
-    scene_count: int = 0
+    scenes: tuple[PrimitiveScene, ...] = ()
     make_camera: Callable[[], WristCamera] | None = None
     truth: PrimitiveScene | None = None
 

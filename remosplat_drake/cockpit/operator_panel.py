@@ -186,7 +186,7 @@ class OperatorPanel:
             self._button(gui, "Refine", lambda: desk.request("refines"))
             self._button(gui, "Undo", lambda: desk.request("undos"))
             self._button(gui, "Save splat", lambda: desk.request("saves"))
-            if self._job.scene_count > 1:
+            if len(self._job.scenes) > 1:
                 self._button(gui, "Put or take an object", desk.change_scene)
 
     def _add_gizmo(self) -> viser.TransformControlsHandle:

@@ -1,18 +1,13 @@
 """The cockpit's process: what runs inside it."""
 
-import errno
-import io
 import logging
 import os
-import socket
-from contextlib import redirect_stdout
 from multiprocessing.connection import Connection
 from threading import Lock, RLock, Thread
-from time import monotonic, sleep
+from time import sleep
 
 import numpy as np
 import viser
-from viser._messages import ShareUrlDisconnect, ShareUrlRequest
 
 from remosplat_drake.base.array_pipe import ArrayHeader, receive_arrays
 from remosplat_drake.base.errors import RemoSplatError
@@ -33,18 +28,14 @@ from remosplat_drake.cockpit.reach import Reach, find_reach
 from remosplat_drake.cockpit.robot_shapes import robot_shapes
 from remosplat_drake.cockpit.scene import CockpitScene
 from remosplat_drake.cockpit.surface_point import find_surface, target_before
-
-_FIRST_PORT = 8080
-"""The port that is tried first."""
+from remosplat_drake.cockpit.web_server import open_server
+from remosplat_drake.cockpit.wrist_pictures import wrist_pictures
 
 _BEAT = 0.2
 """Time between two signs of life [s]."""
 
 _LISTEN = 0.02
 """Longest wait for news [s]."""
-
-_PICTURE = 1.0
-"""Time between two pictures of the wrist camera [s]."""
 
 _STANDOFF = 0.05
 """Distance of a proposed target from the surface, besides the stopping
@@ -103,8 +94,7 @@ class Page:
         self._panels: dict[int, ClientPanel] = {}
         self._desk = Desk(self._send)
         self._asked: tuple[object, np.ndarray] | None = None
-        self._server = _open_server(job)
-        _offer_no_tunnel(self._server)
+        self._server = open_server(job)
         gui = self._server.gui
         gui.configure_theme(
             show_logo=False, show_share_button=False, control_width="medium"
@@ -118,7 +108,7 @@ class Page:
         self._server.on_client_connect(self._arrive)
         self._server.on_client_disconnect(self._leave)
         if job.make_camera is not None:
-            Thread(target=self._take_pictures, daemon=True).start()
+            Thread(target=self._show_pictures, daemon=True).start()
 
     def run(self) -> None:
         """Shows what comes through the pipe until that is closed."""
@@ -278,66 +268,20 @@ class Page:
             job.planner, self._picture.field, job.stopping, self._look.q, X_WT
         )
 
-    def _take_pictures(self) -> None:
-        """Shows what the wrist camera sees, about once a second."""
-        job = self._job
-        assert job.make_camera is not None
+    def _show_pictures(self) -> None:
+        """Shows what the wrist camera sees, in a thread of its own."""
+
+        def now() -> tuple[Look, int]:
+            return self._look, self._desk.wishes.scene_changes
+
         try:
-            camera = job.make_camera()
+            for frame in wrist_pictures(self._job, now):
+                with self._lock:
+                    self._scene.show_camera(frame.X_WC, frame.K, frame.rgb)
         except RemoSplatError as error:
             _log.warning("no pictures of the wrist camera: %s", error)
-            return
-        shown_at = -np.inf
-        while True:
-            camera.listen()
-            if monotonic() - shown_at < _PICTURE:
-                sleep(0.05)
-                continue
-            shown_at = monotonic()
-            look = self._look
-            try:
-                frame = camera.frame(look.q, look.time)
-            except RemoSplatError:
-                continue  # A camera that is silent now may come back.
-            with self._lock:
-                self._scene.show_camera(frame.X_WC, frame.K, frame.rgb)
 
 
 def _first_look(job: CockpitJob) -> Look:
     state = job.robot.state(job.q0)
     return Look(0.0, job.q0, state.X_WE, state.X_WB, state.X_WE)
-
-
-def _open_server(job: CockpitJob) -> viser.ViserServer:
-    """Opens the page's server, and keeps it from telling so itself."""
-    with redirect_stdout(io.StringIO()):
-        return viser.ViserServer(
-            host=job.host,
-            port=_free_port(job.host, job.port),
-            label=job.title,
-            verbose=False,
-        )
-
-
-def _free_port(host: str, port: int | None) -> int:
-    """Returns the port that is asked for, or else the first free one.
-
-    Raises:
-        RemoSplatError: It is taken, or there is no such interface.
-    """
-    wanted = range(_FIRST_PORT, 65536) if port is None else [port]
-    for candidate in wanted:
-        try:
-            with socket.create_server((host, candidate)):
-                return candidate
-        except OSError as error:
-            if error.errno != errno.EADDRINUSE:
-                raise RemoSplatError(f"--host {host}: {error}") from error
-    raise RemoSplatError(f"--port {port} is taken; choose another one, or none")
-
-
-def _offer_no_tunnel(server: viser.ViserServer) -> None:
-    """Lets no browser open viser's tunnel, which would let anybody in."""
-    connection = server._websock_server
-    for message in (ShareUrlRequest, ShareUrlDisconnect):
-        connection.unregister_handler(message)

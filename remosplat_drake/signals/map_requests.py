@@ -1,6 +1,7 @@
 """`MapRequests`: what operators have asked of the live map so far."""
 
 import dataclasses as dc
+from collections.abc import Sequence
 
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
@@ -44,3 +45,18 @@ class MapRequests:
 
     def __deepcopy__(self, memo) -> "MapRequests":
         return self
+
+
+def scene_in_turn(
+    scenes: Sequence[PrimitiveScene], changes: int
+) -> PrimitiveScene | None:
+    """Returns the scene that a simulated camera sees after some changes.
+
+    Args:
+        scenes: The scene at the start, and those that take turns with it.
+        changes: Number of changes that were asked for.
+
+    Returns:
+        The scene; None if there was no change, or there are no scenes.
+    """
+    return scenes[changes % len(scenes)] if scenes and changes else None

@@ -20,7 +20,7 @@ from remosplat_drake.base.ranges import Config, Position, RollPitchYawDeg
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.base.strict_yaml import load_strict
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.map_requests import MapRequests, scene_in_turn
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.teleop.teleop_config import SavedPose
 
@@ -180,7 +180,7 @@ def asked_over_time(
             requests = _more(requests, _MAP_BUTTONS[step.press])
         if step.press == SCENE:
             changes += 1
-            scene = scenes[changes % len(scenes)]
+            scene = scene_in_turn(scenes, changes)
             requests = dc.replace(requests, scene=scene)
         asked.append(Asked(step.time, command, requests))
     return asked

@@ -11,7 +11,7 @@ from pydrake.systems.framework import (
 )
 
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.map_requests import MapRequests, scene_in_turn
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.signals.target_state import FOLLOW, TargetState
 from remosplat_drake.teleop.gamepad import gamepad_velocity
@@ -153,15 +153,13 @@ class TeleopPanel(LeafSystem):
         )
 
     def _calc_requests(self, context: Context, output: Value):
-        scenes = self._scenes
-        changes = self._clicks(CHANGE_SCENE)
         output.set_value(
             MapRequests(
                 frames=self._clicks(ADD_FRAME),
                 refines=self._clicks(REFINE),
                 undos=self._clicks(UNDO),
                 saves=self._clicks(SAVE),
-                scene=scenes[changes % len(scenes)] if changes else None,
+                scene=scene_in_turn(self._scenes, self._clicks(CHANGE_SCENE)),
             )
         )
 

@@ -61,7 +61,7 @@ class Rig:
             config=scenario.teleop,
             q0=world.q0,
             mapping=True,
-            scene_count=2,
+            scenes=(world.truth, world.truth),
         )
         # In software pictures of more take seconds.
         few = np.arange(len(world.splat_W)) % thin == 0

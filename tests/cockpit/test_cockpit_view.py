@@ -6,15 +6,20 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from pydrake.common.value import Value
+from pydrake.math import RigidTransform
 
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.teleop_session import camera_maker
+from remosplat_drake.app.world import load_world
 from remosplat_drake.cockpit.cockpit_operator import CockpitOperator
 from remosplat_drake.cockpit.cockpit_view import CockpitView, look_at
 from remosplat_drake.cockpit.desk import SOURCE
 from remosplat_drake.cockpit.messages import Look, Wishes
 from remosplat_drake.cockpit.viewpoints import HAND, TOP, VIEWS, viewpoint
+from remosplat_drake.cockpit.wrist_pictures import wrist_pictures
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import load_robot
-from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.signals.operator_requests import OperatorRequests
@@ -126,6 +131,29 @@ def test_the_operator_asks_what_was_asked_last():
     assert asked("command").holds == 2 and asked("operator").stops == 3
     process.trouble = "the cockpit has died"
     assert asked("operator") == OperatorRequests(3, 0, "the cockpit has died")
+
+
+def test_pictures_show_the_scene_that_the_camera_sees(frankie):
+    """A wall that is put before it, and is gone in the next picture."""
+    small = "{wrist_camera: {width: 80, height: 60}}"
+    scenario = load_scenario("StudioLive", small)
+    world = load_world(scenario, blank=True)
+    now = look(frankie)
+    X_WP = RigidTransform(now.X_WE) @ RigidTransform([0.0, 0.0, 0.25])
+    wall = PrimitiveScene(boxes=(Box(X_WP, np.array([1.0, 1.0, 0.01])),))
+    job = SimpleNamespace(
+        make_camera=camera_maker(scenario, world, hardware=False),
+        scenes=(world.truth, wall),
+    )
+    changes = 0
+    pictures = wrist_pictures(job, lambda: (now, changes))
+    first = next(pictures).depth
+    changes = 1
+    walled = next(pictures).depth
+    changes = 2
+    again = next(pictures).depth
+    assert np.nanmax(walled) < 0.5 < np.nanmax(first)
+    np.testing.assert_array_equal(first, again)
 
 
 @pytest.mark.parametrize("view", VIEWS)

@@ -1,0 +1,59 @@
+"""The web server of the cockpit's page."""
+
+import errno
+import io
+import socket
+from contextlib import redirect_stdout
+
+import viser
+from viser._messages import ShareUrlDisconnect, ShareUrlRequest
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.cockpit.messages import CockpitJob
+
+_FIRST_PORT = 8080
+"""The port that is tried first."""
+
+
+def open_server(job: CockpitJob) -> viser.ViserServer:
+    """Opens the page's server, and keeps it from telling so itself.
+
+    Args:
+        job: Says where, and what the page is called.
+
+    Raises:
+        RemoSplatError: The port is taken, or there is no such interface.
+    """
+    with redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(
+            host=job.host,
+            port=_free_port(job.host, job.port),
+            label=job.title,
+            verbose=False,
+        )
+    _offer_no_tunnel(server)
+    return server
+
+
+def _free_port(host: str, port: int | None) -> int:
+    """Returns the port that is asked for, or else the first free one.
+
+    Raises:
+        RemoSplatError: It is taken, or there is no such interface.
+    """
+    wanted = range(_FIRST_PORT, 65536) if port is None else [port]
+    for candidate in wanted:
+        try:
+            with socket.create_server((host, candidate)):
+                return candidate
+        except OSError as error:
+            if error.errno != errno.EADDRINUSE:
+                raise RemoSplatError(f"--host {host}: {error}") from error
+    raise RemoSplatError(f"--port {port} is taken; choose another one, or none")
+
+
+def _offer_no_tunnel(server: viser.ViserServer) -> None:
+    """Lets no browser open viser's tunnel, which would let anybody in."""
+    connection = server._websock_server
+    for message in (ShareUrlRequest, ShareUrlDisconnect):
+        connection.unregister_handler(message)

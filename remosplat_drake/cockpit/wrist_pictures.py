@@ -1,0 +1,53 @@
+"""What the wrist camera sees, for people."""
+
+from collections.abc import Callable, Iterator
+from time import monotonic, sleep
+
+import numpy as np
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.capture.frames import Frame
+from remosplat_drake.cockpit.messages import CockpitJob, Look
+from remosplat_drake.signals.map_requests import scene_in_turn
+
+_PERIOD = 1.0
+"""Time between two pictures [s]."""
+
+_LISTEN = 0.05
+"""Time between two looks for what the camera has sent [s]."""
+
+
+def wrist_pictures(
+    job: CockpitJob, now: Callable[[], tuple[Look, int]]
+) -> Iterator[Frame]:
+    """Yields what the wrist camera sees about once a second, forever.
+
+    A camera that is silent now may come back; meanwhile there is no picture.
+
+    Args:
+        job: Makes the camera.
+        now: Returns what is so, and how often a simulated camera was to see
+            another scene.
+
+    Raises:
+        RemoSplatError: There is no such camera.
+    """
+    assert job.make_camera is not None
+    camera = job.make_camera()
+    changes, due = 0, -np.inf
+    while True:
+        camera.listen()
+        look, wanted = now()
+        scene = scene_in_turn(job.scenes, wanted)
+        if scene is not None and wanted != changes:
+            changes = wanted
+            camera.show(scene)
+        if monotonic() < due:
+            sleep(_LISTEN)
+            continue
+        due = monotonic() + _PERIOD
+        try:
+            frame = camera.frame(look.q, look.time)
+        except RemoSplatError:
+            continue
+        yield frame
