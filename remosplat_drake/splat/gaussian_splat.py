@@ -9,10 +9,15 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.splat.harmonics import rotated_harmonics
 
 SH_C0 = 0.28209479177387814
 """Spherical harmonic of degree 0, 1 / (2 sqrt(pi)): colour = 0.5 + SH_C0 f_dc.
 """
+
+LEAST_SCALE, LARGEST_SCALE = 1e-4, 1e4
+"""Factors by which splats may be scaled: from one in tenths of a millimetre to
+one in tens of kilometres [m per unit of the file]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -243,27 +248,50 @@ class GaussianSplat:
         """Returns the splats with centres in a box [lower, upper] of G [m]."""
         return self.select(self.inside(lower, upper))
 
-    def transformed(self, X_FG: RigidTransform) -> "GaussianSplat":
-        """Expresses the splats in another frame F.
+    def without_harmonics(self) -> "GaussianSplat":
+        """Returns these splats in the colours of degree 0 alone.
 
-        Higher harmonics are dropped: rotating them is not needed for distances,
-        and degree 0 does not depend on orientation.
+        Those are the same from everywhere, and enough where nobody looks
+        through the eyes of a camera.
+        """
+        return dc.replace(self, sh_rest=self.sh_rest[:, :0])
+
+    def transformed(
+        self, X_FG: RigidTransform, scale: float = 1.0
+    ) -> "GaussianSplat":
+        """Expresses the splats in another frame F, and in other units.
+
+        The centre K goes to X_FG (scale p_GK). Scales and uncertainty grow
+        with it, and the colours turn with the splats.
 
         Args:
             X_FG: Pose of the splats' frame G in F.
+            scale: Length in F of what is one long in G, positive.
+
+        Raises:
+            RemoSplatError: A splat would become too small or too large for
+                its numbers.
         """
         R_FG = X_FG.rotation()
-        p_FK = self.p_GK.astype(np.float64) @ R_FG.matrix().T
-        return GaussianSplat(
-            p_GK=p_FK + X_FG.translation(),
-            quaternions=quaternion_product(
-                R_FG.ToQuaternion().wxyz(), self.quaternions.astype(np.float64)
-            ),
-            scales=self.scales,
-            opacities=self.opacities,
-            colors=self.colors,
-            uncertainty=self.uncertainty,
-        )
+        p_FK = scale * self.p_GK.astype(np.float64) @ R_FG.matrix().T
+        sh_rest, uncertainty = self.sh_rest, self.uncertainty
+        if sh_rest.shape[1] and not R_FG.IsExactlyIdentity():
+            sh_rest = rotated_harmonics(sh_rest, R_FG.matrix())
+        if uncertainty is not None:
+            uncertainty = scale * uncertainty.astype(np.float64)
+        with np.errstate(over="ignore"):  # What overflows is refused.
+            return GaussianSplat(
+                p_GK=p_FK + X_FG.translation(),
+                quaternions=quaternion_product(
+                    R_FG.ToQuaternion().wxyz(),
+                    self.quaternions.astype(np.float64),
+                ),
+                scales=scale * self.scales.astype(np.float64),
+                opacities=self.opacities,
+                colors=self.colors,
+                sh_rest=sh_rest,
+                uncertainty=uncertainty,
+            )
 
 
 def rotation_matrices(wxyz: np.ndarray) -> np.ndarray:

@@ -1,0 +1,92 @@
+"""Spherical harmonics: the colours of a splat, which depend on the direction.
+
+The real harmonics are those of 3D Gaussian splatting (Kerbl et al., 2023), with
+the Condon-Shortley sign (-1)^m. Of each degree l there are 2 l + 1, by m from
+-l to l.
+"""
+
+import numpy as np
+from scipy.special import factorial, lpmv
+
+from remosplat_drake.base.errors import RemoSplatError
+
+_SAMPLES = 64
+"""Directions at which the harmonics of a degree are compared."""
+
+
+def harmonics(degree: int, directions: np.ndarray) -> np.ndarray:
+    """Evaluates the real spherical harmonics of one degree.
+
+    Args:
+        degree: The degree l.
+        directions: Unit vectors, shape (n, 3).
+
+    Returns:
+        Shape (n, 2 l + 1), by m from -l to l.
+    """
+    x, y, z = directions.T
+    azimuth = np.arctan2(y, x)
+    columns = []
+    for m in range(-degree, degree + 1):
+        k = abs(m)
+        norm = (2 * degree + 1) / (4 * np.pi)
+        norm *= factorial(degree - k) / factorial(degree + k)
+        wave = np.sin(k * azimuth) if m < 0 else np.cos(k * azimuth)
+        twice = np.sqrt(2.0) if m else 1.0
+        columns.append(twice * np.sqrt(norm) * lpmv(k, degree, z) * wave)
+    return np.stack(columns, axis=1)
+
+
+def last_degree(coefficients: int) -> int:
+    """Returns up to which degree a number of higher harmonics reaches.
+
+    Args:
+        coefficients: Number of harmonics without that of degree 0.
+
+    Raises:
+        RemoSplatError: No degree has that number.
+    """
+    degree = round(np.sqrt(coefficients + 1)) - 1
+    if (degree + 1) ** 2 != coefficients + 1:
+        raise RemoSplatError(
+            f"{coefficients} higher harmonics do not fill a degree; valid:"
+            " 0, 3, 8, 15, 24"
+        )
+    return degree
+
+
+def rotated_harmonics(sh_rest: np.ndarray, R_FG: np.ndarray) -> np.ndarray:
+    """Expresses the higher harmonics of splats in another frame F.
+
+    What was seen along a direction d_G is seen along R_FG d_G then. A rotation
+    mixes only harmonics of one degree, so the matrix that does it follows from
+    their values at more directions than there are harmonics.
+
+    Args:
+        sh_rest: Coefficients as in `GaussianSplat`, shape (N, K, 3).
+        R_FG: Rotation matrix, shape (3, 3).
+
+    Returns:
+        The coefficients in F, shape (N, K, 3).
+
+    Raises:
+        RemoSplatError: K harmonics do not fill a degree.
+    """
+    last = last_degree(sh_rest.shape[1])
+    d_F = _spread_directions(_SAMPLES)
+    d_G = d_F @ R_FG
+    rotated = np.empty_like(sh_rest)
+    for degree in range(1, last + 1):
+        band = slice(degree**2 - 1, (degree + 1) ** 2 - 1)
+        there = np.linalg.pinv(harmonics(degree, d_F))
+        turn = (there @ harmonics(degree, d_G)).astype(sh_rest.dtype)
+        rotated[:, band] = turn @ sh_rest[:, band]
+    return rotated
+
+
+def _spread_directions(n: int) -> np.ndarray:
+    """Unit vectors evenly over the sphere, on a spiral, shape (n, 3)."""
+    z = (2 * np.arange(n) + 1) / n - 1
+    azimuth = np.arange(n) * np.pi * (3 - np.sqrt(5))
+    radius = np.sqrt(1 - z * z)
+    return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], 1)
