@@ -218,7 +218,7 @@ def _judged(
         if wrong:
             raise RemoSplatError(f"no floor: the best level plane {problem}")
     return Floor(
-        X_FW=_frame(normal_W, offset),
+        X_FW=floor_frame(normal_W, offset),
         area=area,
         rms=float(np.sqrt((height[inliers] ** 2).mean())),
         tilt=tilt,
@@ -227,8 +227,17 @@ def _judged(
     )
 
 
-def _frame(normal_W: np.ndarray, offset: float) -> RigidTransform:
-    """The pose X_FW of the floor's frame that `Floor` describes."""
+def floor_frame(normal_W: np.ndarray, offset: float) -> RigidTransform:
+    """Makes the pose X_FW of W in the frame F of a floor n p + offset = 0.
+
+    Args:
+        normal_W: The floor's upward unit normal n, shape (3,).
+        offset: Height of W's origin over the floor [m].
+
+    Returns:
+        The pose that `Floor` describes: z is up and the floor z = 0, x is W's
+        as far as the floor allows, and the origin lies below or above W's.
+    """
     x_W = np.array([1.0, 0, 0])
     if abs(normal_W[0]) > 0.99:
         x_W = np.array([0, 1.0, 0])

@@ -1,0 +1,273 @@
+"""The floor of a splat, of which there is nothing but the splat.
+
+Where there are a capture's cameras, `reconstruction.floor` knows which way they
+were held. Of a splat from elsewhere neither up nor even the unit is known, so
+lengths here are relative to the splat's own.
+"""
+
+import dataclasses as dc
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
+from scipy.spatial import KDTree
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.reconstruction.floor import floor_frame
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+_SAMPLES = 20_000
+"""Points on the splats' surfaces: their number measures area."""
+
+_FEW = 2_000
+"""As many of them are enough to tell good planes from bad ones."""
+
+_HYPOTHESES, _DISTINCT = 500, 10
+"""Planes through three points that are tried, and how many that differ are
+looked at closely."""
+
+_NEIGHBOURS = 200
+"""Points about the first one from which the other two are taken."""
+
+_INNER, _MARGIN = 0.9, 1.2
+"""Fraction of the splats whose distance from the middle is the radius of the
+scene, and how many radii away others are left out as background."""
+
+_THICKNESS = 0.01
+"""Distance from a plane of what belongs to it, in radii of the scene."""
+
+_DEPTH = 0.04
+"""Depth beneath a plane up to which splats pass for noise or mirror images, in
+radii of the scene."""
+
+_BENEATH = 4.0
+"""How much more counts what lies beneath a plane than what belongs to it."""
+
+_SAME, _NEAR = np.deg2rad(15.0), 0.08
+"""Planes of a smaller angle [rad] and distance, in radii of the scene, are one
+plane."""
+
+_RIVAL = 0.5
+"""A floor has this fraction of the score of another plane at most."""
+
+_STEEP = np.deg2rad(45.0)
+"""Largest angle between a floor's normal and what is called up [rad]."""
+
+_COLLINEAR = np.deg2rad(1.0)
+"""Three points with a smaller angle tell no plane [rad]."""
+
+_FEWEST = 100
+"""Fewer splats show no floor."""
+
+MIN_SHARE = 0.05
+"""Least fraction of the splats' surface that a floor has."""
+
+MAX_BENEATH = 0.05
+"""Largest fraction of the splats' surface that lies beneath a floor."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class SplatFloor:
+    """The floor F of a splat, whose frame is G.
+
+    Attributes:
+        X_FG: Pose of G in the frame F with z up and the floor at z = 0, see
+            `floor_frame`.
+        share: Fraction of the splats' surface that belongs to the floor.
+        beneath: Fraction that lies beneath it.
+    """
+
+    X_FG: RigidTransform
+    share: float
+    beneath: float
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Plane:
+    """A plane n p + offset = 0 with most of the scene above it."""
+
+    normal: np.ndarray
+    offset: float
+    share: float
+    beneath: float
+
+    @property
+    def score(self) -> float:
+        return self.share - _BENEATH * self.beneath
+
+    def is_same(self, other: "_Plane") -> bool:
+        """Whether two planes are one, but for a little."""
+        is_parallel = self.normal @ other.normal > np.cos(_SAME)
+        return bool(is_parallel) and abs(self.offset - other.offset) < _NEAR
+
+
+def find_splat_floor(
+    splat: GaussianSplat, up_G: np.ndarray | None = None, seed: int = 0
+) -> SplatFloor:
+    """Finds the large plane with nearly nothing beneath it (RANSAC).
+
+    Points are drawn on the splats' surfaces, by area and opacity. A hypothesis
+    is the plane through three neighbours, and its upper side that on which most
+    of the points are; the best ones are fitted to their points by least
+    squares. A wall or a ceiling may have nothing behind it, too: where another
+    plane is nearly as good, nothing is guessed.
+
+    Args:
+        splat: Splats in G, in any unit.
+        up_G: What is up, to 45 degrees, in G, shape (3,), of any length; None
+            if nobody knows.
+        seed: Seed of the random choice of points.
+
+    Raises:
+        RemoSplatError: No plane is convincing; the error says what the best
+            one lacks.
+    """
+    rng = np.random.default_rng(seed)
+    p_G, radius = _surface_points(splat, rng)
+    if up_G is not None:
+        up_G = np.asarray(up_G) / np.linalg.norm(up_G)
+    middle = p_G.mean(axis=0)
+    p_M = (p_G - middle) / radius
+    few = p_M[rng.choice(len(p_M), _FEW, replace=False)]
+    tried = _distinct(
+        _fitted(few, normal, offset, up_G)
+        for normal, offset in _hypotheses(few, rng)
+    )
+    planes = _distinct(
+        _fitted(p_M, plane.normal, plane.offset, up_G)
+        for plane in tried[:_DISTINCT]
+        if up_G is None or plane.normal @ up_G > np.cos(_STEEP)
+    )
+    if not planes:
+        raise RemoSplatError("no floor: no plane is level enough")
+    best = planes[0]
+    _check(planes)
+    offset = radius * best.offset - float(best.normal @ middle)
+    return SplatFloor(
+        floor_frame(best.normal, offset), best.share, best.beneath
+    )
+
+
+def frame_of_points(
+    p_GO: np.ndarray, p_GX: np.ndarray, p_GY: np.ndarray
+) -> RigidTransform:
+    """Makes the pose X_FG of G in the frame F of three points on a floor.
+
+    Args:
+        p_GO: Where F has its origin, shape (3,).
+        p_GX: A point on F's x axis, shape (3,).
+        p_GY: A point of the floor where F's y is positive, shape (3,).
+
+    Raises:
+        RemoSplatError: The points lie on one line.
+    """
+    x_G, y_G = p_GX - p_GO, p_GY - p_GO
+    lengths = np.linalg.norm(x_G) * np.linalg.norm(y_G)
+    if not lengths or (p_GX == p_GY).all():
+        raise RemoSplatError("two of the three points are the same")
+    up_G = np.cross(x_G, y_G)
+    if np.linalg.norm(up_G) < np.sin(_COLLINEAR) * lengths:
+        raise RemoSplatError("the three points lie on one line")
+    x_G, z_G = x_G / np.linalg.norm(x_G), up_G / np.linalg.norm(up_G)
+    R_FG = RotationMatrix(np.stack([x_G, np.cross(z_G, x_G), z_G]))
+    return RigidTransform(R_FG, -(R_FG @ p_GO))
+
+
+def _surface_points(
+    splat: GaussianSplat, rng: np.random.Generator
+) -> tuple[np.ndarray, float]:
+    """Points on what is not background, shape (n, 3), and its radius."""
+    if len(splat) < _FEWEST:
+        raise RemoSplatError(f"no floor: there are only {len(splat)} splats")
+    p_GK = splat.p_GK.astype(float)
+    distance = np.linalg.norm(p_GK - np.median(p_GK, axis=0), axis=1)
+    radius = float(np.quantile(distance, _INNER))
+    if not radius:
+        raise RemoSplatError("no floor: the splats are all in one place")
+    inner = np.flatnonzero(distance <= _MARGIN * radius)
+    axes = np.argsort(-splat.scales[inner], axis=1)[:, :2]
+    scales = np.take_along_axis(splat.scales[inner], axes, axis=1).astype(float)
+    # What is larger than this is a blob, and covers no more than this.
+    scales = np.minimum(scales, 5 * _THICKNESS * radius)
+    weight = scales.prod(axis=1) * splat.opacities[inner]
+    chosen = rng.choice(len(inner), _SAMPLES, p=weight / weight.sum())
+    p_K = np.zeros((_SAMPLES, 3))
+    offsets = scales[chosen] * rng.normal(size=(_SAMPLES, 2))
+    np.put_along_axis(p_K, axes[chosen], offsets, axis=1)
+    kept = inner[chosen]
+    return p_GK[kept] + np.einsum("nij,nj->ni", splat.R_GK[kept], p_K), radius
+
+
+def _hypotheses(
+    p_M: np.ndarray, rng: np.random.Generator
+) -> Iterator[tuple[np.ndarray, float]]:
+    """Planes n p + offset = 0 through three points each."""
+    first = rng.choice(len(p_M), _HYPOTHESES)
+    near = KDTree(p_M).query(p_M[first], _NEIGHBOURS)[1]
+    others = rng.integers(1, _NEIGHBOURS, (_HYPOTHESES, 2))
+    second, third = np.take_along_axis(near, others, axis=1).T
+    normals = np.cross(p_M[second] - p_M[first], p_M[third] - p_M[first])
+    lengths = np.linalg.norm(normals, axis=1)
+    for i in np.flatnonzero(lengths):
+        normal = normals[i] / lengths[i]
+        yield normal, -float(normal @ p_M[first[i]])
+
+
+def _distinct(planes: Iterable[_Plane]) -> list[_Plane]:
+    """The planes that are not the same as a better one, best first."""
+    kept: list[_Plane] = []
+    for plane in sorted(planes, key=lambda plane: -plane.score):
+        if not any(plane.is_same(other) for other in kept):
+            kept.append(plane)
+    return kept
+
+
+def _fitted(
+    p_M: np.ndarray, normal: np.ndarray, offset: float, up: np.ndarray | None
+) -> _Plane:
+    """The least-squares plane of what belongs to a plane, and again."""
+    for thickness in (3 * _THICKNESS, 2 * _THICKNESS, *[_THICKNESS] * 3):
+        own = p_M[np.abs(p_M @ normal + offset) < thickness]
+        if len(own) < 3:
+            break
+        mean = own.mean(axis=0)
+        fitted = np.linalg.eigh(np.cov((own - mean).T))[1][:, 0]
+        normal = fitted * np.sign(fitted @ normal)
+        offset = -float(normal @ mean)
+    return _judged(p_M, normal, offset, up)
+
+
+def _judged(
+    p_M: np.ndarray, normal: np.ndarray, offset: float, up: np.ndarray | None
+) -> _Plane:
+    """A plane whose normal points to where it is up."""
+    height = p_M @ normal + offset
+    above, beneath = (height > _DEPTH).mean(), (height < -_DEPTH).mean()
+    share = float((np.abs(height) < _THICKNESS).mean())
+    flips = beneath > above if up is None else normal @ up < 0
+    if flips:
+        return _Plane(-normal, -offset, share, float(above))
+    return _Plane(normal, offset, share, float(beneath))
+
+
+def _check(planes: list[_Plane]) -> None:
+    """Refuses distinct planes whose first one is not clearly the floor."""
+    best = planes[0]
+    if best.beneath > MAX_BENEATH:
+        raise RemoSplatError(
+            f"no clear floor: the best plane has {100 * best.beneath:.0f} % of"
+            " the splat beneath it"
+        )
+    if best.share < MIN_SHARE:
+        raise RemoSplatError(
+            "no clear floor: the largest plane with nothing beneath it has"
+            f" {100 * best.share:.0f} % of the splat"
+        )
+    if len(planes) > 1 and planes[1].score > _RIVAL * best.score:
+        cosine = np.clip(planes[1].normal @ best.normal, -1, 1)
+        raise RemoSplatError(
+            f"no clear floor: planes with {100 * best.share:.0f} % and"
+            f" {100 * planes[1].share:.0f} % of the splat,"
+            f" {np.degrees(np.arccos(cosine)):.0f} degrees apart, might both be"
+            " it"
+        )
