@@ -58,6 +58,8 @@ class CommandParser(argparse.ArgumentParser):
             epilog=f"examples:\n  {indented}",
             formatter_class=_HelpFormatter,
         )
+        # Of its own, `argparse` takes -1e-3 for a flag.
+        self._negative_number_matcher = _NUMBER
         self.register("type", float, number)
         self.register("type", int, whole_number)
         module.add_arguments(self)

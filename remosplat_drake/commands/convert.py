@@ -7,6 +7,11 @@ import numpy as np
 
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.resources import resolve
+from remosplat_drake.commands.splat_placement import (
+    add_placement_arguments,
+    check_placement,
+    placed,
+)
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.splat.codecs.conversion_error import conversion_error
 from remosplat_drake.splat.formats import (
@@ -23,6 +28,7 @@ _MODELS = {"2dgs": True, "3dgs": False}
 EXAMPLES = """
 remosplat convert kitchen.ply kitchen.spz
 remosplat convert kitchen.ply kitchen.sog --crop -2 -2 0 2 2 2
+remosplat convert phone.ply kitchen.ply --scale 0.37 --align floor --up 0 1 0
 """
 """What `--help` ends with."""
 
@@ -49,17 +55,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         nargs=6,
         metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"),
-        help="keep what lies between these corners, in the file's frame [m]",
+        help="keep what lies between these corners, in A's coordinates",
     )
     parser.add_argument(
         "--model",
         choices=_MODELS,
         help="what a checkpoint holds, if its name does not tell",
     )
+    add_placement_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Converts the file, and prints what was lost."""
+    """Converts the file, and prints what was done and lost."""
+    check_placement(arguments)
     target = format_of_name(arguments.output)
     source = resolve(arguments.source)
     splat = read_splat(source, _MODELS.get(arguments.model))
@@ -68,6 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
     console.print(f"{source}: {title}, {_description(splat)}")
     if arguments.crop is not None:
         splat = _cropped(splat, arguments.crop)
+    splat = placed(splat, arguments, console)
     if arguments.surfels:
         splat = flattened(splat)
     target.write(arguments.output, splat)

@@ -1,0 +1,197 @@
+"""Flags that make a splat metric and upright, and what they do."""
+
+import argparse
+
+import numpy as np
+from pydrake.math import RigidTransform
+from rich.console import Console
+
+from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.commands.flags import check_finite, check_positive
+from remosplat_drake.reconstruction.splat_floor import (
+    SplatFloor,
+    find_splat_floor,
+    frame_of_points,
+)
+from remosplat_drake.splat.gaussian_splat import (
+    LARGEST_SCALE,
+    LEAST_SCALE,
+    GaussianSplat,
+)
+
+_FLOOR = "floor"
+
+_POINTS = ("X0", "Y0", "Z0", "X1", "Y1", "Z1")
+_THIRD = ("X2", "Y2", "Z2")
+
+
+def add_placement_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the flags for the splat's unit and frame."""
+    group = parser.add_argument_group(
+        "unit and frame",
+        "What these flags say is in A's own coordinates, as a viewer of A shows"
+        " them. In this order the splat is cropped, scaled, set upright and"
+        " made of surfels.",
+    )
+    scale = group.add_mutually_exclusive_group()
+    scale.add_argument(
+        "--scale", type=float, metavar="S", help="metres per unit of A"
+    )
+    scale.add_argument(
+        "--scale-by",
+        type=float,
+        nargs=7,
+        metavar=(*_POINTS, "LENGTH"),
+        help="scale by two points and their true distance [m]",
+    )
+    align = group.add_mutually_exclusive_group()
+    align.add_argument(
+        "--align",
+        choices=(_FLOOR,),
+        help="find the floor, and set the splat upright on it: z is up, and"
+        " the floor z = 0",
+    )
+    align.add_argument(
+        "--align-points",
+        type=float,
+        nargs=9,
+        metavar=(*_POINTS, *_THIRD),
+        help="three points on the floor: the new origin, one along x, and one"
+        " towards y; counterclockwise, seen from above",
+    )
+    group.add_argument(
+        "--up",
+        type=float,
+        nargs=3,
+        metavar=("X", "Y", "Z"),
+        help="what is up in A, to 45 degrees, for --align floor: 0 -1 0 in many"
+        " files of COLMAP, 0 1 0 in many of phones (default: the side of the"
+        " floor on which most of the splat is)",
+    )
+
+
+def check_placement(arguments: argparse.Namespace) -> None:
+    """Checks the flags by themselves, before a file is read.
+
+    Raises:
+        FieldError: A number is not finite, a scale or points are unusable, or
+            `--up` has no length or nothing to do.
+    """
+    names = ("scale_by", "align_points", "up")
+    check_positive("convert", arguments, "scale")
+    check_finite("convert", arguments, *names)
+    if arguments.up is not None:
+        if arguments.align is None:
+            problem = "says what --align floor shall take for up"
+            raise FieldError("convert", "--up", f"{problem}; give both")
+        if not any(arguments.up):
+            raise FieldError("convert", "--up", "must have a length > 0")
+    _scale(arguments)
+    _frame(arguments)
+
+
+def placed(
+    splat_G: GaussianSplat, arguments: argparse.Namespace, console: Console
+) -> GaussianSplat:
+    """Scales a splat and sets it upright as the flags say, and says so.
+
+    Raises:
+        RemoSplatError: There is no clear floor, or a splat's numbers would be
+            too small or too large.
+    """
+    scale = _scale(arguments)
+    if scale is not None:
+        console.print(f"Scaled by {scale:.6g}: {_size(splat_G, scale)}.")
+    scale = scale or 1.0
+    X_FG = _frame(arguments)
+    if arguments.align is not None:
+        floor = _floor(splat_G, arguments.up)
+        X_FG = _scaled(floor.X_FG, scale)
+        console.print(_words_of_floor(floor, X_FG))
+    elif X_FG is not None:
+        X_FG = _scaled(X_FG, scale)
+        console.print(_words_of_points(splat_G, X_FG, scale))
+    if X_FG is None and scale == 1:
+        return splat_G
+    return splat_G.transformed(X_FG or RigidTransform(), scale)
+
+
+def _scale(arguments: argparse.Namespace) -> float | None:
+    """Metres per unit, if the flags tell."""
+    flag, scale = "--scale", arguments.scale
+    if arguments.scale_by is not None:
+        flag = "--scale-by"
+        p, q = np.reshape(arguments.scale_by[:6], (2, 3))
+        length, distance = arguments.scale_by[6], np.linalg.norm(q - p)
+        if not distance:
+            raise FieldError("convert", flag, "the two points are the same")
+        if not length > 0:
+            raise FieldError("convert", flag, "LENGTH must be positive")
+        scale = float(length / distance)
+    if scale is not None and not LEAST_SCALE <= scale <= LARGEST_SCALE:
+        problem = f"must lie in [{LEAST_SCALE:g}, {LARGEST_SCALE:g}]"
+        raise FieldError("convert", flag, f"{problem}, got {scale:g}")
+    return scale
+
+
+def _frame(arguments: argparse.Namespace) -> RigidTransform | None:
+    """The frame of the three points, in A's unit, if there are any."""
+    if arguments.align_points is None:
+        return None
+    try:
+        return frame_of_points(*np.reshape(arguments.align_points, (3, 3)))
+    except RemoSplatError as error:
+        raise FieldError("convert", "--align-points", str(error)) from error
+
+
+def _floor(splat_G: GaussianSplat, up_G: list[float] | None) -> SplatFloor:
+    try:
+        return find_splat_floor(
+            splat_G, None if up_G is None else np.array(up_G)
+        )
+    except RemoSplatError as error:
+        problem = (
+            f"{error}; --up X Y Z tells roughly what is up, --align-points"
+            " three points on the floor"
+        )
+        raise FieldError("convert", "--align", problem) from error
+
+
+def _words_of_floor(floor: SplatFloor, X_FG: RigidTransform) -> str:
+    return (
+        f"Floor: {100 * floor.share:.0f} % of the splat's surface, with"
+        f" {100 * floor.beneath:.1f} % beneath it. {_turn(X_FG)}, and moved by"
+        f" {X_FG.translation()[2]:.3f} m in height; z is up, and the floor"
+        " z = 0."
+    )
+
+
+def _words_of_points(
+    splat_G: GaussianSplat, X_FG: RigidTransform, scale: float
+) -> str:
+    z_F = splat_G.p_GK @ (scale * X_FG.rotation().matrix()[2])
+    above = float((z_F + X_FG.translation()[2] > 0).mean())
+    words = (
+        f"{_turn(X_FG)}, onto the three points; z is up, and the first one the"
+        f" origin. {100 * above:.0f} % of the splats are above."
+    )
+    if above < 0.5:
+        words += " Were the points clockwise, seen from above?"
+    return words
+
+
+def _scaled(X_FG: RigidTransform, scale: float) -> RigidTransform:
+    """The pose of a frame that was found in A's unit, in metres."""
+    return RigidTransform(X_FG.rotation(), scale * X_FG.translation())
+
+
+def _turn(X_FG: RigidTransform) -> str:
+    tilt = np.arccos(np.clip(X_FG.rotation().matrix()[2, 2], -1, 1))
+    return f"A's z axis is turned by {np.degrees(tilt):.1f} degrees"
+
+
+def _size(splat: GaussianSplat, scale: float) -> str:
+    """How large the inner part of a splat is then."""
+    lower, upper = np.quantile(splat.p_GK, (0.02, 0.98), axis=0)
+    sides = " x ".join(f"{side:.2f}" for side in scale * (upper - lower))
+    return f"96 % of the splats now lie within {sides} m along A's axes"
