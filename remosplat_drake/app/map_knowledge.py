@@ -214,7 +214,8 @@ def coverage_gates(summary: MapSummary) -> list[Gate]:
     if empty:
         problem = (
             f"the map holds nothing within {summary.reach:.1f} m of"
-            f" {', '.join(empty)}; are scene.X_WG and scene.crop right?"
+            f" {', '.join(empty)}; are scene.X_WG, scene.scale"
+            " and scene.crop right?"
         )
         gates.append(Gate(EMPTY_MAP, problem))
     ignored = (

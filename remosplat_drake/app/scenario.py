@@ -50,6 +50,7 @@ from remosplat_drake.oracle.oracle_config import (
     SphereToEllipsoid,
 )
 from remosplat_drake.safety.supervisor_config import SupervisorConfig
+from remosplat_drake.splat.gaussian_splat import LARGEST_SCALE, LEAST_SCALE
 from remosplat_drake.station.station_config import (
     DynamicStation,
     KinematicStation,
@@ -132,6 +133,10 @@ class SceneConfig(Config):
     splat: str = ""
     # Pose of the splat's frame G in the world W.
     X_WG: PoseConfig = dc.field(default_factory=PoseConfig)
+    # Length in W of what is 1 long in the splat's file, which is applied before
+    # X_WG; other than 1 only where nothing beside the splat was measured in
+    # its file's units [m].
+    scale: Annotated[float, Interval(ge=LEAST_SCALE, le=LARGEST_SCALE)] = 1.0
     crop: CropConfig | None = None
     # File of the true geometry (RMMI JSON), for metrics, contact and
     # !GroundTruth; empty for none.

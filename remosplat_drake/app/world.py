@@ -8,13 +8,18 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.app.scenario import OBSTACLE, Scenario, make_transform
 from remosplat_drake.app.scenario_robot import load_scenario_robot
-from remosplat_drake.app.seen_space import SeenSpace, load_seen_space
+from remosplat_drake.app.seen_space import (
+    SeenSpace,
+    load_seen_space,
+    seen_file,
+)
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.reconstruction.report.quality_report import report_path
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.directives import read_directives
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
@@ -169,7 +174,9 @@ def load_splat(
         return None, GaussianSplat.empty()
     path = _scene_file(scenario, "splat")
     X_WG = make_transform(scene.X_WG, scenario.source, "scene.X_WG")
-    splat_W = read_splat(path).transformed(X_WG)
+    _check_scale(scenario, path)
+    splat_G = read_splat(path).without_harmonics()
+    splat_W = splat_G.transformed(X_WG, scene.scale)
     if scene.crop is None:
         return splat_W, GaussianSplat.empty()
     inside = splat_W.inside(
@@ -178,6 +185,21 @@ def load_splat(
     if not inside.any():
         raise FieldError(scenario.source, "scene.crop", "leaves no splats")
     return splat_W.select(inside), splat_W.select(~inside)
+
+
+def _check_scale(scenario: Scenario, splat: Path) -> None:
+    """Refuses to scale what was measured in metres."""
+    scale = scenario.scene.scale
+    measured = [seen_file(scenario), report_path(splat)]
+    for path in measured if scale != 1 else ():
+        if path is not None and path.is_file():
+            raise FieldError(
+                scenario.source,
+                "scene.scale",
+                f"must be 1, got {scale:g}: {path.name} says that the splat"
+                f" is in metres; `remosplat convert --scale {scale:g}` makes"
+                " another one",
+            )
 
 
 def _scene_file(scenario: Scenario, field: str) -> Path:

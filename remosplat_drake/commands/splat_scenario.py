@@ -48,8 +48,9 @@ _OUTSIDE = 0.02
 """Fraction of the splats at each end of an axis that count as outliers."""
 
 _HINT = (
-    "z must be up and z = 0 the floor (--scenario-text '{scene: {X_WG: ...}}'"
-    " moves the splat)"
+    "z must be up, z = 0 the floor and metres the unit (`remosplat convert"
+    " --align floor --scale S` or --scenario-text '{scene: {X_WG: ..., scale:"
+    " ...}}')"
 )
 
 
