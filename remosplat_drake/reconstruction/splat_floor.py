@@ -59,8 +59,9 @@ _COLLINEAR = np.deg2rad(1.0)
 _FEWEST = 100
 """Fewer splats show no floor."""
 
-MIN_SHARE = 0.05
-"""Least fraction of the splats' surface that a floor has."""
+MIN_SHARE, MIN_SHARE_UPWARD = 0.15, 0.05
+"""Least fraction of the splats' surface that a floor has, where nobody knows
+what is up and where somebody does: every thing has a flat side."""
 
 MAX_BENEATH = 0.05
 """Largest fraction of the splats' surface that lies beneath a floor."""
@@ -107,10 +108,10 @@ def find_splat_floor(
     """Finds the large plane with nearly nothing beneath it (RANSAC).
 
     Points are drawn on the splats' surfaces, by area and opacity. A hypothesis
-    is the plane through three neighbours, and its upper side that on which most
-    of the points are; the best ones are fitted to their points by least
-    squares. A wall or a ceiling may have nothing behind it, too: where another
-    plane is nearly as good, nothing is guessed.
+    is the plane through three neighbours, fitted by least squares to all points
+    near it; its upper side is that on which most of the points are. A wall or
+    a ceiling may have nothing behind it, too: where another plane is nearly as
+    good, nothing is guessed.
 
     Args:
         splat: Splats in G, in any unit.
@@ -129,19 +130,21 @@ def find_splat_floor(
     middle = p_G.mean(axis=0)
     p_M = (p_G - middle) / radius
     few = p_M[rng.choice(len(p_M), _FEW, replace=False)]
-    tried = _distinct(
+    tried = [
         _fitted(few, normal, offset, up_G)
         for normal, offset in _hypotheses(few, rng)
-    )
+    ]
+    if up_G is not None:
+        cosine = np.cos(_STEEP)
+        tried = [plane for plane in tried if plane.normal @ up_G > cosine]
     planes = _distinct(
         _fitted(p_M, plane.normal, plane.offset, up_G)
-        for plane in tried[:_DISTINCT]
-        if up_G is None or plane.normal @ up_G > np.cos(_STEEP)
+        for plane in _distinct(tried)[:_DISTINCT]
     )
     if not planes:
         raise RemoSplatError("no floor: no plane is level enough")
     best = planes[0]
-    _check(planes)
+    _check(planes, MIN_SHARE if up_G is None else MIN_SHARE_UPWARD)
     offset = radius * best.offset - float(best.normal @ middle)
     return SplatFloor(
         floor_frame(best.normal, offset), best.share, best.beneath
@@ -250,7 +253,7 @@ def _judged(
     return _Plane(normal, offset, share, float(beneath))
 
 
-def _check(planes: list[_Plane]) -> None:
+def _check(planes: list[_Plane], min_share: float) -> None:
     """Refuses distinct planes whose first one is not clearly the floor."""
     best = planes[0]
     if best.beneath > MAX_BENEATH:
@@ -258,7 +261,7 @@ def _check(planes: list[_Plane]) -> None:
             f"no clear floor: the best plane has {100 * best.beneath:.0f} % of"
             " the splat beneath it"
         )
-    if best.share < MIN_SHARE:
+    if best.share < min_share:
         raise RemoSplatError(
             "no clear floor: the largest plane with nothing beneath it has"
             f" {100 * best.share:.0f} % of the splat"

@@ -251,8 +251,8 @@ class GaussianSplat:
     def without_harmonics(self) -> "GaussianSplat":
         """Returns these splats in the colours of degree 0 alone.
 
-        Those are the same from everywhere, and enough where nobody looks
-        through the eyes of a camera.
+        These colours are the same from everywhere, which is enough for
+        distances and for all that this library draws.
         """
         return dc.replace(self, sh_rest=self.sh_rest[:, :0])
 

@@ -136,6 +136,17 @@ def test_a_table_top_is_no_floor():
     assert abs(find_splat_floor(splat, UP).X_FG.translation()[2]) < 1e-3
 
 
+def test_a_small_flat_side_is_a_floor_only_under_what_is_called_up():
+    rng = np.random.default_rng(6)
+    lump = blob(rng).transformed(RigidTransform([0, 0, 1.2]), 0.5)
+    lump = lump.select(lump.p_GK[:, 2] > 0.1)
+    plate = patch(rng, [-0.5, -0.5, 0.0], [1, 0, 0], [0, 1, 0])
+    splat = joined([plate.select(np.arange(len(plate)) % 20 == 0), lump])
+    with pytest.raises(RemoSplatError, match="nothing beneath it has 1"):
+        find_splat_floor(splat)
+    assert find_splat_floor(splat, UP).share < 0.15
+
+
 @pytest.mark.parametrize("up_G", [None, UP])
 def test_a_ball_has_no_floor(up_G):
     splat = blob(np.random.default_rng(0))
