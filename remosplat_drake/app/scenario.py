@@ -133,9 +133,9 @@ class SceneConfig(Config):
     splat: str = ""
     # Pose of the splat's frame G in the world W.
     X_WG: PoseConfig = dc.field(default_factory=PoseConfig)
-    # Length in W of what is 1 long in the splat's file, which is applied before
-    # X_WG; other than 1 only where nothing beside the splat was measured in
-    # its file's units [m].
+    # Metres per unit of the splat's file, applied before X_WG. Other than 1 it
+    # is refused for a splat with a quality report or seen space beside it,
+    # which were measured in metres [m].
     scale: Annotated[float, Interval(ge=LEAST_SCALE, le=LARGEST_SCALE)] = 1.0
     crop: CropConfig | None = None
     # File of the true geometry (RMMI JSON), for metrics, contact and

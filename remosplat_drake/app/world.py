@@ -190,8 +190,9 @@ def load_splat(
 def _check_scale(scenario: Scenario, splat: Path) -> None:
     """Refuses to scale what was measured in metres."""
     scale = scenario.scene.scale
-    measured = [seen_file(scenario), report_path(splat)]
-    for path in measured if scale != 1 else ():
+    if scale == 1:
+        return
+    for path in (seen_file(scenario), report_path(splat)):
         if path is not None and path.is_file():
             raise FieldError(
                 scenario.source,

@@ -21,6 +21,9 @@ from remosplat_drake.splat.gaussian_splat import (
 
 _FLOOR = "floor"
 
+_FARTHEST = 1e9
+"""Coordinates are at most so large, of whichever unit."""
+
 _POINTS = ("X0", "Y0", "Z0", "X1", "Y1", "Z1")
 _THIRD = ("X2", "Y2", "Z2")
 
@@ -74,17 +77,21 @@ def check_placement(arguments: argparse.Namespace) -> None:
     """Checks the flags by themselves, before a file is read.
 
     Raises:
-        FieldError: A number is not finite, a scale or points are unusable, or
-            `--up` has no length or nothing to do.
+        FieldError: A number is not finite or enormous, a scale or points are
+            unusable, or `--up` has no length or nothing to do.
     """
-    names = ("scale_by", "align_points", "up")
     check_positive("convert", arguments, "scale")
-    check_finite("convert", arguments, *names)
+    for name in ("scale_by", "align_points", "up"):
+        check_finite("convert", arguments, name)
+        if np.max(np.abs(getattr(arguments, name) or 0)) > _FARTHEST:
+            flag = "--" + name.replace("_", "-")
+            problem = f"must be {_FARTHEST:g} at most"
+            raise FieldError("convert", flag, problem)
     if arguments.up is not None:
         if arguments.align is None:
             problem = "says what --align floor shall take for up"
             raise FieldError("convert", "--up", f"{problem}; give both")
-        if not any(arguments.up):
+        if np.linalg.norm(arguments.up) < 1 / _FARTHEST:
             raise FieldError("convert", "--up", "must have a length > 0")
     _scale(arguments)
     _frame(arguments)

@@ -141,6 +141,10 @@ def test_without_a_clear_floor_people_are_asked(dots, capfd):
         ("--align floor", "--align: no floor: there are only 4 splats"),
         ("--up 0 0 1", "--up: says what --align floor shall take for up"),
         ("--align floor --up 0 0 0", "--up: must have a length > 0"),
+        ("--align floor --up 0 1e-300 0", "--up: must have a length > 0"),
+        ("--align floor --up 0 1e300 0", "--up: must be 1e+09 at most"),
+        ("--align-points 0 0 0 1e300 0 0 0 1 0", "must be 1e+09 at most"),
+        ("--scale-by 0 0 0 1e300 0 0 1", "--scale-by: must be 1e+09 at most"),
         ("--align floor --up 0 nan 0", "--up: must be finite"),
     ],
 )
