@@ -57,6 +57,8 @@ class CommandParser(argparse.ArgumentParser):
             description=f"{summary[0].upper()}{summary[1:]}.",
             epilog=f"examples:\n  {indented}",
             formatter_class=_HelpFormatter,
+            # Nobody moves a real robot by --har: flags are written out.
+            allow_abbrev=False,
         )
         # Of its own, `argparse` takes -1e-3 for a flag.
         self._negative_number_matcher = _NUMBER
@@ -110,7 +112,7 @@ class CommandParser(argparse.ArgumentParser):
         flags = self._option_string_actions
         if not flag.startswith("--"):
             return flag[:2] in flags
-        return any(name.startswith(flag) for name in flags)
+        return flag in flags
 
     def _refuse(self, flag: str) -> NoReturn:
         flags = [f for f in self._option_string_actions if f.startswith("--")]

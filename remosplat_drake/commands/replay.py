@@ -116,6 +116,7 @@ def _draw(
             recorded.log,
             maps,
             reach=recorded.scenario.controller.collision.influence,
+            events=recorded.events,
             rate=rate,
             on_frame=lambda done, frames: progress.update(
                 task, completed=done, total=frames

@@ -33,12 +33,16 @@ class Event:
             `TROUBLE`.
         text: What happened, in words for a person.
         version: Version of the map, in events that are about one.
+        link: Name of the link that is held from now on; empty where none is.
+        place: Where in W it was held first [m]; None if that is no place.
     """
 
     time: float
     kind: str
     text: str
     version: int | None = None
+    link: str = ""
+    place: tuple[float, float, float] | None = None
 
 
 class EventWriter:
@@ -95,13 +99,19 @@ def _event(path: Path, number: int, line: str) -> Event:
     """The event of a line."""
     where = f"{path}:{number}"
     fields = parse_json_object(line, where)
-    version = fields.get("version")
+    version, place = fields.get("version"), fields.get("place")
+    link = fields.get("link", "")
     if (
         not fields.keys() <= {field.name for field in dc.fields(Event)}
         or not isinstance(fields.get("kind"), str)
         or not isinstance(fields.get("text"), str)
+        or not isinstance(link, str)
         or not (version is None or type(version) is int)
+        or not (place is None or (type(place) is list and len(place) == 3))
     ):
         raise FileError(where, "is not an event")
     time = as_number(where, "time", fields.get("time"))
-    return Event(time, fields["kind"], fields["text"], version)
+    if place is not None:
+        x, y, z = (as_number(where, "place", value) for value in place)
+        place = x, y, z
+    return Event(time, fields["kind"], fields["text"], version, link, place)

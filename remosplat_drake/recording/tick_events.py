@@ -16,6 +16,7 @@ from remosplat_drake.recording.run_log import NO_MAP
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.standing import (
+    HELD,
     STOPPED,
     STOPPING,
     WAITING,
@@ -100,7 +101,17 @@ def _standing_changes(
         return
     known = before.standing
     if known is None or now.standing.is_news_after(known):
-        yield Event(time, STANDING, now.standing.text)
+        yield _standing_event(now.standing, time)
+
+
+def _standing_event(standing: Standing, time: float) -> Event:
+    if standing.kind != HELD:
+        return Event(time, STANDING, standing.text)
+    place = None
+    if standing.p_W is not None:
+        x, y, z = map(float, standing.p_W)
+        place = x, y, z
+    return Event(time, STANDING, standing.text, link=standing.link, place=place)
 
 
 def _map_changes(

@@ -1,15 +1,22 @@
 """`record_replay`: a recorded run as an animation in the page."""
 
 import dataclasses as dc
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
+from remosplat_drake.recording.events import STANDING, SUPERVISOR, Event
 from remosplat_drake.recording.run_log import RunLog
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.signals.standing import (
+    HELD,
+    MOVING,
+    NOT_STARTED,
+    Standing,
+)
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_tiles import MAX_SURFELS
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
@@ -19,6 +26,7 @@ from remosplat_drake.visualization.robot_view import (
 )
 from remosplat_drake.visualization.run_view import RunView
 from remosplat_drake.visualization.splat_view import draw_surfels
+from remosplat_drake.visualization.standing_view import StandingView
 from remosplat_drake.visualization.toggle import Toggle
 
 SPLATS = f"{ROOT}/splat"
@@ -48,6 +56,7 @@ def record_replay(
     maps: Mapping[int, ReplayedMap],
     *,
     reach: float,
+    events: Sequence[Event] = (),
     rate: float = 1.0,
     on_frame: Callable[[int, int], None] | None = None,
 ) -> None:
@@ -55,7 +64,7 @@ def record_replay(
 
     Robot, target and traces move as they did. A red line joins the robot to
     the closest point of the map of that time, and each map is on show as
-    long as it was asked.
+    long as it was asked. What was held lights up as long as it was.
 
     Args:
         page: The page to draw on; it has shown nothing else.
@@ -63,6 +72,7 @@ def record_replay(
         log: Log of the run, with at least one tick.
         maps: All versions of the map in the log, by their numbers.
         reach: Greatest distance of scene points that get a line [m].
+        events: The run's events, in the order of their times.
         rate: Speed of the animation, in seconds of the run per second.
         on_frame: Called with the number of frames that are done, and of all.
     """
@@ -71,7 +81,7 @@ def record_replay(
     draw_maps(page, maps, log.rows["map_version"], time)
     diagram = _make_diagram(page, robot)
     context = diagram.CreateDefaultContext()
-    configuration, report = map(diagram.get_input_port, range(2))
+    configuration, report, standing = map(diagram.get_input_port, range(3))
     ticks = frame_ticks(time)
     for done, k in enumerate(ticks.tolist()):
         row = log.rows[k]
@@ -80,6 +90,9 @@ def record_replay(
         context.SetTime(time[k])
         configuration.FixValue(context, row["q"])
         report.FixValue(context, Value(log.report(k, clearances)))
+        standing.FixValue(
+            context, Value(standing_at(events, float(row["time"])))
+        )
         diagram.ForcedPublish(context)
         if on_frame is not None:
             on_frame(done + 1, len(ticks))
@@ -107,6 +120,27 @@ def frame_ticks(
     count = min(most, 1 + int((time[-1] - time[0]) / period))
     wanted = np.linspace(time[0], time[-1], max(count, 2))
     return np.unique(np.searchsorted(time, wanted).clip(max=len(time) - 1))
+
+
+def standing_at(events: Sequence[Event], time: float) -> Standing:
+    """Returns what held the robot at a time, as its events tell.
+
+    Args:
+        events: The run's events, in the order of their times.
+        time: The time, by the clock of the events [s].
+    """
+    told = [
+        event
+        for event in events
+        if event.kind in (STANDING, SUPERVISOR) and event.time <= time
+    ]
+    if not told:
+        return NOT_STARTED
+    last = told[-1]
+    p_W = None if last.place is None else np.array(last.place)
+    is_held = last.link != "" or p_W is not None
+    kind = HELD if is_held else MOVING
+    return Standing(kind, last.text, link=last.link, p_W=p_W)
 
 
 def draw_maps(
@@ -160,12 +194,16 @@ def _clearances(
 
 
 def _make_diagram(page: MeshcatPage, robot: RobotModel) -> Diagram:
-    """The live page's views, with inputs `configuration` and `report`."""
+    """The live page's views; inputs: configuration, report, standing."""
     builder = DiagramBuilder()
     run_view = RunView.AddToBuilder(builder, page=page, robot=robot)
     builder.ExportInput(run_view.GetInputPort("configuration"), "configuration")
     builder.ExportInput(run_view.GetInputPort("report"), "report")
-    builder.ConnectInput(
-        "configuration", AddRobotView(builder, robot, page.meshcat)
-    )
+    standing_view = StandingView.AddToBuilder(builder, page=page, robot=robot)
+    builder.ExportInput(standing_view.GetInputPort("standing"), "standing")
+    for port in (
+        standing_view.GetInputPort("configuration"),
+        AddRobotView(builder, robot, page.meshcat),
+    ):
+        builder.ConnectInput("configuration", port)
     return builder.Build()

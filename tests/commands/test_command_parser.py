@@ -76,6 +76,10 @@ def test_help_of_a_command_ends_with_examples_of_it(command, capsys):
             "reconstruct: unknown flag '--outptu' (did you mean '--output'?)",
         ),
         (["run", "-q"], "run: unknown flag '-q'; valid: "),
+        (
+            ["run", "--hardwar"],
+            "run: unknown flag '--hardwar' (did you mean '--hardware'?)",
+        ),
         (["scenarios", "more"], "scenarios: 'more' is one argument too many"),
         (["quality", "a.ply"], "quality: the following arguments are required"),
         (
@@ -109,6 +113,4 @@ def test_values_that_look_like_flags_are_values():
     box = "-1 -2 -.5 1 2 3".split()
     arguments = parser.parse_args(["a.ply", "b.ply", "--crop", *box])
     assert arguments.crop == [float(x) for x in box]
-    # Abbreviations, as argparse knows them.
-    assert parser.parse_args(["a.ply", "b.ply", "--surf"]).surfels
     assert parser.parse_args(["--", "--a", "--b"]).source == "--a"

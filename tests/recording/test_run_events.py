@@ -82,14 +82,15 @@ def test_a_stop_has_its_reason():
 def test_what_holds_the_robot_is_an_event():
     moving = Standing(MOVING, "moving, 0.50 m away", 0.5)
     nearer = Standing(MOVING, "moving, 0.40 m away", 0.4)
-    held = Standing(HELD, "hand held", 0.4, link="hand")
+    p_W = np.array([1.0, 2.0, 3.0])
+    held = Standing(HELD, "hand held", 0.4, link="hand", p_W=p_W)
     before = LoggedSignals(standing=moving)
     assert between(LoggedSignals(), before) == [
         Event(3.0, STANDING, "moving, 0.50 m away")
     ]
     assert between(before, LoggedSignals(standing=nearer)) == []
     assert between(before, LoggedSignals(standing=held)) == [
-        Event(3.0, STANDING, "hand held")
+        Event(3.0, STANDING, "hand held", link="hand", place=(1.0, 2.0, 3.0))
     ]
     # The supervisor tells of its stops itself.
     stopped = LoggedSignals(standing=Standing(STOPPED, "stopped: why"))
@@ -143,7 +144,11 @@ def test_another_scene_is_a_request():
 
 def test_events_are_written_at_once_and_read(tmp_path):
     path = tmp_path / "events.jsonl"
-    events = [Event(0.1, MAP, "map 1", 1), Event(0.25, TROUBLE, "two\nlines")]
+    events = [
+        Event(0.1, MAP, "map 1", 1),
+        Event(0.25, TROUBLE, "two\nlines"),
+        Event(0.5, STANDING, "held", link="hand", place=(0.5, -1.0, 2.0)),
+    ]
     writer = EventWriter(path)
     for event in events:
         writer.append(event)
@@ -166,6 +171,9 @@ def test_events_are_written_at_once_and_read(tmp_path):
         b'{"time": NaN, "kind": "map", "text": "map 1"}\n',
         b'{"time": 1, "kind": "map", "text": ["map", "1"]}\n',
         b'{"time": 1, "kind": "map", "text": "", "version": 1.5}\n',
+        b'{"time": 1, "kind": "standing", "text": "", "link": 7}\n',
+        b'{"time": 1, "kind": "standing", "text": "", "place": [1, 2]}\n',
+        b'{"time": 1, "kind": "standing", "text": "", "place": [1, 2, "x"]}\n',
     ],
 )
 def test_what_holds_no_events_is_an_error_of_the_user(tmp_path, content):

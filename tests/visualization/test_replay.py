@@ -11,14 +11,19 @@ from pydrake.systems.sensors import ImageIo
 from screenshot import find_chromium
 
 from remosplat_drake.app.recorded_run import load_recorded_run
+from remosplat_drake.recording.events import STANDING, SUPERVISOR, Event
+from remosplat_drake.recording.events import TARGET as TARGET_EVENT
+from remosplat_drake.signals.standing import HELD, MOVING, NOT_STARTED
 from remosplat_drake.visualization.replay import (
     SPLATS,
     ReplayedMap,
     draw_maps,
     frame_ticks,
     record_replay,
+    standing_at,
 )
 from remosplat_drake.visualization.run_view import TARGET
+from remosplat_drake.visualization.standing_view import LINKS, PLACE
 
 DURATION = 1.0
 
@@ -44,6 +49,46 @@ def test_frames_are_taken_at_their_times():
         frame_ticks(np.array([0.0, 1.0, 5.0]), period=0.25), [0, 1, 2]
     )
     np.testing.assert_array_equal(frame_ticks(np.array([2.0])), [0])
+
+
+def test_what_was_held_is_what_the_events_tell():
+    held = Event(1.0, STANDING, "held", link="hand", place=(1.0, 2.0, 3.0))
+    events = [
+        Event(0.0, STANDING, "moving"),
+        held,
+        Event(2.0, TARGET_EVENT, "hold"),
+        Event(3.0, SUPERVISOR, "stopping: stop button"),
+    ]
+    assert standing_at([], 1.0) is NOT_STARTED
+    assert standing_at(events, 0.5).kind == MOVING
+    for time in (1.0, 2.5):
+        standing = standing_at(events, time)
+        assert (standing.kind, standing.link) == (HELD, "hand")
+        np.testing.assert_array_equal(standing.p_W, held.place)
+    # A stopped robot is held by nobody but the supervisor.
+    assert standing_at(events, 3.0).kind == MOVING
+
+
+@pytest.mark.parametrize("ends", [False, True])
+def test_what_was_held_lights_up(page, recorded, is_visible, pose_of, ends):
+    rows = recorded.log.rows
+    begin, end = rows["time"][0] + 0.3, rows["time"][0] + 0.6
+    events = [Event(begin, STANDING, "", link="panda_link4", place=(1, 0, 1))]
+    if ends:
+        events.append(Event(end, STANDING, "moving"))
+    robot = recorded.world.robot
+    maps, _ = recorded.maps()
+    record_replay(page, robot, recorded.log, maps, reach=0.5, events=events)
+    link = f"{LINKS}/panda_link4"
+    for path in (link, PLACE):
+        assert is_visible(page.meshcat, path) == (not ends)
+    np.testing.assert_allclose(pose_of(page.meshcat, PLACE)[:3, 3], [1, 0, 1])
+    if not ends:
+        X_WL = robot.body_poses(rows["q"][-1])
+        expected = X_WL[robot.tree.index("panda_link4")]
+        np.testing.assert_allclose(
+            pose_of(page.meshcat, link), expected, atol=1e-12
+        )
 
 
 def test_robot_and_target_end_where_they_were(page, recorded, pose_of):
