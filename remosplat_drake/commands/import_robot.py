@@ -41,7 +41,10 @@ remosplat import-robot my_arm.urdf --end-effector tool0 --out my_arm
 def add_arguments(parser: argparse.ArgumentParser):
     """Declares the command's flags."""
     parser.add_argument(
-        "robot", type=Path, metavar="FILE", help="a URDF or xacro file"
+        "robot",
+        type=Path,
+        metavar="FILE",
+        help="URDF, xacro, SDFormat, MuJoCo MJCF or Drake model directives",
     )
     parser.add_argument(
         "--out",

@@ -47,10 +47,10 @@ def add_robot_model(
     # Where C++ would abort, since a limit is negative for example, Python is
     # asked to exit.
     except (RuntimeError, ValueError, SystemExit) as error:
-        raise FileError(path, _in_one_line(error)) from error
+        raise FileError(path, in_one_line(error)) from error
 
 
-def _in_one_line(error: BaseException) -> str:
+def in_one_line(error: BaseException) -> str:
     """What Drake says, without the place in its own sources."""
     text = " ".join(str(error).split())
     return re.sub(r"^Failure at \S+ in ", "Drake refuses it in ", text)

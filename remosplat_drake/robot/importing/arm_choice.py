@@ -20,9 +20,10 @@ TOOLS = (
     r"(.*_)?tcp",
     r"(.*_)?tool0",
     r"(.*_)?grasping_frame",
-    r"(.*_)?(ee|eef|end_effector)(_?link|_?frame)?",
+    r"(.*_)?(ee|eef|end_effector)(_?link|_?frame|_?site)?",
     r"(.*_)?tool(_?link|_?frame)?",
     r"(.*_)?(gripper|grasp|hand)_?(frame|center|centre)(_?link)?",
+    r"(.*_)?(attachment|grip|grasp|pinch)_?site",
 )
 """What frames at a tool are called, the likeliest first."""
 
@@ -75,6 +76,7 @@ def choose_arm(
     for joint in urdf.joints.values():
         if joint.mimics:
             _check_follower(urdf, joint, joints)
+    _check_loops(urdf, joints, findings)
     findings.find(
         "arm", f"{len(joints)} joints: {listed([j.name for j in joints], 8)}"
     )
@@ -148,17 +150,38 @@ def _check_follower(
 ) -> None:
     """Refuses joints that move whenever a joint of the arm does."""
     leader, seen = joint, {joint.name}
+    mimic = urdf.dialect.mimic
     while leader.mimics:
         leader = urdf.joints[leader.mimics]
         if leader.name in seen:
-            problem = "follows itself; remove a <mimic>"
-            raise urdf.fail(f"joint {joint.name!r} <mimic>", problem)
+            problem = f"follows itself; remove a {mimic}"
+            raise urdf.fail(f"joint {joint.name!r} {mimic}", problem)
         seen.add(leader.name)
     if leader in arm:
         raise urdf.fail(
-            f"joint {joint.name!r} <mimic>",
+            f"joint {joint.name!r} {mimic}",
             f"follows {leader.name!r}, which the arm commands; coupled joints"
-            " cannot be driven: remove the <mimic> or write type='fixed'",
+            f" cannot be driven: remove the {mimic} or {urdf.dialect.fixed}",
+        )
+
+
+def _check_loops(
+    urdf: Urdf, arm: tuple[UrdfJoint, ...], findings: Findings
+) -> None:
+    """Refuses loops that a joint of the arm would move; others stay open."""
+    for loop in urdf.loops:
+        between = set(urdf.chain(loop.first)) ^ set(urdf.chain(loop.second))
+        moved = [joint.name for joint in arm if joint in between]
+        if moved:
+            raise urdf.fail(
+                loop.where,
+                f"closes a loop in which {moved[0]!r} is, which the arm"
+                " commands; loops cannot be driven: remove it",
+            )
+    if urdf.loops:
+        findings.guess(
+            "loops that are left open, as their joints stay",
+            listed([f"{loop.first}-{loop.second}" for loop in urdf.loops], 3),
         )
 
 

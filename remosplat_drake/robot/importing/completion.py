@@ -66,13 +66,13 @@ def complete_limits(
     """
     limits, turning, slow = [], [], []
     for joint in joints:
-        where = f"joint {joint.name!r} <limit>"
+        where = f"joint {joint.name!r} {urdf.dialect.limit}"
         lower, upper = joint.lower, joint.upper
         if joint.kind == CONTINUOUS or (
             math.isnan(lower) and math.isnan(upper)
         ):
             if joint.kind == PRISMATIC:
-                problem = "is missing; write <limit lower=... upper=.../> in m"
+                problem = f"is missing; {urdf.dialect.limits} in m"
                 raise urdf.fail(where, problem)
             lower, upper = -2 * math.pi, 2 * math.pi
             turning.append(joint.name)
@@ -80,7 +80,7 @@ def complete_limits(
         lower, upper = (0.0 if math.isnan(x) else x for x in (lower, upper))
         if not lower < upper:
             problem = f"lower {lower:g} must be less than upper {upper:g}"
-            raise urdf.fail(where, f"{problem}; or write type='fixed'")
+            raise urdf.fail(where, f"{problem}; or {urdf.dialect.fixed}")
         velocity = joint.velocity
         if velocity < 0:
             problem = f"must not be negative, got {velocity:g}"
@@ -109,7 +109,7 @@ def complete_limits(
     findings.guess(
         "acceleration limits",
         ", ".join(f"{limit.acceleration:g}" for limit in limits)
-        + f": full speed in {TO_FULL_SPEED:g} s; no URDF has them",
+        + f": full speed in {TO_FULL_SPEED:g} s; no model has them",
     )
     return limits
 

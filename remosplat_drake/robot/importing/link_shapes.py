@@ -19,6 +19,7 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.system_libraries import import_optional
 from remosplat_drake.robot.fitting.slabs import convex_slabs
 from remosplat_drake.robot.importing.findings import Findings, listed
+from remosplat_drake.robot.importing.mesh_files import load_mesh
 from remosplat_drake.robot.importing.packages import Packages
 from remosplat_drake.robot.importing.urdf import Urdf
 from remosplat_drake.robot.meshes import drawable
@@ -26,14 +27,10 @@ from remosplat_drake.robot.meshes import drawable
 if TYPE_CHECKING:
     import trimesh
 
-MESHES = (".stl", ".dae", ".obj", ".gltf", ".glb", ".ply", ".off")
-"""Suffixes of mesh files that can be converted."""
-
 _HULL_TOLERANCE = 2e-4
 """How far a mesh may stand out of its hull, which saves corners [m]."""
 
 _GREY = (0.7, 0.71, 0.73, 1.0)
-_UNIT = re.compile(r"([\d.eE+-]+) \* meters")
 
 
 def convert_shapes(
@@ -151,7 +148,7 @@ class _Converter:
         key = (element.tag, source, scale.tobytes(), colour)
         if key not in self._written:
             try:
-                scene = _load(source, scale)
+                scene = load_mesh(source, scale)
                 files = _drawn(scene, source, colour) if visual else _cut(scene)
             except RemoSplatError as error:
                 raise self._urdf.fail(f"{where} <mesh>", str(error)) from error
@@ -214,32 +211,6 @@ def _naming(element: Element, file: str) -> Element:
     if twin.tag == "collision":
         SubElement(mesh, "{http://drake.mit.edu}declare_convex")
     return twin
-
-
-def _load(path: Path, scale: np.ndarray) -> "trimesh.Scene":
-    """Loads a mesh file in metres, as RViz shows it."""
-    import trimesh
-
-    if path.suffix.lower() not in MESHES:
-        problem = f"is none of {', '.join(MESHES)}"
-        raise RemoSplatError(f"{path} {problem}")
-    try:
-        scene = trimesh.load_scene(path)
-        unit = _UNIT.match(str(scene.units or ""))
-        factor = scale * (float(unit[1]) if unit else 1.0)
-        parts = [
-            part for part in scene.dump() if isinstance(part, trimesh.Trimesh)
-        ]
-    # Readers of many formats, each with errors of its own.
-    except Exception as error:
-        problem = " ".join(str(error).split()) or type(error).__name__
-        raise RemoSplatError(f"{path} cannot be read: {problem}") from error
-    parts = [part for part in parts if len(part.faces)]
-    if not parts:
-        raise RemoSplatError(f"{path} has no triangles")
-    for part in parts:
-        part.apply_transform(np.diag([*factor, 1.0]))
-    return trimesh.Scene(parts)
 
 
 def _colour_of(

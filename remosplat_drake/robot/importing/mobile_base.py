@@ -41,7 +41,7 @@ def base_limits(base: str, findings: Findings) -> list[JointLimits]:
     findings.guess(
         "base",
         f"{SPEED:g} m/s and {YAW_RATE:g} rad/s, {ACCELERATION:g} m/s^2"
-        f" and {YAW_ACCELERATION:g} rad/s^2; no URDF has them",
+        f" and {YAW_ACCELERATION:g} rad/s^2; no model has them",
     )
     drive = JointLimits(-ROAM, ROAM, SPEED, ACCELERATION)
     turn = JointLimits(-8 * np.pi, 8 * np.pi, YAW_RATE, YAW_ACCELERATION)

@@ -10,12 +10,19 @@ from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
+from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, FileError
 
 SCHEMES = ("package://", "model://")
 """Beginnings of the URIs that name a package."""
 
-PATH_VARIABLES = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "COLCON_PREFIX_PATH")
+PATH_VARIABLES = (
+    "ROS_PACKAGE_PATH",
+    "AMENT_PREFIX_PATH",
+    "COLCON_PREFIX_PATH",
+    "GZ_SIM_RESOURCE_PATH",
+    "GAZEBO_MODEL_PATH",
+)
 """Variables of the environment that name folders with packages."""
 
 _DEEPEST = 3
@@ -49,17 +56,27 @@ class Packages:
         Raises:
             FieldError: There is no such package or file.
         """
-        for scheme in SCHEMES:
-            if uri.startswith(scheme):
-                name, _, rest = uri.removeprefix(scheme).partition("/")
-                path = self.folder(name, element) / rest
-                break
-        else:
-            path = self.file.parent / uri.removeprefix("file://")
+        path = self.place(uri, element)
         if not path.is_file():
             problem = f"{uri}: no such file ({path})"
             raise FieldError(str(self.file), element, problem)
         return path
+
+    def place(self, uri: str, element: str) -> Path:
+        """Returns the file or folder that a URI stands for, or would.
+
+        Args:
+            uri: As for `resolve`.
+            element: The element that names it, for errors.
+
+        Raises:
+            FieldError: There is no such package.
+        """
+        for scheme in SCHEMES:
+            if uri.startswith(scheme):
+                name, _, rest = uri.removeprefix(scheme).partition("/")
+                return self.folder(name, element) / rest
+        return self.file.parent / uri.removeprefix("file://")
 
     def folder(self, name: str, element: str) -> Path:
         """Returns the folder of a package.
@@ -98,6 +115,9 @@ class Packages:
             for entry in self.variables.get(variable, "").split(os.pathsep):
                 if entry:
                     yield from _in_entry(Path(entry), name)
+        # Robots that are shipped name their files so.
+        if name == "remosplat_drake":
+            yield resources.models_dir().parent
 
 
 def _in_entry(entry: Path, name: str) -> Iterator[Path]:

@@ -34,7 +34,7 @@ from remosplat_drake.robot.importing.mobile_base import (
     base_limits,
 )
 from remosplat_drake.robot.importing.packages import Packages
-from remosplat_drake.robot.importing.sources import read_urdf_text
+from remosplat_drake.robot.importing.sources import read_robot
 from remosplat_drake.robot.importing.srdf import Srdf, find_srdf, read_srdf
 from remosplat_drake.robot.importing.urdf import Urdf
 from remosplat_drake.robot.robot_description import (
@@ -65,7 +65,7 @@ class ImportRequest:
     """What is wanted of an import.
 
     Attributes:
-        source: The robot's URDF or xacro.
+        source: The robot's file, in any format that `read_robot` reads.
         packages: Folders of packages by name, besides those that are found.
         base: `FIXED`, `DIFFERENTIAL` or `OMNI`; None guesses from wheels.
         end_effector: Name of the end effector's link; None guesses it.
@@ -108,13 +108,14 @@ def import_robot(
             element.
     """
     packages = Packages(request.source, request.packages)
-    text = read_urdf_text(request.source, packages, request.arguments)
-    urdf = Urdf(request.source, text)
+    urdf, said = read_robot(
+        request.source, packages, request.arguments, findings
+    )
     findings.find(
         "model",
         f"{urdf.name}: {len(urdf.links)} links, {len(urdf.joints)} joints",
     )
-    srdf = _srdf(request, urdf, findings)
+    srdf = _srdf(request, urdf, said, findings)
     arm = choose_arm(urdf, srdf, request.end_effector, findings)
     limits = complete_limits(urdf, arm.joints, findings)
     complete_inertias(urdf, findings)
@@ -153,10 +154,16 @@ def import_robot(
     return load_robot(description.source, floor_height=0.03)
 
 
-def _srdf(request: ImportRequest, urdf: Urdf, findings: Findings) -> Srdf:
+def _srdf(
+    request: ImportRequest, urdf: Urdf, said: Srdf, findings: Findings
+) -> Srdf:
+    """What the SRDF says, and the robot's own file where there is none."""
     path = request.srdf or find_srdf(request.source)
     if path is None:
-        return Srdf()
+        if said.allowed_collisions:
+            count = f"{len(said.allowed_collisions)} pairs of links"
+            findings.find("may touch", count)
+        return said
     srdf = read_srdf(path, urdf)
     findings.find(
         "SRDF",
@@ -305,7 +312,7 @@ def _choose_home(
         if inside.all() and tightness(robot, home) <= 1.2 * tightness(
             robot, guess
         ):
-            findings.find("home", f"{name!r} of the SRDF")
+            findings.find("home", f"{name!r}, a state that its files name")
             description.home = [float(x) for x in home]
             return
     findings.guess(

@@ -1,4 +1,4 @@
-"""The text of a robot's URDF, whatever its file is written in."""
+"""A robot's file, whatever it is written in, as a URDF."""
 
 import contextlib
 import importlib
@@ -8,36 +8,53 @@ from typing import Any
 
 from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.base.system_libraries import import_optional
+from remosplat_drake.robot.importing.dialects import URDF
+from remosplat_drake.robot.importing.drake_formats import read_by_drake
+from remosplat_drake.robot.importing.findings import Findings
 from remosplat_drake.robot.importing.packages import Packages
+from remosplat_drake.robot.importing.srdf import Srdf
+from remosplat_drake.robot.importing.staging import (
+    dialect_of,
+    read_robot_text,
+)
+from remosplat_drake.robot.importing.urdf import Urdf
 
-URDFS, XACROS = (".urdf",), (".xacro",)
+XACRO = ".xacro"
+"""Ending of xacro files, which are told by it; all others by their content."""
 
 
-def read_urdf_text(
-    path: Path, packages: Packages, arguments: dict[str, str]
-) -> str:
-    """Reads a URDF, or expands the xacro that makes one.
+def read_robot(
+    path: Path,
+    packages: Packages,
+    arguments: dict[str, str],
+    findings: Findings,
+) -> tuple[Urdf, Srdf]:
+    """Reads a robot from URDF, xacro, SDFormat, MJCF or model directives.
+
+    URDF is read as it stands, with what Drake's plants do not keep. The others
+    are parsed by Drake, and its plant is written as a URDF.
 
     Args:
         path: The file.
-        packages: Finds the packages that `$(find NAME)` means.
-        arguments: Arguments of the xacro by name.
+        packages: Finds the files of packages that it names.
+        arguments: Arguments of a xacro by name.
+        findings: Where it is noted what was found.
+
+    Returns:
+        The robot, and what an SRDF would say of it; nothing for a URDF.
 
     Raises:
-        FileError: The file is missing, of another kind, or broken.
+        RemoSplatError: A file is missing, of another kind, or broken, or the
+            robot has what cannot be driven.
         MissingExtraError: It is xacro, which is not installed.
     """
-    if not path.is_file():
-        raise FileError(path, "no such file")
-    suffix = path.suffix.lower()
-    if suffix in XACROS:
-        return _expanded(path, packages, arguments)
-    if suffix not in URDFS:
-        raise FileError(path, "expected a .urdf or .xacro file")
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileError(path, f"cannot be read: {error}") from error
+    text = read_robot_text(path)
+    if path.suffix.lower() == XACRO:
+        return Urdf(path, _expanded(path, packages, arguments)), Srdf()
+    dialect = dialect_of(path, text)
+    if dialect is URDF:
+        return Urdf(path, text), Srdf()
+    return read_by_drake(path, dialect, packages, findings)
 
 
 def _expanded(path: Path, packages: Packages, arguments: dict[str, str]) -> str:

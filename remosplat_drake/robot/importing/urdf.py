@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from remosplat_drake.base.errors import FieldError, FileError, unknown_name
+from remosplat_drake.robot.importing.dialects import URDF, Dialect
 
 REVOLUTE, CONTINUOUS, PRISMATIC, FIXED = (
     "revolute",
@@ -58,11 +59,43 @@ class UrdfJoint:
         return self.kind in MOVING and not self.mimics
 
 
+@dc.dataclass(frozen=True)
+class Loop:
+    """A constraint that ties two links to each other, besides their joints.
+
+    Attributes:
+        where: Its element, for errors.
+        first: Name of one link.
+        second: Name of the other.
+    """
+
+    where: str
+    first: str
+    second: str
+
+
+@dc.dataclass(frozen=True)
+class Mimic:
+    """That a joint follows another one: multiplier * its position + offset.
+
+    Attributes:
+        leader: Name of the joint that leads.
+        multiplier: Text of the factor.
+        offset: Text of what is added [rad, m].
+    """
+
+    leader: str
+    multiplier: str
+    offset: str
+
+
 class Urdf:
     """The links and joints of a URDF, which are one tree.
 
     Attributes:
         path: The file that it came from, for errors.
+        dialect: What that file is written in.
+        loops: What closes loops of links.
         name: Name of the robot.
         root: The document's root element.
         links: The links' elements by name.
@@ -70,18 +103,28 @@ class Urdf:
         base: Name of the link that no joint carries.
     """
 
-    def __init__(self, path: Path, text: str):
+    def __init__(
+        self,
+        path: Path,
+        text: str,
+        dialect: Dialect = URDF,
+        loops: tuple[Loop, ...] = (),
+    ):
         """Reads the text of a URDF.
 
         Args:
             path: The file that it came from, for errors.
             text: The text.
+            dialect: What that file is written in, for errors.
+            loops: What closes loops there, which no URDF can say.
 
         Raises:
             FileError: It is not XML, or not a URDF.
             FieldError: An element is unusable, or the links are no tree.
         """
         self.path = path
+        self.dialect = dialect
+        self.loops = loops
         self.root = _parsed(path, text)
         self.name = self.root.get("name") or path.stem
         self.links = self._named("link")
@@ -184,7 +227,9 @@ class Urdf:
         for joint in self.joints.values():
             if joint.mimics and joint.mimics not in self.joints:
                 problem = unknown_name("joint", joint.mimics, self.joints)
-                raise self.fail(f"joint {joint.name!r} <mimic>", problem)
+                raise self.fail(
+                    f"joint {joint.name!r} {self.dialect.mimic}", problem
+                )
 
     def _inboard(self) -> dict[str, UrdfJoint]:
         inboard: dict[str, UrdfJoint] = {}
@@ -203,8 +248,8 @@ class Urdf:
         if len(bases) > 1:
             raise self.fail(
                 f"link {bases[1]!r}",
-                f"hangs on no joint, as {bases[0]!r} does; join them by a"
-                " <joint type='fixed'> or remove one",
+                f"hangs on no joint, as {bases[0]!r} does; join them by"
+                f" {self.dialect.weld} or remove one",
             )
         seen = set(bases)
         for link in seen.copy():
@@ -219,12 +264,29 @@ class Urdf:
         return bases[0]
 
 
-def _parsed(path: Path, text: str) -> Element:
+def parse_xml(path: Path, text: str) -> Element:
+    """Parses XML into its root element.
+
+    Args:
+        path: The file that it came from, for errors.
+        text: The text.
+
+    Raises:
+        FileError: It is broken.
+    """
     try:
-        root = ElementTree.fromstring(text)
+        return ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
-        hint = "; is it xacro? Then name it .xacro" * ("prefix" in str(error))
+        hint = ""
+        if "xacro:" in text:
+            hint = "; is it xacro? Then name it .xacro"
+        elif "prefix" in str(error):
+            hint = "; declare it, as in xmlns:drake='http://drake.mit.edu'"
         raise FileError(path, f"is broken XML: {error}{hint}") from error
+
+
+def _parsed(path: Path, text: str) -> Element:
+    root = parse_xml(path, text)
     if root.tag != "robot":
         raise FileError(path, f"expected <robot>, got <{root.tag}>")
     return root

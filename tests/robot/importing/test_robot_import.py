@@ -155,7 +155,7 @@ def test_a_missing_package_is_told_before_anything_is_made(tmp_path):
     ("name", "text", "message"),
     [
         ("none.urdf", None, "no such file"),
-        ("arm.txt", "x", "expected a .urdf or .xacro file"),
+        ("arm.txt", "x", "expected URDF, xacro, SDFormat, MJCF"),
         ("arm.urdf", b"\xff\xfe\x00", "cannot be read"),
     ],
 )

@@ -1,0 +1,132 @@
+"""Robots in the formats that Drake's parser reads, as URDFs."""
+
+import contextlib
+import logging
+import re
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+
+from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.robot.importing.dialects import DIRECTIVES, MJCF, Dialect
+from remosplat_drake.robot.importing.findings import Findings, listed
+from remosplat_drake.robot.importing.packages import Packages
+from remosplat_drake.robot.importing.plant_urdf import PlantUrdf
+from remosplat_drake.robot.importing.srdf import Srdf
+from remosplat_drake.robot.importing.staging import Staging
+from remosplat_drake.robot.importing.urdf import Urdf
+from remosplat_drake.robot.model_file import in_one_line
+
+_UNKNOWN_TAG = re.compile(r"The (?:tag|attribute) '([^']+)'")
+
+_PLACE = re.compile(r"^\S+:(\d+): (?:error|warning): ")
+
+
+def read_by_drake(
+    path: Path, dialect: Dialect, packages: Packages, findings: Findings
+) -> tuple[Urdf, Srdf]:
+    """Reads SDFormat, MJCF or model directives as a URDF and an SRDF.
+
+    Args:
+        path: The file.
+        dialect: What it is written in.
+        packages: Finds the files of packages that it names.
+        findings: Where it is noted what is passed over.
+
+    Returns:
+        The robot, and what else its files say: named states, and links that
+        may touch.
+
+    Raises:
+        RemoSplatError: A file is missing or unusable, or the robot has what
+            cannot be driven.
+    """
+    with tempfile.TemporaryDirectory(prefix="import-") as folder:
+        staging = Staging(packages, Path(folder))
+        copy = staging.stage(path)
+        scene_graph = SceneGraph()
+        plant = MultibodyPlant(time_step=0.0)
+        plant.RegisterAsSourceForSceneGraph(scene_graph)
+        with _warnings() as warnings:
+            try:
+                models = Parser(plant).AddModels(str(copy))
+            # Where C++ would abort, Python is asked to exit.
+            except (RuntimeError, ValueError, SystemExit) as error:
+                problem = _with_line(staging.in_originals(in_one_line(error)))
+                raise FileError(path, problem) from error
+        if plant.num_bodies() == 1:
+            raise FileError(path, "has no links")
+        writer = PlantUrdf(
+            plant,
+            scene_graph.model_inspector(),
+            staging,
+            path,
+            dialect,
+        )
+        if dialect is MJCF and writer.roots:
+            raise FieldError(
+                str(path),
+                f"body {writer.roots[0]!r} <freejoint>",
+                "floats, which cannot be driven; remove it, and say how the"
+                " robot moves with --base",
+            )
+        name = _name(path, dialect, plant, models)
+        root = writer.document(name, findings)
+        said = Srdf(states=staging.states, allowed_collisions=writer.may_touch)
+    findings.find("format", f"{dialect.title}, as Drake reads it")
+    if warnings:
+        findings.guess("passed over by Drake", _summary(warnings))
+    text = ElementTree.tostring(root, encoding="unicode")
+    return Urdf(path, text, dialect, tuple(staging.loops)), said
+
+
+def _name(
+    path: Path,
+    dialect: Dialect,
+    plant: MultibodyPlant,
+    models: list[ModelInstanceIndex],
+) -> str:
+    if dialect is DIRECTIVES or len(models) != 1:
+        return path.name.partition(".")[0]
+    return plant.GetModelInstanceName(models[0])
+
+
+def _with_line(text: str) -> str:
+    """What Drake says of a file, whose name comes before it anyway."""
+    return _PLACE.sub(r"line \1: ", text).split(" See https")[0]
+
+
+def _summary(warnings: list[str]) -> str:
+    """Elements by name; of other remarks the first, as there may be many."""
+    tags, others = {}, {}
+    for text in warnings:
+        tag = _UNKNOWN_TAG.search(text)
+        if tag:
+            tags[f"<{tag[1]}>"] = None
+        else:
+            others[_PLACE.sub("", text)] = None
+    return listed([listed([*tags]), *others] if tags else [*others], 2)
+
+
+@contextlib.contextmanager
+def _warnings() -> Iterator[list[str]]:
+    """Collects what Drake warns of, which is not printed meanwhile."""
+    texts: list[str] = []
+    logger = logging.getLogger("drake")
+    handler = logging.Handler(logging.WARNING)
+    handler.emit = lambda record: texts.append(
+        " ".join(record.getMessage().split())
+    )
+    propagated, logger.propagate = logger.propagate, False
+    logger.addHandler(handler)
+    try:
+        yield texts
+    finally:
+        logger.removeHandler(handler)
+        logger.propagate = propagated

@@ -1,0 +1,168 @@
+"""MuJoCo's MJCF, made ready for Drake's parser, which knows a part of it."""
+
+import dataclasses as dc
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.robot.importing.mjcf_defaults import write_out_defaults
+from remosplat_drake.robot.importing.urdf import Loop, Mimic
+
+_POSES = ("pos", "quat", "axisangle", "xyaxes", "zaxis", "euler")
+"""Attributes that say where a site is on its body."""
+
+_GENERATED = ("frame", "replicate", "attach", "composite", "flexcomp")
+"""Children of bodies that make or move others, which Drake passes over."""
+
+
+@dc.dataclass
+class SaidOfJoints:
+    """What a model says of its joints beyond their tree.
+
+    Attributes:
+        mimics: Joints that follow others, by name.
+        loops: What closes loops of links.
+        states: Positions of joints by name, for each keyframe [rad, m].
+    """
+
+    mimics: dict[str, Mimic] = dc.field(default_factory=dict)
+    loops: list[Loop] = dc.field(default_factory=list)
+    states: dict[str, dict[str, float]] = dc.field(default_factory=dict)
+
+
+def prepare_mjcf(
+    path: Path, root: Element, mesh: Callable[[str], str]
+) -> SaidOfJoints:
+    """Has an MJCF document say all that it says to Drake, too.
+
+    Included files and default classes are written out, meshes named by what
+    Drake reads, sites
+    made frames; couplings of joints and keyframes are taken out.
+
+    Args:
+        path: The file; other files are relative to it, included ones, too.
+        root: The document, which is changed.
+        mesh: Returns the name of a mesh that Drake reads, for that of another
+            one, which is relative to the file.
+
+    Returns:
+        What was taken out, as Drake passes over it or has it otherwise.
+
+    Raises:
+        RemoSplatError: A file is missing or broken, or the model is made by
+            elements that Drake passes over.
+    """
+    # Drake asks for a name, MuJoCo does not.
+    root.set("model", root.get("model") or path.stem)
+    _include(path, root, {path})
+    for element in root.iter():
+        if element.tag in _GENERATED:
+            raise FieldError(
+                str(path),
+                f"<{element.tag}>",
+                "Drake passes over it; load the model in MuJoCo and save it"
+                " with mj_saveLastXML, which writes such elements out",
+            )
+    write_out_defaults(path, root)
+    _name_meshes(root, mesh)
+    _sites_as_bodies(root)
+    return SaidOfJoints(*_couplings(root), _states(root))
+
+
+def _include(path: Path, element: Element, seen: set[Path]) -> None:
+    """Puts what included files hold in the place of the <include>."""
+    children = []
+    for child in element:
+        if child.tag != "include":
+            _include(path, child, seen)
+            children.append(child)
+            continue
+        file = path.parent / child.get("file", "")
+        if file in seen:
+            raise FieldError(str(path), f"<include> {file}", "is there twice")
+        seen.add(file)
+        try:
+            included = ElementTree.parse(file).getroot()
+        except (OSError, ElementTree.ParseError) as error:
+            raise FileError(file, f"cannot be included: {error}") from error
+        _include(path, included, seen)
+        children.extend(included)
+    element[:] = children
+
+
+def _name_meshes(root: Element, mesh: Callable[[str], str]) -> None:
+    folder = ""
+    for compiler in root.findall("compiler"):
+        for name in ("assetdir", "meshdir"):
+            folder = compiler.attrib.pop(name, folder)
+    for asset in root.findall("asset"):
+        for element in asset.findall("mesh"):
+            file = element.get("file")
+            if file is not None:
+                # A mesh without a name has that of its file.
+                element.set("name", element.get("name", Path(file).stem))
+                element.set("file", mesh(str(Path(folder) / file)))
+
+
+def _sites_as_bodies(root: Element) -> None:
+    """Sites become bodies without shapes, as Drake knows no sites."""
+    taken = {body.get("name") for body in root.iter("body")}
+    for body in list(root.iter("body")):
+        for site in body.findall("site"):
+            name = site.get("name")
+            if name and name not in taken and "fromto" not in site.attrib:
+                taken.add(name)
+                pose = {
+                    key: site.attrib[key]
+                    for key in _POSES
+                    if key in site.attrib
+                }
+                body.append(Element("body", {"name": name, **pose}))
+            body.remove(site)
+
+
+def _couplings(root: Element) -> tuple[dict[str, Mimic], list[Loop]]:
+    """Takes out what couples joints."""
+    mimics, loops = {}, []
+    for equality in root.findall("equality"):
+        for element in list(equality):
+            leader = element.get("joint2")
+            if element.tag == "joint" and leader is not None:
+                terms = element.get("polycoef", "0 1").split()
+                offset, multiplier = [*terms, "0", "0"][:2]
+                follower = element.get("joint1", "")
+                mimics[follower] = Mimic(leader, multiplier, offset)
+            elif element.tag in ("connect", "weld"):
+                first, second = (
+                    element.get(f"body{i}") or element.get(f"site{i}", "world")
+                    for i in (1, 2)
+                )
+                where = f"<equality> <{element.tag}> {first}"
+                loops.append(Loop(where, first, second))
+            else:
+                continue
+            equality.remove(element)
+    return mimics, loops
+
+
+def _states(root: Element) -> dict[str, dict[str, float]]:
+    """Positions of all joints in keyframes, where each has one number."""
+    joints = [
+        joint.get("name", "")
+        for body in root.iter("body")
+        for joint in body.findall("joint")
+    ]
+    states = {}
+    for keyframe in root.findall("keyframe"):
+        for key in keyframe.findall("key"):
+            try:
+                positions = [float(x) for x in key.get("qpos", "").split()]
+            except ValueError:
+                continue
+            if len(positions) == len(joints):
+                named = zip(joints, positions, strict=True)
+                states[key.get("name", "")] = dict(named)
+        root.remove(keyframe)
+    return states

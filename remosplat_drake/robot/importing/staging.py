@@ -1,0 +1,269 @@
+"""Copies of a robot's files in which Drake finds everything, and can read it.
+
+Drake's parser knows no ROS workspaces, and refuses meshes other than .obj,
+.vtk and .gltf. A copy names every other file by its absolute path, and meshes
+by ones that Drake reads. What URDF says otherwise than Drake's plants, or not
+at all, is taken out: joints that follow others, and loops.
+"""
+
+import dataclasses as dc
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+import numpy as np
+import yaml
+
+from remosplat_drake.base.errors import (
+    FieldError,
+    FileError,
+    RemoSplatError,
+    unknown_name,
+)
+from remosplat_drake.base.system_libraries import import_optional
+from remosplat_drake.base.yaml_nodes import compose, fields
+from remosplat_drake.robot.importing.dialects import (
+    DIRECTIVES,
+    MJCF,
+    SDFORMAT,
+    URDF,
+    Dialect,
+)
+from remosplat_drake.robot.importing.mesh_files import load_mesh
+from remosplat_drake.robot.importing.mjcf import prepare_mjcf
+from remosplat_drake.robot.importing.packages import Packages
+from remosplat_drake.robot.importing.urdf import Loop, Mimic, parse_xml
+
+_ROOTS = {"robot": URDF, "sdf": SDFORMAT, "mujoco": MJCF}
+
+_DIRECTIVES = (
+    "add_collision_filter_group",
+    "add_directives",
+    "add_frame",
+    "add_model",
+    "add_model_instance",
+    "add_weld",
+)
+
+_READ_BY_DRAKE = (".obj", ".vtk", ".gltf")
+
+
+def dialect_of(path: Path, text: str) -> Dialect:
+    """Tells by a file's content what robot format it is.
+
+    Args:
+        path: The file, for errors.
+        text: Its text.
+
+    Raises:
+        FileError: It is none of them.
+    """
+    if text.lstrip().startswith("<"):
+        root = parse_xml(path, text)
+        if root.tag in _ROOTS:
+            return _ROOTS[root.tag]
+        known = ", ".join(f"<{tag}>" for tag in _ROOTS)
+        raise FileError(path, f"expected {known}, got <{root.tag}>")
+    if path.suffix.lower() in (".yaml", ".yml"):
+        if "directives" in fields(compose(text, str(path)), ""):
+            return DIRECTIVES
+        raise FileError(path, "expected Drake's `directives:`")
+    raise FileError(
+        path, "expected URDF, xacro, SDFormat, MJCF or Drake model directives"
+    )
+
+
+def read_robot_text(path: Path) -> str:
+    """Reads a robot's file (UTF-8).
+
+    Raises:
+        FileError: It is missing or no text.
+    """
+    if not path.is_file():
+        raise FileError(path, "no such file")
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(path, f"cannot be read: {error}") from error
+
+
+class Staging:
+    """Makes the copies, with those of all files that they name.
+
+    Attributes:
+        originals: The file that each copy was made from.
+        mimics: Joints that follow others, by name.
+        loops: What closes loops of links.
+        states: Positions of joints by name, for each named state [rad, m].
+    """
+
+    def __init__(self, packages: Packages, folder: Path):
+        """Starts with nothing.
+
+        Args:
+            packages: Finds files of packages.
+            folder: An empty folder for the copies.
+        """
+        self._packages = packages
+        self._folder = folder
+        self._copies: dict[Path, Path | None] = {}
+        self.originals: dict[Path, Path] = {}
+        self.mimics: dict[str, Mimic] = {}
+        self.loops: list[Loop] = []
+        self.states: dict[str, dict[str, float]] = {}
+
+    def stage(self, path: Path) -> Path:
+        """Returns the copy of a robot's file, of any format but xacro.
+
+        Args:
+            path: The file.
+
+        Raises:
+            RemoSplatError: It, or a file that it names, is missing or
+                unusable.
+        """
+        path = path.absolute()
+        if path not in self._copies:
+            self._copies[path] = None  # While it is being made.
+            text = read_robot_text(path)
+            dialect = dialect_of(path, text)
+            if dialect is DIRECTIVES:
+                text = self._directives(path, text)
+            else:
+                root = parse_xml(path, text)
+                prepare: dict[str, Callable[[Path, Element], None]] = {
+                    "robot": self._urdf,
+                    "sdf": self._sdf,
+                    "mujoco": self._mjcf,
+                }
+                prepare[root.tag](path, root)
+                text = ElementTree.tostring(root, encoding="unicode")
+            copy = self._new(path, dialect.suffix)
+            copy.write_text(text, encoding="utf-8")
+            self._copies[path] = copy
+        copy = self._copies[path]
+        if copy is None:
+            raise FileError(path, "includes itself")
+        return copy
+
+    def in_originals(self, text: str) -> str:
+        """Names the files that were copied in a text that names copies."""
+        for copy, original in self.originals.items():
+            text = text.replace(str(copy), str(original))
+        return text
+
+    def _new(self, path: Path, suffix: str) -> Path:
+        folder = self._folder / str(len(self.originals))
+        folder.mkdir()
+        # Drake takes names of models from those of files.
+        copy = folder / (path.name.partition(".")[0] + suffix)
+        self.originals[copy] = path
+        return copy
+
+    def _find(self, path: Path, uri: str, where: str) -> Path:
+        packages = dc.replace(self._packages, file=path)
+        return packages.resolve(uri, where).absolute()
+
+    def _mesh(self, path: Path, uri: str, where: str) -> str:
+        """Names a mesh that Drake reads in place of another one."""
+        source = self._find(path, uri, where)
+        if source.suffix.lower() in _READ_BY_DRAKE:
+            return str(source)
+        if source not in self._copies:
+            import_optional("trimesh", "converting meshes", "robots")
+            try:
+                mesh = load_mesh(source, np.ones(3)).to_geometry()
+            except RemoSplatError as error:
+                raise FieldError(str(path), where, str(error)) from error
+            copy = self._new(source, ".obj")
+            mesh.export(copy, include_normals=False, include_texture=False)
+            self._copies[source] = copy
+        return str(self._copies[source])
+
+    def _urdf(self, path: Path, root: Element) -> None:
+        for mesh in root.iter("mesh"):
+            uri = mesh.get("filename", "")
+            mesh.set("filename", self._mesh(path, uri, "<mesh> filename"))
+        for joint in root.iter("joint"):
+            for mimic in joint.findall("mimic"):
+                self.mimics[joint.get("name", "")] = Mimic(
+                    mimic.get("joint", ""),
+                    mimic.get("multiplier", "1"),
+                    mimic.get("offset", "0"),
+                )
+                joint.remove(mimic)
+
+    def _sdf(self, path: Path, root: Element) -> None:
+        for include in root.iter("include"):
+            for uri in include.findall("uri"):
+                model = self._sdf_model(path, (uri.text or "").strip())
+                uri.text = f"file://{self.stage(model)}"
+        for mesh in root.iter("mesh"):
+            for uri in mesh.findall("uri"):
+                name = (uri.text or "").strip()
+                uri.text = self._mesh(path, name, "<mesh> <uri>")
+        for joint in root.iter("joint"):
+            for axis in joint.findall("axis"):
+                for mimic in axis.findall("mimic"):
+                    self.mimics[joint.get("name", "")] = _sdf_mimic(mimic)
+                    axis.remove(mimic)
+
+    def _sdf_model(self, path: Path, uri: str) -> Path:
+        """The file that an <include> means, often by the name of a folder."""
+        where = f"<include> <uri> {uri}"
+        packages = dc.replace(self._packages, file=path)
+        folder = packages.place(uri, where)
+        if not folder.is_dir():
+            return self._find(path, uri, where)
+        try:
+            config = ElementTree.parse(folder / "model.config").getroot()
+        except (OSError, ElementTree.ParseError) as error:
+            problem = f"{folder} has no usable model.config: {error}"
+            raise FieldError(str(path), where, problem) from error
+        names = [(sdf.text or "").strip() for sdf in config.findall("sdf")]
+        if not names:
+            problem = f"{folder}/model.config names no <sdf>"
+            raise FieldError(str(path), where, problem)
+        # The last is for the newest version of the format.
+        return folder / names[-1]
+
+    def _mjcf(self, path: Path, root: Element) -> None:
+        said = prepare_mjcf(
+            path, root, lambda uri: self._mesh(path, uri, "<asset> <mesh> file")
+        )
+        self.loops += said.loops
+        self.states |= said.states
+        self.mimics |= said.mimics
+
+    def _directives(self, path: Path, text: str) -> str:
+        root = compose(text, str(path))
+        _, listed = fields(root, "")["directives"]
+        for i, directive in enumerate(_items(listed)):
+            where = f"directives[{i}]"
+            for kind, (_, node) in fields(directive, where).items():
+                if kind not in _DIRECTIVES:
+                    problem = unknown_name("directive", kind, _DIRECTIVES)
+                    raise FieldError(str(path), where, problem)
+                if kind not in ("add_model", "add_directives"):
+                    continue
+                _, file = fields(node, f"{where}.{kind}").get(
+                    "file", (None, None)
+                )
+                if isinstance(file, yaml.ScalarNode):
+                    where = f"{where}.{kind}.file"
+                    model = self._find(path, file.value, where)
+                    file.value = f"file://{self.stage(model)}"
+        return yaml.serialize(root)
+
+
+def _sdf_mimic(mimic: Element) -> Mimic:
+    return Mimic(
+        mimic.get("joint", ""),
+        mimic.findtext("multiplier", "1").strip(),
+        mimic.findtext("offset", "0").strip(),
+    )
+
+
+def _items(node: yaml.Node) -> list[yaml.Node]:
+    return node.value if isinstance(node, yaml.SequenceNode) else []
