@@ -79,7 +79,7 @@ GROUPS = (
         "Your own robot",
         "remosplat import-robot my_arm.urdf",
         {
-            "import-robot": "make a robot's URDF ready to drive",
+            "import-robot": "make a robot's own files ready to drive",
             "fit-spheres": "cover a robot's links with spheres",
             "fit-hulls": "cut a robot's meshes into convex collision shapes",
         },

@@ -1,4 +1,4 @@
-"""`remosplat import-robot`: from a robot's URDF to a run that reaches."""
+"""`remosplat import-robot`: from a robot's own files to a run that reaches."""
 
 import argparse
 import shutil
@@ -34,6 +34,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 EXAMPLES = """
 remosplat import-robot my_arm.urdf
 remosplat import-robot my_arm.urdf --end-effector tool0 --out my_arm
+remosplat import-robot my_arm.xml --base differential
 """
 """What `--help` ends with."""
 
@@ -69,7 +70,8 @@ def add_arguments(parser: argparse.ArgumentParser):
         default=[],
         metavar="NAME=DIR",
         help="folder of a package, besides those above the file and in"
-        " ROS_PACKAGE_PATH, AMENT_PREFIX_PATH and COLCON_PREFIX_PATH",
+        " ROS_PACKAGE_PATH, AMENT_PREFIX_PATH, COLCON_PREFIX_PATH,"
+        " GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH",
     )
     parser.add_argument(
         "--srdf",
