@@ -16,15 +16,19 @@ from pydrake.systems.framework import DiagramBuilder
 from remosplat_drake.capture.rendering.camera_poses import look_at
 from remosplat_drake.capture.rendering.renderer import SceneRenderer
 from remosplat_drake.capture.rendering.scene_files import solids_of
-from remosplat_drake.capture.rendering.solids import Solid, extent, painted
+from remosplat_drake.capture.rendering.solids import Solid, painted
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.sphere_model import Spheres
 
 SIZE = 560
 """Width and height of each of the two pictures [pixels]."""
 
 _FIELD = 0.6
 """Vertical field of view [rad]."""
+
+_FILLED = 0.9
+"""How much of the field of view the robot fills."""
 
 _DIRECTION = np.array([1.0, -1.15, 0.55])
 """Where the camera is, seen from the robot."""
@@ -47,16 +51,35 @@ def draw_robot(robot: RobotModel, q: np.ndarray) -> np.ndarray:
     """
     links = _link_solids(robot, q)
     spheres = _sphere_solids(robot, q)
-    lower, upper = extent([*links, *spheres])
-    middle = 0.5 * (lower + upper)
-    away = 0.42 * np.linalg.norm(upper - lower) / np.tan(0.5 * _FIELD)
-    p_WC = middle + away * _DIRECTION / np.linalg.norm(_DIRECTION)
-    X_WC = look_at(p_WC, middle)
+    X_WC = framing(robot.spheres_at(q))
     pictures = [
         SceneRenderer(solids, SIZE, SIZE, _FIELD, _light()).color(X_WC)
         for solids in (links, spheres)
     ]
     return np.concatenate(pictures, axis=1)
+
+
+def framing(spheres: Spheres) -> RigidTransform:
+    """Computes the camera's pose X_WC from which spheres fill a picture.
+
+    A sphere at (x, y, z) in a camera with these axes, but at the origin, is
+    inside the sides of a view from (x_C, y_C, -d) if |x - x_C| + r / cos(h) <=
+    (z + d) tan(h), h being half the field of view: linear in x_C and d.
+
+    Args:
+        spheres: The spheres; there is one at least.
+    """
+    R_WC = look_at(_DIRECTION, np.zeros(3)).rotation()
+    p_CS = spheres.p_WS @ R_WC.matrix()
+    half = 0.5 * _FIELD * _FILLED
+    reach = spheres.radius[:, None] / np.cos(half)
+    ahead = p_CS[:, 2:] * np.tan(half)
+    upper = (p_CS[:, :2] + reach - ahead).max(axis=0)
+    lower = (p_CS[:, :2] - reach + ahead).min(axis=0)
+    away = 0.5 * (upper - lower).max() / np.tan(half)
+    return RigidTransform(
+        R_WC, R_WC @ np.array([*(0.5 * (upper + lower)), -away])
+    )
 
 
 def _light() -> RenderEngineVtkParams:

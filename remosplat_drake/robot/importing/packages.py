@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
-from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, FileError
 
 SCHEMES = ("package://", "model://")
@@ -115,9 +114,6 @@ class Packages:
             for entry in self.variables.get(variable, "").split(os.pathsep):
                 if entry:
                     yield from _in_entry(Path(entry), name)
-        # Robots that are shipped name their files so.
-        if name == "remosplat_drake":
-            yield resources.models_dir().parent
 
 
 def _in_entry(entry: Path, name: str) -> Iterator[Path]:

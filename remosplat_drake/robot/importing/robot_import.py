@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from remosplat_drake.base import resources
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.robot.fitting.covering import fit_covering
 from remosplat_drake.robot.fitting.model_surfaces import SurfaceOptions
@@ -107,7 +108,8 @@ def import_robot(
         RemoSplatError: A file is missing or unusable; the text names file and
             element.
     """
-    packages = Packages(request.source, request.packages)
+    ours = {"remosplat_drake": resources.models_dir().parent}
+    packages = Packages(request.source, ours | request.packages)
     urdf, said = read_robot(
         request.source, packages, request.arguments, findings
     )
@@ -161,8 +163,8 @@ def _srdf(
     path = request.srdf or find_srdf(request.source)
     if path is None:
         if said.allowed_collisions:
-            count = f"{len(said.allowed_collisions)} pairs of links"
-            findings.find("may touch", count)
+            pairs = [f"{a} and {b}" for a, b in said.allowed_collisions]
+            findings.find("may touch", listed(pairs, 3))
         return said
     srdf = read_srdf(path, urdf)
     findings.find(

@@ -217,6 +217,18 @@ def test_mjcf_with_defaults_includes_and_sites(tmp_path):
     assert_same_robot(same, urdf, ["base", "upper", "lower", "ee_site"])
 
 
+EXCLUDED = '<contact><exclude body1="base" body2="lower"/></contact>'
+HOME = '<keyframe><key name="home" qpos="0.1 0.2 0.05"/></keyframe>'
+
+
+def test_what_mjcf_says_as_an_srdf_would(tmp_path):
+    text = MJCF.replace("</mujoco>", f"{EXCLUDED}{HOME}</mujoco>")
+    path = mjcf(tmp_path, text)
+    _, said = read_robot(path, Packages(path, {}, {}), {}, Findings())
+    assert said.allowed_collisions == (("base", "lower"),)
+    assert said.home() == ("home", {"pan": 0.1, "tilt": 0.2, "slide": 0.05})
+
+
 def test_meshes_of_mjcf_are_found_and_weigh_what_they_weigh(tmp_path):
     trimesh = pytest.importorskip("trimesh")
     (tmp_path / "shapes").mkdir()
