@@ -1,10 +1,13 @@
 """MuJoCo's MJCF, made ready for Drake's parser, which knows a part of it."""
 
 import dataclasses as dc
+import math
 from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
 
 from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.robot.importing.mjcf_defaults import write_out_defaults
@@ -68,6 +71,9 @@ def prepare_mjcf(
     write_out_defaults(path, root)
     _name_meshes(root, mesh)
     _sites_as_bodies(root)
+    for body in list(root.iter("body")):
+        _drop_empty_inertia(body)
+        _nest_joints(body)
     return SaidOfJoints(*_couplings(root), _states(root))
 
 
@@ -123,9 +129,50 @@ def _sites_as_bodies(root: Element) -> None:
             body.remove(site)
 
 
+def _drop_empty_inertia(body: Element) -> None:
+    """Removes an inertia of no mass, which Drake refuses."""
+    inertial = body.find("inertial")
+    if inertial is not None and not _floats(inertial.get("mass", "1"))[0]:
+        body.remove(inertial)
+        for geom in body.findall("geom"):
+            geom.set("mass", "0")
+
+
+def _nest_joints(body: Element) -> None:
+    """Gives each of several joints a body of its own, one in another.
+
+    Drake has only the last of them where the body is: it puts the others at
+    the origin of the body's parent.
+    """
+    name, outer = body.attrib.pop("name", None), body
+    joints = body.findall("joint")
+    inside = [child for child in body if child not in joints]
+    body[:] = joints[:1]
+    for i, joint in enumerate(joints[1:]):
+        if name is not None:
+            outer.set("name", f"{name}_{joints[i].get('name', i)}")
+        outer = SubElement(outer, "body")
+        outer.append(joint)
+    outer.extend(inside)
+    if name is not None:
+        outer.set("name", name)
+
+
+def _floats(text: str) -> list[float]:
+    try:
+        return [float(x) for x in text.split()] or [math.nan]
+    except ValueError:
+        return [math.nan]
+
+
 def _couplings(root: Element) -> tuple[dict[str, Mimic], list[Loop]]:
-    """Takes out what couples joints."""
+    """Takes out what couples joints, and what drags bodies by hand."""
     mimics, loops = {}, []
+    dragging = {
+        body.get("name")
+        for body in root.iter("body")
+        if body.get("mocap") == "true"
+    }
     for equality in root.findall("equality"):
         for element in list(equality):
             leader = element.get("joint2")
@@ -140,7 +187,8 @@ def _couplings(root: Element) -> tuple[dict[str, Mimic], list[Loop]]:
                     for i in (1, 2)
                 )
                 where = f"<equality> <{element.tag}> {first}"
-                loops.append(Loop(where, first, second))
+                if not dragging & {first, second}:
+                    loops.append(Loop(where, first, second))
             else:
                 continue
             equality.remove(element)
@@ -157,11 +205,8 @@ def _states(root: Element) -> dict[str, dict[str, float]]:
     states = {}
     for keyframe in root.findall("keyframe"):
         for key in keyframe.findall("key"):
-            try:
-                positions = [float(x) for x in key.get("qpos", "").split()]
-            except ValueError:
-                continue
-            if len(positions) == len(joints):
+            positions = _floats(key.get("qpos", ""))
+            if len(positions) == len(joints) and np.isfinite(positions).all():
                 named = zip(joints, positions, strict=True)
                 states[key.get("name", "")] = dict(named)
         root.remove(keyframe)

@@ -206,15 +206,46 @@ def test_mjcf_with_defaults_includes_and_sites(tmp_path):
     guessed = dict(findings.guessed)
     assert "<light>" in guessed["passed over by Drake"]
     assert "shapes of the world" in guessed["left out"]
-    # Drake reads neither the include nor the site.
+    # Drake reads neither the include nor the site, and puts the first of two
+    # joints of a body elsewhere.
     plain = MJCF.replace(
         '<include file="parts/defaults.xml"/>', DEFAULTS[15:-16]
     )
-    plain = plain.replace("<site", "<body").replace(
-        'euler="90 0 0"/>', 'euler="90 0 0"/>'
+    plain = plain.replace("<site", "<body")
+    plain = plain.replace(
+        '<joint name="tilt"', '<body name="u"><joint name="tilt"'
     )
+    plain = plain.replace('name="upper"', 'name="outer"')
+    plain = plain.replace('name="u"', 'name="upper"')
+    end = plain.rindex("</body>")
+    plain = f"{plain[:end]}</body>{plain[end:]}"
     same = written(tmp_path / "plain.xml", plain)
     assert_same_robot(same, urdf, ["base", "upper", "lower", "ee_site"])
+
+
+def test_several_joints_of_a_body_turn_where_the_body_is(tmp_path):
+    path = mjcf(
+        tmp_path,
+        '<mujoco><compiler angle="radian"/><worldbody><body name="a"'
+        ' pos="1 0 0" euler="0 0 1.5707963267948966">'
+        '<joint name="turn" axis="0 0 1" pos="0.1 0 0"/>'
+        '<joint name="slide" type="slide" axis="1 0 0"/><geom size="0.1"/>'
+        "</body></worldbody></mujoco>",
+    )
+    urdf, _ = read(path)
+    text = ElementTree.tostring(urdf.root, encoding="unicode")
+    plant = finalized(text, "world")
+    context = plant.CreateDefaultContext()
+    plant.GetJointByName("turn").set_angle(context, np.pi / 2)
+    plant.GetJointByName("slide").set_translation(context, 0.2)
+    X_WA = plant.GetFrameByName("a").CalcPoseInWorld(context)
+    # The body's x axis is the world's y axis. It turns about (1, 0.1, 0) until
+    # it points backwards from there: its origin comes to (1.1, 0.1, 0), and
+    # then slides backwards.
+    np.testing.assert_allclose(X_WA.translation(), [0.9, 0.1, 0], atol=1e-12)
+    np.testing.assert_allclose(
+        X_WA.rotation().matrix(), np.diag([-1, -1, 1]), atol=1e-12
+    )
 
 
 EXCLUDED = '<contact><exclude body1="base" body2="lower"/></contact>'

@@ -127,6 +127,35 @@ def test_a_site_becomes_a_frame_unless_a_body_has_its_name():
     assert next(root.iter("site"), None) is None
 
 
+def test_each_joint_has_a_body_of_its_own():
+    root, _ = prepared(
+        '<worldbody><body name="b" pos="1 0 0"><inertial mass="1"/>'
+        '<joint name="j"/><joint name="k"/><joint name="l"/><geom size="1"/>'
+        "</body></worldbody>"
+    )
+    bodies = list(root.iter("body"))
+    assert [body.attrib for body in bodies] == [
+        {"pos": "1 0 0", "name": "b_j"},
+        {"name": "b_k"},
+        {"name": "b"},
+    ]
+    assert [[child.tag for child in body] for body in bodies] == [
+        ["joint", "body"],
+        ["joint", "body"],
+        ["joint", "inertial", "geom"],
+    ]
+    assert [joint.get("name") for joint in root.iter("joint")] == [*"jkl"]
+
+
+def test_an_inertia_without_mass_is_none():
+    root, _ = prepared(
+        '<worldbody><body name="a"><inertial mass="0" diaginertia="0 0 0"/>'
+        '<geom size="1"/></body></worldbody>'
+    )
+    assert next(root.iter("inertial"), None) is None
+    assert next(root.iter("geom")).get("mass") == "0"
+
+
 def test_what_couples_joints_is_taken_out():
     root, said = prepared(
         '<equality><joint joint1="b" joint2="a" polycoef="0.1 -1 0 0 0"/>'
@@ -142,8 +171,17 @@ def test_what_couples_joints_is_taken_out():
         Loop("<equality> <connect> x", "x", "y"),
         Loop("<equality> <weld> x", "x", "world"),
     ]
-    # A joint that is held needs none to follow.
+    # A joint that is held follows none.
     assert [e.get("joint1") for e in root.find("equality")] == ["e"]
+
+
+def test_a_weld_by_which_a_body_is_dragged_closes_no_loop():
+    root, said = prepared(
+        '<worldbody><body name="mouse" mocap="true"/></worldbody>'
+        '<equality><weld body1="mouse" body2="hand"/></equality>'
+    )
+    assert not said.loops
+    assert next(root.iter("weld"), None) is None
 
 
 def test_keyframes_name_the_positions_of_all_joints():
