@@ -1,1 +1,1 @@
-"""A robot's files as ROS has them, made into a description of ours."""
+"""A robot's own files, made into a description of ours."""

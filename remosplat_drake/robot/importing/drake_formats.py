@@ -48,7 +48,7 @@ def read_by_drake(
             cannot be driven.
     """
     with tempfile.TemporaryDirectory(prefix="import-") as folder:
-        staging = Staging(packages, Path(folder))
+        staging = Staging(packages, Path(folder).resolve())
         copy = staging.stage(path)
         scene_graph = SceneGraph()
         plant = MultibodyPlant(time_step=0.0)

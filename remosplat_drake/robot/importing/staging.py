@@ -7,7 +7,6 @@ at all, is taken out: joints that follow others, and loops.
 """
 
 import dataclasses as dc
-from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
@@ -93,7 +92,7 @@ class Staging:
 
     Attributes:
         originals: The file that each copy was made from.
-        mimics: Joints that follow others, by name.
+        mimics: Joints that follow others, by their names in their own files.
         loops: What closes loops of links.
         states: Positions of joints by name, for each named state [rad, m].
     """
@@ -132,12 +131,12 @@ class Staging:
                 text = self._directives(path, text)
             else:
                 root = parse_xml(path, text)
-                prepare: dict[str, Callable[[Path, Element], None]] = {
-                    "robot": self._urdf,
-                    "sdf": self._sdf,
-                    "mujoco": self._mjcf,
-                }
-                prepare[root.tag](path, root)
+                if dialect is SDFORMAT:
+                    self._sdf(path, root)
+                elif dialect is MJCF:
+                    self._mjcf(path, root)
+                else:
+                    self._urdf(path, root)
                 text = ElementTree.tostring(root, encoding="unicode")
             copy = self._new(path, dialect.suffix)
             copy.write_text(text, encoding="utf-8")
