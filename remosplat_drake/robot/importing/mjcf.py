@@ -41,8 +41,8 @@ def prepare_mjcf(
     """Has an MJCF document say all that it says to Drake, too.
 
     Included files and default classes are written out, meshes named by what
-    Drake reads, sites
-    made frames; couplings of joints and keyframes are taken out.
+    Drake reads, sites made frames; couplings of joints and keyframes are taken
+    out.
 
     Args:
         path: The file; other files are relative to it, included ones, too.
