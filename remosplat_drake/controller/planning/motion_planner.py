@@ -206,8 +206,9 @@ class MotionPlanner:
                 " seeds, which proves nothing"
             )
         link = self.robot.spheres.links[goals.tightest]
+        part = self.robot.description.called(link)
         return (
             f"none of {goals.reached} configurations that reach it keeps"
-            f" {1e3 * stopping:.3g} mm: {link} lacks"
+            f" {1e3 * stopping:.3g} mm: {part} lacks"
             f" {1e3 * goals.missing:.2g} mm in the best, which proves nothing"
         )
