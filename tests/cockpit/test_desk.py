@@ -5,10 +5,7 @@ from threading import Thread
 import numpy as np
 import pytest
 
-from remosplat_drake.cockpit.cockpit_operator import (
-    map_requests,
-    operator_requests,
-)
+from remosplat_drake.cockpit.cockpit_operator import map_requests
 from remosplat_drake.cockpit.desk import SOURCE, Desk
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
@@ -80,9 +77,3 @@ def test_scenes_take_turns(desk):
     desk.change_scene()
     assert map_requests(desk.wishes, scenes).scene is scenes[0]
     assert map_requests(desk.wishes, ()).scene is None
-
-
-def test_a_cockpit_that_is_not_heard_has_pressed_stop(desk):
-    desk.stop()
-    assert operator_requests(desk.wishes, "").stops == 1
-    assert operator_requests(desk.wishes, "it has died").stops == 2

@@ -29,10 +29,10 @@ MISTAKES = {
     "run photos": "photos: is a folder, and neither a scenario (.yaml, .yml)"
     " nor a splat (a folder without meta.json is no SOG)",
     "run mesh.ply": "mesh.ply: no Gaussian splat: property",
-    "run TableReach --headles=1 --recrod a.mcap": "run: unknown flag"
+    "run TableReach --headless --recrod a.mcap": "run: unknown flag"
     " '--recrod' (did you mean '--record'?); valid: --accept,",
     "convert a.ply b.ply --headless": "convert: unknown flag '--headless' (a"
-    " flag of run, teleop); valid: --crop, --model, --surfels",
+    " flag of run, teleop); valid: --align, --align-points,",
     "run TableReach --realtime-rate -1": "run: --realtime-rate: -1 is not a"
     " number >= 0",
     "run TableReach --headless --output full": "full/metrics.json:",
