@@ -142,7 +142,7 @@ def check_positive(command: str, arguments: argparse.Namespace, *names: str):
     for name in names:
         value = getattr(arguments, name)
         if value is not None and not value > 0:
-            raise FieldError(command, _flag(name), "must be positive")
+            raise FieldError(command, flag_name(name), "must be positive")
     check_finite(command, arguments, *names)
 
 
@@ -155,7 +155,7 @@ def check_finite(command: str, arguments: argparse.Namespace, *names: str):
     for name in names:
         value = getattr(arguments, name)
         if value is not None and not np.isfinite(value).all():
-            raise FieldError(command, _flag(name), "must be finite")
+            raise FieldError(command, flag_name(name), "must be finite")
 
 
 def check_seed(command: str, arguments: argparse.Namespace):
@@ -168,5 +168,6 @@ def check_seed(command: str, arguments: argparse.Namespace):
         raise FieldError(command, "--seed", "must not be negative")
 
 
-def _flag(name: str) -> str:
+def flag_name(name: str) -> str:
+    """Returns the flag that an attribute of the parsed arguments came from."""
     return "--" + name.replace("_", "-")

@@ -7,7 +7,11 @@ from pydrake.math import RigidTransform
 from rich.console import Console
 
 from remosplat_drake.base.errors import FieldError, RemoSplatError
-from remosplat_drake.commands.flags import check_finite, check_positive
+from remosplat_drake.commands.flags import (
+    check_finite,
+    check_positive,
+    flag_name,
+)
 from remosplat_drake.reconstruction.splat_floor import (
     SplatFloor,
     find_splat_floor,
@@ -84,9 +88,8 @@ def check_placement(arguments: argparse.Namespace) -> None:
     for name in ("scale_by", "align_points", "up"):
         check_finite("convert", arguments, name)
         if np.max(np.abs(getattr(arguments, name) or 0)) > _FARTHEST:
-            flag = "--" + name.replace("_", "-")
             problem = f"must be {_FARTHEST:g} at most"
-            raise FieldError("convert", flag, problem)
+            raise FieldError("convert", flag_name(name), problem)
     if arguments.up is not None:
         if arguments.align is None:
             problem = "says what --align floor shall take for up"

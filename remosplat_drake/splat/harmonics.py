@@ -8,6 +8,7 @@ the Condon-Shortley sign (-1)^m. Of each degree l there are 2 l + 1, by m from
 import numpy as np
 from scipy.special import factorial, lpmv
 
+from remosplat_drake.base.directions import spread_directions
 from remosplat_drake.base.errors import RemoSplatError
 
 _SAMPLES = 64
@@ -73,7 +74,7 @@ def rotated_harmonics(sh_rest: np.ndarray, R_FG: np.ndarray) -> np.ndarray:
         RemoSplatError: K harmonics do not fill a degree.
     """
     last = last_degree(sh_rest.shape[1])
-    d_F = _spread_directions(_SAMPLES)
+    d_F = spread_directions(_SAMPLES)
     d_G = d_F @ R_FG
     rotated = np.empty_like(sh_rest)
     for degree in range(1, last + 1):
@@ -82,11 +83,3 @@ def rotated_harmonics(sh_rest: np.ndarray, R_FG: np.ndarray) -> np.ndarray:
         turn = (there @ harmonics(degree, d_G)).astype(sh_rest.dtype)
         rotated[:, band] = turn @ sh_rest[:, band]
     return rotated
-
-
-def _spread_directions(n: int) -> np.ndarray:
-    """Unit vectors evenly over the sphere, on a spiral, shape (n, 3)."""
-    z = (2 * np.arange(n) + 1) / n - 1
-    azimuth = np.arange(n) * np.pi * (3 - np.sqrt(5))
-    radius = np.sqrt(1 - z * z)
-    return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], 1)

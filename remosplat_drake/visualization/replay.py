@@ -129,14 +129,14 @@ def standing_at(events: Sequence[Event], time: float) -> Standing:
         events: The run's events, in the order of their times.
         time: The time, by the clock of the events [s].
     """
-    told = [
+    told = (
         event
-        for event in events
+        for event in reversed(events)
         if event.kind in (STANDING, SUPERVISOR) and event.time <= time
-    ]
-    if not told:
+    )
+    last = next(told, None)
+    if last is None:
         return NOT_STARTED
-    last = told[-1]
     p_W = None if last.place is None else np.array(last.place)
     is_held = last.link != "" or p_W is not None
     kind = HELD if is_held else MOVING

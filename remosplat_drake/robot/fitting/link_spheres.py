@@ -5,6 +5,7 @@ import dataclasses as dc
 import numpy as np
 from scipy.spatial.distance import cdist
 
+from remosplat_drake.base.directions import spread_directions
 from remosplat_drake.robot.fitting.solid_grid import SolidGrid
 
 
@@ -79,7 +80,7 @@ def measure_bulge(
         solid: The link's body.
         directions: Number of points on each sphere.
     """
-    p_S = _sphere_directions(directions)
+    p_S = spread_directions(directions)
     out = [np.zeros(0)]
     for i, (centre, radius) in enumerate(
         zip(spheres.p_LS, spheres.radius, strict=True)
@@ -93,11 +94,3 @@ def measure_bulge(
     if len(beyond) == 0:
         return Bulge(0.0, 0.0)
     return Bulge(float(beyond.mean()), float(beyond.max()))
-
-
-def _sphere_directions(n: int) -> np.ndarray:
-    """Unit vectors on a Fibonacci spiral, shape (n, 3)."""
-    z = 1 - (2 * np.arange(n) + 1) / n
-    angle = np.arange(n) * np.pi * (3 - np.sqrt(5))
-    rho = np.sqrt(1 - z**2)
-    return np.column_stack([rho * np.cos(angle), rho * np.sin(angle), z])

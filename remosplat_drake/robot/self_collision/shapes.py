@@ -26,6 +26,7 @@ from pydrake.geometry import (
 from pydrake.multibody.plant import MultibodyPlant
 from scipy.spatial import ConvexHull
 
+from remosplat_drake.base.directions import spread_directions
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_description import RobotDescription
@@ -218,9 +219,5 @@ def _core(shape: Shape) -> ConvexShape | None:
 
 def _around_unit_ball() -> np.ndarray:
     """Corners of a polyhedron that holds the unit ball, evenly spread."""
-    i = np.arange(_DIRECTIONS) + 0.5
-    z = 1 - 2 * i / _DIRECTIONS
-    angle = np.pi * (1 + np.sqrt(5)) * i
-    r = np.sqrt(1 - z * z)
-    p = np.column_stack([r * np.cos(angle), r * np.sin(angle), z])
+    p = spread_directions(_DIRECTIONS)
     return p / -ConvexHull(p).equations[:, 3].max()
