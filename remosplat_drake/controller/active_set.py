@@ -41,7 +41,7 @@ class DenseProgram(NamedTuple):
     b: np.ndarray
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def solve_dense(H, c, A, b):
     """Minimises 1/2 u'Hu + c'u subject to A u <= b.
 
@@ -87,7 +87,7 @@ def solve_dense(H, c, A, b):
     return u, multipliers, UNDECIDED
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _take_in(entering, excess, L, A, u, active, weight, n_active, Q, R):
     """Moves u until a violated row holds with equality.
 
@@ -126,7 +126,7 @@ def _take_in(entering, excess, L, A, u, active, weight, n_active, Q, R):
         n_active = _drop(active, weight, n_active, leaving)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _dot(a, b):
     total = 0.0
     for j in range(len(a)):
@@ -134,7 +134,7 @@ def _dot(a, b):
     return total
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _most_violated(A, b, length, u):
     """The row that is violated most, or -1, and its excess A u - b."""
     entering, excess, most = -1, 0.0, _TOLERANCE
@@ -148,7 +148,7 @@ def _most_violated(A, b, length, u):
     return entering, excess
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _blocking(weight, r, n_active):
     """The active row whose multiplier reaches zero first, and the step."""
     leaving, step = -1, np.inf
@@ -158,7 +158,7 @@ def _blocking(weight, r, n_active):
     return leaving, step
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _drop(active, weight, n_active, leaving):
     """Takes a row out of the active set; returns how many are left."""
     for k in range(leaving, n_active - 1):
@@ -166,7 +166,7 @@ def _drop(active, weight, n_active, leaving):
     return n_active - 1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _factor(L, A, active, n_active, Q, R):
     """Q R = L^-1 N with the active rows as columns of N, by Gram-Schmidt."""
     for k in range(n_active):
@@ -188,7 +188,7 @@ def _factor(L, A, active, n_active, Q, R):
             Q[j, k] = column[j] / norm
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _project(Q, R, y, n_active):
     """Computes the part of y orthogonal to the span of Q, and r = R^-1 Q'y."""
     rest, dots = y.copy(), np.zeros(n_active)
@@ -209,7 +209,7 @@ def _project(Q, R, y, n_active):
     return rest, r
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _cholesky(H, L):
     """Fills the lower triangle of L with L L' = H; False if there is none."""
     for row in range(len(H)):
@@ -226,7 +226,7 @@ def _cholesky(H, L):
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _forward(L, x):
     """L^-1 x, by forward substitution."""
     y = x.copy()
@@ -237,7 +237,7 @@ def _forward(L, x):
     return y
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _backward(L, x):
     """L'^-1 x, by backward substitution."""
     y = x.copy()

@@ -24,6 +24,8 @@ def find_binding(program: ProgramData, u: np.ndarray) -> Binding:
         program: The program.
         u: Its optimum, shape (n_u,).
     """
+    if not program.has_tight_rows(u, TIGHT):
+        return NONE_BINDS
     found: list[BoundRow] = []
     coefficients: list[np.ndarray] = []
     for name, rows in program.rows.items():
@@ -31,8 +33,6 @@ def find_binding(program: ProgramData, u: np.ndarray) -> Binding:
         for i in np.flatnonzero(tight).tolist():
             found.append(BoundRow(name, i, rows.about(i)))
             coefficients.append(rows.A[i])
-    if not found:
-        return NONE_BINDS
     eye = np.eye(program.n_u)
     for sign, tight in (
         (1.0, u >= program.upper - TIGHT),

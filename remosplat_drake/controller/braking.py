@@ -6,9 +6,8 @@ import numpy as np
 from numba import njit
 
 
-def braking_command(
-    u: np.ndarray, acceleration_limit: np.ndarray, dt: float
-) -> np.ndarray:
+@njit(cache=True, nogil=True)
+def braking_command(u, acceleration_limit, dt):
     """Computes the next command of the ramp to zero within acceleration limits.
 
     The whole vector shrinks by one factor, so that the robot keeps to the

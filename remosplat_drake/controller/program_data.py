@@ -118,6 +118,18 @@ class ProgramData:
             b.append(slack_b[kept])
         return DenseProgram(H, c, np.concatenate(A), np.concatenate(b))
 
+    def has_tight_rows(self, u: np.ndarray, tolerance: float) -> bool:
+        """Tells whether a row that is kept holds with equality.
+
+        Args:
+            u: A command, shape (n_u,).
+            tolerance: By how much less than b a row may be [m/s, rad/s].
+        """
+        return any(
+            (rows.kept & (rows.A @ u >= rows.b - tolerance)).any()
+            for rows in self.rows.values()
+        )
+
     def can_bind(self, A: np.ndarray, b: np.ndarray) -> np.ndarray:
         """Finds the rows A u <= b that the bounds on u do not imply.
 

@@ -5,12 +5,14 @@ from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar
 
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.controller.compiled_law import CompiledLaw
 from remosplat_drake.controller.controller_config import (
     LONGEST_VERIFIED,
     ReactiveControllerConfig,
     default_ingredients,
 )
 from remosplat_drake.controller.decision import Solver
+from remosplat_drake.controller.guidance.kernels.rollout_step import LoopArrays
 from remosplat_drake.controller.ingredients import (
     CollisionDamper,
     CollisionDamperConfig,
@@ -18,8 +20,15 @@ from remosplat_drake.controller.ingredients import (
     SelfCollisionDamperConfig,
     VelocityLimits,
 )
-from remosplat_drake.controller.reactive_program import Ingredient
-from remosplat_drake.controller.solvers import make_solver
+from remosplat_drake.controller.reactive_program import (
+    Ingredient,
+    ReactiveProgram,
+    Tick,
+)
+from remosplat_drake.controller.solvers import (
+    ActiveSetSolver,
+    make_solver,
+)
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.robot.robot_model import RobotModel
 
@@ -41,6 +50,7 @@ class ReactiveLaw:
     Attributes:
         robot: The robot it drives.
         ingredients: Costs and constraints of the program.
+        compiled: The ingredients, as programs are built of them.
         dt: Control period [s].
         solver: The convex solver of the program.
         verify: Whether each command is checked against the map before it is
@@ -93,6 +103,7 @@ class ReactiveLaw:
         _check_step(dt, verify)
         self.robot = robot
         self.ingredients: Sequence[Ingredient] = tuple(ingredients)
+        self.compiled = CompiledLaw(robot, self.ingredients)
         self.dt = dt
         self.solver = _solver(solver)
         self.verify = verify
@@ -111,9 +122,9 @@ class ReactiveLaw:
             )
             or SelfCollisionDamperConfig()
         )
-        self.self_clearance = None
-        if verify and kept.enabled:
-            self.self_clearance = SelfClearance.make(robot, kept.stopping)
+        own = SelfClearance.make(robot, kept.stopping)
+        self.self_clearance = own if verify and kept.enabled else None
+        self._own = own
 
     @staticmethod
     def make(
@@ -139,6 +150,41 @@ class ReactiveLaw:
             dt,
             solver=make_solver(config.solver, "scenario"),
             verify=config.verify,
+        )
+
+    def program(self, tick: Tick) -> ReactiveProgram:
+        """Builds the program of a tick as it stands.
+
+        Args:
+            tick: What is known at the tick.
+
+        Raises:
+            TermError: Two terms of a kind share a name, or one has the wrong
+                shape.
+        """
+        return self.compiled.program(tick)
+
+    @property
+    def loop(self) -> LoopArrays | None:
+        """The law as kernels take it that run its whole loop.
+
+        None where only Python can, since an ingredient is from outside or the
+        solver is none of the library's own.
+        """
+        compiled = self.compiled
+        if compiled.outside or not isinstance(self.solver, ActiveSetSolver):
+            return None
+        return LoopArrays(
+            compiled.parts,
+            self.dt,
+            self.strict,
+            self.collision.influence,
+            self.collision.stopping,
+            self.verify,
+            self.self_clearance is not None,
+            compiled.near,
+            self._own.arrays,
+            self._own.stopping,
         )
 
     def with_step(

@@ -14,8 +14,11 @@ import numpy as np
 from pydrake.solvers import MathematicalProgram
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.controller.active_set import DenseProgram
 from remosplat_drake.controller.drake_program import DrakeProgram, fill
 from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
+from remosplat_drake.controller.kernels.dense import dense, has_tight_rows
+from remosplat_drake.controller.kernels.tick_arrays import ProgramArrays
 from remosplat_drake.controller.program_data import (
     Label,
     ProgramData,
@@ -129,6 +132,35 @@ class IngredientMaker(Protocol):
         ...
 
 
+class Named(Protocol):
+    """What `CompiledIngredient` says of its terms, for people."""
+
+    term: str
+
+    def about(self, robot: RobotModel, number: int) -> str | tuple[str, ...]:
+        """Says what a row is about; see `CompiledIngredient`."""
+        ...
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Labels:
+    """Says what rows that a kernel has added are about.
+
+    Attributes:
+        part: The ingredient that they are of.
+        robot: The robot.
+        number: What the kernel has noted of each row, shape (m,).
+    """
+
+    part: Named
+    robot: RobotModel
+    number: np.ndarray
+
+    def __call__(self, i: int) -> str | tuple[str, ...]:
+        """Says what row i is about."""
+        return self.part.about(self.robot, int(self.number[i]))
+
+
 class TermError(RemoSplatError, ValueError):
     """A term of the program has a name that is taken, or the wrong shape."""
 
@@ -157,6 +189,8 @@ class ReactiveProgram(ProgramData):
         relax: Names of the sets of rows whose negative right-hand sides are
             raised to zero.
         yielded: Names of the rows whose right-hand sides were raised.
+        arrays: All terms as kernels have added them; None where ingredients
+            have added them one by one.
 
     Example:
         >>> import remosplat_drake as rs
@@ -178,8 +212,61 @@ class ReactiveProgram(ProgramData):
         self.has_acceleration_bounds = False
         self.relax = relax
         self.yielded: list[str] = []
+        self.arrays: ProgramArrays | None = None
         self._drake: DrakeProgram | None = None
         self._is_finished = False
+
+    @staticmethod
+    def from_arrays(
+        arrays: ProgramArrays,
+        ingredients: Sequence["Named"],
+        robot: RobotModel,
+    ) -> "ReactiveProgram":
+        """Makes a finished program of the terms that kernels have added.
+
+        Args:
+            arrays: The terms.
+            ingredients: The ingredients, in the kernels' order.
+            robot: The robot that is driven.
+
+        Raises:
+            TermError: Two terms of a kind share a name.
+        """
+        program = ReactiveProgram(robot.velocity_limit)
+        program.lower, program.upper = arrays.lower, arrays.upper
+        has, spans = arrays.has.tolist(), arrays.rows.tolist()
+        for k, part in enumerate(ingredients):
+            is_linear, is_quadratic = has[k]
+            if is_linear:
+                program.add_linear_cost(part.term, arrays.linear[k])
+            if is_quadratic:
+                program.add_quadratic_cost(part.term, arrays.quadratic[k])
+            first, last = spans[k]
+            if first < last:
+                if part.term in program.rows:
+                    raise TermError(f"there are rows {part.term!r} already")
+                span = slice(first, last)
+                program.rows[part.term] = Rows(
+                    arrays.A[span],
+                    arrays.b[span],
+                    arrays.kept[span],
+                    Labels(part, robot, arrays.about[span]),
+                )
+        _, tracker, accelerates = arrays.count.tolist()
+        if tracker < 0:
+            raise TermError("two ingredients track a twist")
+        if tracker:
+            program.tracking = Tracking(
+                ingredients[tracker - 1].term,
+                arrays.J,
+                arrays.V,
+                float(arrays.price[0]),
+                arrays.limit,
+            )
+        program.has_acceleration_bounds = bool(accelerates)
+        program.arrays = arrays
+        program._is_finished = True
+        return program
 
     def add_linear_cost(self, name: str, c: np.ndarray) -> None:
         """Adds the cost c'u.
@@ -289,6 +376,38 @@ class ReactiveProgram(ProgramData):
             raise TermError(
                 f"{name!r}: expected the shape {shape}, got {np.shape(array)}"
             )
+
+    def extend(self, ingredients: Sequence[Ingredient], tick: Tick) -> None:
+        """Adds further ingredients to a finished program, and finishes it.
+
+        Args:
+            ingredients: The ingredients.
+            tick: What is known at the tick.
+
+        Raises:
+            TermError: A term's name is taken, or it has the wrong shape.
+        """
+        self.arrays, self._is_finished = None, False
+        for ingredient in ingredients:
+            ingredient.AddToProgram(self, tick)
+        self.finish()
+
+    def dense(self) -> DenseProgram:
+        """Returns the program in u alone, its slack replaced by V - J u."""
+        if self.arrays is None:
+            return super().dense()
+        return DenseProgram(*dense(self.arrays))
+
+    def has_tight_rows(self, u: np.ndarray, tolerance: float) -> bool:
+        """Tells whether a row that is kept holds with equality.
+
+        Args:
+            u: A command, shape (n_u,).
+            tolerance: By how much less than b a row may be [m/s, rad/s].
+        """
+        if self.arrays is None:
+            return super().has_tight_rows(u, tolerance)
+        return has_tight_rows(self.arrays, u, tolerance)
 
     def finish(self):
         """Marks the rows that cannot bind, once all terms have been added.

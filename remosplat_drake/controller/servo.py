@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from numba import njit
 
 from remosplat_drake.robot.pose_error import PoseError
 
@@ -23,9 +24,18 @@ def servo_twist(
         The angular velocity, shape (3,) [rad/s], and the translational
         velocity, shape (3,) [m/s], both in W.
     """
-    w, v = gain * error.rotation_W, gain * error.p_ET_W
-    speed = math.hypot(*v)
-    if speed > max_speed:
-        scale = max_speed / speed
-        w, v = w * scale, v * scale
-    return w, v
+    gain = servo_speed(error.p_ET_W, gain, max_speed)
+    return gain * error.rotation_W, gain * error.p_ET_W
+
+
+@njit(cache=True, nogil=True)
+def servo_speed(p_ET_W, gain, max_speed):
+    """Computes the gain with which the servo stays within its bound [1/s].
+
+    Args:
+        p_ET_W: Translation to the target, shape (3,) [m].
+        gain: The gain without the bound [1/s].
+        max_speed: Bound on the translational speed [m/s].
+    """
+    speed = gain * math.sqrt(np.sum(p_ET_W * p_ET_W))
+    return gain * max_speed / speed if speed > max_speed else gain

@@ -17,6 +17,7 @@ from remosplat_drake.controller.active_set import (
     solve_dense,
 )
 from remosplat_drake.controller.decision import Solver
+from remosplat_drake.controller.kernels.dense import solve_program
 from remosplat_drake.controller.reactive_program import ReactiveProgram
 
 DRAKE_SOLVERS = {
@@ -82,7 +83,10 @@ class ActiveSetSolver:
         """
         if program.is_extended:
             return self._other.solve(program)
-        u, _, ended = solve_dense(*program.dense())
+        if program.arrays is not None:
+            u, ended = solve_program(program.arrays)
+        else:
+            u, _, ended = solve_dense(*program.dense())
         if ended == OPTIMAL:
             return u
         return None if ended == INFEASIBLE else self._other.solve(program)

@@ -61,6 +61,18 @@ class CompositeDistanceField(DistanceField):
         parts = tuple(part.compiled for part in self.parts)
         return None if None in parts else parts
 
+    @property
+    def compiled_rows(self) -> tuple | None:
+        """The parts' own; see `DistanceField.compiled_rows`."""
+        if self.rows == "closest" and len(self.parts) > 1:
+            return None
+        maps = []
+        for part in self.parts:
+            if part.compiled_rows is None:
+                return None
+            maps += part.compiled_rows
+        return tuple(maps)
+
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:

@@ -50,6 +50,11 @@ class SignedDistanceField(DistanceField):
         """The primitives' arrays; see `DistanceField.compiled`."""
         return self._primitives
 
+    @property
+    def compiled_rows(self) -> "tuple[Primitives] | None":
+        """The same; see `DistanceField.compiled_rows`."""
+        return (self._primitives,) if self.rows == "closest" else None
+
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
@@ -185,8 +190,8 @@ def query(primitives, spheres, answer):
         spheres: (n, 5): centre p_WS, the distance from the centre that an
             answer must undercut, and the height below which primitives are
             unseen.
-        answer: (n, 8); the first column is filled with the primitive's number
-            or -1, the second with its signed distance from the centre.
+        answer: (n, 8), filled: the primitive's number or -1, its signed
+            distance from the centre, p_WC, n_W.
     """
     for i in range(len(answer)):
         answer[i, 0] = -1.0
@@ -194,11 +199,14 @@ def query(primitives, spheres, answer):
         for j in range(len(primitives.is_box)):
             if primitives.top[j] <= spheres[i, 4]:
                 continue
-            d, _, _, _ = _primitive_distance(spheres[i], primitives, j)
+            d, gx, gy, gz = _primitive_distance(spheres[i], primitives, j)
             if d < least:
                 least = d
-                answer[i, 0] = j
-                answer[i, 1] = d
+                answer[i, 0], answer[i, 1] = j, d
+                answer[i, 2] = spheres[i, 0] - d * gx
+                answer[i, 3] = spheres[i, 1] - d * gy
+                answer[i, 4] = spheres[i, 2] - d * gz
+                answer[i, 5], answer[i, 6], answer[i, 7] = -gx, -gy, -gz
 
 
 answers(Primitives, query)

@@ -11,6 +11,7 @@ from remosplat_drake.oracle.kernels.nearest_splat import (
     query,
     query_parallel,
 )
+from remosplat_drake.oracle.question import question
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.bvh import build_hierarchy
@@ -123,6 +124,11 @@ class SphereToEllipsoidField(DistanceField):
         return self._tree
 
     @property
+    def compiled_rows(self) -> tuple:
+        """The same; see `DistanceField.compiled_rows`."""
+        return (self._tree,)
+
+    @property
     def num_splats(self) -> int:
         """Number of splats that are opaque enough to count."""
         return len(self._tree.records)
@@ -174,22 +180,15 @@ class SphereToEllipsoidField(DistanceField):
         return place, distance
 
     def _answer(self, spheres: Spheres, max_distance: float) -> np.ndarray:
-        question = np.empty((len(spheres), 5))
-        question[:, :3] = spheres.p_WS
-        question[:, 3] = spheres.radius + max_distance
-        question[:, 4] = spheres.ignore_below
-        # NaN compares as false everywhere: it would look like a free path.
-        finite = np.isfinite(question[:, :3]).all()
-        if not finite or np.isnan(question[:, 3:]).any():
-            raise ValueError("a sphere's centre, radius or floor is undefined")
+        asked = question(spheres, max_distance)
         answer = np.full((len(spheres), 8), -1.0)
         if self._num_threads == 1:
-            query(self._tree, question, answer)
+            query(self._tree, asked, answer)
             return answer
         threads = numba.get_num_threads()
         numba.set_num_threads(self._num_threads)
         try:
-            query_parallel(self._tree, question, answer)
+            query_parallel(self._tree, asked, answer)
         finally:
             numba.set_num_threads(threads)
         return answer

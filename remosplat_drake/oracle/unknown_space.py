@@ -7,6 +7,7 @@ import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle.kernels.nearest_voxel import query
+from remosplat_drake.oracle.question import question
 from remosplat_drake.oracle.voxel_octree import (
     VoxelOctree,
     child_masks,
@@ -88,6 +89,11 @@ class UnknownSpaceField(DistanceField):
         """The voxels and their octree; see `DistanceField.compiled`."""
         return self._octree
 
+    @property
+    def compiled_rows(self) -> tuple:
+        """The same; see `DistanceField.compiled_rows`."""
+        return (self._octree,)
+
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
@@ -100,16 +106,9 @@ class UnknownSpaceField(DistanceField):
         Raises:
             ValueError: A centre is not finite, or a radius or floor is NaN.
         """
-        question = np.empty((len(spheres), 5))
-        question[:, :3] = spheres.p_WS
-        question[:, 3] = spheres.radius + max_distance
-        question[:, 4] = spheres.ignore_below
-        # NaN compares as false everywhere: it would look like a free path.
-        finite = np.isfinite(question[:, :3]).all()
-        if not finite or np.isnan(question[:, 3:]).any():
-            raise ValueError("a sphere's centre, radius or floor is undefined")
+        asked = question(spheres, max_distance)
         answer = np.empty((len(spheres), 8))
-        query(self._octree, question, answer)
+        query(self._octree, asked, answer)
         found = np.flatnonzero(answer[:, 0] > 0)
         answer = answer[found]
         return Clearances(

@@ -4,6 +4,7 @@ import dataclasses as dc
 import math
 
 import numpy as np
+from numba import njit
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -40,14 +41,33 @@ class PoseError:
 
 def pose_error(X_WE: np.ndarray, X_WT: np.ndarray) -> PoseError:
     """Computes the error from poses X_WE and X_WT, both of shape (4, 4)."""
-    p_ET_W = X_WT[:3, 3] - X_WE[:3, 3]
-    R_WE = X_WE[:3, :3]
     return PoseError(
-        p_ET_W, rotation_vector(X_WT[:3, :3] @ R_WE.T), R_WE.T @ p_ET_W
+        *error_arrays(np.array(X_WE, order="C"), np.array(X_WT, order="C"))
     )
 
 
-def rotation_vector(R: np.ndarray) -> np.ndarray:
+@njit(cache=True, nogil=True)
+def error_arrays(X_WE, X_WT):
+    """Computes the attributes of a `PoseError`, one after the other.
+
+    Args:
+        X_WE: Pose of the end effector, shape (4, 4).
+        X_WT: Pose of the target, shape (4, 4).
+    """
+    p_ET_W, p_ET_E = np.empty(3), np.zeros(3)
+    R_ET_W = np.zeros((3, 3))
+    for r in range(3):
+        p_ET_W[r] = X_WT[r, 3] - X_WE[r, 3]
+    for r in range(3):
+        for c in range(3):
+            p_ET_E[r] += X_WE[c, r] * p_ET_W[c]
+            for k in range(3):
+                R_ET_W[r, c] += X_WT[r, k] * X_WE[c, k]
+    return p_ET_W, rotation_vector(R_ET_W), p_ET_E
+
+
+@njit(cache=True, nogil=True)
+def rotation_vector(R):
     """Computes angle times axis of a rotation matrix, stable at 0 and at pi.
 
     Args:
@@ -56,17 +76,22 @@ def rotation_vector(R: np.ndarray) -> np.ndarray:
     Returns:
         Shape (3,) [rad].
     """
-    twice_sine_axis = np.array(
-        [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]
-    )
-    sine = 0.5 * math.hypot(*twice_sine_axis)
+    vector = np.empty(3)
+    for k in range(3):
+        vector[k] = R[(k + 2) % 3, (k + 1) % 3] - R[(k + 1) % 3, (k + 2) % 3]
+    sine = 0.5 * math.sqrt(np.sum(vector * vector))
     cosine = 0.5 * (R[0, 0] + R[1, 1] + R[2, 2] - 1.0)
     angle = math.atan2(sine, cosine)
     if sine > 1e-6:
-        return twice_sine_axis * (0.5 * angle / sine)
+        return vector * (0.5 * angle / sine)
     if cosine > 0:
-        return 0.5 * twice_sine_axis
+        return 0.5 * vector
     # Near pi the axis is the eigenvector of the symmetric part.
-    symmetric = 0.5 * (R + R.T) + np.eye(3)
-    axis = symmetric[:, np.argmax(np.diag(symmetric))]
-    return angle * axis / np.linalg.norm(axis)
+    longest = 0
+    for k in range(1, 3):
+        if R[k, k] > R[longest, longest]:
+            longest = k
+    for k in range(3):
+        vector[k] = 0.5 * (R[k, longest] + R[longest, k])
+    vector[longest] += 1.0
+    return angle * vector / math.sqrt(np.sum(vector * vector))

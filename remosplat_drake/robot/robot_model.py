@@ -17,6 +17,11 @@ from remosplat_drake.base.reading import reads_file
 from remosplat_drake.robot import kinematics as kin
 from remosplat_drake.robot.actuators import Actuator, default_actuators
 from remosplat_drake.robot.model_file import add_robot_model
+from remosplat_drake.robot.robot_arrays import (
+    RobotArrays,
+    StateArrays,
+    state_arrays,
+)
 from remosplat_drake.robot.robot_description import (
     RobotDescription,
     load_robot_description,
@@ -34,27 +39,55 @@ class RobotState:
     """All kinematic quantities of one configuration, computed together.
 
     Attributes:
-        q: Configuration, shape (n_q,).
-        X_WE: End-effector pose, a 4x4 matrix.
-        Jv_WE: Translational Jacobian of E's origin in W, shape (3, n_u).
-        Jw_WE: Angular Jacobian of E in W, shape (3, n_u).
+        arrays: Most of them, as kernels take them.
         spheres: The robot's spheres in W.
-        Jv_WS: Translational Jacobians of the sphere centres, (n, 3, n_u).
-        X_WB: Pose of the base body, a 4x4 matrix (identity if fixed).
-        X_WL: Poses of all bodies of the robot's tree, shape (b, 4, 4).
-        screws_W: Axes of the commands' screws in W, and a point on each, shape
-            (n_u, 3) both.
+        robot: The robot.
     """
 
-    q: np.ndarray
-    X_WE: np.ndarray
-    Jv_WE: np.ndarray
-    Jw_WE: np.ndarray
+    arrays: StateArrays
     spheres: Spheres
-    Jv_WS: np.ndarray
-    X_WB: np.ndarray
-    X_WL: np.ndarray
-    screws_W: tuple[np.ndarray, np.ndarray]
+    robot: "RobotModel"
+
+    @cached_property
+    def Jv_WS(self) -> np.ndarray:
+        """Translational Jacobians of the sphere centres, (n, 3, n_u)."""
+        body = self.robot.arrays.body_S
+        return self.robot.point_jacobians(self, body, self.arrays.p_WS)
+
+    @property
+    def X_WB(self) -> np.ndarray:
+        """Pose of the base body, a 4x4 matrix (identity if fixed)."""
+        return self.arrays.X_WL[self.robot.arrays.body_B]
+
+    @property
+    def q(self) -> np.ndarray:
+        """Configuration, shape (n_q,)."""
+        return self.arrays.q
+
+    @property
+    def X_WE(self) -> np.ndarray:
+        """End-effector pose, a 4x4 matrix."""
+        return self.arrays.X_WE
+
+    @property
+    def Jv_WE(self) -> np.ndarray:
+        """Translational Jacobian of E's origin in W, shape (3, n_u)."""
+        return self.arrays.Jv_WE
+
+    @property
+    def Jw_WE(self) -> np.ndarray:
+        """Angular Jacobian of E in W, shape (3, n_u)."""
+        return self.arrays.Jw_WE
+
+    @property
+    def X_WL(self) -> np.ndarray:
+        """Poses of all bodies of the robot's tree, shape (b, 4, 4)."""
+        return self.arrays.X_WL
+
+    @property
+    def screws_W(self) -> tuple[np.ndarray, np.ndarray]:
+        """Axes of the commands' screws in W, and a point on each, (n_u, 3)."""
+        return self.arrays.a_W, self.arrays.o_W
 
 
 class RobotModel:
@@ -216,7 +249,8 @@ class RobotModel:
             )
         frame = plant.GetFrameByName(name)
         self._body_E = self.tree.index(frame.body().name())
-        self._X_LE = frame.GetFixedPoseInBodyFrame().GetAsMatrix4()
+        X_LE = frame.GetFixedPoseInBodyFrame().GetAsMatrix4()
+        self._X_LE = np.ascontiguousarray(X_LE)
 
     def _set_screws(self):
         """Finds the screw of each command and which bodies it moves."""
@@ -283,50 +317,23 @@ class RobotModel:
 
     def end_effector_pose(self, q: np.ndarray) -> np.ndarray:
         """Computes the end-effector pose X_WE, shape (4, 4)."""
-        return self.body_poses(q)[self._body_E] @ self._X_LE
+        X_WE = np.empty((4, 4))
+        kin.compose(self.body_poses(q)[self._body_E], self._X_LE, X_WE)
+        return X_WE
 
     def spheres_at(self, q: np.ndarray) -> Spheres:
         """Places the robot's spheres in W at configuration q, shape (n_q,)."""
-        return self._spheres(self.body_poses(q))
-
-    def _spheres(self, X_WL: np.ndarray) -> Spheres:
+        X_WL = self.body_poses(q)
         p_WS, R_WL = kin.sphere_points(X_WL, self._body_S, self._p_LS)
         return Spheres(p_WS, R_WL, self._radius, self._ignore_below)
 
     def state(self, q: np.ndarray) -> RobotState:
         """Computes all kinematic quantities at configuration q, (n_q,)."""
-        X_WL, X_WF = kin.body_poses(*self._tree_arrays, q)
-        X_WE = X_WL[self._body_E] @ self._X_LE
-        a_W, o_W = self._screws(X_WL, X_WF)
-        spheres = self._spheres(X_WL)
-        Jv_WS = kin.point_jacobians(
-            a_W,
-            o_W,
-            self.screw_turns,
-            self._moves,
-            self._body_S,
-            spheres.p_WS,
-        )
-        Jv_WE = kin.point_jacobians(
-            a_W,
-            o_W,
-            self.screw_turns,
-            self._moves,
-            np.array([self._body_E]),
-            X_WE[None, :3, 3],
-        )[0]
-        turning = self.screw_turns & self._moves[self._body_E]
-        Jw_WE = np.where(turning, a_W.T, 0.0)
+        arrays = state_arrays(self.arrays, np.array(q, float))
         return RobotState(
-            q,
-            X_WE,
-            Jv_WE,
-            Jw_WE,
-            spheres,
-            Jv_WS,
-            X_WL[self._body_B],
-            X_WL,
-            (a_W, o_W),
+            arrays,
+            Spheres(arrays.p_WS, arrays.R_WL, self._radius, self._ignore_below),
+            self,
         )
 
     def point_jacobians(
@@ -345,17 +352,6 @@ class RobotModel:
         return kin.point_jacobians(
             *state.screws_W, self.screw_turns, self._moves, body, p_W
         )
-
-    def _screws(
-        self, X_WL: np.ndarray, X_WF: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Axes and points of the commands' screws in W, (n_u, 3) each."""
-        X_WF = X_WF[self.screw_body]
-        axis_F = self.tree.axis_F[self.screw_body]
-        a_W = np.einsum("jrc,jc->jr", X_WF[:, :3, :3], axis_F)
-        if self.n_base:
-            a_W[0] = X_WL[self.screw_body[0], :3, 0]  # Forward is B's x axis.
-        return a_W, np.ascontiguousarray(X_WF[:, :3, 3])
 
     def velocity_map(self, q: np.ndarray) -> np.ndarray:
         """Computes N(q) with q_dot = N(q) u, shape (n_q, n_u).
@@ -436,16 +432,30 @@ class RobotModel:
         )
 
     @cached_property
-    def arrays(self) -> tuple:
-        """The arrays that kernels of verification and planning take.
-
-        They are the arguments of `kinematics.body_poses` before q; then, of
-        each sphere, the body, the centre in it and the radius; then
-        `hessian_bound`; then the height below which each sphere sees nothing.
-        """
-        spheres = self._body_S, self._p_LS, self._radius
-        bound, floor = self.hessian_bound, self._ignore_below
-        return self._tree_arrays, *spheres, bound, floor
+    def arrays(self) -> RobotArrays:
+        """The robot as kernels take it."""
+        return RobotArrays(
+            self._tree_arrays,
+            self._body_S,
+            self._p_LS,
+            self._radius,
+            self.hessian_bound,
+            self._ignore_below,
+            self.jacobian_bound,
+            self.leading_spheres,
+            self._body_E,
+            self._X_LE,
+            self._body_B,
+            self.n_base,
+            self.tree.axis_F[self.screw_body],
+            self.screw_body,
+            self.screw_turns,
+            self._moves,
+            self.velocity_limit,
+            self.acceleration_limit,
+            self.position_lower,
+            self.position_upper,
+        )
 
     @cached_property
     def chain_to_end_effector(self) -> SerialChain:

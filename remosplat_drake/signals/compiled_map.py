@@ -20,7 +20,9 @@ def ask(compiled, question, answer) -> None:
         question: Points in W, the distances that an answer must undercut, and
             the heights below which nothing is seen, shape (n, 5) [m].
         answer: Filled in, shape (n, 8): less than 0 in the first column where
-            nothing is that near, else the signed distance in the second [m].
+            nothing is that near; else the signed distance [m], the closest
+            point in W, shape (3,) [m], and the direction to it in W, shape
+            (3,).
     """
     raise NotImplementedError("this is called from compiled code")
 
@@ -62,3 +64,30 @@ def _ask_all(compiled, question, answer):
                     answer[i, c] = other[i, c]
 
     return nearest
+
+
+def ask_each(maps, question, answers) -> None:
+    """Asks several maps, one after the other; for kernels only.
+
+    Args:
+        maps: The k maps, as `DistanceField.compiled_rows`.
+        question: What `ask` takes.
+        answers: Filled in with the answer of each, shape (k, n, 8).
+    """
+    raise NotImplementedError("this is called from compiled code")
+
+
+@overload(ask_each)
+def _ask_each(maps, question, answers):
+    if not isinstance(maps, types.BaseTuple) or len(maps) == 0:
+        return None
+    if len(maps) == 1:
+        return lambda maps, question, answers: ask(
+            maps[0], question, answers[0]
+        )
+
+    def one_by_one(maps, question, answers):
+        ask(maps[0], question, answers[0])
+        ask_each(maps[1:], question, answers[1:])
+
+    return one_by_one

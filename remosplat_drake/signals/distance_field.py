@@ -54,7 +54,7 @@ class Clearances:
     @property
     def is_known(self) -> bool:
         """Whether all distances are: infinitely deep is no answer, nor NaN."""
-        return bool((self.distance > -np.inf).all())
+        return bool(self.distance.min(initial=np.inf) > -np.inf)
 
     def minimum(self) -> float:
         """Returns the smallest distance [m]; inf when there is no row."""
@@ -167,6 +167,15 @@ class DistanceField(ABC):
         """What kernels ask by `compiled_map.ask`; None if only Python can.
 
         Motions are planned several times faster where there is something.
+        """
+        return None
+
+    @property
+    def compiled_rows(self) -> tuple | None:
+        """The maps, as `compiled`, whose answers are the rows of `clearances`.
+
+        Each answers with one row a sphere. None if only Python can: rollouts
+        are several times slower then.
         """
         return None
 

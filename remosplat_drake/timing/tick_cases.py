@@ -9,7 +9,8 @@ from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.controller.decision import solve
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.reactive_program import Tick, build_program
+from remosplat_drake.controller.reactive_program import Tick
+from remosplat_drake.controller.solvers import ACTIVE_SET
 from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.timing.measuring import Case
@@ -32,14 +33,15 @@ def tick_cases(
     world = load_world(scenario)
     ticks = _recorded_ticks(scenario, world)
     laws = {}
-    for verify in (False, True):
+    for name, verify in (("plain", False), ("verified", True)):
         config = load_scenario(scenario_name).controller
         config.verify = verify
-        laws[verify] = ReactiveLaw.make(
+        laws[name] = ReactiveLaw.make(
             config, world.robot, scenario.control_period
         )
-    law = laws[True]
-    programs = cycle([build_program(tick, law.ingredients) for tick in ticks])
+    law = laws["verified"]
+    laws["active set"] = law.with_step(law.dt, solver=ACTIVE_SET)
+    programs = cycle([law.program(tick) for tick in ticks])
     reach = scenario.controller.collision.influence
 
     def whole_tick(law: ReactiveLaw) -> Callable[[Tick], object]:
@@ -72,7 +74,7 @@ def tick_cases(
         ),
         Case(
             f"{group}: program build",
-            _over(ticks, lambda tick: build_program(tick, law.ingredients)),
+            _over(ticks, law.program),
         ),
         Case(
             f"{group}: program solve",
@@ -80,9 +82,13 @@ def tick_cases(
         ),
         Case(
             f"{group}: whole, no verification",
-            _over(ticks, whole_tick(laws[False])),
+            _over(ticks, whole_tick(laws["plain"])),
         ),
-        Case(f"{group}: whole, verified", _over(ticks, whole_tick(laws[True]))),
+        Case(f"{group}: whole, verified", _over(ticks, whole_tick(law))),
+        Case(
+            f"{group}: whole, verified, active set",
+            _over(ticks, whole_tick(laws["active set"])),
+        ),
     ]
 
 

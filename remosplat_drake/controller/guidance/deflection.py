@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from numba import njit
 
 from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.robot.pose_error import PoseError
@@ -73,3 +74,50 @@ def deflected_velocity(
     if length < 1e-9:
         return v_WE
     return max(speed, 0.6 * strength * max_speed) * direction / length
+
+
+@njit(cache=True, nogil=True)
+def deflection(v_WE, p_ET_W, rows, leading, side, stopping, max_speed):
+    """Computes what `deflected_velocity` does, for kernels, shape (3,) [m/s].
+
+    Args:
+        v_WE: Desired velocity of E in W, shape (3,) [m/s].
+        p_ET_W: Translation from end effector to target, shape (3,) [m].
+        rows: Spheres, distances and directions of the m clearances.
+        leading: Whether each sphere moves with the hand, shape (n,) bool.
+        side: The guidance's side.
+        stopping: Stopping distance d_s of this tick [m].
+        max_speed: The servo's bound on |v_WE| [m/s].
+    """
+    sphere, distance, direction_W = rows
+    speed = math.sqrt(np.sum(v_WE * v_WE))
+    if side == 0.0 or speed == 0.0:
+        return v_WE
+    ahead_W = v_WE / speed
+    strength, mean_W = 0.0, np.zeros(3)
+    for i in range(len(sphere)):
+        d = distance[i]
+        if not (leading[sphere[i]] and d < NEAR):
+            continue
+        away_W = -direction_W[i]
+        w = (NEAR - d) / (NEAR - stopping)
+        a = (0.1 - np.sum(away_W * ahead_W)) / 0.4
+        b = -(d + np.sum(away_W * p_ET_W)) / _PASSED
+        f = _share(w) * _share(a) * _share(b)
+        strength = max(strength, f)
+        mean_W += f**3 * away_W
+    norm = math.sqrt(np.sum(mean_W * mean_W))
+    if strength == 0.0 or norm == 0.0:
+        return v_WE
+    along_W = np.array([mean_W[1], -mean_W[0], 0.0]) * (side / norm)  # n x z
+    direction = (1.0 - strength) * ahead_W + strength * along_W
+    length = math.sqrt(np.sum(direction * direction))
+    if length < 1e-9:
+        return v_WE
+    return max(speed, 0.6 * strength * max_speed) * direction / length
+
+
+@njit(cache=True, nogil=True)
+def _share(x):
+    """x, cut off at 0 and at 1."""
+    return min(max(x, 0.0), 1.0)

@@ -5,11 +5,14 @@ import math
 
 import numpy as np
 
+from remosplat_drake.controller.compiled_law import guidance_arrays
 from remosplat_drake.controller.guidance.guidance import Guidance
+from remosplat_drake.controller.guidance.kernels.rollout_step import (
+    rollout_step,
+)
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.robot.pose_error import pose_error
-from remosplat_drake.robot.robot_model import RobotState
 from remosplat_drake.signals.distance_field import DistanceField
 
 RUNNING, REACHED, STALLED, HORIZON = "running", "reached", "stalled", "horizon"
@@ -36,8 +39,6 @@ class Rollout:
         position_error: Distance from the end effector to the target at q [m].
         angle_error: Angle from the end effector to the target at q [rad].
         path: Positions of the end effector in W so far, shape (3,) each [m].
-        state: Kinematics at q while it is running, so that the next step
-            need not compute them again.
     """
 
     guidance: Guidance
@@ -49,7 +50,6 @@ class Rollout:
     position_error: float = math.inf
     angle_error: float = math.inf
     path: tuple[np.ndarray, ...] = ()
-    state: RobotState | None = None
 
     def __deepcopy__(self, memo) -> "Rollout":
         return self
@@ -92,25 +92,13 @@ def step_rollout(
     Returns:
         The rollout after the step.
     """
-    state = rollout.state or law.robot.state(rollout.q)
-    report = run_tick(
-        law,
-        rollout.time,
-        rollout.q,
-        X_WT,
-        field.clearances(state.spheres, law.collision.influence),
-        field,
-        rollout.u,
-        rollout.guidance,
-        state,
-    )
-    q = law.robot.advance(rollout.q, report.command, law.dt)
-    following = law.robot.state(q)
-    error = pose_error(following.X_WE, X_WT)
+    step = _compiled_step(law, rollout, field, X_WT)
+    u, q, X_WE = step or _step(law, rollout, field, X_WT)
+    error = pose_error(X_WE, X_WT)
     time = rollout.time + law.dt
     # Without a path, who only turns has nowhere to go.
     n_moves = 1 if rollout.guidance.path is None else law.robot.n_base
-    stands = _stands(law, report.command, n_moves)
+    stands = _stands(law, u, n_moves)
     still = rollout.still + law.dt if stands else 0.0
     if arrived(error):
         status = REACHED
@@ -123,15 +111,57 @@ def step_rollout(
     return Rollout(
         rollout.guidance,
         q,
-        report.command,
+        u,
         time,
         still,
         status,
         error.distance,
         error.angle,
-        (*rollout.path, following.X_WE[:3, 3]),
-        following if status == RUNNING else None,
+        (*rollout.path, X_WE[:3, 3]),
     )
+
+
+def _step(
+    law: ReactiveLaw, rollout: Rollout, field: DistanceField, X_WT: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Simulates a tick: its command, and q and X_WE after it."""
+    robot, state = law.robot, law.robot.state(rollout.q)
+    u = run_tick(
+        law,
+        rollout.time,
+        rollout.q,
+        X_WT,
+        field.clearances(state.spheres, law.collision.influence),
+        field,
+        rollout.u,
+        rollout.guidance,
+        state,
+    ).command
+    q = robot.advance(rollout.q, u, law.dt)
+    return u, q, robot.end_effector_pose(q)
+
+
+def _compiled_step(
+    law: ReactiveLaw, rollout: Rollout, field: DistanceField, X_WT: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Simulates the same tick in one call; None where that cannot be."""
+    loop, maps, compiled = law.loop, field.compiled_rows, field.compiled
+    if loop is None or maps is None or compiled is None:
+        return None
+    if not field.is_lipschitz:
+        return None
+    u, q, X_WE, is_decided = rollout_step(
+        loop,
+        law.robot.arrays,
+        maps,
+        compiled,
+        # Copies, since numba compiles for arrays that may be written.
+        np.array(X_WT, order="C"),
+        np.array(rollout.q, float),
+        np.array(rollout.u, float),
+        guidance_arrays(rollout.guidance, law.robot.n_q),
+    )
+    return (u, q, X_WE) if is_decided else None
 
 
 def _stands(law: ReactiveLaw, u: np.ndarray, n_moves: int) -> bool:

@@ -1,15 +1,22 @@
 """Prefer motions that gain clearance: the paper's active collision cost."""
 
 import dataclasses as dc
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
+import numpy as np
 from annotated_types import Interval
+from numba import njit
 
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.ingredients.collision_damper import (
     CollisionDamperConfig,
 )
+from remosplat_drake.controller.kernels.compiled_ingredient import (
+    CompiledIngredient,
+)
+from remosplat_drake.controller.kernels.tick_arrays import given_or
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.robot.robot_model import RobotModel
 
 
 @dc.dataclass
@@ -20,7 +27,7 @@ class ActiveCollisionCostConfig(Config):
     gain: Annotated[float, Interval(ge=0, le=100)] = 0.6
 
 
-class ActiveCollisionCost:
+class ActiveCollisionCost(CompiledIngredient):
     """A linear cost on the approach to everything near (paper section IV-E).
 
     The cost is c'u with the weighted mean of the collision rows A_j,
@@ -36,6 +43,8 @@ class ActiveCollisionCost:
         config: Gain of the cost.
         damper: The collision damper's distances d_i and d_s.
     """
+
+    term = "active collision"
 
     def __init__(
         self, config: ActiveCollisionCostConfig, damper: CollisionDamperConfig
@@ -60,4 +69,38 @@ class ActiveCollisionCost:
         w = (influence - clearances.distance) / span
         mean = w @ tick.approach_rates / w.sum()
         nearness = (influence - clearances.minimum()) / span
-        program.add_linear_cost("active collision", gain * nearness**2 * mean)
+        program.add_linear_cost(self.term, gain * nearness**2 * mean)
+
+    def settings(self, robot: RobotModel) -> "ActiveCollisionSettings":
+        """Makes what the kernel takes; see `CompiledIngredient`."""
+        damper = self._damper
+        return ActiveCollisionSettings(
+            self._gain, damper.influence, damper.stopping
+        )
+
+
+class ActiveCollisionSettings(NamedTuple):
+    """Settings of the ActiveCollisionCost, for kernels."""
+
+    gain: float
+    influence: float
+    stopping: float
+
+
+@njit(cache=True, nogil=True)
+def add_active_collision_cost(own, k, tick, program):
+    """Adds a `ActiveCollisionCost`; see `kernels/assemble.py`."""
+    gain = own.gain * tick.guidance.active_scale
+    if gain == 0.0 or not len(tick.distance):
+        return
+    span = own.influence - given_or(tick.guidance.stopping, own.stopping)
+    c, total, least = program.linear[k], 0.0, np.inf
+    for i in range(len(tick.distance)):
+        w = (own.influence - tick.distance[i]) / span
+        total += w
+        least = min(least, tick.distance[i])
+        for j in range(len(c)):
+            c[j] += w * tick.rates[i, j]
+    nearness = (own.influence - least) / span
+    c *= gain * nearness**2 / total
+    program.has[k, 0] = True

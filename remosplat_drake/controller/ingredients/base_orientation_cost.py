@@ -2,13 +2,18 @@
 
 import dataclasses as dc
 import math
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
+from numba import njit
 
 from remosplat_drake.base.ranges import Config
+from remosplat_drake.controller.kernels.compiled_ingredient import (
+    CompiledIngredient,
+)
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.robot.robot_model import RobotModel
 
 
 @dc.dataclass
@@ -19,7 +24,7 @@ class BaseOrientationCostConfig(Config):
     gain: Annotated[float, Interval(ge=0, le=100)] = 0.5
 
 
-class BaseOrientationCost:
+class BaseOrientationCost(CompiledIngredient):
     """A linear cost that turns the base towards the end effector.
 
     The yaw rate costs -k_o (theta - psi): theta is the bearing of the end
@@ -30,6 +35,8 @@ class BaseOrientationCost:
     Args:
         config: Gain k_o of the cost.
     """
+
+    term = "base orientation"
 
     def __init__(self, config: BaseOrientationCostConfig):
         self._gain = config.gain
@@ -51,4 +58,31 @@ class BaseOrientationCost:
         c = np.zeros(program.n_u)
         theta = math.atan2(p_BE_B[1], p_BE_B[0])
         c[1] = -self._gain * (theta - tick.guidance.bearing)
-        program.add_linear_cost("base orientation", c)
+        program.add_linear_cost(self.term, c)
+
+    def settings(self, robot: RobotModel) -> "BaseOrientationSettings":
+        """Makes what the kernel takes; see `CompiledIngredient`."""
+        return BaseOrientationSettings(self._gain)
+
+
+class BaseOrientationSettings(NamedTuple):
+    """Settings of the BaseOrientationCost, for kernels."""
+
+    gain: float
+
+
+@njit(cache=True, nogil=True)
+def add_base_orientation_cost(own, k, tick, program):
+    """Adds a `BaseOrientationCost`; see `kernels/assemble.py`."""
+    robot, state = tick.robot, tick.state
+    if own.gain == 0.0 or robot.n_base == 0 or len(tick.guidance.path_s):
+        return
+    X_WB = state.X_WL[robot.body_B]
+    x, y = 0.0, 0.0
+    for r in range(3):
+        p_BE_W = state.X_WE[r, 3] - X_WB[r, 3]
+        x += X_WB[r, 0] * p_BE_W
+        y += X_WB[r, 1] * p_BE_W
+    program.has[k, 0] = True
+    bearing = math.atan2(y, x)
+    program.linear[k, 1] = -own.gain * (bearing - tick.guidance.bearing)

@@ -2,13 +2,19 @@
 
 import dataclasses as dc
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 from annotated_types import Interval
+from numba import njit
 
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.guidance.guidance import Guidance
+from remosplat_drake.controller.kernels.compiled_ingredient import (
+    CompiledIngredient,
+)
+from remosplat_drake.controller.kernels.tick_arrays import given_or, new_row
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.binding import COLLISION
 
 
@@ -48,7 +54,7 @@ class CollisionDamperConfig(Config):
             )
 
 
-class CollisionDamper:
+class CollisionDamper(CompiledIngredient):
     """The collision constraint: a velocity damper before the scene.
 
     For every clearance d within the influence distance d_i, with n the
@@ -65,6 +71,8 @@ class CollisionDamper:
         config: Distances d_i and d_s, and the speed xi. Verification and the
             oracle's queries of a `ReactiveLaw` go by these distances, too.
     """
+
+    term = COLLISION
 
     def __init__(self, config: CollisionDamperConfig):
         self.config = config
@@ -87,7 +95,35 @@ class CollisionDamper:
         b = config.gain * margin / (config.influence - stopping)
 
         def label(i: int) -> str:
-            sphere = clearances.sphere[i]
-            return f"sphere {sphere} on {tick.robot.spheres.links[sphere]}"
+            return self.about(tick.robot, clearances.sphere[i])
 
-        program.add_rows(COLLISION, tick.approach_rates, b, label)
+        program.add_rows(self.term, tick.approach_rates, b, label)
+
+    def settings(self, robot: RobotModel) -> "CollisionSettings":
+        """Makes what the kernel takes; see `CompiledIngredient`."""
+        config = self.config
+        return CollisionSettings(config.influence, config.stopping, config.gain)
+
+    def about(self, robot: RobotModel, number: int) -> str:
+        """Names a sphere and its link; see `CompiledIngredient`."""
+        return f"sphere {number} on {robot.spheres.links[number]}"
+
+
+class CollisionSettings(NamedTuple):
+    """Settings of the CollisionDamper, for kernels."""
+
+    influence: float
+    stopping: float
+    gain: float
+
+
+@njit(cache=True, nogil=True)
+def add_collision_damper(own, k, tick, program):
+    """Adds a `CollisionDamper`; see `kernels/assemble.py`."""
+    stopping = given_or(tick.guidance.stopping, own.stopping)
+    for i in range(len(tick.sphere)):
+        margin = tick.distance[i] - stopping - tick.tube[tick.sphere[i]]
+        b = own.gain * margin / (own.influence - stopping)
+        row = new_row(program, k, b, tick.sphere[i])
+        for j in range(len(tick.u_previous)):
+            program.A[row, j] = tick.rates[i, j]

@@ -3,10 +3,11 @@
 import dataclasses as dc
 import math
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
+from numba import njit
 
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.guidance.guidance import Guidance
@@ -15,6 +16,10 @@ from remosplat_drake.controller.joint_margins import (
     STOP_SHARE,
     joint_margins,
 )
+from remosplat_drake.controller.kernels.compiled_ingredient import (
+    CompiledIngredient,
+)
+from remosplat_drake.controller.kernels.tick_arrays import given_or, new_row
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.binding import JOINT_LIMIT
@@ -90,7 +95,7 @@ class JointLimitDamperConfig(Config):
         return joint_margins(robot, math.radians(hinge), slide, STOP_SHARE)
 
 
-class JointLimitDamper:
+class JointLimitDamper(CompiledIngredient):
     """A velocity damper before the limits of the arm's joints.
 
     With rho_j the distance of joint j to its upper or lower limit,
@@ -102,6 +107,8 @@ class JointLimitDamper:
     Args:
         config: Gains and distances of the damper.
     """
+
+    term = JOINT_LIMIT
 
     def __init__(self, config: JointLimitDamperConfig):
         self._config = config
@@ -132,5 +139,55 @@ class JointLimitDamper:
         stop = config.stop_of(robot, tick.guidance)
         gain = np.where(robot.arm_turns, config.gain, config.slide_gain)
         b = (gain / (influence - stop))[joint] * (rho[near] - stop[joint])
-        names = robot.description.arm.joints
-        program.add_rows(JOINT_LIMIT, A, b, lambda i: names[joint[i]])
+        program.add_rows(self.term, A, b, lambda i: self.about(robot, joint[i]))
+
+    def settings(self, robot: RobotModel) -> "JointLimitSettings":
+        """Makes what the kernel takes; see `CompiledIngredient`."""
+        config, turns = self._config, robot.arm_turns
+        return JointLimitSettings(
+            turns,
+            np.where(turns, config.gain, config.slide_gain),
+            config.influence_of(robot),
+            math.radians(config.stop),
+            config.slide_stop,
+            joint_margins(robot, math.inf, math.inf, STOP_SHARE),
+        )
+
+    def about(self, robot: RobotModel, number: int) -> str:
+        """Names a joint of the arm; see `CompiledIngredient`."""
+        return robot.description.arm.joints[number]
+
+
+class JointLimitSettings(NamedTuple):
+    """Settings of the JointLimitDamper, for kernels."""
+
+    turns: np.ndarray
+    gain: np.ndarray
+    influence: np.ndarray
+    stop: float
+    slide_stop: float
+    most_stop: np.ndarray
+
+
+@njit(cache=True, nogil=True)
+def add_joint_limit_damper(own, k, tick, program):
+    """Adds a `JointLimitDamper`; see `kernels/assemble.py`."""
+    robot, q = tick.robot, tick.state.q
+    n_arm = len(own.turns)
+    hinge = given_or(tick.guidance.joint_stop, own.stop)
+    slide = given_or(tick.guidance.slide_stop, own.slide_stop)
+    for sign in (1.0, -1.0):
+        for joint in range(n_arm):
+            i = len(q) - n_arm + joint
+            rho = robot.position_upper[i] - q[i]
+            if sign < 0.0:
+                rho = q[i] - robot.position_lower[i]
+            influence = own.influence[joint]
+            if not rho < influence:
+                continue
+            stop = min(
+                hinge if own.turns[joint] else slide, own.most_stop[joint]
+            )
+            b = own.gain[joint] / (influence - stop) * (rho - stop)
+            row = new_row(program, k, b, joint)
+            program.A[row, robot.n_base + joint] = sign

@@ -1,14 +1,18 @@
 """Keep the arm away from singularities."""
 
 import dataclasses as dc
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
 from numba import njit
 
 from remosplat_drake.base.ranges import Config
+from remosplat_drake.controller.kernels.compiled_ingredient import (
+    CompiledIngredient,
+)
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.robot.robot_model import RobotModel
 
 
 @dc.dataclass
@@ -19,7 +23,7 @@ class ManipulabilityCostConfig(Config):
     gain: Annotated[float, Interval(ge=0, le=100)] = 0.3
 
 
-class ManipulabilityCost:
+class ManipulabilityCost(CompiledIngredient):
     """A linear cost that keeps the arm away from singularities.
 
     The cost is -k_m times the gradient of the arm's manipulability m =
@@ -29,6 +33,8 @@ class ManipulabilityCost:
     Args:
         config: Gain k_m of the cost.
     """
+
+    term = "manipulability"
 
     def __init__(self, config: ManipulabilityCostConfig):
         self._gain = config.gain
@@ -49,10 +55,37 @@ class ManipulabilityCost:
         )
         c = np.zeros(program.n_u)
         c[arm] = -self._gain * gradient
-        program.add_linear_cost("manipulability", c)
+        program.add_linear_cost(self.term, c)
+
+    def settings(self, robot: RobotModel) -> "ManipulabilitySettings":
+        """Makes what the kernel takes; see `CompiledIngredient`."""
+        return ManipulabilitySettings(self._gain)
 
 
-@njit(cache=True)
+class ManipulabilitySettings(NamedTuple):
+    """Settings of the ManipulabilityCost, for kernels."""
+
+    gain: float
+
+
+@njit(cache=True, nogil=True)
+def add_manipulability_cost(own, k, tick, program):
+    """Adds a `ManipulabilityCost`; see `kernels/assemble.py`."""
+    if own.gain == 0.0 or len(tick.guidance.path_s):
+        return
+    state, n = tick.state, tick.robot.n_base
+    n_arm = len(tick.u_previous) - n
+    Jw, Jv = np.empty((3, n_arm)), np.empty((3, n_arm))
+    for r in range(3):
+        for j in range(n_arm):
+            Jw[r, j], Jv[r, j] = state.Jw_WE[r, n + j], state.Jv_WE[r, n + j]
+    _, gradient = manipulability(Jw, Jv)
+    program.has[k, 0] = True
+    for j in range(n_arm):
+        program.linear[k, n + j] = -own.gain * gradient[j]
+
+
+@njit(cache=True, nogil=True)
 def manipulability(Jw, Jv):
     """Computes the manipulability m = sqrt(det(J J')) and its gradient.
 
@@ -91,7 +124,7 @@ def manipulability(Jw, Jv):
     return m, gradient
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _triple(a, b, c):
     """(a x b) . c."""
     return (
@@ -101,7 +134,7 @@ def _triple(a, b, c):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _cholesky(J):
     """Lower triangle L with L L' = J J'; zero from a lost rank on.
 
@@ -122,7 +155,7 @@ def _cholesky(J):
     return L
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _solve(L, J):
     """(L L')^-1 J by forward and backward substitution."""
     P = J.copy()

@@ -2,14 +2,23 @@
 
 import dataclasses as dc
 import math
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
+from numba import njit
 
 from remosplat_drake.base.ranges import Config
+from remosplat_drake.controller.kernels.compiled_ingredient import (
+    CompiledIngredient,
+)
+from remosplat_drake.controller.planning.kernels.path_places import (
+    nearest_place,
+    place_at,
+)
 from remosplat_drake.controller.planning.path import Path
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.robot.robot_model import RobotModel
 
 _TURNING = 1e-9
 """Way of the base below which a stretch of the path only turns it [m]."""
@@ -34,7 +43,7 @@ class PathTrackingConfig(Config):
     max_speed: Annotated[float, Interval(gt=0, le=2)] = 0.35
 
 
-class PathTracking:
+class PathTracking(CompiledIngredient):
     """Makes the robot follow the path of the tick's guidance, if it has one.
 
     The cost is weight/2 |u - u_path|^2, where u_path leads to a point of the
@@ -44,6 +53,8 @@ class PathTracking:
     Args:
         config: Weight, speed and how far ahead the robot aims.
     """
+
+    term = "path"
 
     def __init__(self, config: PathTrackingConfig):
         self._config = config
@@ -61,8 +72,123 @@ class PathTracking:
             return
         u = path_velocity(path, tick, self._config)
         weights = np.full(program.n_u, self._config.weight)
-        program.add_quadratic_cost("path", weights)
-        program.add_linear_cost("path", -weights * u)
+        program.add_quadratic_cost(self.term, weights)
+        program.add_linear_cost(self.term, -weights * u)
+
+    def settings(self, robot: RobotModel) -> "PathTrackingSettings":
+        """Makes what the kernel takes; see `CompiledIngredient`."""
+        config = self._config
+        return PathTrackingSettings(
+            config.weight, config.look_ahead, config.gain, config.max_speed
+        )
+
+
+class PathTrackingSettings(NamedTuple):
+    """Settings of the PathTracking, for kernels."""
+
+    weight: float
+    look_ahead: float
+    gain: float
+    max_speed: float
+
+
+@njit(cache=True, nogil=True)
+def add_path_tracking(own, k, tick, program):
+    """Adds a `PathTracking`; see `kernels/assemble.py`."""
+    if len(tick.guidance.path_s) == 0:
+        return
+    program.has[k, 0] = program.has[k, 1] = True
+    u = _velocity(own, tick)
+    for j in range(len(u)):
+        program.quadratic[k, j] = own.weight
+        program.linear[k, j] = -own.weight * u[j]
+
+
+@njit(cache=True, nogil=True)
+def _velocity(own, tick):
+    """What `path_velocity` computes, shape (n_u,)."""
+    robot, state, q = tick.robot, tick.state, tick.state.q
+    path_q, path_s = tick.guidance.path_q, tick.guidance.path_s
+    length = path_s[-1]
+    s, apart = nearest_place(path_q, path_s, q)
+    goal, left = s + own.look_ahead, length - s + apart
+    if robot.n_base:
+        near = 0.1 * own.look_ahead
+        corner = _corner_after(path_q, path_s, s + near)
+        goal = min(goal, corner)
+        left = min(left, corner - s + near)
+    along = place_at(path_q, path_s, goal) - q
+    if robot.n_base:
+        along = _without_slip(path_q, path_s, goal, q, along)
+    size = math.sqrt(np.sum(along * along))
+    if size < 1e-9:
+        return np.zeros(len(tick.u_previous))
+    along /= size
+    speed = own.max_speed / max(_fastest(robot, state, along), 1e-9)
+    speed = min(own.gain * left, speed)
+    for j in range(len(along)):
+        limit = robot.velocity_limit[j] / max(abs(along[j]), 1e-9)
+        speed = min(speed, limit)
+    return speed * along
+
+
+@njit(cache=True, nogil=True)
+def _fastest(robot, state, u):
+    """The speed of the fastest sphere under a command [m/s]."""
+    square = 0.0
+    for i in range(len(robot.body_S)):
+        x, y, z = 0.0, 0.0, 0.0
+        for j in range(len(u)):
+            if not robot.moves[robot.body_S[i], j]:
+                continue
+            a = state.a_W[j]
+            if not robot.screw_turns[j]:
+                x, y, z = x + u[j] * a[0], y + u[j] * a[1], z + u[j] * a[2]
+                continue
+            r = state.p_WS[i] - state.o_W[j]
+            x += u[j] * (a[1] * r[2] - a[2] * r[1])
+            y += u[j] * (a[2] * r[0] - a[0] * r[2])
+            z += u[j] * (a[0] * r[1] - a[1] * r[0])
+        square = max(square, x * x + y * y + z * z)
+    return math.sqrt(square)
+
+
+@njit(cache=True, nogil=True)
+def _drives_on(path_q, k):
+    """Whether the base drives on a stretch; see `_drives`."""
+    x, y = path_q[k + 1, 0] - path_q[k, 0], path_q[k + 1, 1] - path_q[k, 1]
+    return math.hypot(x, y) > _TURNING
+
+
+@njit(cache=True, nogil=True)
+def _corner_after(path_q, path_s, s):
+    """What `_next_corner` finds beyond an arc length."""
+    for k in range(1, len(path_s) - 1):
+        turns = _drives_on(path_q, k) != _drives_on(path_q, k - 1)
+        if turns and path_s[k] > s:
+            return path_s[k]
+    return path_s[-1]
+
+
+@njit(cache=True, nogil=True)
+def _without_slip(path_q, path_s, goal, q, e):
+    """What `_unicycle` computes, shape (n_u,)."""
+    cosine, sine = math.cos(q[2]), math.sin(q[2])
+    forward = cosine * e[0] + sine * e[1]
+    aside = cosine * e[1] - sine * e[0]
+    k = 0
+    while k < len(path_s) and path_s[k] < goal:
+        k += 1
+    k = min(k, len(path_s) - 1) - 1
+    turn = e[2]
+    if k >= 0 and _drives_on(path_q, k):
+        reach = max(math.hypot(e[0], e[1]), _SHORTEST_PURSUIT)
+        turn = 2.0 * forward * aside / reach**2
+    along = np.empty(len(e) - 1)
+    along[0], along[1] = forward, turn
+    for j in range(2, len(along)):
+        along[j] = e[j + 1]
+    return along
 
 
 def path_velocity(

@@ -2,15 +2,22 @@
 
 import dataclasses as dc
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
+from numba import njit
 
 from remosplat_drake.base.ranges import Config
+from remosplat_drake.controller.kernels.compiled_ingredient import (
+    CompiledIngredient,
+)
+from remosplat_drake.controller.kernels.tick_arrays import NearArrays, new_row
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
-from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.robot_arrays import add_rate
+from remosplat_drake.robot.robot_model import RobotModel, RobotState
 from remosplat_drake.robot.self_collision.pairs import (
+    NearPoints,
     self_collision_pairs,
 )
 from remosplat_drake.signals.binding import SELF_COLLISION
@@ -43,7 +50,7 @@ class SelfCollisionDamperConfig(Config):
             )
 
 
-class SelfCollisionDamper:
+class SelfCollisionDamper(CompiledIngredient):
     """A velocity damper between the robot's own links.
 
     The damper of Faverjon and Tournassoud (1987) gets a row for each pair of
@@ -62,6 +69,8 @@ class SelfCollisionDamper:
             by their distances, too.
     """
 
+    term = SELF_COLLISION
+
     def __init__(self, config: SelfCollisionDamperConfig, robot: RobotModel):
         self.config = config
         self._pairs = self_collision_pairs(robot, config.stopping)
@@ -74,10 +83,7 @@ class SelfCollisionDamper:
             tick: What is known at the tick; the robot's configuration matters
                 here.
         """
-        config, pairs = self.config, self._pairs
-        if not (config.enabled and len(pairs)):
-            return
-        near = pairs.near(tick.state.X_WL, config.influence)
+        config, pairs, near = self.config, self._pairs, self.near(tick.state)
         if not len(near):
             return
         first, second = pairs.bodies(near)
@@ -87,7 +93,71 @@ class SelfCollisionDamper:
         span = config.influence - config.stopping
         b = config.gain * (near.distance - config.stopping) / span
 
-        def label(i: int) -> tuple[str, ...]:
-            return pairs.links(near.pair[i])
+        def label(i: int) -> tuple[str, str]:
+            return self.about(tick.robot, near.pair[i])
 
-        program.add_rows(SELF_COLLISION, A, b, label)
+        program.add_rows(self.term, A, b, label)
+
+    @property
+    def near_question(self) -> tuple[tuple, tuple, float]:
+        """Shapes, pairs and reach, as `near_points` takes them.
+
+        The reach is negative where the damper is not enabled.
+        """
+        pairs, config = self._pairs, self.config
+        reach = config.influence if config.enabled else -1.0
+        return pairs.pairs.shapes, pairs.pair_arrays, reach
+
+    def near(self, state: RobotState) -> NearPoints:
+        """Finds the points at which links are near each other.
+
+        Args:
+            state: Kinematics at the configuration.
+        """
+        if not (self.config.enabled and len(self._pairs)):
+            return NearPoints.none()
+        return self._pairs.near(state.X_WL, self.config.influence)
+
+    def near_arrays(self, near: NearPoints) -> NearArrays:
+        """Returns such points as kernels take them.
+
+        Args:
+            near: The points.
+        """
+        return NearArrays(
+            near.pair,
+            *self._pairs.bodies(near),
+            near.distance,
+            near.normal_W,
+            near.p_WA,
+            near.p_WB,
+        )
+
+    def settings(self, robot: RobotModel) -> "SelfCollisionSettings":
+        """Makes what the kernel takes; see `CompiledIngredient`."""
+        config = self.config
+        span = config.influence - config.stopping
+        return SelfCollisionSettings(config.stopping, config.gain / span)
+
+    def about(self, robot: RobotModel, number: int) -> tuple[str, str]:
+        """Names the links of a pair; see `CompiledIngredient`."""
+        return self._pairs.links(number)
+
+
+class SelfCollisionSettings(NamedTuple):
+    """Settings of the SelfCollisionDamper, for kernels."""
+
+    stopping: float
+    slope: float
+
+
+@njit(cache=True, nogil=True)
+def add_self_collision_damper(own, k, tick, program):
+    """Adds a `SelfCollisionDamper`; see `kernels/assemble.py`."""
+    robot, state, near = tick.robot, tick.state, tick.near
+    for i in range(len(near.pair)):
+        b = own.slope * (near.distance[i] - own.stopping)
+        row = program.A[new_row(program, k, b, near.pair[i])]
+        n_W = near.normal_W[i]
+        add_rate(robot, state, near.body_A[i], near.p_WA[i], n_W, 1.0, row)
+        add_rate(robot, state, near.body_B[i], near.p_WB[i], n_W, -1.0, row)

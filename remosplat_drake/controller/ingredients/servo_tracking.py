@@ -1,18 +1,30 @@
 """Follow the servo's twist, as far as the slack's price allows."""
 
 import dataclasses as dc
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
+from numba import njit
 
 from remosplat_drake.base.ranges import Config
-from remosplat_drake.controller.guidance.deflection import deflected_velocity
+from remosplat_drake.controller.guidance.deflection import (
+    deflected_velocity,
+    deflection,
+)
 from remosplat_drake.controller.ingredients.collision_damper import (
     CollisionDamperConfig,
 )
+from remosplat_drake.controller.kernels.compiled_ingredient import (
+    CompiledIngredient,
+)
+from remosplat_drake.controller.kernels.tick_arrays import given_or
+from remosplat_drake.controller.planning.kernels.path_places import (
+    nearest_place,
+)
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
-from remosplat_drake.controller.servo import servo_twist
+from remosplat_drake.controller.servo import servo_speed, servo_twist
+from remosplat_drake.robot.robot_model import RobotModel
 
 LAST_STRETCH = 0.1
 """What is left of a planned path when the servo takes part again, in radians
@@ -33,7 +45,7 @@ class ServoTrackingConfig(Config):
     slack_limit: Annotated[float, Interval(gt=0, le=1000)] = 10.0
 
 
-class ServoTracking:
+class ServoTracking(CompiledIngredient):
     """Makes the end effector follow the servo's twist (paper eq. 2).
 
     The constraint is J_E u + delta = v_E with the cost |delta|^2 / (2 e) of
@@ -47,6 +59,8 @@ class ServoTracking:
         config: Gain and bounds of the servo.
         damper: The collision damper's distances, which the bend depends on.
     """
+
+    term = "servo tracking"
 
     def __init__(
         self, config: ServoTrackingConfig, damper: CollisionDamperConfig
@@ -80,9 +94,58 @@ class ServoTracking:
         state = tick.state
         # Standing still must stay feasible, however fast the servo's twist.
         program.track(
-            "servo tracking",
+            self.term,
             J=np.concatenate([state.Jw_WE, state.Jv_WE]),
             V=V_WE,
             price=1.0 / tick.error_scale,
             limit=np.maximum(config.slack_limit, np.abs(V_WE)),
         )
+
+    def settings(self, robot: RobotModel) -> "ServoSettings":
+        """Makes what the kernel takes; see `CompiledIngredient`."""
+        config = self._config
+        return ServoSettings(
+            config.gain,
+            config.max_speed,
+            config.slack_limit,
+            self._damper.stopping,
+        )
+
+
+class ServoSettings(NamedTuple):
+    """Settings of the ServoTracking, for kernels."""
+
+    gain: float
+    max_speed: float
+    slack_limit: float
+    stopping: float
+
+
+@njit(cache=True, nogil=True)
+def add_servo_tracking(own, k, tick, program):
+    """Adds a `ServoTracking`; see `kernels/assemble.py`."""
+    guidance, state = tick.guidance, tick.state
+    if len(guidance.path_s):
+        path_q, path_s = guidance.path_q, guidance.path_s
+        s, apart = nearest_place(path_q, path_s, state.q)
+        if path_s[-1] - s + apart > LAST_STRETCH:
+            return
+    gain = servo_speed(tick.p_ET_W, own.gain, own.max_speed)
+    v = deflection(
+        gain * tick.p_ET_W,
+        tick.p_ET_W,
+        (tick.sphere, tick.distance, tick.direction_W),
+        tick.robot.leading,
+        guidance.side,
+        given_or(guidance.stopping, own.stopping),
+        own.max_speed,
+    )
+    for r in range(3):
+        program.V[r], program.V[3 + r] = gain * tick.rotation_W[r], v[r]
+        for j in range(len(tick.u_previous)):
+            program.J[r, j] = state.Jw_WE[r, j]
+            program.J[3 + r, j] = state.Jv_WE[r, j]
+    for r in range(6):
+        program.limit[r] = max(own.slack_limit, abs(program.V[r]))
+    program.price[0] = 1.0 / tick.error_scale
+    program.count[1] = -1 if program.count[1] else k + 1

@@ -1,13 +1,18 @@
 """Move little: a quadratic price on the command."""
 
 import dataclasses as dc
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
+from numba import njit
 
 from remosplat_drake.base.ranges import Config
+from remosplat_drake.controller.kernels.compiled_ingredient import (
+    CompiledIngredient,
+)
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.robot.robot_model import RobotModel
 
 
 @dc.dataclass
@@ -18,7 +23,7 @@ class VelocityCostConfig(Config):
     weight: Annotated[float, Interval(gt=0, le=100)] = 0.03
 
 
-class VelocityCost:
+class VelocityCost(CompiledIngredient):
     """The quadratic cost lambda/2 |u_arm|^2 + lambda/(2 e) |u_base|^2.
 
     With e the distance to the target, the base is cheap far from it, and
@@ -28,6 +33,8 @@ class VelocityCost:
     Args:
         config: Weight lambda of the cost.
     """
+
+    term = "velocity"
 
     def __init__(self, config: VelocityCostConfig):
         self._config = config
@@ -41,4 +48,24 @@ class VelocityCost:
         """
         weights = np.full(program.n_u, self._config.weight)
         weights[: tick.robot.n_base] /= tick.error_scale
-        program.add_quadratic_cost("velocity", weights)
+        program.add_quadratic_cost(self.term, weights)
+
+    def settings(self, robot: RobotModel) -> "VelocityCostSettings":
+        """Makes what the kernel takes; see `CompiledIngredient`."""
+        return VelocityCostSettings(self._config.weight)
+
+
+class VelocityCostSettings(NamedTuple):
+    """Settings of the VelocityCost, for kernels."""
+
+    weight: float
+
+
+@njit(cache=True, nogil=True)
+def add_velocity_cost(own, k, tick, program):
+    """Adds a `VelocityCost`; see `kernels/assemble.py`."""
+    program.has[k, 1] = True
+    for j in range(len(tick.u_previous)):
+        on_base = j < tick.robot.n_base
+        scale = tick.error_scale if on_base else 1.0
+        program.quadratic[k, j] = own.weight / scale

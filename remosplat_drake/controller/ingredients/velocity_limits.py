@@ -1,13 +1,19 @@
 """What the actuators can do, as bounds of the program."""
 
 import dataclasses as dc
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
+from numba import njit
 
 from remosplat_drake.base.ranges import Config
+from remosplat_drake.controller.kernels.compiled_ingredient import (
+    CompiledIngredient,
+)
+from remosplat_drake.controller.kernels.tick_arrays import narrow
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.robot.robot_model import RobotModel
 
 
 @dc.dataclass
@@ -45,7 +51,7 @@ class VelocityLimitsConfig(Config):
         return np.array([-reverse, -yaw_rate]), np.array([forward, yaw_rate])
 
 
-class VelocityLimits:
+class VelocityLimits(CompiledIngredient):
     """Bounds |u| <= limit, and optionally |u - u_previous| <= a_max dt.
 
     The base may be bounded more tightly, backwards above all: nobody watches
@@ -58,6 +64,8 @@ class VelocityLimits:
     Attributes:
         config: The same.
     """
+
+    term = "velocity limits"
 
     def __init__(self, config: VelocityLimitsConfig):
         self.config = config
@@ -85,3 +93,37 @@ class VelocityLimits:
             anchor = np.clip(tick.u_previous, lower, upper)
             program.narrow(anchor - step, anchor + step)
             program.has_acceleration_bounds = True
+
+    def settings(self, robot: RobotModel) -> "VelocityLimitsSettings":
+        """Makes what the kernel takes; see `CompiledIngredient`."""
+        config = self.config
+        return VelocityLimitsSettings(
+            config.fraction, *config.base_bounds(), config.acceleration
+        )
+
+
+class VelocityLimitsSettings(NamedTuple):
+    """Settings of the VelocityLimits, for kernels."""
+
+    fraction: float
+    base_lower: np.ndarray
+    base_upper: np.ndarray
+    acceleration: bool
+
+
+@njit(cache=True, nogil=True)
+def add_velocity_limits(own, k, tick, program):
+    """Adds a `VelocityLimits`; see `kernels/assemble.py`."""
+    robot = tick.robot
+    upper = own.fraction * robot.velocity_limit
+    lower = -upper
+    for j in range(robot.n_base):
+        lower[j] = max(lower[j], own.base_lower[j])
+        upper[j] = min(upper[j], own.base_upper[j])
+    narrow(program, lower, upper, False)
+    if own.acceleration:
+        step = own.fraction * robot.acceleration_limit * tick.dt
+        for j in range(len(step)):
+            anchor = min(max(tick.u_previous[j], lower[j]), upper[j])
+            lower[j], upper[j] = anchor - step[j], anchor + step[j]
+        narrow(program, lower, upper, True)

@@ -8,6 +8,11 @@ from remosplat_drake.controller.verification.kernels.between_looks import (
     known_rooms,
     longest_ways,
 )
+from remosplat_drake.controller.verification.kernels.map_sweep import (
+    PIECES,
+    ROUNDS,
+    sweeps_clear,
+)
 from remosplat_drake.controller.verification.kernels.scene_looks import (
     look_along,
 )
@@ -17,12 +22,6 @@ from remosplat_drake.signals.distance_field import DistanceField
 
 Looks = tuple[np.ndarray, ...]
 """The arrays that `look_along` returns."""
-
-_PIECES = 4
-"""Number of pieces into which the time between two looks is cut."""
-
-_ROUNDS = 5
-"""How often that is done; what is unknown after 4^5 pieces is refused."""
 
 
 def keeps_off_the_scene(
@@ -38,6 +37,40 @@ def keeps_off_the_scene(
     They keep it at the path's `times`, and less a tolerance at all times in
     between, see `kernels/between_looks.py`. Of a field that is not Lipschitz,
     nothing is said about what lies in between.
+
+    Args:
+        path: The path of a command and its braking ramp.
+        field: The map.
+        p_WS: Centres of the robot's spheres in W at the start of the path,
+            shape (n, 3) [m].
+        clearance: Clearances of the spheres at the start, or lower bounds of
+            them, shape (n,) [m].
+        level: Clearance that each sphere must keep, shape (n,) [m].
+        tolerance: How far below its level a clearance may fall between the
+            path's times [m].
+    """
+    if field.is_lipschitz and field.compiled is not None:
+        return sweeps_clear(
+            path.robot.arrays,
+            path.arrays,
+            field.compiled,
+            p_WS,
+            clearance,
+            level,
+            tolerance,
+        )
+    return sweeps_clear_of_any(path, field, p_WS, clearance, level, tolerance)
+
+
+def sweeps_clear_of_any(
+    path: StoppingPath,
+    field: DistanceField,
+    p_WS: np.ndarray,
+    clearance: np.ndarray,
+    level: np.ndarray,
+    tolerance: float,
+) -> bool:
+    """Tells the same of a map that kernels cannot ask.
 
     Args:
         path: The path of a command and its braking ramp.
@@ -146,16 +179,16 @@ class _Sweep:
             room: Rooms at these times, shape (2, e) [m].
             point: Centres at these times, shape (2, e, 3) [m].
         """
-        shares = np.linspace(0.0, 1.0, _PIECES + 1)[1:-1, None]
-        for _ in range(_ROUNDS):
-            span = (time[1] - time[0]) / _PIECES
-            between = time[0] + _PIECES * shares * span
+        shares = np.linspace(0.0, 1.0, PIECES + 1)[1:-1, None]
+        for _ in range(ROUNDS):
+            span = (time[1] - time[0]) / PIECES
+            between = time[0] + PIECES * shares * span
             gaps = np.tile(gap, len(shares))
             states, state = np.unique(between, return_inverse=True)
             spheres = self._place(states, state.ravel(), gaps)
             p_WS = spheres.p_WS.reshape(*between.shape, 3)
             point = np.concatenate([point[:1], p_WS, point[1:]])
-            spans = np.tile(span, (_PIECES, 1))
+            spans = np.tile(span, (PIECES, 1))
             way = longest_ways(point, spans, self.bend[gap])
             found, wanted = known_rooms(
                 p_WS, self.start[gap], self.room[gap], way, self.tolerance

@@ -104,7 +104,7 @@ class SelfClearance:
         """
         tube = self.rate @ (path.tube * path.peak)
         return pairs_keep_apart(
-            self.robot.arrays[0],
+            self.robot.arrays.tree,
             path.arrays,
             self.arrays,
             self.stopping + tube,

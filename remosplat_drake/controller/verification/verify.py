@@ -35,6 +35,9 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.controller.braking import braking_command
+from remosplat_drake.controller.verification.kernels.map_sweep import (
+    keeps_joint_limits,
+)
 from remosplat_drake.controller.verification.scene_sweep import (
     keeps_off_the_scene,
 )
@@ -171,7 +174,8 @@ def objection(around: Surroundings, u: np.ndarray) -> str:
         allowed.
     """
     path = around.path(u)
-    if not _keeps_joint_limits(path):
+    lower, upper = path.robot.position_lower, path.robot.position_upper
+    if not keeps_joint_limits(path.arrays, lower, upper):
         return JOINT_LIMIT
     if not _keeps_off_itself(around, path):
         return SELF_COLLISION
@@ -185,20 +189,6 @@ def objection(around: Surroundings, u: np.ndarray) -> str:
         TOLERANCE,
     )
     return "" if keeps_off else COLLISION
-
-
-def _keeps_joint_limits(path: StoppingPath) -> bool:
-    """Tells whether no joint gets beyond its limits or farther out than before.
-
-    Joints move one way on each piece of a path, so the knots are enough.
-    """
-    robot, knots = path.robot, path.knots
-    outside = (knots < robot.position_lower) | (knots > robot.position_upper)
-    if not outside.any():
-        return bool(np.isfinite(knots).all())
-    lower = np.minimum(robot.position_lower, knots[0])
-    upper = np.maximum(robot.position_upper, knots[0])
-    return bool(((knots >= lower) & (knots <= upper)).all())
 
 
 def _keeps_off_itself(around: Surroundings, path: StoppingPath) -> bool:

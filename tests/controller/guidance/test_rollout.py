@@ -17,12 +17,19 @@ from remosplat_drake.controller.guidance.rollout import (
     RUNNING,
     STALLED,
     Rollout,
+    _compiled_step,
+    _step,
     step_rollout,
 )
+from remosplat_drake.controller.planning.path import Path
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.generation.scene_generators import generate
+from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 
 
 def roll(toy, guidance, *, X_WT=None, arrived=None, horizon=4.0) -> Rollout:
@@ -69,6 +76,65 @@ def test_it_is_the_loop_that_drives_the_robot(frankie, guidance, verify):
         np.testing.assert_array_equal(rollout.u, u)
         assert rollout.time == pytest.approx(0.05 * (k + 1))
     np.testing.assert_array_equal(rollout.path, path)
+
+
+@pytest.mark.parametrize("kind", ["boxes", "splat and unseen space"])
+@pytest.mark.parametrize("gains", ["tuned", "paper"])
+@pytest.mark.parametrize("way", ["direct", "left", "right", "path"])
+def test_the_compiled_step_is_the_tick(frankie, kind, gains, way):
+    scene = generate("table", 3)
+    field = SignedDistanceField(scene)
+    if kind != "boxes":
+        splat_W = surfel_splat(scene, 5000)
+        unseen = np.zeros((16, 16, 16), bool)
+        unseen[:, :, 13:] = True
+        around = UnknownSpaceField(unseen, np.array([-5.0, -5, -5]), 0.5)
+        splats = SphereToEllipsoidField(splat_W)
+        field = CompositeDistanceField([splats, around])
+    assert scene.X_WE_target is not None and scene.X_WB_start is not None
+    X_WT = scene.X_WE_target.GetAsMatrix4()
+    law = ReactiveLaw.make(gain_set(gains), frankie, 0.1)
+    law = law.with_step(0.1, solver="active_set")
+    q = np.array([*scene.X_WB_start, *frankie.home])
+    goal = q + np.array([0.5, 0.1, 0.3, *np.full(7, 0.2)])
+    guidance = {g.name: g for g in make_candidates([0.011])[0]}
+    guidance["path"] = Guidance("path", path=Path.through(np.stack([q, goal])))
+    rollout = Rollout(guidance[way], q, np.zeros(frankie.n_u))
+    scaled = 0
+    for _ in range(80):
+        reference = _step(law, rollout, field, X_WT)
+        step = _compiled_step(law, rollout, field, X_WT)
+        assert step is not None
+        for ours, theirs in zip(step, reference, strict=True):
+            np.testing.assert_allclose(ours, theirs, atol=1e-9)
+        u, q, _ = step
+        scaled += np.linalg.norm(u) > 1e-3
+        rollout = Rollout(rollout.guidance, q, u)
+    assert scaled > 10
+
+
+def test_what_kernels_do_not_know_is_stepped_in_python(frankie):
+    class Calm:
+        def AddToProgram(self, program, tick):
+            program.add_quadratic_cost("calm", np.ones(program.n_u))
+
+    field = SignedDistanceField(generate("table", 3))
+    rows = SignedDistanceField(generate("table", 3), "per_primitive")
+    X_WT = frankie.end_effector_pose(frankie.q_home)
+    X_WT[2, 3] += 0.1
+    start = Rollout(Guidance(), frankie.q_home, np.zeros(frankie.n_u))
+    usual = [gain_set("tuned"), frankie, 0.1]
+    fast = ReactiveLaw.make(*usual).with_step(0.1, solver="active_set")
+    outside = ReactiveLaw.make(*usual, [Calm()])
+    outside = outside.with_step(0.1, solver="active_set")
+    clarabel = ReactiveLaw.make(*usual)
+    assert _compiled_step(fast, start, field, X_WT) is not None
+    for law, map_ in ((outside, field), (clarabel, field), (fast, rows)):
+        assert _compiled_step(law, start, map_, X_WT) is None
+        rollout = step_rollout(
+            law, start, map_, X_WT, lambda error: False, 99.0
+        )
+        assert rollout.time == pytest.approx(0.1)
 
 
 def test_it_ends_where_the_target_is_reached(toy):

@@ -68,7 +68,7 @@ def keeps_off_the_map(robot, motion, level, compiled, looks, tolerance):
     speed = np.abs(u)
     bend, wanted = np.empty(n), np.empty(n)
     for i in range(n):
-        bend[i] = bend_of(robot[4][i], speed)
+        bend[i] = bend_of(robot.hessian_bound[i], speed)
     # A stack, the end of the motion lowest: most that is not free ends there.
     time = np.zeros(looks + 1 + _HALVES)
     point = np.empty((len(time), n, 3))
@@ -134,8 +134,8 @@ def _want_more(point, room, top, bend, span, tolerance, wanted):
 @njit(cache=True, nogil=True)
 def _place(robot, q, point):
     """Fills in the spheres' centres in W, shape (n, 3) [m]."""
-    X_WB, _ = body_poses(*robot[0], q)  # pyright: ignore
-    body, p_BS = robot[1], robot[2]
+    X_WB, _ = body_poses(*robot.tree, q)  # pyright: ignore
+    body, p_BS = robot.body_S, robot.p_LS
     for i in range(len(body)):
         X = X_WB[body[i]]
         for r in range(3):
@@ -150,7 +150,7 @@ def _look(robot, point, level, compiled, wanted, room):
 
     Puts the answers in, exact up to what is wanted, and returns the least.
     """
-    radius, floor = robot[3], robot[5]
+    radius, floor = robot.radius, robot.ignore_below
     n = len(room)
     asked, count = np.empty(n, np.int64), 0
     for i in range(n):

@@ -37,7 +37,7 @@ def look_along(robot, path, sphere, start, room, tolerance):
         and the rooms that are known and that are wanted, both as in
         `known_rooms`, shape (k, n) each [m].
     """
-    tree, body, p_BS = robot[0], robot[1][sphere], robot[2][sphere]
+    tree, body, p_BS = robot.tree, robot.body_S[sphere], robot.p_LS[sphere]
     times = path[4]
     k, n = len(times), len(sphere)
     point = np.empty((k + 1, n, 3))
@@ -54,7 +54,7 @@ def look_along(robot, path, sphere, start, room, tolerance):
     speed = peak_speed(path[1])
     bend = np.empty(n)
     for i in range(n):
-        bend[i] = bend_of(robot[4][sphere[i]], speed)
+        bend[i] = bend_of(robot.hessian_bound[sphere[i]], speed)
     way = longest_ways(point, span, bend)
     known, wanted = known_rooms(point[1:], start, room, way, tolerance)
     return point, R_WL, bend, way, known, wanted

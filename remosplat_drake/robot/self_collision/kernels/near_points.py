@@ -57,7 +57,8 @@ def near_points(shapes, pairs, X_WL, within):
         pairs: The k pairs of shapes of l pairs of links, as
             `ShapePairs.arrays`.
         X_WL: Poses of all bodies, shape (b, 4, 4).
-        within: Links at or beyond this distance are left out [m].
+        within: Links at or beyond this distance are left out [m]; a negative
+            one leaves out all.
 
     Returns:
         For m pairs of points: the pair of shapes, shape (m,); the distance
@@ -75,7 +76,8 @@ def near_points(shapes, pairs, X_WL, within):
     near = _make_points(most)
     found = _make_points(_MOST * len(boxes))
     count = 0
-    for link in range(len(boxes)):
+    # Where nothing can be near, nothing is looked at.
+    for link in range(len(boxes) if within >= 0.0 else 0):
         a, b = boxes[link]
         span = start[link], start[link + 1]
         apart = least_distance(link_boxes, X_WL, p_WL, a, b)

@@ -1,0 +1,155 @@
+"""`CompiledLaw`: a law's ingredients, of which one kernel adds the most."""
+
+import math
+from collections.abc import Sequence
+from typing import cast
+
+import numpy as np
+
+from remosplat_drake.controller.controller_config import default_ingredients
+from remosplat_drake.controller.guidance.guidance import Guidance
+from remosplat_drake.controller.ingredients import SelfCollisionDamper
+from remosplat_drake.controller.kernels.assemble import (
+    PARTS,
+    Parts,
+    assemble,
+)
+from remosplat_drake.controller.kernels.compiled_ingredient import (
+    CompiledIngredient,
+)
+from remosplat_drake.controller.kernels.tick_arrays import (
+    GuidanceArrays,
+    ProgramArrays,
+)
+from remosplat_drake.controller.reactive_program import (
+    Ingredient,
+    ReactiveProgram,
+    Tick,
+)
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.self_collision.pairs import NearPoints
+
+
+class CompiledLaw:
+    """The ingredients of a law, as programs are built of them.
+
+    One kernel adds the library's own, several times faster than these would by
+    `AddToProgram`; what is from outside adds itself afterwards. Settings are
+    read when the law is made.
+
+    Attributes:
+        outside: The ingredients that no kernel adds: those from outside, and
+            further ones of a kind.
+    """
+
+    def __init__(self, robot: RobotModel, ingredients: Sequence[Ingredient]):
+        """Makes it of all ingredients of a law.
+
+        Args:
+            robot: The robot that is driven.
+            ingredients: The ingredients.
+        """
+        self._robot = robot
+        own: dict[type, CompiledIngredient] = {}
+        outside = []
+        for part in ingredients:
+            kind = type(part)
+            if kind in PARTS and kind not in own:
+                own[kind] = cast(CompiledIngredient, part)
+            else:
+                outside.append(part)
+        self.outside: Sequence[Ingredient] = tuple(outside)
+        present = np.array([kind in own for kind in PARTS])
+        others = {type(part): part for part in default_ingredients(robot)}
+        self._parts = [
+            own.get(kind) or cast(CompiledIngredient, others[kind])
+            for kind in PARTS
+        ]
+        self._own = cast(SelfCollisionDamper, self._parts[_OWN])
+        settings = [part.settings(robot) for part in self._parts]
+        self._arrays = Parts._make([*settings, present])
+
+    @property
+    def parts(self) -> Parts:
+        """The library's ingredients, as kernels take them."""
+        return self._arrays
+
+    @property
+    def near(self) -> tuple:
+        """What `near_points` takes: shapes, pairs and how far it looks [m].
+
+        That is negative where there is no `SelfCollisionDamper`, or it does
+        nothing.
+        """
+        shapes, pairs, reach = self._own.near_question
+        return shapes, pairs, reach if self._arrays.present[_OWN] else -1.0
+
+    def program(self, tick: Tick) -> ReactiveProgram:
+        """Builds the program of a tick; equals `build_program`.
+
+        Args:
+            tick: What is known at the tick.
+
+        Raises:
+            TermError: Two terms of a kind share a name, or one has the wrong
+                shape.
+        """
+        arrays = self._assemble(tick)
+        program = ReactiveProgram.from_arrays(arrays, self._parts, self._robot)
+        if self.outside:
+            program.extend(self.outside, tick)
+        return program
+
+    def _assemble(self, tick: Tick) -> ProgramArrays:
+        # Copies, since numba compiles for arrays that may be written.
+        clearances = tick.clearances
+        rows = (
+            clearances.sphere.copy(),
+            clearances.distance.copy(),
+            clearances.direction_W.copy(),
+        )
+        tube = tick.sphere_tube
+        if tube is None:
+            tube = np.zeros(len(self._robot.spheres))
+        near = NearPoints.none()
+        if self._arrays.present[_OWN]:
+            near = self._own.near(tick.state)
+        return assemble(
+            self._arrays,
+            self._robot.arrays,
+            tick.state.arrays,
+            np.array(tick.X_WT, order="C"),
+            rows,
+            self._own.near_arrays(near),
+            np.array(tick.u_previous, float),
+            tick.dt,
+            tube,
+            guidance_arrays(tick.guidance, self._robot.n_q),
+        )
+
+
+_OWN = PARTS.index(SelfCollisionDamper)
+
+
+def guidance_arrays(guidance: Guidance, n_q: int) -> GuidanceArrays:
+    """Returns a guidance as kernels take it.
+
+    Args:
+        guidance: How a tick is bent.
+        n_q: Number of configuration variables.
+    """
+    path, joint_stop = guidance.path, guidance.joint_stop
+    return GuidanceArrays(
+        guidance.side,
+        guidance.bearing,
+        guidance.active_scale,
+        _or_nan(guidance.stopping),
+        math.nan if joint_stop is None else math.radians(joint_stop),
+        _or_nan(guidance.slide_stop),
+        np.zeros((0, n_q)) if path is None else path.q.copy(),
+        np.zeros(0) if path is None else path.s.copy(),
+    )
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value

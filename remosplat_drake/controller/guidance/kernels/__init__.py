@@ -1,0 +1,1 @@
+"""The closed loop, simulated ahead in compiled steps."""

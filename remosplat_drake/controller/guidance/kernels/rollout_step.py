@@ -1,0 +1,172 @@
+"""One step of a rollout in one compiled call: ask, decide, verify, move."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from remosplat_drake.controller.braking import braking_command, stopping_times
+from remosplat_drake.controller.kernels.assemble import Parts, assemble
+from remosplat_drake.controller.kernels.decide import decide
+from remosplat_drake.controller.kernels.tick_arrays import NearArrays
+from remosplat_drake.controller.verification.kernels.map_sweep import (
+    keeps_joint_limits,
+    sweeps_clear,
+)
+from remosplat_drake.controller.verification.kernels.pair_sweep import (
+    pairs_keep_apart,
+)
+from remosplat_drake.controller.verification.verify import SCALES, TOLERANCE
+from remosplat_drake.robot.kinematics import advance
+from remosplat_drake.robot.robot_arrays import state_arrays
+from remosplat_drake.robot.self_collision.kernels.near_points import (
+    near_points,
+)
+from remosplat_drake.signals.compiled_map import ask_each
+
+
+class LoopArrays(NamedTuple):
+    """A law, as kernels take it that run its whole loop.
+
+    Attributes:
+        parts: Its ingredients.
+        dt: Control period [s].
+        strict: Whether every command keeps to the acceleration bounds.
+        influence: Influence distance of the scene [m].
+        stopping: Stopping distance from the scene [m].
+        verify: Whether commands are verified.
+        verify_own: Whether verification looks at the robot's own shapes, too.
+        near: Shapes and pairs as `near_points` takes them, and its reach,
+            which is negative where there are no such rows [m].
+        own: `SelfClearance.arrays`.
+        own_stopping: The distance that its pairs keep [m].
+    """
+
+    parts: Parts
+    dt: float
+    strict: bool
+    influence: float
+    stopping: float
+    verify: bool
+    verify_own: bool
+    near: tuple
+    own: tuple
+    own_stopping: float
+
+
+@njit(cache=True, nogil=True)
+def rollout_step(law, robot, maps, compiled, X_WT, q, u_previous, guidance):
+    """Simulates one step, as `run_tick` decides it.
+
+    Args:
+        law: The `LoopArrays`.
+        robot: The `RobotArrays`.
+        maps: The map, as `DistanceField.compiled_rows`.
+        compiled: The map, as `DistanceField.compiled`.
+        X_WT: Pose of the target, shape (4, 4).
+        q: Configuration, shape (n_q,) [rad, m].
+        u_previous: The command that is being executed, shape (n_u,).
+        guidance: The `GuidanceArrays`.
+
+    Returns:
+        The command, shape (n_u,), the configuration after it, shape (n_q,),
+        the end effector's pose there, shape (4, 4), and whether all that is
+        decided: if not, it must be found another way.
+    """
+    state = state_arrays(robot, q)
+    rows = _rows(maps, robot, state.p_WS, law.influence)
+    program = assemble(
+        law.parts,
+        robot,
+        state,
+        X_WT,
+        rows,
+        _near(law.near, state.X_WL),
+        u_previous,
+        law.dt,
+        np.zeros(len(robot.radius)),
+        guidance,
+    )
+    u, decided = decide(program, robot, u_previous, law.dt, law.strict)
+    if law.verify:
+        clearance = np.full(len(robot.radius), law.influence)
+        for row in range(len(rows[0])):
+            i = rows[0][row]
+            clearance[i] = min(clearance[i], rows[1][row])
+        stopping = law.stopping
+        if not np.isnan(guidance.stopping):
+            stopping = guidance.stopping
+        given = robot, compiled, state, clearance, stopping
+        u = _verified(law, given, u, u_previous)
+    q_next = advance(q, u, robot.n_base, law.dt)
+    return u, q_next, state_arrays(robot, q_next).X_WE, decided
+
+
+@njit(cache=True, nogil=True)
+def _rows(maps, robot, p_WS, influence):
+    """The clearances within the influence distance, sphere by sphere."""
+    n = len(p_WS)
+    question, answers = np.empty((n, 5)), np.full((len(maps), n, 8), -1.0)
+    for i in range(n):
+        for c in range(3):
+            question[i, c] = p_WS[i, c]
+        question[i, 3] = robot.radius[i] + influence
+        question[i, 4] = robot.ignore_below[i]
+    ask_each(maps, question, answers)
+    most = len(maps) * n
+    sphere, distance = np.empty(most, np.int64), np.empty(most)
+    direction_W = np.empty((most, 3))
+    count = 0
+    for i in range(n):
+        for k in range(len(maps)):
+            found = answers[k, i, 1] - robot.radius[i]
+            if answers[k, i, 0] < 0.0 or found >= influence:
+                continue
+            sphere[count], distance[count] = i, found
+            for c in range(3):
+                direction_W[count, c] = answers[k, i, 5 + c]
+            count += 1
+    return sphere[:count], distance[:count], direction_W[:count]
+
+
+@njit(cache=True, nogil=True)
+def _near(near, X_WL):
+    """Where the robot's links are near each other."""
+    shapes, pairs, reach = near
+    pair, distance, normal_W, p_WA, p_WB = near_points(
+        shapes, pairs, X_WL, reach
+    )
+    body_A, body_B = np.empty_like(pair), np.empty_like(pair)
+    for i in range(len(pair)):
+        body_A[i] = shapes[6][pairs[0][pair[i]]]
+        body_B[i] = shapes[6][pairs[1][pair[i]]]
+    return NearArrays(pair, body_A, body_B, distance, normal_W, p_WA, p_WB)
+
+
+@njit(cache=True, nogil=True)
+def _verified(law, given, u, u_previous):
+    """The command that may be applied; see `verification/verify.py`."""
+    robot, compiled, state, clearance, stopping = given
+    own, level = law.own, np.minimum(stopping, clearance)
+    brake = braking_command(u_previous, robot.acceleration_limit, law.dt)
+    for scale in SCALES:
+        command = u if scale == 1.0 else brake + scale * (u - brake)
+        path = (
+            state.q.reshape(1, -1),
+            command.copy().reshape(1, -1),
+            np.zeros(1),
+            robot.n_base,
+            stopping_times(command, robot.acceleration_limit, law.dt),
+        )
+        lower, upper = robot.position_lower, robot.position_upper
+        if not keeps_joint_limits(path, lower, upper):
+            continue
+        if law.verify_own:
+            kept = np.full(len(own[2]), law.own_stopping)
+            if not pairs_keep_apart(robot.tree, path, own, kept, TOLERANCE):
+                continue
+        if sweeps_clear(
+            robot, path, compiled, state.p_WS, clearance, level, TOLERANCE
+        ):
+            return command
+    return brake

@@ -1,0 +1,161 @@
+"""The library's ingredients, added to the program of a tick by one kernel."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from remosplat_drake.controller.ingredients.active_collision_cost import (
+    ActiveCollisionCost,
+    ActiveCollisionSettings,
+    add_active_collision_cost,
+)
+from remosplat_drake.controller.ingredients.base_orientation_cost import (
+    BaseOrientationCost,
+    BaseOrientationSettings,
+    add_base_orientation_cost,
+)
+from remosplat_drake.controller.ingredients.collision_damper import (
+    CollisionDamper,
+    CollisionSettings,
+    add_collision_damper,
+)
+from remosplat_drake.controller.ingredients.joint_limit_damper import (
+    JointLimitDamper,
+    JointLimitSettings,
+    add_joint_limit_damper,
+)
+from remosplat_drake.controller.ingredients.manipulability_cost import (
+    ManipulabilityCost,
+    ManipulabilitySettings,
+    add_manipulability_cost,
+)
+from remosplat_drake.controller.ingredients.path_tracking import (
+    PathTracking,
+    PathTrackingSettings,
+    add_path_tracking,
+)
+from remosplat_drake.controller.ingredients.self_collision_damper import (
+    SelfCollisionDamper,
+    SelfCollisionSettings,
+    add_self_collision_damper,
+)
+from remosplat_drake.controller.ingredients.servo_tracking import (
+    ServoSettings,
+    ServoTracking,
+    add_servo_tracking,
+)
+from remosplat_drake.controller.ingredients.velocity_cost import (
+    VelocityCost,
+    VelocityCostSettings,
+    add_velocity_cost,
+)
+from remosplat_drake.controller.ingredients.velocity_limits import (
+    VelocityLimits,
+    VelocityLimitsSettings,
+    add_velocity_limits,
+)
+from remosplat_drake.controller.kernels.dense import prune
+from remosplat_drake.controller.kernels.tick_arrays import (
+    ProgramArrays,
+    make_program,
+    make_tick,
+)
+
+PARTS = (
+    ServoTracking,
+    VelocityCost,
+    VelocityLimits,
+    JointLimitDamper,
+    CollisionDamper,
+    SelfCollisionDamper,
+    ActiveCollisionCost,
+    ManipulabilityCost,
+    BaseOrientationCost,
+    PathTracking,
+)
+"""Kinds of ingredients, in the order of `Parts`."""
+
+YIELDING = tuple(
+    PARTS.index(kind)
+    for kind in (JointLimitDamper, SelfCollisionDamper, CollisionDamper)
+)
+"""Whose rows yield in an infeasible program, those that yield first first."""
+
+
+class Parts(NamedTuple):
+    """The settings of the library's ingredients, and which of them there are.
+
+    Attributes:
+        servo: Settings of the `ServoTracking`.
+        velocity: Settings of the `VelocityCost`.
+        limits: Settings of the `VelocityLimits`.
+        joints: Settings of the `JointLimitDamper`.
+        collision: Settings of the `CollisionDamper`.
+        own: Settings of the `SelfCollisionDamper`.
+        active: Settings of the `ActiveCollisionCost`.
+        arm: Settings of the `ManipulabilityCost`.
+        bearing: Settings of the `BaseOrientationCost`.
+        path: Settings of the `PathTracking`.
+        present: Which of these the law has, shape (10,), bool.
+    """
+
+    servo: ServoSettings
+    velocity: VelocityCostSettings
+    limits: VelocityLimitsSettings
+    joints: JointLimitSettings
+    collision: CollisionSettings
+    own: SelfCollisionSettings
+    active: ActiveCollisionSettings
+    arm: ManipulabilitySettings
+    bearing: BaseOrientationSettings
+    path: PathTrackingSettings
+    present: np.ndarray
+
+
+@njit(cache=True, nogil=True)
+def assemble(
+    parts, robot, state, X_WT, rows, near, u_previous, dt, tube, guidance
+) -> ProgramArrays:
+    """Builds the program of a tick.
+
+    Args:
+        parts: The `Parts`.
+        robot: The `RobotArrays`.
+        state: The `StateArrays`.
+        X_WT: Pose of the target, shape (4, 4).
+        rows: Spheres, distances and directions of the m clearances.
+        near: The `NearArrays` of the robot's links.
+        u_previous: The command that is being executed, shape (n_u,).
+        dt: Control period [s].
+        tube: By how much each sphere may be off its path, shape (n,) [m].
+        guidance: The `GuidanceArrays`.
+    """
+    tick = make_tick(
+        robot, state, X_WT, rows, near, u_previous, dt, tube, guidance
+    )
+    most = len(rows[0]) + len(near.pair) + 2 * len(parts.joints.gain)
+    has = parts.present
+    program = make_program(robot.velocity_limit, len(has), most)
+    if has[0]:
+        add_servo_tracking(parts.servo, 0, tick, program)
+    if has[1]:
+        add_velocity_cost(parts.velocity, 1, tick, program)
+    if has[2]:
+        add_velocity_limits(parts.limits, 2, tick, program)
+    if has[3]:
+        add_joint_limit_damper(parts.joints, 3, tick, program)
+    if has[4]:
+        add_collision_damper(parts.collision, 4, tick, program)
+    if has[5]:
+        add_self_collision_damper(parts.own, 5, tick, program)
+    if has[6]:
+        add_active_collision_cost(parts.active, 6, tick, program)
+    if has[7]:
+        add_manipulability_cost(parts.arm, 7, tick, program)
+    if has[8]:
+        add_base_orientation_cost(parts.bearing, 8, tick, program)
+    if has[9]:
+        add_path_tracking(parts.path, 9, tick, program)
+    prune(program)
+    return program

@@ -1,0 +1,61 @@
+"""What a tick decides, by kernels alone; see `controller/decision.py`."""
+
+import numpy as np
+from numba import njit
+
+from remosplat_drake.controller.active_set import OPTIMAL, UNDECIDED
+from remosplat_drake.controller.braking import braking_command
+from remosplat_drake.controller.kernels.assemble import YIELDING
+from remosplat_drake.controller.kernels.dense import prune, solve_program
+
+
+@njit(cache=True, nogil=True)
+def decide(program, robot, u_previous, dt, strict):
+    """Solves the program of a tick, falling back where it has no optimum.
+
+    Args:
+        program: The `ProgramArrays`; falling back changes them.
+        robot: The `RobotArrays`.
+        u_previous: The command that is being executed, shape (n_u,).
+        dt: Control period [s].
+        strict: Whether every command keeps to the acceleration bounds.
+
+    Returns:
+        The command, shape (n_u,), and whether it is decided: where rounding
+        leaves the solver undecided, another one must be asked.
+    """
+    u, ended = solve_program(program)
+    if ended == UNDECIDED or _is_optimum(u, ended):
+        return u, ended != UNDECIDED
+    if program.count[2] and not strict:
+        for j in range(len(u)):
+            program.lower[j] = program.free_lower[j]
+            program.upper[j] = program.free_upper[j]
+        prune(program)
+        u, ended = solve_program(program)
+        if ended == UNDECIDED or _is_optimum(u, ended):
+            return u, ended != UNDECIDED
+    for k in YIELDING:
+        if not _raise_to_zero(program, k):
+            continue
+        prune(program)
+        u, ended = solve_program(program)
+        if ended == UNDECIDED or _is_optimum(u, ended):
+            return u, ended != UNDECIDED
+    return braking_command(u_previous, robot.acceleration_limit, dt), True
+
+
+@njit(cache=True, nogil=True)
+def _is_optimum(u, ended):
+    return ended == OPTIMAL and np.isfinite(u).all()
+
+
+@njit(cache=True, nogil=True)
+def _raise_to_zero(program, k):
+    """Raises negative right-hand sides of ingredient k, if there are any."""
+    is_raised = False
+    for i in range(program.rows[k, 0], program.rows[k, 1]):
+        if program.b[i] < 0.0:
+            program.b[i] = 0.0
+            is_raised = True
+    return is_raised

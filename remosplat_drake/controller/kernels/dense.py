@@ -1,0 +1,109 @@
+"""From the program of a tick to what solvers take, and to its optimum."""
+
+import numpy as np
+from numba import njit
+
+from remosplat_drake.controller.active_set import solve_dense
+
+
+@njit(cache=True, nogil=True)
+def solve_program(program):
+    """Solves the program of a tick; see `active_set.solve_dense`.
+
+    Args:
+        program: The `ProgramArrays`, pruned.
+
+    Returns:
+        The optimum u, shape (n_u,), and how the search for it ended.
+    """
+    H, c, A, b = dense(program)
+    u, _, ended = solve_dense(H, c, A, b)
+    return u, ended
+
+
+@njit(cache=True, nogil=True)
+def prune(program) -> None:
+    """Marks the rows that may bind: the bounds on u do not imply these.
+
+    Args:
+        program: The `ProgramArrays`.
+    """
+    for i in range(program.count[0]):
+        program.kept[i] = can_bind(program, program.A[i], program.b[i])
+
+
+@njit(cache=True, nogil=True)
+def can_bind(program, a, b) -> bool:
+    """Tells whether a row a u <= b may bind within the bounds on u.
+
+    Args:
+        program: The `ProgramArrays`.
+        a: Coefficients of the row, shape (n_u,).
+        b: Its right-hand side.
+    """
+    most = 0.0
+    for j in range(len(a)):
+        lower, upper = program.lower[j], program.upper[j]
+        most += 0.5 * (a[j] * (upper + lower) + abs(a[j]) * (upper - lower))
+    return most > b
+
+
+@njit(cache=True, nogil=True)
+def dense(program):
+    """Computes the program in u alone, its slack replaced by V - J u.
+
+    Args:
+        program: The `ProgramArrays`, pruned.
+
+    Returns:
+        The four arrays of a `DenseProgram`.
+    """
+    n_u, m = len(program.lower), program.count[0]
+    H, c = np.zeros((n_u, n_u)), np.zeros(n_u)
+    for k in range(len(program.linear)):
+        for j in range(n_u):
+            c[j] += program.linear[k, j]
+            H[j, j] += program.quadratic[k, j]
+    A = np.zeros((2 * n_u + m + 12, n_u))
+    b = np.empty(len(A))
+    for j in range(n_u):
+        A[j, j], b[j] = 1.0, program.upper[j]
+        A[n_u + j, j], b[n_u + j] = -1.0, -program.lower[j]
+    row = 2 * n_u
+    for i in range(m):
+        if program.kept[i]:
+            A[row], b[row] = program.A[i], program.b[i]
+            row += 1
+    if program.count[1]:
+        J, V, limit = program.J, program.V, program.limit
+        price = program.price[0]
+        for k in range(6):
+            for i in range(n_u):
+                c[i] -= price * V[k] * J[k, i]
+                for j in range(n_u):
+                    H[i, j] += price * J[k, i] * J[k, j]
+        for sign in (1.0, -1.0):
+            for k in range(6):
+                A[row], b[row] = sign * J[k], limit[k] + sign * V[k]
+                if can_bind(program, A[row], b[row]):
+                    row += 1
+    return H, c, A[:row], b[:row]
+
+
+@njit(cache=True, nogil=True)
+def has_tight_rows(program, u, tolerance) -> bool:
+    """Tells whether a row that is kept holds with equality.
+
+    Args:
+        program: The `ProgramArrays`, pruned.
+        u: A command, shape (n_u,).
+        tolerance: By how much less than b a row may be.
+    """
+    for i in range(program.count[0]):
+        if program.kept[i]:
+            value = 0.0
+            for j in range(len(u)):
+                value += program.A[i, j] * u[j]
+            if value >= program.b[i] - tolerance:
+                return True
+    return False

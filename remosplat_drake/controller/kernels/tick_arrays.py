@@ -1,0 +1,264 @@
+"""What ingredients are told at a tick, and what they fill in, as arrays."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from remosplat_drake.robot.pose_error import error_arrays
+from remosplat_drake.robot.robot_arrays import (
+    RobotArrays,
+    StateArrays,
+    add_rate,
+)
+
+
+class GuidanceArrays(NamedTuple):
+    """A `Guidance`, as kernels take it.
+
+    Attributes:
+        side: `Guidance.side`.
+        bearing: `Guidance.bearing` [rad].
+        active_scale: `Guidance.active_scale`.
+        stopping: `Guidance.stopping` [m]; NaN keeps the configured one.
+        joint_stop: `Guidance.joint_stop` [rad]; NaN keeps the configured one.
+        slide_stop: `Guidance.slide_stop` [m]; NaN keeps the configured one.
+        path_q: Corners of `Guidance.path`, shape (k, n_q); none without one.
+        path_s: Arc length at each corner, shape (k,).
+    """
+
+    side: float
+    bearing: float
+    active_scale: float
+    stopping: float
+    joint_stop: float
+    slide_stop: float
+    path_q: np.ndarray
+    path_s: np.ndarray
+
+
+class NearArrays(NamedTuple):
+    """Where m pairs of links are near each other, as kernels take it.
+
+    Attributes:
+        pair: The pair of shapes of each, shape (m,).
+        body_A: Body of the point on the first link, shape (m,).
+        body_B: Body of the point on the second link, shape (m,).
+        distance: `NearPoints.distance`.
+        normal_W: `NearPoints.normal_W`.
+        p_WA: `NearPoints.p_WA`.
+        p_WB: `NearPoints.p_WB`.
+    """
+
+    pair: np.ndarray
+    body_A: np.ndarray
+    body_B: np.ndarray
+    distance: np.ndarray
+    normal_W: np.ndarray
+    p_WA: np.ndarray
+    p_WB: np.ndarray
+
+
+class TickArrays(NamedTuple):
+    """A `Tick`, as kernels take it.
+
+    Attributes:
+        robot: The robot.
+        state: Kinematics at the measured configuration.
+        p_ET_W: Translation from end effector to target, shape (3,) [m].
+        rotation_W: Rotation vector to the target, shape (3,) [rad].
+        error_scale: `Tick.error_scale` [m].
+        sphere: Index of the sphere of each of m clearances, shape (m,).
+        distance: The clearances, shape (m,) [m].
+        direction_W: Directions towards the scene, shape (m, 3).
+        rates: `Tick.approach_rates`, shape (m, n_u).
+        near: Where links are near each other.
+        u_previous: The command that is being executed, shape (n_u,).
+        dt: Control period [s].
+        tube: By how much each sphere may be off its path, shape (n,) [m].
+        guidance: How the tick is bent.
+    """
+
+    robot: RobotArrays
+    state: StateArrays
+    p_ET_W: np.ndarray
+    rotation_W: np.ndarray
+    error_scale: float
+    sphere: np.ndarray
+    distance: np.ndarray
+    direction_W: np.ndarray
+    rates: np.ndarray
+    near: NearArrays
+    u_previous: np.ndarray
+    dt: float
+    tube: np.ndarray
+    guidance: GuidanceArrays
+
+
+class ProgramArrays(NamedTuple):
+    """The program of a tick, to which k ingredients have added their terms.
+
+    Attributes:
+        lower: Lower bounds on u, shape (n_u,).
+        upper: Upper bounds on u, shape (n_u,).
+        free_lower: Lower bounds on u but for acceleration, shape (n_u,).
+        free_upper: Upper bounds on u but for acceleration, shape (n_u,).
+        linear: Vectors c of the ingredients' linear costs, shape (k, n_u).
+        quadratic: Diagonals of their quadratic costs, shape (k, n_u).
+        has: Whether each ingredient has a linear cost, and a quadratic one,
+            shape (k, 2), bool.
+        A: Coefficients of rows A u <= b, shape (most, n_u).
+        b: Right-hand sides of the rows, shape (most,).
+        kept: Which rows the bounds on u do not imply, shape (most,), bool.
+        about: What each row is about: the number of a sphere, a joint, ...,
+            shape (most,).
+        rows: First of each ingredient's rows, and the one after its last,
+            shape (k, 2).
+        J: Jacobian of the tracked twist, shape (6, n_u).
+        V: The tracked twist, shape (6,) [rad/s, m/s].
+        limit: Bounds on its slack, shape (6,) [rad/s, m/s].
+        price: Price of the slack, shape (1,).
+        count: Number of rows; 0, or one more than the number of the ingredient
+            that tracks a twist, or -1 if several do; and whether there are
+            acceleration bounds, shape (3,).
+    """
+
+    lower: np.ndarray
+    upper: np.ndarray
+    free_lower: np.ndarray
+    free_upper: np.ndarray
+    linear: np.ndarray
+    quadratic: np.ndarray
+    has: np.ndarray
+    A: np.ndarray
+    b: np.ndarray
+    kept: np.ndarray
+    about: np.ndarray
+    rows: np.ndarray
+    J: np.ndarray
+    V: np.ndarray
+    limit: np.ndarray
+    price: np.ndarray
+    count: np.ndarray
+
+
+@njit(cache=True, nogil=True)
+def make_tick(
+    robot, state, X_WT, rows, near, u_previous, dt, tube, guidance
+) -> TickArrays:
+    """Makes the `TickArrays` of a tick.
+
+    Args:
+        robot: The `RobotArrays`.
+        state: The `StateArrays`.
+        X_WT: Pose of the target, shape (4, 4).
+        rows: Spheres, distances and directions of the clearances.
+        near: The `NearArrays`.
+        u_previous: The command that is being executed, shape (n_u,).
+        dt: Control period [s].
+        tube: By how much each sphere may be off its path, shape (n,) [m].
+        guidance: The `GuidanceArrays`.
+    """
+    sphere, distance, direction_W = rows
+    p_ET_W, rotation_W, p_ET_E = error_arrays(state.X_WE, X_WT)
+    rates = np.zeros((len(sphere), len(u_previous)))
+    for i in range(len(sphere)):
+        s = sphere[i]
+        body, p_WS = robot.body_S[s], state.p_WS[s]
+        add_rate(robot, state, body, p_WS, direction_W[i], 1.0, rates[i])
+    return TickArrays(
+        robot,
+        state,
+        p_ET_W,
+        rotation_W,
+        max(np.abs(p_ET_E).sum(), 1e-3),
+        sphere,
+        distance,
+        direction_W,
+        rates,
+        near,
+        u_previous,
+        dt,
+        tube,
+        guidance,
+    )
+
+
+@njit(cache=True, nogil=True)
+def make_program(velocity_limit, n_parts, most) -> ProgramArrays:
+    """Makes a program without terms.
+
+    Args:
+        velocity_limit: Bounds on |u| to begin with, shape (n_u,).
+        n_parts: Number of ingredients.
+        most: Most rows that these may add together.
+    """
+    n_u = len(velocity_limit)
+    return ProgramArrays(
+        -velocity_limit,
+        velocity_limit.copy(),
+        -velocity_limit,
+        velocity_limit.copy(),
+        np.zeros((n_parts, n_u)),
+        np.zeros((n_parts, n_u)),
+        np.zeros((n_parts, 2), np.bool_),
+        np.zeros((most, n_u)),
+        np.empty(most),
+        np.zeros(most, np.bool_),
+        np.empty(most, np.int64),
+        np.zeros((n_parts, 2), np.int64),
+        np.zeros((6, n_u)),
+        np.zeros(6),
+        np.zeros(6),
+        np.zeros(1),
+        np.zeros(3, np.int64),
+    )
+
+
+@njit(cache=True, nogil=True)
+def narrow(program, lower, upper, is_acceleration) -> None:
+    """Bounds u by lower <= u <= upper, besides the present bounds.
+
+    Args:
+        program: The `ProgramArrays`.
+        lower: Further lower bounds, shape (n_u,).
+        upper: Further upper bounds, shape (n_u,).
+        is_acceleration: Whether these bounds may be left out.
+    """
+    for j in range(len(lower)):
+        program.lower[j] = max(program.lower[j], lower[j])
+        program.upper[j] = min(program.upper[j], upper[j])
+        if not is_acceleration:
+            program.free_lower[j] = max(program.free_lower[j], lower[j])
+            program.free_upper[j] = min(program.free_upper[j], upper[j])
+    if is_acceleration:
+        program.count[2] = 1
+
+
+@njit(cache=True, nogil=True)
+def new_row(program, k, b, about):
+    """Begins a row of ingredient k, all zero, and returns its number.
+
+    Args:
+        program: The `ProgramArrays`.
+        k: Number of the ingredient, whose turn it is.
+        b: Right-hand side.
+        about: What the row is about, a number that the ingredient can name.
+    """
+    i = program.count[0]
+    if program.rows[k, 1] == 0:
+        program.rows[k, 0] = i
+    program.count[0] = program.rows[k, 1] = i + 1
+    program.b[i], program.about[i] = b, about
+    return i
+
+
+@njit(cache=True, nogil=True)
+def given_or(value, default) -> float:
+    """Returns a value of the guidance, or the configured one if it is NaN.
+
+    Args:
+        value: What guidance says.
+        default: What is configured.
+    """
+    return default if np.isnan(value) else value

@@ -1,0 +1,224 @@
+"""Whether spheres keep off a map all along a path, in one compiled call.
+
+It decides as `scene_sweep.py` does, which asks any map: from coarse to fine,
+and what is not known to be clear in the end is refused.
+"""
+
+import numpy as np
+from numba import njit
+
+from remosplat_drake.controller.verification.kernels.between_looks import (
+    apart,
+    longest_way,
+)
+from remosplat_drake.controller.verification.kernels.places import place
+from remosplat_drake.controller.verification.kernels.scene_looks import (
+    look_along,
+)
+from remosplat_drake.robot.kinematics import body_poses
+from remosplat_drake.signals.compiled_map import ask
+
+PIECES = 4
+"""Number of pieces into which the time between two looks is cut."""
+
+ROUNDS = 5
+"""How often that is done; what is unknown after 4^5 pieces is refused."""
+
+
+@njit(cache=True, nogil=True)
+def sweeps_clear(robot, path, compiled, p_WS, clearance, level, tolerance):
+    """Tells whether all spheres keep their distance from a map on a path.
+
+    Args:
+        robot: The `RobotArrays`.
+        path: The path as `StoppingPath.arrays`.
+        compiled: The map, as `DistanceField.compiled`; it is 1-Lipschitz.
+        p_WS: Centres of the spheres in W at the start, shape (n, 3) [m].
+        clearance: Clearances of the spheres at the start, or lower bounds of
+            them, shape (n,) [m].
+        level: Clearance that each sphere must keep, shape (n,) [m].
+        tolerance: How far below its level a clearance may fall between the
+            path's times [m].
+    """
+    near = _within_reach(robot, path, clearance - level)
+    if len(near) == 0:
+        return True
+    level, start = level[near], p_WS[near]
+    at_start = clearance[near] - level
+    point, _, bend, way, room, wanted = look_along(
+        robot, path, near, start, at_start, tolerance
+    )
+    k, n = room.shape
+    reach = level.max() + wanted.max()
+    looks = np.empty((k * n, 2), np.int64)
+    count = 0
+    for j in range(k):
+        for i in range(n):
+            if not room[j, i] > wanted[j, i]:
+                looks[count, 0], looks[count, 1] = j, i
+                count += 1
+    sphere, p = np.empty(count, np.int64), np.empty((count, 3))
+    for row in range(count):
+        j, i = looks[row]
+        sphere[row] = near[i]
+        for c in range(3):
+            p[row, c] = point[j + 1, i, c]
+    found = np.empty(count)
+    _clearances(robot, compiled, sphere, p, reach, found)
+    for row in range(count):
+        j, i = looks[row]
+        room[j, i] = found[row] - level[i]
+        if not room[j, i] >= 0.0:
+            return False
+    times = path[4]
+    for i in range(n):
+        before, time = at_start[i], 0.0
+        for j in range(k):
+            after = room[j, i]
+            if not before + after - way[j, i] >= -2.0 * tolerance:
+                gap = near[i], level[i], at_start[i], bend[i], reach
+                ends = time, times[j], before, after
+                places = start[i], point[j, i], point[j + 1, i]
+                if not _clear_between(
+                    robot, path, compiled, gap, ends, places, tolerance
+                ):
+                    return False
+            before, time = after, times[j]
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _within_reach(robot, path, room):
+    """Finds the spheres that may use up their rooms on a path."""
+    _, rates, since, _, times = path
+    near, count = np.empty(len(room), np.int64), 0
+    for i in range(len(room)):
+        travel = 0.0
+        for s in range(len(since)):
+            end = since[s + 1] if s + 1 < len(since) else times[-1]
+            speed = 0.0
+            for j in range(rates.shape[1]):
+                speed += robot.jacobian_bound[i, j] * abs(rates[s, j])
+            travel += speed * (end - since[s])
+        if not travel < room[i]:
+            near[count] = i
+            count += 1
+    return near[:count]
+
+
+@njit(cache=True, nogil=True)
+def _clearances(robot, compiled, sphere, p_WS, reach, found):
+    """Fills in clearances of spheres, exact below a reach, else the reach."""
+    question = np.empty((len(sphere), 5))
+    answer = np.full((len(sphere), 8), -1.0)
+    for row in range(len(sphere)):
+        i = sphere[row]
+        for c in range(3):
+            question[row, c] = p_WS[row, c]
+        # Not at the distance itself: that is not answered.
+        question[row, 3] = robot.radius[i] + np.nextafter(reach, np.inf)
+        question[row, 4] = robot.ignore_below[i]
+    ask(compiled, question, answer)
+    for row in range(len(sphere)):
+        found[row] = reach
+        if answer[row, 0] >= 0.0:
+            clearance = answer[row, 1] - robot.radius[sphere[row]]
+            found[row] = min(clearance, reach)
+
+
+@njit(cache=True, nogil=True)
+def _clear_between(robot, path, compiled, gap, ends, places, tolerance):
+    """Looks between two times, again and again, at one sphere.
+
+    Args:
+        robot: The `RobotArrays`.
+        path: The path as `StoppingPath.arrays`.
+        compiled: The map.
+        gap: The sphere, its level, its room at the start, the bound on how
+            fast its velocity changes, and how far the map is asked.
+        ends: Times before and after, and the rooms there.
+        places: The sphere's centre at the start, before and after.
+        tolerance: How far below its level a clearance may fall [m].
+    """
+    i, level, at_start, bend, reach = gap
+    start, p_before, p_after = places
+    # Pieces that are left: times and rooms at their ends, and their depths.
+    most = ROUNDS * PIECES
+    left = np.empty((most, 4))
+    centers = np.empty((most, 2, 3))
+    depths = np.zeros(most, np.int64)
+    for c in range(4):
+        left[0, c] = ends[c]
+    centers[0, 0], centers[0, 1] = p_before, p_after
+    count = 1
+    sphere = np.full(1, i)
+    p, found = np.empty((PIECES + 1, 3)), np.empty(1)
+    room, way = np.empty(PIECES + 1), np.empty(PIECES)
+    while count:
+        count -= 1
+        depth = depths[count]
+        if depth == ROUNDS:
+            return False
+        begin, end = left[count, 0], left[count, 1]
+        room[0], room[PIECES] = left[count, 2], left[count, 3]
+        p[0], p[PIECES] = centers[count, 0], centers[count, 1]
+        span = (end - begin) / PIECES
+        for k in range(1, PIECES):
+            _place(robot, path, begin + k * span, i, p[k])
+        for k in range(PIECES):
+            way[k] = longest_way(p[k], p[k + 1], bend, span)
+        for k in range(1, PIECES):
+            room[k] = at_start - apart(start, p[k])
+            wanted = max(0.5 * max(way[k - 1], way[k]) - tolerance, 0.0)
+            if not room[k] > wanted:
+                _clearances(robot, compiled, sphere, p[k : k + 1], reach, found)
+                room[k] = found[0] - level
+            if not room[k] >= -tolerance:
+                return False
+        for k in range(PIECES):
+            if room[k] + room[k + 1] - way[k] >= -2.0 * tolerance:
+                continue
+            left[count, 0] = begin + k * span
+            left[count, 1] = begin + (k + 1) * span
+            left[count, 2], left[count, 3] = room[k], room[k + 1]
+            centers[count, 0], centers[count, 1] = p[k], p[k + 1]
+            depths[count] = depth + 1
+            count += 1
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _place(robot, path, time, i, p):
+    """Fills in where a sphere's centre is at a time on a path."""
+    X_WB, _ = body_poses(*robot.tree, place(path, time))  # pyright: ignore
+    X = X_WB[robot.body_S[i]]
+    for r in range(3):
+        p[r] = X[r, 3]
+        for c in range(3):
+            p[r] += X[r, c] * robot.p_LS[i, c]
+
+
+@njit(cache=True, nogil=True)
+def keeps_joint_limits(path, lower, upper):
+    """Tells whether no joint gets beyond its limits or farther out than before.
+
+    Joints move one way on each piece of a path, so the ends of these are
+    enough.
+
+    Args:
+        path: The path as `StoppingPath.arrays`.
+        lower: Lower limits, shape (n_q,) [rad, m].
+        upper: Upper limits, shape (n_q,) [rad, m].
+    """
+    starts, times = path[0], path[4]
+    last = place(path, times[-1])
+    for k in range(len(starts) + 1):
+        for i in range(len(last)):
+            q = starts[k, i] if k < len(starts) else last[i]
+            least, most = (
+                min(lower[i], starts[0, i]),
+                max(upper[i], starts[0, i]),
+            )
+            if not (least <= q <= most and np.isfinite(q)):
+                return False
+    return True

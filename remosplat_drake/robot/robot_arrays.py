@@ -1,0 +1,153 @@
+"""A robot, and where it is, as kernels take them."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from remosplat_drake.robot.kinematics import (
+    body_poses,
+    compose,
+    point_jacobians,
+    sphere_points,
+)
+
+
+class RobotArrays(NamedTuple):
+    """What kernels know of a robot with n spheres and b bodies.
+
+    Attributes:
+        tree: The arguments of `kinematics.body_poses` before q.
+        body_S: Body of each sphere, shape (n,).
+        p_LS: Centres of the spheres in their links, shape (n, 3) [m].
+        radius: Radii of the spheres, shape (n,) [m].
+        hessian_bound: `RobotModel.hessian_bound`.
+        ignore_below: Height below which each sphere sees nothing, shape (n,)
+            [m].
+        jacobian_bound: `RobotModel.jacobian_bound`.
+        leading: Which spheres move with the hand, shape (n,), bool.
+        body_E: Body of the end effector.
+        X_LE: The end effector in it, shape (4, 4).
+        body_B: Body of the base.
+        n_base: Number of base commands, 2 or 0.
+        screw_axis_F: Axes of the commands' joints in their inboard frames,
+            shape (n_u, 3).
+        screw_body: `RobotModel.screw_body`.
+        screw_turns: `RobotModel.screw_turns`.
+        moves: Whether command j moves body i, shape (b, n_u), bool.
+        velocity_limit: `RobotModel.velocity_limit`.
+        acceleration_limit: `RobotModel.acceleration_limit`.
+        position_lower: `RobotModel.position_lower`.
+        position_upper: `RobotModel.position_upper`.
+    """
+
+    tree: tuple
+    body_S: np.ndarray
+    p_LS: np.ndarray
+    radius: np.ndarray
+    hessian_bound: np.ndarray
+    ignore_below: np.ndarray
+    jacobian_bound: np.ndarray
+    leading: np.ndarray
+    body_E: int
+    X_LE: np.ndarray
+    body_B: int
+    n_base: int
+    screw_axis_F: np.ndarray
+    screw_body: np.ndarray
+    screw_turns: np.ndarray
+    moves: np.ndarray
+    velocity_limit: np.ndarray
+    acceleration_limit: np.ndarray
+    position_lower: np.ndarray
+    position_upper: np.ndarray
+
+
+class StateArrays(NamedTuple):
+    """What kernels know of a configuration.
+
+    Attributes:
+        q: The configuration, shape (n_q,) [rad, m].
+        X_WE: Pose of the end effector, shape (4, 4).
+        Jv_WE: Its translational Jacobian, shape (3, n_u).
+        Jw_WE: Its angular Jacobian, shape (3, n_u).
+        p_WS: Centres of the spheres, shape (n, 3) [m].
+        R_WL: Orientations of the spheres' links, shape (n, 3, 3).
+        X_WL: Poses of all bodies, shape (b, 4, 4).
+        a_W: Axes of the commands' screws, shape (n_u, 3).
+        o_W: A point on each axis, shape (n_u, 3) [m].
+    """
+
+    q: np.ndarray
+    X_WE: np.ndarray
+    Jv_WE: np.ndarray
+    Jw_WE: np.ndarray
+    p_WS: np.ndarray
+    R_WL: np.ndarray
+    X_WL: np.ndarray
+    a_W: np.ndarray
+    o_W: np.ndarray
+
+
+@njit(cache=True, nogil=True)
+def state_arrays(robot, q):
+    """Computes the `StateArrays` of a configuration.
+
+    Args:
+        robot: The `RobotArrays`.
+        q: The configuration, shape (n_q,) [rad, m].
+    """
+    X_WL, X_WF = body_poses(*robot.tree, q)  # pyright: ignore
+    p_WS, R_WL = sphere_points(X_WL, robot.body_S, robot.p_LS)
+    X_WE = np.empty((4, 4))
+    compose(X_WL[robot.body_E], robot.X_LE, X_WE)
+    n_u = len(robot.screw_body)
+    a_W, o_W = np.empty((n_u, 3)), np.empty((n_u, 3))
+    Jw_WE = np.zeros((3, n_u))
+    for j in range(n_u):
+        X = X_WF[robot.screw_body[j]]
+        for r in range(3):
+            o_W[j, r] = X[r, 3]
+            a_W[j, r] = 0.0
+            for c in range(3):
+                a_W[j, r] += X[r, c] * robot.screw_axis_F[j, c]
+    if robot.n_base:
+        for r in range(3):  # Forward is the base's x axis.
+            a_W[0, r] = X_WL[robot.screw_body[0], r, 0]
+    for j in range(n_u):
+        if robot.screw_turns[j] and robot.moves[robot.body_E, j]:
+            Jw_WE[:, j] = a_W[j]
+    Jv_WE = point_jacobians(
+        a_W,
+        o_W,
+        robot.screw_turns,
+        robot.moves,
+        np.full(1, robot.body_E),
+        X_WE[:3, 3].copy().reshape(1, 3),
+    )[0]
+    return StateArrays(q, X_WE, Jv_WE, Jw_WE, p_WS, R_WL, X_WL, a_W, o_W)
+
+
+@njit(cache=True, nogil=True)
+def add_rate(robot, state, body, p_W, n_W, sign, row):
+    """Adds sign n' Jv_WP to a row: the rate of a point along a direction.
+
+    Args:
+        robot: The `RobotArrays`.
+        state: The `StateArrays`.
+        body: The body that the point is on.
+        p_W: The point, shape (3,) [m].
+        n_W: The direction, shape (3,).
+        sign: Factor on what is added.
+        row: One entry a command, shape (n_u,) [m/rad or 1].
+    """
+    for j in range(len(row)):
+        if not robot.moves[body, j]:
+            continue
+        a = state.a_W[j]
+        x, y, z = a[0], a[1], a[2]
+        if robot.screw_turns[j]:
+            o = state.o_W[j]
+            rx, ry, rz = p_W[0] - o[0], p_W[1] - o[1], p_W[2] - o[2]
+            x, y, z = y * rz - z * ry, z * rx - x * rz, x * ry - y * rx
+        row[j] += sign * (n_W[0] * x + n_W[1] * y + n_W[2] * z)
