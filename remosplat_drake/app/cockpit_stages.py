@@ -50,6 +50,7 @@ def AddCockpitView(
     """
     inputs = {
         "configuration": loop.configuration,
+        "report": loop.report,
         "standing": loop.standing.GetOutputPort("standing"),
         "target_state": loop.targets.GetOutputPort("state"),
     }
@@ -64,6 +65,7 @@ def AddCockpitView(
         robot=loop.world.robot,
         initial=teleoperation.first_map,
         show_unseen=loop.scenario.scene.unknown == OBSTACLE,
+        period=loop.scenario.control_period,
     )
 
 
@@ -96,6 +98,8 @@ def cockpit_job(
             world.robot, loop.law.self_clearance, config.guidance.planning
         ),
         stopping=config.collision.stopping,
+        influence=config.collision.influence,
+        control_period=scenario.control_period,
         config=scenario.teleop,
         q0=world.q0,
         mapping=teleoperation.mapping is not None,

@@ -32,6 +32,13 @@ _STYLE = """<style>
 button[style*="red-filled"] {
   height: 4rem; font-size: 1.5rem; font-weight: 800; letter-spacing: 0.12em;
 }
+.mantine-ScrollArea-content div:has(button[style*="red-filled"]) {
+  overflow: visible !important;
+}
+.mantine-ScrollArea-content div:has(> button[style*="red-filled"]) {
+  position: sticky; z-index: 1000; top: 0; background: #fff;
+  margin-top: -0.5rem; padding-top: 0.5rem;
+}
 @media (max-width: 600px) {
   button[style*="red-filled"] {
     position: fixed; z-index: 1000; bottom: 12px; left: 6px; width: 29vw;
@@ -39,7 +46,8 @@ button[style*="red-filled"] {
   }
 }
 </style>"""
-"""STOP is larger than viser has buttons; nothing else is red."""
+"""STOP is larger than viser has buttons, and stays in sight when the panel is
+scrolled; nothing else is red."""
 
 
 class Crew(Protocol):

@@ -97,11 +97,13 @@ class CockpitProcess:
     def show(self, look: Look) -> None:
         """Shows one moment, unless a newer one comes before it is sent.
 
+        The worst of its control ticks is told with the newer one then.
+
         Args:
             look: The moment.
         """
         with self._news:
-            self._look = look
+            self._look = look.after(self._look)
             self._news.notify()
 
     def show_map(self, picture: MapPicture) -> None:

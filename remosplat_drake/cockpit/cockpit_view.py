@@ -12,6 +12,7 @@ from pydrake.systems.framework import (
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.cockpit.desk import SOURCE
 from remosplat_drake.cockpit.messages import Look, MapPicture
+from remosplat_drake.cockpit.worst_tick import WorstTick
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.optional_input import value_or_none
@@ -19,6 +20,7 @@ from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.signals.standing import HELD, NOT_STARTED, Standing
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import FOLLOW, TargetState
+from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.page_state import supervised, unsupervised
 
 PUBLISH_PERIOD = 1 / 20
@@ -33,6 +35,7 @@ class CockpitView(LeafSystem):
         name: CockpitView
         input_ports:
         - configuration
+        - report
         - standing
         - target_state
         - supervision (optional)
@@ -40,14 +43,16 @@ class CockpitView(LeafSystem):
 
     `configuration` takes the measured q, `standing` the `Standing`,
     `target_state` the `TargetState`, `supervision` the `SupervisorState`,
-    `map_status` the `MapStatus` of a live map. It draws nothing and waits for
-    nobody: that is the cockpit's.
+    `map_status` the `MapStatus` of a live map, and `report` the controller's
+    `TickReport`, of which every one counts for the plots. It draws nothing and
+    waits for nobody: that is the cockpit's.
 
     Args:
         process: The cockpit.
         robot: The robot.
         initial: The map that the cockpit was started with.
         show_unseen: Whether new maps show where unseen space begins.
+        period: Time between two looks at the report, the control period [s].
     """
 
     def __init__(
@@ -57,6 +62,7 @@ class CockpitView(LeafSystem):
         robot: RobotModel,
         initial: SceneMap | None,
         show_unseen: bool,
+        period: float,
     ):
         super().__init__()
         self.set_name("cockpit_view")
@@ -64,17 +70,20 @@ class CockpitView(LeafSystem):
         self._robot = robot
         self._map = initial
         self._show_unseen = show_unseen
+        self._worst: WorstTick | None = None
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
         )
         rest = np.eye(4)
         for name, value in (
+            ("report", TickReport.before_first(robot.n_q, robot.n_u)),
             ("standing", NOT_STARTED),
             ("target_state", TargetState.at_rest(rest)),
             ("supervision", SupervisorState(np.zeros(robot.n_u))),
         ):
             self.DeclareAbstractInputPort(name, Value(value))
         self.DeclareAbstractInputPort("map_status", Value[object]())
+        self.DeclarePeriodicPublishEvent(period, 0.0, self._sample)
         self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
 
     @staticmethod
@@ -96,6 +105,11 @@ class CockpitView(LeafSystem):
     def _input(self, context: Context, name: str):
         return value_or_none(self.GetInputPort(name), context)
 
+    def _sample(self, context: Context):
+        report = self._input(context, "report")
+        if not np.isnan(report.time):
+            self._worst = WorstTick.of(report).or_of(self._worst)
+
     def _publish(self, context: Context):
         q = self._configuration_input.Eval(context)
         status = self._input(context, "map_status")
@@ -111,8 +125,10 @@ class CockpitView(LeafSystem):
                 self._input(context, "target_state"),
                 self._input(context, "supervision"),
                 status,
+                self._worst,
             )
         )
+        self._worst = None
 
 
 def picture_of(scene_map: SceneMap, show_unseen: bool) -> MapPicture:
@@ -135,6 +151,7 @@ def look_at(
     target: TargetState,
     supervision: SupervisorState | None,
     status: MapStatus | None,
+    worst: WorstTick | None = None,
 ) -> Look:
     """Gathers what the cockpit shows of one moment.
 
@@ -146,6 +163,7 @@ def look_at(
         target: What the target does.
         supervision: What the supervisor does; None without one.
         status: The live map in use; None without one.
+        worst: The worst of the control ticks since the moment before.
     """
     state = unsupervised(standing)
     if supervision is not None:
@@ -166,4 +184,5 @@ def look_at(
         target=target.text or target.mode,
         map=status.text if status is not None else "",
         trouble=status.trouble if status is not None else "",
+        worst=worst,
     )

@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from remosplat_drake.camera.wrist_camera import WristCamera
+from remosplat_drake.cockpit.worst_tick import WorstTick
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
@@ -30,6 +31,8 @@ class CockpitJob:
         robot: The robot.
         planner: Searches configurations that reach a target.
         stopping: Distance that the robot keeps from the scene [m].
+        influence: Distance beyond which the controller sees nothing [m].
+        control_period: Time between two control ticks [s].
         config: The workspace and the saved poses.
         q0: Configuration at the start, shape (n_q,).
         mapping: Whether there is a live map.
@@ -46,6 +49,8 @@ class CockpitJob:
     robot: RobotModel
     planner: MotionPlanner
     stopping: float
+    influence: float
+    control_period: float
     config: TeleopConfig
     q0: np.ndarray
     mapping: bool
@@ -91,6 +96,8 @@ class Look:
         target: What the target does, in words.
         map: What the map does, in words.
         trouble: What has gone wrong with it; empty if nothing has.
+        worst: The worst of the control ticks since the moment before; None if
+            there were none.
     """
 
     time: float
@@ -107,6 +114,17 @@ class Look:
     target: str = ""
     map: str = ""
     trouble: str = ""
+    worst: WorstTick | None = None
+
+    def after(self, earlier: "Look | None") -> "Look":
+        """Returns this moment with the ticks of one that nobody has seen.
+
+        Args:
+            earlier: The moment before; None if it has been shown.
+        """
+        if earlier is None or earlier.worst is None:
+            return self
+        return dc.replace(self, worst=earlier.worst.or_of(self.worst))
 
 
 @dc.dataclass(frozen=True, eq=False)

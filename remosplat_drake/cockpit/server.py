@@ -13,6 +13,7 @@ from remosplat_drake.base.array_pipe import ArrayHeader, receive_arrays
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.cockpit.authority import Authority
 from remosplat_drake.cockpit.client_panel import ClientPanel
+from remosplat_drake.cockpit.cockpit_plots import CockpitPlots
 from remosplat_drake.cockpit.desk import Desk
 from remosplat_drake.cockpit.messages import (
     Beat,
@@ -105,6 +106,7 @@ class Page:
         self._scene = CockpitScene(self._server, job, self._shapes)
         self._scene.show_map(picture)
         self._scene.show(self._look)
+        self._plots = CockpitPlots(self._server, job)
         self._server.on_client_connect(self._arrive)
         self._server.on_client_disconnect(self._leave)
         if job.make_camera is not None:
@@ -150,12 +152,14 @@ class Page:
                 self._scene.show_map(self._picture)
             else:
                 look = message
+                self._plots.add(look)
         if look is not None:
             with self._lock:
                 self._look = look
                 self._scene.show(look)
                 for panel in self._panels.values():
                     panel.show(look)
+            self._plots.draw()
 
     def _arrive(self, client: viser.ClientHandle) -> None:
         with self._lock:

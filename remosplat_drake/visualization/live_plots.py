@@ -19,17 +19,16 @@ from remosplat_drake.controller.deviation import (
 )
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.visualization.clearance_plot import clearance_plot
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_style import plot
-from remosplat_drake.visualization.svg_plot import Mark, SvgPlot
+from remosplat_drake.visualization.svg_plot import SvgPlot
 
 SPAN = 20.0
 """Length of the time axes [s]."""
 
 _BIN = 0.1
 _REDRAW = 0.25  # Of either plot; they take turns.
-_NEAR = 0.2  # Of clearance only what is near is shown [m].
-_RED, _AMBER = "#c8102e", "#a86400"
 
 
 class LivePlots(LeafSystem):
@@ -73,7 +72,16 @@ class LivePlots(LeafSystem):
         self._page = page
         self._robot = robot
         self._servo = gain, max_speed
-        self._plots = _make_plots(stopping, influence, max_speed)
+        self._plots = (
+            clearance_plot(stopping, influence),
+            SvgPlot(
+                title="Wanted and executed velocity differ by",
+                unit="m/s",
+                lower=0.0,
+                upper=1.25 * max_speed,
+                color="#7a4fb0",
+            ),
+        )
         self._clearance = RollingTrace(SPAN, _BIN, min)
         self._deviation = RollingTrace(SPAN, _BIN, max)
         self._report_input = self.DeclareAbstractInputPort(
@@ -183,27 +191,3 @@ class RollingTrace:
             return np.zeros(0), np.zeros(0)
         number, value = np.array(self._points).T
         return np.maximum(now - number * self._interval, 0.0), value
-
-
-def _make_plots(
-    stopping: float, influence: float, max_speed: float
-) -> tuple[SvgPlot, SvgPlot]:
-    upper = min(influence, _NEAR)
-    clearance = SvgPlot(
-        title="Smallest clearance",
-        unit="m",
-        lower=-0.2 * upper,
-        upper=upper,
-        marks=(
-            Mark(stopping, f"stopping distance {stopping:g} m", _AMBER),
-            Mark(0.0, "contact", _RED),
-        ),
-    )
-    velocity = SvgPlot(
-        title="Wanted and executed velocity differ by",
-        unit="m/s",
-        lower=0.0,
-        upper=1.25 * max_speed,
-        color="#7a4fb0",
-    )
-    return clearance, velocity

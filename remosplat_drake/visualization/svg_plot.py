@@ -12,7 +12,7 @@ import numpy as np
 from remosplat_drake.visualization.page_style import escaped
 
 WIDTH, HEIGHT = 380, 132
-"""Size of the whole plot [px]."""
+"""Size of a whole plot, unless another one is asked for [px]."""
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 46, 14, 34, 26
 _INK, _GREY, _FAINT = "#1f2933", "#66717f", "#dfe4ea"
@@ -48,6 +48,9 @@ class SvgPlot:
         span: Length of the time axis [s].
         elapsed: Whether times run from 0 to `span`, with a line that a script
             may move; without it, the plot is of the last seconds.
+        width: Width of the whole plot [px].
+        height: Height of the whole plot [px].
+        digits: Number of decimals of the latest value.
     """
 
     title: str
@@ -58,6 +61,9 @@ class SvgPlot:
     color: str = "#2f6fb3"
     span: float = 20.0
     elapsed: bool = False
+    width: int = WIDTH
+    height: int = HEIGHT
+    digits: int = 3
 
     def draw(self, time: np.ndarray, value: np.ndarray) -> str:
         """Returns the plot as the text of an SVG element.
@@ -70,20 +76,19 @@ class SvgPlot:
         """
         latest = float(value[-1]) if len(value) else float("nan")
         parts = [
-            f'<svg width="{WIDTH}" height="{HEIGHT}"'
-            f' viewBox="0 0 {WIDTH} {HEIGHT}" style="display:block;'
+            f'<svg width="{self.width}" height="{self.height}"'
+            f' viewBox="0 0 {self.width} {self.height}" style="display:block;'
             'font:11px sans-serif;text-shadow:none">',
-            f'<rect width="{WIDTH}" height="{HEIGHT}" rx="8" fill="#fff"'
-            ' fill-opacity=".9"/>',
+            f'<rect width="{self.width}" height="{self.height}" rx="8"'
+            ' fill="#fff" fill-opacity=".9"/>',
             _text(14, 21, f"{self.title} [{self.unit}]", _INK, weight=600),
             ""
             if self.elapsed
-            else _text(
-                WIDTH - _RIGHT, 21, self._number(latest), _INK, "end", 600
-            ),
+            else _text(self._end, 21, self._number(latest), _INK, "end", 600),
             self._axes,
-            self._curve(time, value),
+            # Their texts have a white rim, which must not hide the curve.
             self._marks,
+            self._curve(time, value),
             self._cursor if self.elapsed else "",
             "</svg>",
         ]
@@ -94,25 +99,35 @@ class SvgPlot:
             return "unknown"
         if value > self.upper:
             return f"over {self.upper:g} {self.unit}"
-        return f"{value:.3f} {self.unit}"
+        return f"{value:.{self.digits}f} {self.unit}"
+
+    @property
+    def _end(self) -> int:
+        """Where the time axis ends [px]."""
+        return self.width - _RIGHT
+
+    @property
+    def _foot(self) -> int:
+        """Where the axis of values begins [px]."""
+        return self.height - _BOTTOM
 
     def _x(self, age: np.ndarray | float) -> np.ndarray:
         share = np.asarray(age) / self.span
         if self.elapsed:
             share = 1 - share
-        return WIDTH - _RIGHT - share * (WIDTH - _LEFT - _RIGHT)
+        return self._end - share * (self._end - _LEFT)
 
     def _y(self, value: np.ndarray | float) -> np.ndarray:
         value = np.clip(np.asarray(value), self.lower, self.upper)
         share = (value - self.lower) / (self.upper - self.lower)
-        return HEIGHT - _BOTTOM - share * (HEIGHT - _TOP - _BOTTOM)
+        return self._foot - share * (self._foot - _TOP)
 
     @cached_property
     def _axes(self) -> str:
         parts = []
         for tick in round_numbers(self.lower, self.upper, 4):
             y = float(self._y(tick))
-            parts.append(_line(_LEFT, y, WIDTH - _RIGHT, y, _FAINT))
+            parts.append(_line(_LEFT, y, self._end, y, _FAINT))
             parts.append(_text(_LEFT - 6, y + 4, f"{tick:g}", _GREY, "end"))
         for tick in round_numbers(0.0, self.span, 4):
             x = float(self._x(tick))
@@ -120,7 +135,7 @@ class SvgPlot:
             anchor = "middle" if tick else "end"
             if self.elapsed:
                 label, anchor = f"{tick:g} s", "middle"
-            parts.append(_text(x, HEIGHT - 9, label, _GREY, anchor))
+            parts.append(_text(x, self.height - 9, label, _GREY, anchor))
         return "".join(parts)
 
     @cached_property
@@ -128,7 +143,7 @@ class SvgPlot:
         parts = []
         for mark in self.marks:
             y = float(self._y(mark.value))
-            parts.append(_line(_LEFT, y, WIDTH - _RIGHT, y, mark.color, "5 3"))
+            parts.append(_line(_LEFT, y, self._end, y, mark.color, "5 3"))
             # What lies at the bottom has its name below.
             aside = 12 if mark.value <= 0 else -4
             parts.append(_text(_LEFT + 6, y + aside, mark.text, mark.color))
@@ -137,9 +152,9 @@ class SvgPlot:
     @property
     def _cursor(self) -> str:
         return (
-            f'<line class="cursor" y1="{_TOP}" y2="{HEIGHT - _BOTTOM}"'
+            f'<line class="cursor" y1="{_TOP}" y2="{self._foot}"'
             f' x1="{_LEFT}" x2="{_LEFT}" stroke="{_INK}" stroke-width="1.5"'
-            f' data-left="{_LEFT}" data-right="{WIDTH - _RIGHT}"'
+            f' data-left="{_LEFT}" data-right="{self._end}"'
             f' data-end="{self.span:g}"/>'
         )
 

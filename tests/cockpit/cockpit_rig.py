@@ -58,6 +58,8 @@ class Rig:
                 scenario.controller.guidance.planning,
             ),
             stopping=scenario.controller.collision.stopping,
+            influence=scenario.controller.collision.influence,
+            control_period=scenario.control_period,
             config=scenario.teleop,
             q0=world.q0,
             mapping=True,

@@ -51,6 +51,33 @@ class CockpitTab:
             f"{_BUTTONS}.find(b => b.innerText == {json.dumps(label)}).click()"
         )
 
+    def unfold(self, label: str):
+        """Clicks at the title of a folder."""
+        titles = "[...document.querySelectorAll('div')].filter(d =>"
+        self.tab.evaluate(
+            f"{titles} d.innerText == {json.dumps(label)}).at(-1).click()"
+        )
+
+    def scroll_to_the_end(self):
+        """Scrolls the panel as far down as it goes."""
+        self.tab.evaluate(
+            "document.querySelectorAll('.mantine-ScrollArea-viewport')"
+            ".forEach(v => { v.scrollTop = 1e6; })"
+        )
+
+    def wait_for_stop_in_sight(self, size: tuple[int, int]):
+        """Waits until STOP is whole in a window, large, and not covered."""
+        self.tab.wait_for(
+            f"(() => {{ const b = {_BUTTONS}.find(b => b.innerText == 'STOP');"
+            "if (!b) return false;"
+            "const r = b.getBoundingClientRect();"
+            "const at = (x, y) => b.contains(document.elementFromPoint("
+            "  r.x + x * r.width, r.y + y * r.height));"
+            "return r.height > 39 && r.width > 100 && r.x >= 0 && r.y >= 0"
+            f"  && r.right <= {size[0]} && r.bottom <= {size[1]}"
+            "  && at(0.1, 0.1) && at(0.5, 0.5) && at(0.9, 0.9); })()"
+        )
+
     def key(self, code: str, key: str):
         """Presses a key."""
         for kind in ("keyDown", "keyUp"):

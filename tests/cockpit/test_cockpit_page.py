@@ -170,12 +170,5 @@ def test_who_hands_over_operates_no_more(rig):
 @pytest.mark.parametrize("size", [(390, 844), (844, 390), (1280, 800)])
 def test_stop_is_in_sight_on_every_screen(rig, size):
     with open_cockpit(rig.url, size) as watcher:
-        width, height = size
-        watcher.tab.show_as(width, height, mobile=width < 1000)
-        watcher.tab.wait_for(
-            "(() => { const b = [...document.querySelectorAll('button')].find("
-            "b => b.innerText == 'STOP'); if (!b) return false;"
-            "const r = b.getBoundingClientRect();"
-            "return r.height > 39 && r.width > 100 && r.x >= 0 && r.y >= 0"
-            "  && r.right <= innerWidth && r.bottom <= innerHeight; })()"
-        )
+        watcher.tab.show_as(*size, mobile=size[0] < 1000)
+        watcher.wait_for_stop_in_sight(size)

@@ -96,7 +96,11 @@ def test_a_map_is_told_once(frankie):
         for version in range(2)
     )
     view = CockpitView(
-        process=process, robot=frankie, initial=scene_map, show_unseen=True
+        process=process,
+        robot=frankie,
+        initial=scene_map,
+        show_unseen=True,
+        period=0.01,
     )
     context = view.CreateDefaultContext()
 

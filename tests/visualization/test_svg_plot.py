@@ -1,5 +1,6 @@
 """Tests of the small plots."""
 
+import dataclasses as dc
 import re
 from xml.etree import ElementTree
 
@@ -73,6 +74,15 @@ def test_values_beyond_the_axis_stay_in_the_picture():
     assert len(curve) == 2
     assert (curve >= 0).all() and (curve <= [WIDTH, HEIGHT]).all()
     assert "over 0.2 m" in texts(svg)
+
+
+def test_it_is_as_large_as_was_asked_for():
+    small = dc.replace(PLOT, width=200, height=90, digits=1)
+    svg = small.draw(np.array([10.0, 0.0]), np.array([0.0, 0.2]))
+    (curve,) = curves(svg)
+    assert (curve >= 0).all() and (curve <= [200, 90]).all()
+    assert np.ptp(curve, axis=0) == pytest.approx([140, 30], abs=0.1)
+    assert "0.2 m" in texts(svg)
 
 
 def test_the_unknown_is_a_gap():

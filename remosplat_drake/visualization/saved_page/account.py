@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from remosplat_drake.visualization.clearance_plot import clearance_plot
 from remosplat_drake.visualization.page_state import PageState
-from remosplat_drake.visualization.svg_plot import Mark, SvgPlot
 
 _STILL = 0.002
 """Speed of a joint below which it stands still [rad/s, m/s]."""
@@ -100,23 +100,9 @@ class Account:
 
     def plots(self) -> list[str]:
         """Draws the smallest clearance over the whole run, as an SVG."""
-        upper = min(self.influence, 0.2)
-        span = float(self.time[-1])
-        plot = SvgPlot(
-            title="Smallest clearance",
-            unit="m",
-            lower=-0.2 * upper,
-            upper=upper,
-            marks=(
-                Mark(
-                    self.stopping,
-                    f"stopping distance {self.stopping:g} m",
-                    "#a86400",
-                ),
-                Mark(0.0, "contact", "#c8102e"),
-            ),
-            span=max(span, 0.1),
-            elapsed=True,
+        span = max(float(self.time[-1]), 0.1)
+        plot = clearance_plot(
+            self.stopping, self.influence, span=span, elapsed=True
         )
         return [plot.draw(*thinned(self.time, self.clearance, np.nanmin))]
 

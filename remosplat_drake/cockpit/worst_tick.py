@@ -1,0 +1,45 @@
+"""`WorstTick`: the worst of several control ticks, for plots."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.signals.tick_report import TickReport
+
+
+@dc.dataclass(frozen=True)
+class WorstTick:
+    """The worst of several control ticks.
+
+    Attributes:
+        clearance: Smallest distance from the robot to the scene that the
+            controller saw [m]; inf if nothing was within its influence.
+        duration: Longest time that a tick took [s]; NaN if it was not
+            measured.
+    """
+
+    clearance: float
+    duration: float
+
+    @staticmethod
+    def of(report: TickReport) -> "WorstTick":
+        """Makes that of a single tick.
+
+        Args:
+            report: The report of the tick.
+        """
+        duration = report.timings.get("total", np.nan)
+        return WorstTick(report.clearances.minimum(), duration)
+
+    def or_of(self, others: "WorstTick | None") -> "WorstTick":
+        """Returns the worst of these ticks and of others.
+
+        Args:
+            others: The worst of the other ticks; None if there are none.
+        """
+        if others is None:
+            return self
+        return WorstTick(
+            min(self.clearance, others.clearance),
+            float(np.fmax(self.duration, others.duration)),
+        )
