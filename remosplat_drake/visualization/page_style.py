@@ -195,6 +195,7 @@ _PLACES = "".join(
 
 # Meshcat measures its picture when the window changes, not when a style does.
 _MEASURE = (
+    '<meta name="viewport" content="width=device-width,initial-scale=1">'
     '<img class="remosplat-style" src="data:,"'
     ' onerror="dispatchEvent(new Event(`resize`))">'
 )
