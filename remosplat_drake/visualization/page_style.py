@@ -34,7 +34,7 @@ _ROWS = ".dg.main>ul>li"
 _FONT = "-apple-system,'Segoe UI',Roboto,'Helvetica Neue',Arial,sans-serif"
 
 _LAYOUT = f"""
-:root{{--bar:52px;--panel:344px;--right:0px;--stop:64px}}
+:root{{--bar:52px;--panel:344px;--stop:64px;--release:160px}}
 #meshcat-pane{{position:fixed;left:0;top:var(--bar);
 width:calc(100vw - var(--panel))!important;
 height:calc(100dvh - var(--bar))!important}}
@@ -52,10 +52,13 @@ body:has(#status-message[style*=block]) {_ROWS}:has(.remosplat-gone){{
 display:none}}
 
 @media (orientation:portrait) and (max-width:800px){{
-:root{{--bar:64px;--panel:0px}}
+:root{{--bar:88px;--panel:0px;--release:104px}}
 #meshcat-pane{{height:50dvh!important}}
 .dg.main{{top:calc(50dvh + var(--bar))!important;width:100vw!important;
 height:calc(50dvh - var(--bar))}}
+.dg .remosplat-bar{{flex-flow:column;align-items:start;justify-content:center;
+gap:0;padding:0 12px;font-size:13px;line-height:16px}}
+.dg .remosplat-bar b{{font-size:17px;line-height:20px}}
 }}
 @media (orientation:landscape) and (max-height:500px){{
 :root{{--bar:44px;--panel:260px;--stop:56px}}
@@ -86,11 +89,12 @@ height:var(--bar);padding:0 16px;color:#fff;font:15px/19px {_FONT}}}
 .remosplat-bar i{{font-style:normal;max-height:100%;overflow:hidden}}
 .remosplat-is-live b::before{{content:"";display:inline-block;width:10px;
 height:10px;margin:0 9px 2px 0;border-radius:5px;background:#4cc38a}}
-:root:has(.remosplat-release) .remosplat-bar{{padding-right:calc(176px)}}
+:root:has(.remosplat-release) .remosplat-bar{{
+padding-right:calc(var(--release) + 16px)}}
 
 {_ROWS}:has(.remosplat-release){{position:fixed;z-index:4;top:4px;right:8px;
-width:160px;height:calc(var(--bar) - 8px);padding:0;border:0;border-radius:6px;
-background:#fff}}
+width:var(--release);height:calc(var(--bar) - 8px);padding:0;border:0;
+border-radius:6px;background:#fff}}
 .remosplat-release{{display:block;text-align:center;color:#8c0b20;
 font:bold 15px/calc(var(--bar) - 8px) {_FONT}}}
 {_ROWS}:has(.remosplat-stop),{_ROWS}:has(.remosplat-start){{order:1;

@@ -1,0 +1,54 @@
+"""Why a robot stands can be read on a telephone, too."""
+
+import pytest
+from browser import find_chromium, open_browser
+
+from remosplat_drake.visualization import page_state
+from remosplat_drake.visualization.page_state import (
+    RELEASE,
+    STOP,
+    PageState,
+    ended,
+)
+
+WHY = (
+    "right finger held 21 mm from the second board of the shelf, 0.37 m from"
+    " the target: looking ahead found no way, planning goes on"
+)
+STATES = (
+    PageState(page_state.HELD, "Held", WHY, (STOP,)),
+    PageState(page_state.STOPPED, "Stopped", WHY, (STOP, RELEASE)),
+    ended(WHY, reached=False),
+)
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(
+    find_chromium() is None, reason="needs chromium on the PATH"
+)
+@pytest.mark.parametrize("size", [(390, 844), (844, 390)])
+def test_a_long_sentence_is_shown_whole(page, size):
+    with open_browser() as tab:
+        tab.draw_nothing()
+        tab.show_as(*size, mobile=True)
+        tab.open(page.url)
+        for state in STATES:
+            page.show(state)
+            phase = f"remosplat-is-{state.phase}"
+            tab.wait_for(f"!!document.querySelector('.{phase} i')")
+            release = "document.querySelector('.remosplat-release')"
+            shall = str(RELEASE in state.buttons).lower()
+            tab.wait_for(f"!!{release} == {shall}")
+            text = f"document.querySelector('.{phase} i')"
+            assert tab.evaluate(f"{text}.innerText") == WHY
+            # Nothing of it is cut off, or behind the button.
+            assert tab.evaluate(
+                f"{text}.scrollHeight <= {text}.clientHeight"
+                f" && {text}.scrollWidth <= {text}.clientWidth"
+            )
+            ends = tab.evaluate(f"{text}.getBoundingClientRect().right")
+            begins = tab.evaluate(
+                f"{release}?.closest('li').getBoundingClientRect().left"
+                " ?? innerWidth"
+            )
+            assert ends <= begins
