@@ -1,14 +1,12 @@
 """The web server of the cockpit's page."""
 
-import errno
 import io
-import socket
 from contextlib import redirect_stdout
 
 import viser
 from viser._messages import ShareUrlDisconnect, ShareUrlRequest
 
-from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.tcp_port import check_free, is_free
 from remosplat_drake.cockpit.messages import CockpitJob
 
 _FIRST_PORT = 8080
@@ -41,15 +39,11 @@ def _free_port(host: str, port: int | None) -> int:
     Raises:
         RemoSplatError: It is taken, or there is no such interface.
     """
-    wanted = range(_FIRST_PORT, 65536) if port is None else [port]
-    for candidate in wanted:
-        try:
-            with socket.create_server((host, candidate)):
-                return candidate
-        except OSError as error:
-            if error.errno != errno.EADDRINUSE:
-                raise RemoSplatError(f"--host {host}: {error}") from error
-    raise RemoSplatError(f"--port {port} is taken; choose another one, or none")
+    if port is None:
+        candidates = range(_FIRST_PORT, 65536)
+        return next(p for p in candidates if is_free(host, p))
+    check_free(host, port)
+    return port
 
 
 def _offer_no_tunnel(server: viser.ViserServer) -> None:

@@ -9,6 +9,7 @@ from pydrake.systems.framework import DiagramBuilder
 from remosplat_drake.app.map_knowledge import examine_map, target_places
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.errors import FieldError, unknown_name
+from remosplat_drake.base.tcp_port import check_free
 from remosplat_drake.commands.gate_keeping import describe
 from remosplat_drake.commands.hold import add_page_arguments, hold, open_page
 from remosplat_drake.commands.run_page import show_verdict
@@ -103,6 +104,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Writes the picture, and serves the page if it is asked for."""
     console = open_console(stderr=True)
+    if arguments.page or arguments.save_html:
+        check_free(arguments.host, arguments.port)
     scenario = load_given(arguments.scenario, arguments.scenario_text, console)
     world = load_world(scenario)
     if world.splat_W is None:

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from remosplat_drake.app.recorded_run import RecordedRun, load_recorded_run
 from remosplat_drake.base.atomic_file import check_writable
+from remosplat_drake.base.tcp_port import check_free
 from remosplat_drake.commands.hold import add_page_arguments, hold, open_page
 from remosplat_drake.commands.number_flags import positive
 from remosplat_drake.commands.tables import open_console
@@ -86,6 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
         check_figure_path(arguments.figure)
     for path in filter(None, (arguments.save_html, arguments.figure)):
         check_writable(path)
+    check_free(arguments.host, arguments.port)
     recorded = load_recorded_run(arguments.session, arguments.number)
     recorded = recorded.between(arguments.start, arguments.end)
     console.print(_summary(recorded))

@@ -19,6 +19,7 @@ from remosplat_drake.app.world import load_world
 from remosplat_drake.base.atomic_file import atomic_write, check_writable
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.real_time import LoopQuality, Spread
+from remosplat_drake.base.tcp_port import check_free
 from remosplat_drake.commands.driving import drive
 from remosplat_drake.commands.flags import (
     add_record_argument,
@@ -128,6 +129,8 @@ def run(arguments: argparse.Namespace) -> int:
     console = open_console(stderr=True)
     _check_outputs(arguments)
     check_accepted(arguments)
+    if arguments.save_html or not arguments.headless:
+        check_free(arguments.host, arguments.port)
     waits_for_viewer = is_waited_for(arguments)
     scenario = load_given(
         arguments.scenario,

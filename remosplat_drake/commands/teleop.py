@@ -26,6 +26,7 @@ from remosplat_drake.app.teleop_stages import Teleoperation
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
+from remosplat_drake.base.tcp_port import check_free
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.cockpit.messages import CodeIssued
 from remosplat_drake.commands.driving import drive
@@ -143,6 +144,8 @@ def run(arguments: argparse.Namespace) -> int:
     console = open_console(stderr=True)
     check_accepted(arguments)
     scenario = _load_scenario(arguments)
+    if not arguments.headless:
+        check_free(arguments.host, arguments.port)
     folder = arguments.session or _new_folder(scenario)
     prepare_robot(arguments, scenario, console)
     check_mappable(scenario)

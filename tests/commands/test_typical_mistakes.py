@@ -40,7 +40,12 @@ MISTAKES = {
     " unknown field 'time_limt:0' (did you mean 'time_limit'?); valid:",
     "run --scenario-text {controler:{}}": "--scenario-text:1: controler:"
     " unknown field 'controler' (did you mean 'controller'?); valid: arrival,",
-    "run TableReach --port PORT": "meshcat port PORT is taken on host",
+    "run TableReach --port PORT": "--port PORT is taken on localhost: choose"
+    " another one, or leave the flag out",
+    "inspect TableReach --page --port PORT": "--port PORT is taken on",
+    "teleop TableTeleop --port PORT": "--port PORT is taken on 127.0.0.1",
+    "teleop TableTeleop --viewer meshcat --port PORT": "--port PORT is taken",
+    "teleop TableTeleop --host 192.0.2.1": "--host 192.0.2.1: Cannot assign",
     "run TableReach --port 80": "run: --port: 80 is not 1024 to 65535",
     "teleop --viewer meshcat --host 0.0.0.0": "--host: only with the cockpit,"
     " which knows who operates",
