@@ -74,7 +74,8 @@ class Browser:
             " addEventListener('error', (e) => wrong.push(e.message));"
             " addEventListener('unhandledrejection',"
             " (e) => wrong.push(String(e.reason)));"
-            " console.error = (...said) => wrong.push(said.join(' ')); }"
+            " console.error = (...said) =>"
+            "   wrong.push(said.map(s => s?.type ?? s).join(' ')); }"
         )
 
     def console(self) -> list[str]:

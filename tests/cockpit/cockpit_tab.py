@@ -14,8 +14,16 @@ _FIELDS = (
     "[...document.querySelectorAll('input')]"
     ".filter(e => e.type == 'text' && e.getClientRects().length)"
 )
-_OF_VISER = "computeBoundingSphere(): Computed radius is NaN"
-"""What viser's own splats say: their corners have no z."""
+OF_VISER = (
+    "THREE.BufferGeometry.computeBoundingSphere(): Computed radius is NaN. The"
+    ' "position" attribute is likely to have NaN values.'
+    " InstancedBufferGeometry"
+)
+"""What three.js says of viser's splats, and of nothing else that is drawn.
+
+The corners of the square that stands for a Gaussian have x and y only, and
+three.js looks for their z, before it draws them all the same.
+"""
 
 
 class CockpitTab:
@@ -116,7 +124,7 @@ class CockpitTab:
     @property
     def errors(self) -> list[str]:
         """What has gone wrong, but for what is viser's own."""
-        return [e for e in self.tab.console() if _OF_VISER not in e]
+        return [e for e in self.tab.console() if e != OF_VISER]
 
 
 @contextmanager

@@ -5,9 +5,10 @@ import pytest
 
 pytest.importorskip("viser")
 
-from browser import find_chromium
+import viser
+from browser import find_chromium, open_browser
 from cockpit_rig import AT_REST, RUNNING, Rig
-from cockpit_tab import CockpitTab, open_cockpit
+from cockpit_tab import OF_VISER, CockpitTab, open_cockpit
 
 from remosplat_drake.robot.pose_error import pose_error
 
@@ -165,6 +166,25 @@ def test_who_hands_over_operates_no_more(rig):
         rig.until(lambda: "handed over" in rig.codes[-1].why)
         # The same browser may come back with the new code.
         operator.operate(rig.code)
+
+
+def test_what_is_left_out_of_the_errors_is_visers_own():
+    """A Gaussian, and no code of ours: when this fails, leave nothing out."""
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    one = np.ones((1, 3))
+    server.scene.add_gaussian_splats(
+        "/one",
+        centers=one,
+        covariances=0.01 * np.eye(3)[None],
+        rgbs=one,
+        opacities=one[:, :1],
+    )
+    with open_browser((400, 300)) as tab:
+        tab.listen_to_console()
+        tab.open(f"http://127.0.0.1:{server.get_port()}")
+        tab.wait_for("window.wrong?.length > 0")
+        assert tab.console() == [OF_VISER]
+    server.stop()
 
 
 @pytest.mark.parametrize("size", [(390, 844), (844, 390), (1280, 800)])
