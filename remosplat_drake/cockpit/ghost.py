@@ -1,10 +1,11 @@
-"""`Ghost`: the robot as it would stand at a target, coloured by its verdict."""
+"""`Ghost`: a target and the robot as it would stand there, in their colour."""
 
 import numpy as np
 import viser
 
 from remosplat_drake.cockpit.reach import (
     BLOCKED,
+    OUT_OF_REACH,
     REACHABLE,
     UNSEEN_THERE,
     Reach,
@@ -16,14 +17,17 @@ COLOURS = {
     REACHABLE: (60, 180, 90),
     BLOCKED: (215, 50, 45),
     UNSEEN_THERE: (135, 95, 215),
+    OUT_OF_REACH: (73, 80, 87),
 }
-"""Colours of the ghost by its verdict; out of reach there is none."""
+"""Colours by verdict; out of reach there is a target and no ghost."""
 
 _OPACITY = 0.4
+_TARGET = 0.025
+"""Radius of the target's mark [m]."""
 
 
 class Ghost:
-    """Draws a configuration for one client, its operator.
+    """Draws a verdict for one client, its operator.
 
     Args:
         scene: The client's own scene.
@@ -35,6 +39,14 @@ class Ghost:
         self, scene: viser.SceneApi, robot: RobotModel, shapes: Shapes
     ):
         self._robot = robot
+        self._target = scene.add_icosphere(
+            "/ghost/target",
+            _TARGET,
+            opacity=0.8,
+            cast_shadow=False,
+            receive_shadow=False,
+            visible=False,
+        )
         self._links: dict[str, viser.MeshHandle] = {}
         for link, mesh in shapes.joined.items():
             self._links[link] = scene.add_mesh_simple(
@@ -47,17 +59,19 @@ class Ghost:
                 visible=False,
             )
 
-    def show(self, reach: Reach | None) -> None:
+    def show(self, reach: Reach, X_WT: np.ndarray) -> None:
         """Draws the answer to whether a target can be reached.
 
         Args:
-            reach: The answer; None, or one without a configuration, hides
-                the ghost.
+            reach: The answer; without a configuration there is no ghost.
+            X_WT: The target, shape (4, 4).
         """
-        q = None if reach is None else reach.q
-        if q is None or reach is None:
-            for mesh in self._links.values():
-                mesh.visible = False
+        self._target.position = X_WT[:3, 3]
+        self._target.color = COLOURS[reach.verdict]
+        self._target.visible = True
+        q = reach.q
+        if q is None:
+            self._hide_links()
             return
         X_WL = self._robot.body_poses(np.asarray(q))
         for name, mesh in self._links.items():
@@ -66,7 +80,17 @@ class Ghost:
             mesh.color = COLOURS[reach.verdict]
             mesh.visible = True
 
+    def hide(self) -> None:
+        """Draws nothing, since nothing is asked."""
+        self._target.visible = False
+        self._hide_links()
+
+    def _hide_links(self) -> None:
+        for mesh in self._links.values():
+            mesh.visible = False
+
     def remove(self) -> None:
-        """Takes the ghost out of the scene."""
+        """Takes all of it out of the scene."""
+        self._target.remove()
         for mesh in self._links.values():
             mesh.remove()

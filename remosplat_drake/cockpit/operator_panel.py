@@ -1,5 +1,6 @@
 """`OperatorPanel`: the controls of the one client that operates."""
 
+import html
 from collections.abc import Callable
 from time import monotonic
 
@@ -7,7 +8,7 @@ import numpy as np
 import viser
 
 from remosplat_drake.cockpit.desk import Desk
-from remosplat_drake.cockpit.ghost import Ghost
+from remosplat_drake.cockpit.ghost import COLOURS, Ghost
 from remosplat_drake.cockpit.messages import CockpitJob, Look
 from remosplat_drake.cockpit.reach import Reach
 from remosplat_drake.cockpit.robot_shapes import Shapes, wxyz_position
@@ -117,7 +118,7 @@ class OperatorPanel:
         folder = gui.add_folder("Target", order=10.0)
         self._parts.append(folder)
         with folder:
-            self._verdict = gui.add_markdown("", visible=False)
+            self._verdict = gui.add_html("", visible=False)
             self._go = self._button(
                 gui, "Go there", self._go_there, "G", color="blue"
             )
@@ -225,8 +226,7 @@ class OperatorPanel:
     def _drop(self) -> None:
         self._proposal = None
         self._go.visible = self._discard.visible = False
-        self._verdict.visible = False
-        self._ghost.show(None)
+        self.withdraw()
         wished = self._desk.X_WT if self._look.is_followed else None
         self._place(self._look.X_WT if wished is None else wished)
 
@@ -278,17 +278,21 @@ class OperatorPanel:
         is_away = np.linalg.norm(X_WT[:3, 3] - p_WE) > _AWAY
         return X_WT if self._look.is_followed and is_away else None
 
-    def answer(self, reach: Reach | None) -> None:
-        """Shows whether that target can be reached.
+    def answer(self, reach: Reach, X_WT: np.ndarray) -> None:
+        """Shows whether a target can be reached.
 
         Args:
-            reach: The answer; None where nothing is asked.
+            reach: The answer.
+            X_WT: The target that it is about, shape (4, 4).
         """
-        self._ghost.show(reach)
-        self._verdict.visible = reach is not None
-        if reach is not None:
-            verdict = reach.verdict.capitalize()
-            self._verdict.content = f"**{verdict}**: {reach.text}"
+        self._ghost.show(reach, X_WT)
+        self._verdict.content = verdict_html(reach)
+        self._verdict.visible = True
+
+    def withdraw(self) -> None:
+        """Shows no answer, since nothing is asked."""
+        self._ghost.hide()
+        self._verdict.visible = False
 
     def remove(self) -> None:
         """Takes all of the operator's controls away."""
@@ -298,6 +302,20 @@ class OperatorPanel:
             command.remove()
         self._gizmo.remove()
         self._ghost.remove()
+
+
+def verdict_html(reach: Reach) -> str:
+    """Returns an answer as HTML, in the colour of its ghost.
+
+    Args:
+        reach: The answer.
+    """
+    red, green, blue = COLOURS[reach.verdict]
+    return (
+        '<div style="margin:0 10px 6px;padding:6px 10px;border-radius:6px;'
+        f'font-size:13px;color:white;background:rgb({red},{green},{blue})">'
+        f"<b>{reach.verdict.capitalize()}</b>: {html.escape(reach.text)}</div>"
+    )
 
 
 def _pose(wxyz: np.ndarray, position: np.ndarray) -> np.ndarray:

@@ -251,14 +251,14 @@ class Page:
         if X_WT is None:
             if self._asked is not None:
                 self._asked = None
-                operator.answer(None)
+                operator.withdraw()
             return
         if self._asked is not None:
             asked_in, asked = self._asked
             if asked_in is field and np.array_equal(asked, X_WT):
                 return
         self._asked = field, X_WT
-        operator.answer(self._reach(X_WT))
+        operator.answer(self._reach(X_WT), X_WT)
 
     @property
     def _operator(self) -> OperatorPanel | None:

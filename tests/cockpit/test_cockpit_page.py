@@ -10,6 +10,8 @@ from browser import find_chromium, open_browser
 from cockpit_rig import AT_REST, RUNNING, Rig
 from cockpit_tab import OF_VISER, CockpitTab, open_cockpit
 
+from remosplat_drake.cockpit.ghost import COLOURS
+from remosplat_drake.cockpit.reach import REACHABLE
 from remosplat_drake.robot.pose_error import pose_error
 
 pytestmark = [
@@ -104,6 +106,11 @@ def proposes(operator: CockpitTab, rig: Rig):
     operator.click_at(*TABLE)
     operator.wait_for_button("Go there")
     operator.wait_for_text("Reachable")
+    background = operator.tab.evaluate(
+        "getComputedStyle([...document.querySelectorAll('div')].filter(d =>"
+        " d.innerText.startsWith('Reachable')).at(-1)).backgroundColor"
+    )
+    assert background == f"rgb{COLOURS[REACHABLE]}"
     assert rig.wishes.command.moves == moves
     operator.press("Discard")
     operator.wait_without_button("Go there")
