@@ -14,7 +14,7 @@ from remosplat_drake.cockpit.robot_shapes import Shapes, wxyz_position
 from remosplat_drake.robot.robot_model import RobotModel
 
 COLOURS = {
-    REACHABLE: (60, 180, 90),
+    REACHABLE: (43, 138, 62),
     BLOCKED: (215, 50, 45),
     UNSEEN_THERE: (135, 95, 215),
     OUT_OF_REACH: (73, 80, 87),
