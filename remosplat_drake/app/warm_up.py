@@ -16,7 +16,7 @@ from pydrake.systems.analysis import Simulator
 from rich.console import Console
 
 from remosplat_drake.app.diagram import build
-from remosplat_drake.app.scenario import PoseConfig, Scenario
+from remosplat_drake.app.scenario import OBSTACLE, PoseConfig, Scenario
 from remosplat_drake.app.world import World
 from remosplat_drake.base import resources
 from remosplat_drake.base.atomic_file import atomic_write
@@ -32,6 +32,7 @@ from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.station.station_config import KinematicStation
 
@@ -66,7 +67,9 @@ def remember() -> None:
         file.write("")
 
 
-def compile_kernels(scenario: Scenario, world: World) -> None:
+def compile_kernels(
+    scenario: Scenario, world: World, *, live_map: bool = False
+) -> None:
     """Runs some ticks of a scenario's own loop, right beside an obstacle.
 
     There, commands are verified and bent, which elsewhere they are not. The
@@ -75,12 +78,14 @@ def compile_kernels(scenario: Scenario, world: World) -> None:
 
     Args:
         scenario: The scenario, which is left as it is.
-        world: What the scenario's files hold; the robot and where it starts
-            matter here.
+        world: What the scenario's files hold; the robot, where it starts, and
+            what its map is made of matter here.
+        live_map: Whether another map may take its place.
 
     Raises:
         RemoSplatError: The loop cannot be made.
     """
+    live_map = live_map and scenario.mapping.enabled
     scenario = copy.deepcopy(scenario)
     scenario.station = KinematicStation()
     scenario.wrist_camera = None
@@ -88,15 +93,35 @@ def compile_kernels(scenario: Scenario, world: World) -> None:
     p_WE = world.robot.end_effector_pose(world.q0)[:3, 3]
     scenario.targets = [PoseConfig(translation=(p_WE + _AWAY).tolist())]
     splat_W, truth = _obstacle(world)
-    field = make_field(scenario.oracle, splat_W, truth, scenario.source)
-    if scenario.mapping.enabled:
-        unseen = np.zeros((_ROOM, _ROOM, _ROOM), bool)
-        around = UnknownSpaceField(unseen, p_WE - 0.5 * _ROOM, 1.0)
-        field = CompositeDistanceField([field, around])
-    beside = World(world.robot, splat_W, truth, field, world.q0)
-    simulator = Simulator(build(scenario, beside).diagram)
-    simulator.AdvanceTo((TICKS - 0.5) * scenario.control_period)
-    _plan_once(scenario, beside)
+    for field in _fields(scenario, world, live_map):
+        beside = World(world.robot, splat_W, truth, field, world.q0)
+        simulator = Simulator(build(scenario, beside).diagram)
+        simulator.AdvanceTo((TICKS - 0.5) * scenario.control_period)
+        _plan_once(scenario, beside)
+
+
+def _fields(
+    scenario: Scenario, world: World, live_map: bool
+) -> list[DistanceField]:
+    """Makes small maps of all kinds that the loop may ask.
+
+    Kernels are compiled for each kind, since they ask it in compiled code.
+    """
+    splat_W, truth = _obstacle(world)
+    known = make_field(scenario.oracle, splat_W, truth, scenario.source)
+    unseen = np.zeros((_ROOM, _ROOM, _ROOM), bool)
+    p_WE = world.robot.end_effector_pose(world.q0)[:3, 3]
+    around = UnknownSpaceField(unseen, p_WE - 0.5 * _ROOM, 1.0)
+    both = CompositeDistanceField([known, around])
+    first = known
+    if isinstance(world.field, CompositeDistanceField):
+        first = both
+    elif live_map and not world.splat_W:
+        first = around  # Nobody has seen anything yet.
+    if not live_map:
+        return [first]
+    later = both if scenario.scene.unknown == OBSTACLE else known
+    return [first] if later is first else [first, later]
 
 
 def _plan_once(scenario: Scenario, world: World) -> None:

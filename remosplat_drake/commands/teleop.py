@@ -152,7 +152,7 @@ def run(arguments: argparse.Namespace) -> int:
     warm_up.announce(console)
     world = load_world(scenario, blank=scenario.mapping.enabled)
     admission = _admitted(arguments, scenario, world)
-    warm_up.compile_kernels(scenario, world)
+    warm_up.compile_kernels(scenario, world, live_map=True)
     page, cockpit = _pages(arguments, console)
     teleoperation, application = _begin(
         arguments, scenario, world, page, cockpit, folder, admission, console

@@ -110,7 +110,8 @@ def test_a_live_map_has_its_kernels_too(monkeypatch):
         return clearances(self, spheres, max_distance)
 
     monkeypatch.setattr(UnknownSpaceField, "clearances", noting)
-    compile_kernels(scenario, load_world(scenario, blank=True))
+    world = load_world(scenario, blank=True)
+    compile_kernels(scenario, world, live_map=True)
     assert asked
 
 
