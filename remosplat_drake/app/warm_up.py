@@ -57,7 +57,7 @@ def announce(console: Console) -> None:
     """
     if not _marker().exists():
         console.print(
-            "first start: compiling kernels, this takes about two minutes once"
+            "first start: compiling kernels, this takes some minutes once"
         )
 
 
