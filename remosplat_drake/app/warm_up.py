@@ -31,8 +31,9 @@ from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.station.station_config import KinematicStation
 
@@ -118,10 +119,28 @@ def _fields(
         first = both
     elif live_map and not world.splat_W:
         first = around  # Nobody has seen anything yet.
-    if not live_map:
-        return [first]
-    later = both if scenario.scene.unknown == OBSTACLE else known
-    return [first] if later is first else [first, later]
+    fields = [first]
+    if live_map:
+        later = both if scenario.scene.unknown == OBSTACLE else known
+        fields += [] if later is first else [later]
+    return [*fields, _Outside(first)]
+
+
+class _Outside(DistanceField):
+    """A map that kernels cannot ask, as maps from outside may be.
+
+    Unknown space that is placed elsewhere than in W is one of them.
+    """
+
+    def __init__(self, field: DistanceField):
+        self._field = field
+        self.revision = field.revision
+        self.is_lipschitz = field.is_lipschitz
+
+    def clearances(
+        self, spheres: Spheres, max_distance: float = np.inf
+    ) -> Clearances:
+        return self._field.clearances(spheres, max_distance)
 
 
 def _plan_once(scenario: Scenario, world: World) -> None:

@@ -6,8 +6,9 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True, nogil=True)
-def braking_command(u, acceleration_limit, dt):
+def braking_command(
+    u: np.ndarray, acceleration_limit: np.ndarray, dt: float
+) -> np.ndarray:
     """Computes the next command of the ramp to zero within acceleration limits.
 
     The whole vector shrinks by one factor, so that the robot keeps to the
@@ -21,6 +22,22 @@ def braking_command(u, acceleration_limit, dt):
 
     Returns:
         The command of the next tick, shape (n_u,); zero if u is not finite.
+    """
+    # Copies, since numba compiles anew for arrays that may not be written: it
+    # must not do so while a robot brakes.
+    return next_on_ramp(
+        np.array(u, float), np.array(acceleration_limit, float), float(dt)
+    )
+
+
+@njit(cache=True, nogil=True)
+def next_on_ramp(u, acceleration_limit, dt):
+    """Computes what `braking_command` does, for kernels, shape (n_u,).
+
+    Args:
+        u: The velocity command that is being executed, shape (n_u,).
+        acceleration_limit: Bounds on |du/dt|, shape (n_u,).
+        dt: Control period [s].
     """
     if not np.isfinite(u).all():
         return np.zeros_like(u)

@@ -66,7 +66,7 @@ class CompiledLaw:
             for kind in PARTS
         ]
         self._own = cast(SelfCollisionDamper, self._parts[_OWN])
-        settings = [part.settings(robot) for part in self._parts]
+        settings = [_floats(part.settings(robot)) for part in self._parts]
         self._arrays = Parts._make([*settings, present])
 
     @property
@@ -122,7 +122,7 @@ class CompiledLaw:
             rows,
             self._own.near_arrays(near),
             np.array(tick.u_previous, float),
-            tick.dt,
+            float(tick.dt),
             tube,
             guidance_arrays(tick.guidance, self._robot.n_q),
         )
@@ -140,9 +140,9 @@ def guidance_arrays(guidance: Guidance, n_q: int) -> GuidanceArrays:
     """
     path, joint_stop = guidance.path, guidance.joint_stop
     return GuidanceArrays(
-        guidance.side,
-        guidance.bearing,
-        guidance.active_scale,
+        float(guidance.side),
+        float(guidance.bearing),
+        float(guidance.active_scale),
         _or_nan(guidance.stopping),
         math.nan if joint_stop is None else math.radians(joint_stop),
         _or_nan(guidance.slide_stop),
@@ -152,4 +152,10 @@ def guidance_arrays(guidance: Guidance, n_q: int) -> GuidanceArrays:
 
 
 def _or_nan(value: float | None) -> float:
-    return math.nan if value is None else value
+    return math.nan if value is None else float(value)
+
+
+def _floats(settings: tuple) -> tuple:
+    """Makes numbers floats: kernels are compiled anew for whole numbers."""
+    made = [float(x) if type(x) is int else x for x in settings]
+    return type(settings)(*made)

@@ -176,15 +176,15 @@ class ReactiveLaw:
             return None
         return LoopArrays(
             compiled.parts,
-            self.dt,
+            float(self.dt),
             self.strict,
-            self.collision.influence,
-            self.collision.stopping,
+            float(self.collision.influence),
+            float(self.collision.stopping),
             self.verify,
             self.self_clearance is not None,
             compiled.near,
             self._own.arrays,
-            self._own.stopping,
+            float(self._own.stopping),
         )
 
     def with_step(

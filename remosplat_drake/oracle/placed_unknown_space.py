@@ -66,6 +66,16 @@ class PlacedUnknownSpace(DistanceField):
         """The grid itself where G is W; see `DistanceField.for_planning`."""
         return self._field if self._is_in_W else self
 
+    @property
+    def compiled(self) -> tuple | None:
+        """The grid's own where G is W; see `DistanceField.compiled`."""
+        return self._field.compiled if self._is_in_W else None
+
+    @property
+    def compiled_rows(self) -> tuple | None:
+        """The same; see `DistanceField.compiled_rows`."""
+        return self._field.compiled_rows if self._is_in_W else None
+
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:

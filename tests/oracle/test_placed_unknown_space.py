@@ -80,3 +80,16 @@ def test_equal_revisions_answer_equally(coverage):
     assert len({field.revision for field in fields}) == 3
     again = PlacedUnknownSpace(coverage, YAW, FLOOR)
     assert again.revision == fields[1].revision
+
+
+def test_kernels_ask_the_grid_that_is_placed_nowhere_else(coverage):
+    here = PlacedUnknownSpace(coverage, RigidTransform(), FLOOR)
+    asked = spheres_in(coverage, RigidTransform(), ignore_below=FLOOR)
+    grid = unknown_space_field(coverage)
+    assert type(here.compiled) is type(grid.compiled)
+    assert here.compiled_rows == (here.compiled,)
+    answer, same = here.clearances(asked), grid.clearances(asked)
+    np.testing.assert_array_equal(answer.distance, same.distance)
+    np.testing.assert_array_equal(answer.direction_W, same.direction_W)
+    there = PlacedUnknownSpace(coverage, YAW, FLOOR)
+    assert there.compiled is None and there.compiled_rows is None

@@ -105,7 +105,7 @@ class SelfCollisionDamper(CompiledIngredient):
         The reach is negative where the damper is not enabled.
         """
         pairs, config = self._pairs, self.config
-        reach = config.influence if config.enabled else -1.0
+        reach = float(config.influence) if config.enabled else -1.0
         return pairs.pairs.shapes, pairs.pair_arrays, reach
 
     def near(self, state: RobotState) -> NearPoints:

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from remosplat_drake.controller.active_set import OPTIMAL, UNDECIDED
-from remosplat_drake.controller.braking import braking_command
+from remosplat_drake.controller.braking import next_on_ramp
 from remosplat_drake.controller.kernels.assemble import YIELDING
 from remosplat_drake.controller.kernels.dense import prune, solve_program
 
@@ -42,7 +42,7 @@ def decide(program, robot, u_previous, dt, strict):
         u, ended = solve_program(program)
         if ended == UNDECIDED or _is_optimum(u, ended):
             return u, ended != UNDECIDED
-    return braking_command(u_previous, robot.acceleration_limit, dt), True
+    return next_on_ramp(u_previous, robot.acceleration_limit, dt), True
 
 
 @njit(cache=True, nogil=True)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from remosplat_drake.controller.braking import braking_command, stopping_times
+from remosplat_drake.controller.braking import next_on_ramp, stopping_times
 from remosplat_drake.controller.kernels.assemble import Parts, assemble
 from remosplat_drake.controller.kernels.decide import decide
 from remosplat_drake.controller.kernels.tick_arrays import NearArrays
@@ -148,7 +148,7 @@ def _verified(law, given, u, u_previous):
     """The command that may be applied; see `verification/verify.py`."""
     robot, compiled, state, clearance, stopping = given
     own, level = law.own, np.minimum(stopping, clearance)
-    brake = braking_command(u_previous, robot.acceleration_limit, law.dt)
+    brake = next_on_ramp(u_previous, robot.acceleration_limit, law.dt)
     for scale in SCALES:
         command = u if scale == 1.0 else brake + scale * (u - brake)
         path = (
