@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -155,7 +155,6 @@ def _or_nan(value: float | None) -> float:
     return math.nan if value is None else float(value)
 
 
-def _floats(settings: tuple) -> tuple:
+def _floats(settings: Any) -> Any:
     """Makes numbers floats: kernels are compiled anew for whole numbers."""
-    made = [float(x) if type(x) is int else x for x in settings]
-    return type(settings)(*made)
+    return settings._make(float(x) if type(x) is int else x for x in settings)
