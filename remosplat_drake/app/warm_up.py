@@ -94,7 +94,7 @@ def compile_kernels(
     p_WE = world.robot.end_effector_pose(world.q0)[:3, 3]
     scenario.targets = [PoseConfig(translation=(p_WE + _AWAY).tolist())]
     splat_W, truth = _obstacle(world)
-    for field in _fields(scenario, world, live_map):
+    for field in _fields(scenario, world, live_map, splat_W, truth):
         beside = World(world.robot, splat_W, truth, field, world.q0)
         simulator = Simulator(build(scenario, beside).diagram)
         simulator.AdvanceTo((TICKS - 0.5) * scenario.control_period)
@@ -102,13 +102,16 @@ def compile_kernels(
 
 
 def _fields(
-    scenario: Scenario, world: World, live_map: bool
+    scenario: Scenario,
+    world: World,
+    live_map: bool,
+    splat_W: GaussianSplat,
+    truth: PrimitiveScene,
 ) -> list[DistanceField]:
     """Makes small maps of all kinds that the loop may ask.
 
     Kernels are compiled for each kind, since they ask it in compiled code.
     """
-    splat_W, truth = _obstacle(world)
     known = make_field(scenario.oracle, splat_W, truth, scenario.source)
     unseen = np.zeros((_ROOM, _ROOM, _ROOM), bool)
     p_WE = world.robot.end_effector_pose(world.q0)[:3, 3]

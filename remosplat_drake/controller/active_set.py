@@ -182,7 +182,7 @@ def _factor(L, A, active, n_active, Q, R):
                 R[i, k] += dot
                 for j in range(len(column)):
                     column[j] -= dot * Q[j, i]
-        norm = np.sqrt((column * column).sum())
+        norm = np.sqrt(_dot(column, column))
         R[k, k] = norm
         for j in range(len(column)):
             Q[j, k] = column[j] / norm

@@ -20,6 +20,7 @@ from remosplat_drake.controller.kernels.compiled_ingredient import (
 from remosplat_drake.controller.kernels.tick_arrays import (
     GuidanceArrays,
     ProgramArrays,
+    near_arrays,
 )
 from remosplat_drake.controller.reactive_program import (
     Ingredient,
@@ -27,7 +28,6 @@ from remosplat_drake.controller.reactive_program import (
     Tick,
 )
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.robot.self_collision.pairs import NearPoints
 
 
 class CompiledLaw:
@@ -76,7 +76,7 @@ class CompiledLaw:
 
     @property
     def near(self) -> tuple:
-        """What `near_points` takes: shapes, pairs and how far it looks [m].
+        """What `near_arrays` takes: shapes, pairs and how far it looks [m].
 
         That is negative where there is no `SelfCollisionDamper`, or it does
         nothing.
@@ -111,16 +111,13 @@ class CompiledLaw:
         tube = tick.sphere_tube
         if tube is None:
             tube = np.zeros(len(self._robot.spheres))
-        near = NearPoints.none()
-        if self._arrays.present[_OWN]:
-            near = self._own.near(tick.state)
         return assemble(
             self._arrays,
             self._robot.arrays,
             tick.state.arrays,
             np.array(tick.X_WT, order="C"),
             rows,
-            self._own.near_arrays(near),
+            near_arrays(self.near, tick.state.X_WL),
             np.array(tick.u_previous, float),
             float(tick.dt),
             tube,

@@ -219,18 +219,16 @@ class ReactiveProgram(ProgramData):
     @staticmethod
     def from_arrays(
         arrays: ProgramArrays,
-        ingredients: Sequence["Named"],
+        ingredients: Sequence[Named],
         robot: RobotModel,
     ) -> "ReactiveProgram":
         """Makes a finished program of the terms that kernels have added.
 
         Args:
             arrays: The terms.
-            ingredients: The ingredients, in the kernels' order.
+            ingredients: The ingredients, in the kernels' order; their terms
+                have different names.
             robot: The robot that is driven.
-
-        Raises:
-            TermError: Two terms of a kind share a name.
         """
         program = ReactiveProgram(robot.velocity_limit)
         program.lower, program.upper = arrays.lower, arrays.upper
@@ -243,8 +241,6 @@ class ReactiveProgram(ProgramData):
                 program.add_quadratic_cost(part.term, arrays.quadratic[k])
             first, last = spans[k]
             if first < last:
-                if part.term in program.rows:
-                    raise TermError(f"there are rows {part.term!r} already")
                 span = slice(first, last)
                 program.rows[part.term] = Rows(
                     arrays.A[span],
@@ -253,8 +249,6 @@ class ReactiveProgram(ProgramData):
                     Labels(part, robot, arrays.about[span]),
                 )
         _, tracker, accelerates = arrays.count.tolist()
-        if tracker < 0:
-            raise TermError("two ingredients track a twist")
         if tracker:
             program.tracking = Tracking(
                 ingredients[tracker - 1].term,

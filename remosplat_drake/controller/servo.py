@@ -1,10 +1,10 @@
 """The position-based servo: from a pose error to a desired twist."""
 
-import math
 
 import numpy as np
 from numba import njit
 
+from remosplat_drake.base.vectors import norm
 from remosplat_drake.robot.pose_error import PoseError
 
 
@@ -37,5 +37,5 @@ def servo_speed(p_ET_W, gain, max_speed):
         gain: The gain without the bound [1/s].
         max_speed: Bound on the translational speed [m/s].
     """
-    speed = gain * math.sqrt(np.sum(p_ET_W * p_ET_W))
+    speed = gain * norm(p_ET_W)
     return gain * max_speed / speed if speed > max_speed else gain

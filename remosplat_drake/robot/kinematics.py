@@ -188,7 +188,9 @@ def advance_for(q, u, n_base, times):
     """Evaluates `advance` for k times [s]; returns shape (k, n_q)."""
     states = np.empty((len(times), len(q)))
     for k in range(len(times)):
-        states[k] = advance(q, u, n_base, times[k])
+        q_then = advance(q, u, n_base, times[k])
+        for c in range(len(q)):
+            states[k, c] = q_then[c]
     return states
 
 
@@ -233,6 +235,15 @@ def compose(X_AB, X_BC, X_AC):
 
 
 @njit(cache=True)
+def copy_poses(X, Y):
+    """Writes n poses, shape (n, 4, 4), into another array of them."""
+    for i in range(len(X)):
+        for r in range(4):
+            for c in range(4):
+                Y[i, r, c] = X[i, r, c]
+
+
+@njit(cache=True)
 def joint_pose(kind, axis, value, X):
     """Writes the pose X_FM of a joint, by Rodrigues' formula or as a slide.
 
@@ -242,7 +253,9 @@ def joint_pose(kind, axis, value, X):
         value: Angle or way [rad, m].
         X: The pose, shape (4, 4), filled in.
     """
-    X[:, :] = 0.0
+    for r in range(4):
+        for c in range(4):
+            X[r, c] = 0.0
     X[3, 3] = 1.0
     if kind == PRISMATIC:
         for k in range(3):

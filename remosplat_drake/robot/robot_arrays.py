@@ -116,7 +116,8 @@ def state_arrays(robot, q):
             a_W[0, r] = X_WL[robot.screw_body[0], r, 0]
     for j in range(n_u):
         if robot.screw_turns[j] and robot.moves[robot.body_E, j]:
-            Jw_WE[:, j] = a_W[j]
+            for r in range(3):
+                Jw_WE[r, j] = a_W[j, r]
     Jv_WE = point_jacobians(
         a_W,
         o_W,

@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
+from remosplat_drake.controller import compiled_law
 from remosplat_drake.controller.controller_config import gain_set
+from remosplat_drake.controller.kernels.tick_arrays import (
+    NearArrays,
+    near_arrays,
+)
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
-from remosplat_drake.robot.self_collision.pairs import (
-    NearPoints,
-    SelfCollisionPairs,
-)
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 
 DT = 0.01
@@ -117,15 +118,11 @@ def test_plates_come_to_rest_where_they_must(plates, tilt):
 @pytest.mark.parametrize("tilt", [0.0, 0.02])
 def test_with_the_nearest_points_alone_they_chatter(plates, monkeypatch, tilt):
     """So the test above can fail; verification keeps what it promises."""
-    near = SelfCollisionPairs.near
 
-    def nearest(self, X_WL, within):
-        found = near(self, X_WL, within)
-        return NearPoints(
-            *[getattr(found, f.name)[:1] for f in dc.fields(found)]
-        )
+    def nearest(near, X_WL):
+        return NearArrays(*[values[:1] for values in near_arrays(near, X_WL)])
 
-    monkeypatch.setattr(SelfCollisionPairs, "near", nearest)
+    monkeypatch.setattr(compiled_law, "near_arrays", nearest)
     run = press(plates, tilt)
     assert flips(run) > 20
     assert (run.scale < 1.0).sum() > 20

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
+from remosplat_drake.base.vectors import dot, norm
 from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.distance_field import Clearances
@@ -90,31 +91,34 @@ def deflection(v_WE, p_ET_W, rows, leading, side, stopping, max_speed):
         max_speed: The servo's bound on |v_WE| [m/s].
     """
     sphere, distance, direction_W = rows
-    speed = math.sqrt(np.sum(v_WE * v_WE))
+    speed = norm(v_WE)
     if side == 0.0 or speed == 0.0:
         return v_WE
-    ahead_W = v_WE / speed
     strength, mean_W = 0.0, np.zeros(3)
     for i in range(len(sphere)):
         d = distance[i]
         if not (leading[sphere[i]] and d < NEAR):
             continue
-        away_W = -direction_W[i]
         w = (NEAR - d) / (NEAR - stopping)
-        a = (0.1 - np.sum(away_W * ahead_W)) / 0.4
-        b = -(d + np.sum(away_W * p_ET_W)) / _PASSED
+        a = (0.1 + dot(direction_W[i], v_WE) / speed) / 0.4
+        b = (dot(direction_W[i], p_ET_W) - d) / _PASSED
         f = _share(w) * _share(a) * _share(b)
         strength = max(strength, f)
-        mean_W += f**3 * away_W
-    norm = math.sqrt(np.sum(mean_W * mean_W))
-    if strength == 0.0 or norm == 0.0:
+        for c in range(3):
+            mean_W[c] -= f**3 * direction_W[i, c]
+    if strength == 0.0 or norm(mean_W) == 0.0:
         return v_WE
-    along_W = np.array([mean_W[1], -mean_W[0], 0.0]) * (side / norm)  # n x z
-    direction = (1.0 - strength) * ahead_W + strength * along_W
-    length = math.sqrt(np.sum(direction * direction))
+    turn = side * strength / norm(mean_W)
+    along = (turn * mean_W[1], -turn * mean_W[0], 0.0)  # n x z
+    bent_W = np.empty(3)
+    for c in range(3):
+        bent_W[c] = (1.0 - strength) * v_WE[c] / speed + along[c]
+    length = norm(bent_W)
     if length < 1e-9:
         return v_WE
-    return max(speed, 0.6 * strength * max_speed) * direction / length
+    for c in range(3):
+        bent_W[c] *= max(speed, 0.6 * strength * max_speed) / length
+    return bent_W
 
 
 @njit(cache=True, nogil=True)

@@ -89,7 +89,7 @@ class ActiveCollisionSettings(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def add_active_collision_cost(own, k, tick, program):
-    """Adds a `ActiveCollisionCost`; see `kernels/assemble.py`."""
+    """Adds an `ActiveCollisionCost`; see `kernels/assemble.py`."""
     gain = own.gain * tick.guidance.active_scale
     if gain == 0.0 or not len(tick.distance):
         return

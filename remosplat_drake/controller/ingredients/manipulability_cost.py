@@ -8,6 +8,7 @@ from annotated_types import Interval
 from numba import njit
 
 from remosplat_drake.base.ranges import Config
+from remosplat_drake.base.vectors import cross, dot
 from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
 )
@@ -103,8 +104,10 @@ def manipulability(Jw, Jv):
         both zero at a singularity and with fewer than six joints.
     """
     n = Jw.shape[1]
-    J = np.vstack((Jw, Jv))
-    gradient = np.zeros(n)
+    J, gradient = np.empty((6, n)), np.zeros(n)
+    for r in range(3):
+        for j in range(n):
+            J[r, j], J[3 + r, j] = Jw[r, j], Jv[r, j]
     L = _cholesky(J)
     m = 1.0
     for r in range(6):
@@ -116,22 +119,12 @@ def manipulability(Jw, Jv):
         total = 0.0
         for j in range(n):
             if k <= j:
-                total += _triple(Jw[:, k], Jw[:, j], P[:3, j])
-                total += _triple(Jw[:, k], Jv[:, j], P[3:, j])
+                total += dot(cross(Jw[:, k], Jw[:, j]), P[:3, j])
+                total += dot(cross(Jw[:, k], Jv[:, j]), P[3:, j])
             else:
-                total += _triple(Jw[:, j], Jv[:, k], P[3:, j])
+                total += dot(cross(Jw[:, j], Jv[:, k]), P[3:, j])
         gradient[k] = m * total
     return m, gradient
-
-
-@njit(cache=True, nogil=True)
-def _triple(a, b, c):
-    """(a x b) . c."""
-    return (
-        (a[1] * b[2] - a[2] * b[1]) * c[0]
-        + (a[2] * b[0] - a[0] * b[2]) * c[1]
-        + (a[0] * b[1] - a[1] * b[0]) * c[2]
-    )
 
 
 @njit(cache=True, nogil=True)
@@ -140,8 +133,9 @@ def _cholesky(J):
 
     Written out, because numba takes seconds to compile NumPy's.
     """
-    L = np.zeros((6, 6))
-    for r in range(6):
+    rows = len(J)  # Not 6, for which compilers would write out all loops.
+    L = np.zeros((rows, rows))
+    for r in range(rows):
         for c in range(r + 1):
             total = 0.0
             for j in range(J.shape[1]):
@@ -160,12 +154,12 @@ def _solve(L, J):
     """(L L')^-1 J by forward and backward substitution."""
     P = J.copy()
     for j in range(J.shape[1]):
-        for r in range(6):
+        for r in range(len(L)):
             for i in range(r):
                 P[r, j] -= L[r, i] * P[i, j]
             P[r, j] /= L[r, r]
-        for r in range(5, -1, -1):
-            for i in range(r + 1, 6):
+        for r in range(len(L) - 1, -1, -1):
+            for i in range(r + 1, len(L)):
                 P[r, j] -= L[i, r] * P[i, j]
             P[r, j] /= L[r, r]
     return P

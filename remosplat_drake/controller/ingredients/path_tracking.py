@@ -117,19 +117,26 @@ def _velocity(own, tick):
         corner = _corner_after(path_q, path_s, s + near)
         goal = min(goal, corner)
         left = min(left, corner - s + near)
-    along = place_at(path_q, path_s, goal) - q
+    along = place_at(path_q, path_s, goal)
+    for j in range(len(q)):
+        along[j] -= q[j]
     if robot.n_base:
         along = _without_slip(path_q, path_s, goal, q, along)
-    size = math.sqrt(np.sum(along * along))
-    if size < 1e-9:
+    square = 0.0
+    for j in range(len(along)):
+        square += along[j] * along[j]
+    if square < 1e-18:
         return np.zeros(len(tick.u_previous))
-    along /= size
+    for j in range(len(along)):
+        along[j] /= math.sqrt(square)
     speed = own.max_speed / max(_fastest(robot, state, along), 1e-9)
     speed = min(own.gain * left, speed)
     for j in range(len(along)):
         limit = robot.velocity_limit[j] / max(abs(along[j]), 1e-9)
         speed = min(speed, limit)
-    return speed * along
+    for j in range(len(along)):
+        along[j] *= speed
+    return along
 
 
 @njit(cache=True, nogil=True)

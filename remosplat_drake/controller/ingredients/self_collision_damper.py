@@ -12,12 +12,11 @@ from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
 )
-from remosplat_drake.controller.kernels.tick_arrays import NearArrays, new_row
+from remosplat_drake.controller.kernels.tick_arrays import new_row
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 from remosplat_drake.robot.robot_arrays import add_rate
-from remosplat_drake.robot.robot_model import RobotModel, RobotState
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.pairs import (
-    NearPoints,
     self_collision_pairs,
 )
 from remosplat_drake.signals.binding import SELF_COLLISION
@@ -83,7 +82,10 @@ class SelfCollisionDamper(CompiledIngredient):
             tick: What is known at the tick; the robot's configuration matters
                 here.
         """
-        config, pairs, near = self.config, self._pairs, self.near(tick.state)
+        config, pairs = self.config, self._pairs
+        if not (config.enabled and len(pairs)):
+            return
+        near = pairs.near(tick.state.X_WL, config.influence)
         if not len(near):
             return
         first, second = pairs.bodies(near)
@@ -100,38 +102,13 @@ class SelfCollisionDamper(CompiledIngredient):
 
     @property
     def near_question(self) -> tuple[tuple, tuple, float]:
-        """Shapes, pairs and reach, as `near_points` takes them.
+        """Shapes, pairs and reach, as `near_arrays` takes them.
 
         The reach is negative where the damper is not enabled.
         """
         pairs, config = self._pairs, self.config
         reach = float(config.influence) if config.enabled else -1.0
         return pairs.pairs.shapes, pairs.pair_arrays, reach
-
-    def near(self, state: RobotState) -> NearPoints:
-        """Finds the points at which links are near each other.
-
-        Args:
-            state: Kinematics at the configuration.
-        """
-        if not (self.config.enabled and len(self._pairs)):
-            return NearPoints.none()
-        return self._pairs.near(state.X_WL, self.config.influence)
-
-    def near_arrays(self, near: NearPoints) -> NearArrays:
-        """Returns such points as kernels take them.
-
-        Args:
-            near: The points.
-        """
-        return NearArrays(
-            near.pair,
-            *self._pairs.bodies(near),
-            near.distance,
-            near.normal_W,
-            near.p_WA,
-            near.p_WB,
-        )
 
     def settings(self, robot: RobotModel) -> "SelfCollisionSettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""

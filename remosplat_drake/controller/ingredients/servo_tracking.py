@@ -148,4 +148,4 @@ def add_servo_tracking(own, k, tick, program):
     for r in range(6):
         program.limit[r] = max(own.slack_limit, abs(program.V[r]))
     program.price[0] = 1.0 / tick.error_scale
-    program.count[1] = -1 if program.count[1] else k + 1
+    program.count[1] = k + 1

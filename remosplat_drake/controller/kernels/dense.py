@@ -72,7 +72,9 @@ def dense(program):
     row = 2 * n_u
     for i in range(m):
         if program.kept[i]:
-            A[row], b[row] = program.A[i], program.b[i]
+            for j in range(n_u):
+                A[row, j] = program.A[i, j]
+            b[row] = program.b[i]
             row += 1
     if program.count[1]:
         J, V, limit = program.J, program.V, program.limit
@@ -84,7 +86,9 @@ def dense(program):
                     H[i, j] += price * J[k, i] * J[k, j]
         for sign in (1.0, -1.0):
             for k in range(6):
-                A[row], b[row] = sign * J[k], limit[k] + sign * V[k]
+                for j in range(n_u):
+                    A[row, j] = sign * J[k, j]
+                b[row] = limit[k] + sign * V[k]
                 if can_bind(program, A[row], b[row]):
                     row += 1
     return H, c, A[:row], b[:row]

@@ -11,6 +11,9 @@ from remosplat_drake.robot.robot_arrays import (
     StateArrays,
     add_rate,
 )
+from remosplat_drake.robot.self_collision.kernels.near_points import (
+    near_points,
+)
 
 
 class GuidanceArrays(NamedTuple):
@@ -119,8 +122,8 @@ class ProgramArrays(NamedTuple):
         limit: Bounds on its slack, shape (6,) [rad/s, m/s].
         price: Price of the slack, shape (1,).
         count: Number of rows; 0, or one more than the number of the ingredient
-            that tracks a twist, or -1 if several do; and whether there are
-            acceleration bounds, shape (3,).
+            that tracks a twist; and whether there are acceleration bounds,
+            shape (3,).
     """
 
     lower: np.ndarray
@@ -140,6 +143,26 @@ class ProgramArrays(NamedTuple):
     limit: np.ndarray
     price: np.ndarray
     count: np.ndarray
+
+
+@njit(cache=True, nogil=True)
+def near_arrays(near, X_WL) -> NearArrays:
+    """Finds where the robot's links are near each other.
+
+    Args:
+        near: Shapes and pairs as `near_points` takes them, and its reach [m],
+            which is negative where nothing is looked for.
+        X_WL: Poses of all bodies, shape (b, 4, 4).
+    """
+    shapes, pairs, reach = near
+    pair, distance, normal_W, p_WA, p_WB = near_points(
+        shapes, pairs, X_WL, reach
+    )
+    first, second, body = pairs[0], pairs[1], shapes[6]
+    body_A, body_B = np.empty_like(pair), np.empty_like(pair)
+    for i in range(len(pair)):
+        body_A[i], body_B[i] = body[first[pair[i]]], body[second[pair[i]]]
+    return NearArrays(pair, body_A, body_B, distance, normal_W, p_WA, p_WB)
 
 
 @njit(cache=True, nogil=True)

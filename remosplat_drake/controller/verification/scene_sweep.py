@@ -70,18 +70,9 @@ def sweeps_clear_of_any(
     level: np.ndarray,
     tolerance: float,
 ) -> bool:
-    """Tells the same of a map that kernels cannot ask.
+    """Tells the same of any map, also of one that kernels cannot ask.
 
-    Args:
-        path: The path of a command and its braking ramp.
-        field: The map.
-        p_WS: Centres of the robot's spheres in W at the start of the path,
-            shape (n, 3) [m].
-        clearance: Clearances of the spheres at the start, or lower bounds of
-            them, shape (n,) [m].
-        level: Clearance that each sphere must keep, shape (n,) [m].
-        tolerance: How far below its level a clearance may fall between the
-            path's times [m].
+    Arguments are those of `keeps_off_the_scene`.
     """
     room = clearance - level
     near = np.arange(len(room))

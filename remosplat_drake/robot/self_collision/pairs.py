@@ -47,12 +47,6 @@ class NearPoints:
     def __len__(self) -> int:
         return len(self.pair)
 
-    @staticmethod
-    def none() -> "NearPoints":
-        """Makes the points of links that are all far from each other."""
-        points = [np.zeros((0, 3)) for _ in range(3)]
-        return NearPoints(np.zeros(0, np.int64), np.zeros(0), *points)
-
 
 @dc.dataclass(frozen=True, eq=False)
 class SelfCollisionPairs:

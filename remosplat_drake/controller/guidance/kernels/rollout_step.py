@@ -8,7 +8,10 @@ from numba import njit
 from remosplat_drake.controller.braking import next_on_ramp, stopping_times
 from remosplat_drake.controller.kernels.assemble import Parts, assemble
 from remosplat_drake.controller.kernels.decide import decide
-from remosplat_drake.controller.kernels.tick_arrays import NearArrays
+from remosplat_drake.controller.kernels.tick_arrays import (
+    given_or,
+    near_arrays,
+)
 from remosplat_drake.controller.verification.kernels.map_sweep import (
     keeps_joint_limits,
     sweeps_clear,
@@ -19,9 +22,6 @@ from remosplat_drake.controller.verification.kernels.pair_sweep import (
 from remosplat_drake.controller.verification.verify import SCALES, TOLERANCE
 from remosplat_drake.robot.kinematics import advance
 from remosplat_drake.robot.robot_arrays import state_arrays
-from remosplat_drake.robot.self_collision.kernels.near_points import (
-    near_points,
-)
 from remosplat_drake.signals.compiled_map import ask_each
 
 
@@ -36,8 +36,7 @@ class LoopArrays(NamedTuple):
         stopping: Stopping distance from the scene [m].
         verify: Whether commands are verified.
         verify_own: Whether verification looks at the robot's own shapes, too.
-        near: Shapes and pairs as `near_points` takes them, and its reach,
-            which is negative where there are no such rows [m].
+        near: `CompiledLaw.near`.
         own: `SelfClearance.arrays`.
         own_stopping: The distance that its pairs keep [m].
     """
@@ -81,7 +80,7 @@ def rollout_step(law, robot, maps, compiled, X_WT, q, u_previous, guidance):
         state,
         X_WT,
         rows,
-        _near(law.near, state.X_WL),
+        near_arrays(law.near, state.X_WL),
         u_previous,
         law.dt,
         np.zeros(len(robot.radius)),
@@ -93,9 +92,7 @@ def rollout_step(law, robot, maps, compiled, X_WT, q, u_previous, guidance):
         for row in range(len(rows[0])):
             i = rows[0][row]
             clearance[i] = min(clearance[i], rows[1][row])
-        stopping = law.stopping
-        if not np.isnan(guidance.stopping):
-            stopping = guidance.stopping
+        stopping = given_or(guidance.stopping, law.stopping)
         given = robot, compiled, state, clearance, stopping
         u = _verified(law, given, u, u_previous)
     q_next = advance(q, u, robot.n_base, law.dt)
@@ -127,20 +124,6 @@ def _rows(maps, robot, p_WS, influence):
                 direction_W[count, c] = answers[k, i, 5 + c]
             count += 1
     return sphere[:count], distance[:count], direction_W[:count]
-
-
-@njit(cache=True, nogil=True)
-def _near(near, X_WL):
-    """Where the robot's links are near each other."""
-    shapes, pairs, reach = near
-    pair, distance, normal_W, p_WA, p_WB = near_points(
-        shapes, pairs, X_WL, reach
-    )
-    body_A, body_B = np.empty_like(pair), np.empty_like(pair)
-    for i in range(len(pair)):
-        body_A[i] = shapes[6][pairs[0][pair[i]]]
-        body_B[i] = shapes[6][pairs[1][pair[i]]]
-    return NearArrays(pair, body_A, body_B, distance, normal_W, p_WA, p_WB)
 
 
 @njit(cache=True, nogil=True)

@@ -26,7 +26,10 @@ def place_at(path_q, path_s, s):
         k += 1
     share = (s - path_s[k]) / (path_s[k + 1] - path_s[k])
     share = min(max(share, 0.0), 1.0)
-    return path_q[k] + share * (path_q[k + 1] - path_q[k])
+    q = path_q[k].copy()
+    for c in range(len(q)):
+        q[c] += share * (path_q[k + 1, c] - path_q[k, c])
+    return q
 
 
 @njit(cache=True, nogil=True)
@@ -42,7 +45,10 @@ def nearest_place(path_q, path_s, q):
         The arc length there, the largest of equals, and the distance.
     """
     if len(path_s) == 1:
-        return 0.0, math.sqrt(np.sum((q - path_q[0]) ** 2))
+        apart = 0.0
+        for c in range(len(q)):
+            apart += (path_q[0, c] - q[c]) ** 2
+        return 0.0, math.sqrt(apart)
     place, least = 0.0, np.inf
     for k in range(len(path_s) - 1):
         span, along = path_s[k + 1] - path_s[k], 0.0

@@ -7,6 +7,7 @@ in between only where these two looks do not tell enough.
 import numpy as np
 from numba import njit
 
+from remosplat_drake.base.vectors import norm, set_vector
 from remosplat_drake.controller.verification.kernels.places import (
     peak_speed,
     place,
@@ -16,7 +17,7 @@ from remosplat_drake.controller.verification.kernels.relative_way import (
     relative_way,
     travels,
 )
-from remosplat_drake.robot.kinematics import body_poses
+from remosplat_drake.robot.kinematics import body_poses, copy_poses
 from remosplat_drake.robot.self_collision.kernels.gjk import make_work
 from remosplat_drake.robot.self_collision.kernels.pair_distance import (
     centers_in_world,
@@ -47,7 +48,8 @@ def pairs_keep_apart(tree, path, own, stopping, tolerance):
     speed, times = peak_speed(path[1]), path[4]
     travel = travels(path, rate)
     knots = np.zeros(len(times) + 1)
-    knots[1:] = times
+    for i in range(len(times)):
+        knots[i + 1] = times[i]
     X_WL = np.empty((len(knots), len(tree[0]), 4, 4))
     p_WC = np.empty((len(knots), len(body), 3))
     is_placed = np.zeros(len(knots), np.bool_)
@@ -75,7 +77,7 @@ def pairs_keep_apart(tree, path, own, stopping, tolerance):
                 continue
             level = min(found, stopping[link] - allowance[k])
             i, j = pair
-            offset = np.sqrt(np.sum(center[j] ** 2))
+            offset = norm(center[j])
             bend = relative_bend(lever[link], turns, speed, offset, reach[j])
             if not _pair_keeps_apart(
                 (tree, shapes, path),
@@ -141,16 +143,18 @@ def _keeps_apart_within(given, looks, pair, knot, rooms, tolerance, work):
     shortest = 0.5**_HALVINGS * (end - begin)
     rights = np.empty((_HALVINGS + 2, 2))
     X_rights = np.empty((_HALVINGS + 2, *X_WL[0].shape))
-    rights[0], X_rights[0] = (end, rooms[1]), X_WL[knot]
+    rights[0, 0], rights[0, 1] = end, rooms[1]
+    copy_poses(X_WL[knot], X_rights[0])
     left, room, X_left = begin, rooms[0], X_WL[knot - 1].copy()
     centers = np.empty_like(p_WC[0])
     height = 1
     while height:
-        right, room_after = rights[height - 1]
+        right, room_after = rights[height - 1, 0], rights[height - 1, 1]
         X_right = X_rights[height - 1]
         way = _way(shapes, X_left, X_right, pair, right - left)
         if room + room_after - way >= -2.0 * tolerance:
-            left, room, X_left[:] = right, room_after, X_right
+            left, room = right, room_after
+            copy_poses(X_right, X_left)
             height -= 1
             continue
         if right - left <= shortest:
@@ -169,8 +173,11 @@ def _keeps_apart_within(given, looks, pair, knot, rooms, tolerance, work):
 @njit(cache=True)
 def _place(tree, shapes, path, time, X_WL, p_WC):
     """Places all bodies, and the centres of all shapes, at a time."""
-    X_WL[:], _ = body_poses(*tree, place(path, time))  # pyright: ignore
-    p_WC[:] = centers_in_world(shapes, X_WL)
+    placed, _ = body_poses(*tree, place(path, time))  # pyright: ignore
+    copy_poses(placed, X_WL)
+    centers = centers_in_world(shapes, X_WL)
+    for i in range(len(centers)):
+        set_vector(p_WC[i], centers[i])
 
 
 @njit(cache=True)

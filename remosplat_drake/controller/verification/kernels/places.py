@@ -26,7 +26,7 @@ def places(path, times):
     """Computes the configurations at k times, shape (k, n_q)."""
     found = np.empty((len(times), path[0].shape[1]))
     for i in range(len(times)):
-        found[i] = place(path, times[i])
+        _set_row(found, i, place(path, times[i]))
     return found
 
 
@@ -44,16 +44,25 @@ def chain(q, rates, spans, n_base):
         The configurations, shape (s, n_q).
     """
     starts = np.empty((len(spans), len(q)))
-    starts[0] = q
+    _set_row(starts, 0, q)
     for k in range(len(spans) - 1):
-        starts[k + 1] = advance(starts[k], rates[k], n_base, spans[k])
+        q_then = advance(starts[k], rates[k], n_base, spans[k])
+        _set_row(starts, k + 1, q_then)
     return starts
 
 
 @njit(cache=True)
 def peak_speed(rates):
     """Returns the greatest speed of each axis on the pieces, (n_u,)."""
-    peak = np.abs(rates[0])
-    for k in range(1, len(rates)):
-        peak = np.maximum(peak, np.abs(rates[k]))
+    peak = np.zeros(rates.shape[1])
+    for k in range(len(rates)):
+        for j in range(len(peak)):
+            peak[j] = max(peak[j], abs(rates[k, j]))
     return peak
+
+
+@njit(cache=True)
+def _set_row(out, row, values):
+    """Copies a vector to a row; compiled sooner than NumPy's own way."""
+    for j in range(len(values)):
+        out[row, j] = values[j]

@@ -3,6 +3,7 @@
 import numpy as np
 from numba import njit
 
+from remosplat_drake.base.vectors import set_vector
 from remosplat_drake.controller.verification.kernels.between_looks import (
     bend_of,
     known_rooms,
@@ -43,13 +44,18 @@ def look_along(robot, path, sphere, start, room, tolerance):
     point = np.empty((k + 1, n, 3))
     R_WL = np.empty((k, n, 3, 3))
     span = np.empty((k, n))
-    point[0] = start
+    for i in range(n):
+        set_vector(point[0, i], start[i])
     before = 0.0
     for j in range(k):
         q_then = place(path, times[j])
         X_WB, _ = body_poses(*tree, q_then)  # pyright: ignore
-        point[j + 1], R_WL[j] = sphere_points(X_WB, body, p_BS)
-        span[j] = times[j] - before
+        p_WS, R_WS = sphere_points(X_WB, body, p_BS)
+        for i in range(n):
+            set_vector(point[j + 1, i], p_WS[i])
+            for r in range(3):
+                set_vector(R_WL[j, i, r], R_WS[i, r])
+            span[j, i] = times[j] - before
         before = times[j]
     speed = peak_speed(path[1])
     bend = np.empty(n)

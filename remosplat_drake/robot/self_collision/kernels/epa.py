@@ -7,11 +7,10 @@ found, the hulls are moved apart by the depth, so that the negative depth is a
 lower bound of the signed distance.
 """
 
-import math
-
 import numpy as np
 from numba import njit
 
+from remosplat_drake.base.vectors import cross, dot, norm, set_vector
 from remosplat_drake.robot.self_collision.kernels.support import add_support
 
 _STEPS = 60
@@ -43,24 +42,31 @@ def penetration(hulls, simplex, size, known, nearest):
     """
     best, x, y, z = known
     points = np.zeros((3, 4 + _STEPS, 3))
-    points[:, :size] = simplex[:, :size]
+    for side in range(3):
+        for row in range(size):
+            set_vector(points[side, row], simplex[side, row])
     n = _make_tetrahedron(hulls, points, size)
-    nearest[0], nearest[1] = points[1, 0], points[2, 0]
+    for side in range(2):
+        set_vector(nearest[side], points[side + 1, 0])
     if n < 4:  # Both hulls lie in a plane: across it, they only touch.
         for i in range(6):
-            axis, is_known = _direction_away(points[0], n, i)
-            if not is_known:
+            nx, ny, nz = _direction_away(points[0], n, i)
+            if nx == ny == nz == 0.0:
                 continue
-            bound = add_support(hulls, axis[0], axis[1], axis[2], points, n)
+            bound = add_support(hulls, nx, ny, nz, points, n)
             if bound > best:
-                best, x, y, z = bound, axis[0], axis[1], axis[2]
+                best, x, y, z = bound, nx, ny, nz
         return best, x, y, z
-    inside = np.array([points[0, :4, k].mean() for k in range(3)])
+    inside = np.zeros(3)
+    for row in range(4):
+        for c in range(3):
+            inside[c] += 0.25 * points[0, row, c]
     face = np.zeros((_FACES, 3), np.int64)
     plane = np.zeros((_FACES, 4))
     count = 0
     for i in range(4):
-        face[count] = (i + 1) % 4, (i + 2) % 4, (i + 3) % 4
+        for c in range(3):
+            face[count, c] = (i + c + 1) % 4
         _set_plane(points[0], face[count], inside, plane[count])
         count += 1
     edge = np.zeros((_FACES, 2), np.int64)
@@ -87,11 +93,12 @@ def penetration(hulls, simplex, size, known, nearest):
         if not edges or count + edges > _FACES:
             break
         for i in range(edges):
-            face[count] = edge[i, 0], edge[i, 1], n
+            face[count, 0], face[count, 1] = edge[i, 0], edge[i, 1]
+            face[count, 2] = n
             _set_plane(points[0], face[count], inside, plane[count])
             count += 1
         n += 1
-    _set_deepest(points, face[:count], plane[:count], nearest)
+    _set_deepest(points, face, plane, count, nearest)
     return best, x, y, z
 
 
@@ -102,14 +109,15 @@ def _make_tetrahedron(hulls, points, size):
     Returns:
         How many there are; less than four if all lie in a plane.
     """
+    p = points[0, 0]
     while size < 4:
         found = False
         for i in range(6):
-            n, is_known = _direction_away(points[0], size, i)
-            if not is_known:
+            x, y, z = _direction_away(points[0], size, i)
+            if x == y == z == 0.0:
                 continue
-            low = add_support(hulls, n[0], n[1], n[2], points, size)
-            if abs(low - np.dot(n, points[0, 0])) > 1e-9:
+            low = add_support(hulls, x, y, z, points, size)
+            if abs(low - dot((x, y, z), p)) > 1e-9:
                 found = True
                 break
         if not found:
@@ -123,43 +131,55 @@ def _direction_away(points, size, i):
     """Makes the i-th of six unit vectors at right angles to some vertices.
 
     Returns:
-        The vector, shape (3,), and whether there is an i-th.
+        The vector as three numbers, which are 0 if there is no i-th.
     """
-    n = np.zeros(3)
-    n[i // 2] = 1.0
-    if size == 3:
-        n = np.cross(points[1] - points[0], points[2] - points[0])
-    elif size == 2:
-        n = np.cross(points[1] - points[0], n)
-    norm = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
-    if norm < 1e-12:
-        return n, False
-    return n * ((1.0 if i % 2 else -1.0) / norm), True
+    x = 1.0 if i // 2 == 0 else 0.0
+    y = 1.0 if i // 2 == 1 else 0.0
+    z = 1.0 if i // 2 == 2 else 0.0
+    if size > 1:
+        e = _edge(points, 0, 1)
+        if size == 3:
+            x, y, z = _edge(points, 0, 2)
+        x, y, z = cross(e, (x, y, z))
+    size = norm((x, y, z))
+    if size < 1e-12:
+        return 0.0, 0.0, 0.0
+    share = (1.0 if i % 2 else -1.0) / size
+    return share * x, share * y, share * z
+
+
+@njit(cache=True)
+def _edge(points, i, j):
+    """The vector from one vertex to another."""
+    return (
+        points[j, 0] - points[i, 0],
+        points[j, 1] - points[i, 1],
+        points[j, 2] - points[i, 2],
+    )
 
 
 @njit(cache=True)
 def _set_plane(points, face, inside, plane):
     """Sets the outward unit normal of a face, and its distance."""
-    a, b, c = points[face[0]], points[face[1]], points[face[2]]
-    e, f = b - a, c - a
-    x = e[1] * f[2] - e[2] * f[1]
-    y = e[2] * f[0] - e[0] * f[2]
-    z = e[0] * f[1] - e[1] * f[0]
-    norm = math.sqrt(x * x + y * y + z * z)
-    if norm < 1e-15:
-        plane[:] = 0.0, 0.0, 0.0, np.inf
+    x, y, z = cross(
+        _edge(points, face[0], face[1]), _edge(points, face[0], face[2])
+    )
+    size = norm((x, y, z))
+    if size < 1e-15:
+        plane[0] = plane[1] = plane[2] = 0.0
+        plane[3] = np.inf
         return
-    x, y, z = x / norm, y / norm, z / norm
-    height = x * a[0] + y * a[1] + z * a[2]
-    if x * inside[0] + y * inside[1] + z * inside[2] > height:
+    x, y, z = x / size, y / size, z / size
+    height = dot((x, y, z), points[face[0]])
+    if dot((x, y, z), inside) > height:
         x, y, z, height = -x, -y, -z, -height
-    plane[:] = x, y, z, height
+    plane[0], plane[1], plane[2], plane[3] = x, y, z, height
 
 
 @njit(cache=True)
 def _height(p, plane):
     """How far a point lies above a face."""
-    return plane[0] * p[0] + plane[1] * p[1] + plane[2] * p[2] - plane[3]
+    return dot(plane, p) - plane[3]
 
 
 @njit(cache=True)
@@ -169,42 +189,53 @@ def _toggle(edge, edges, i, j):
         if (edge[k, 0] == i and edge[k, 1] == j) or (
             edge[k, 0] == j and edge[k, 1] == i
         ):
-            edge[k] = edge[edges - 1]
+            edge[k, 0], edge[k, 1] = edge[edges - 1, 0], edge[edges - 1, 1]
             return edges - 1
-    edge[edges] = i, j
+    edge[edges, 0], edge[edges, 1] = i, j
     return edges + 1
 
 
 @njit(cache=True)
-def _set_deepest(points, face, plane, nearest):
+def _set_deepest(points, face, plane, count, nearest):
     """Sets the points of A and B whose difference is nearest to the origin.
 
     It lies on a face with the least distance. Of those that share its plane it
     is the one whose triangle holds it.
     """
-    least = plane[:, 3].min() + 1e-9
+    least = np.inf
+    for i in range(count):
+        least = min(least, plane[i, 3])
     inmost = -np.inf
-    for i in range(len(face)):
-        if plane[i, 3] > least:
+    for i in range(count):
+        if plane[i, 3] > least + 1e-9:
             continue
-        a, b, c = face[i]
+        a, b, c = face[i, 0], face[i, 1], face[i, 2]
         s, t = _barycentric(points[0], face[i], plane[i])
         inside = min(s, t, 1.0 - s - t)
         if inside > inmost:
             inmost = inside
             for side in range(2):
                 p = points[side + 1]
-                nearest[side] = (1.0 - s - t) * p[a] + s * p[b] + t * p[c]
+                for k in range(3):
+                    nearest[side, k] = (
+                        (1.0 - s - t) * p[a, k] + s * p[b, k] + t * p[c, k]
+                    )
 
 
 @njit(cache=True)
 def _barycentric(points, face, plane):
     """Computes two barycentric coordinates of the origin's projection."""
     a = points[face[0]]
-    e, f = points[face[1]] - a, points[face[2]] - a
-    g = plane[:3] * plane[3] - a
-    ee, ef, ff = np.dot(e, e), np.dot(e, f), np.dot(f, f)
-    eg, fg = np.dot(e, g), np.dot(f, g)
+    e, f = _edge(points, face[0], face[1]), _edge(points, face[0], face[2])
+    d = plane[3]
+    g = plane[0] * d - a[0], plane[1] * d - a[1], plane[2] * d - a[2]
+    ee, ef, ff, eg, fg = (
+        dot(e, e),
+        dot(e, f),
+        dot(f, f),
+        dot(e, g),
+        dot(f, g),
+    )
     det = ee * ff - ef * ef
     if det <= 0.0:
         return -np.inf, -np.inf

@@ -44,7 +44,7 @@ def nearest_on_simplex(simplex, size, weights, v):
             if found < least:
                 least, ids_1, ids_2, s, t = found, i, j, share, other
     if size == 4 and _holds_origin(p, weights):
-        v[:] = 0.0
+        v[0] = v[1] = v[2] = 0.0
         return 4
     _keep(simplex, n, ids_1, ids_2)
     weights[0], weights[1], weights[2] = 1.0 - s - t, s, t

@@ -1,0 +1,19 @@
+"""How numba compiles this project's kernels.
+
+Compiling takes most of the first start. A function that Python calls needs
+code that takes its arguments apart, which for a robot and a program is more
+than most kernels are themselves, so that only `kernel` makes it.
+"""
+
+from numba import njit
+from numba.extending import register_jitable
+
+kernel = njit(cache=True, nogil=True, no_cfunc_wrapper=True)
+"""Compiles a function that is called by Python, too, and keeps it on disk.
+
+It lets go of Python's lock while it runs."""
+
+helper = register_jitable
+"""Compiles a function into the kernels that call it.
+
+Python, where it calls one, runs it as it stands: slowly."""

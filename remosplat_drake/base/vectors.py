@@ -1,0 +1,42 @@
+"""Vectors in space, for kernels: arrays of three numbers, or tuples.
+
+NumPy's own operations on them allocate an array each, and take numba a while
+to compile.
+"""
+
+import math
+
+from numba import njit
+
+
+@njit(cache=True, nogil=True)
+def dot(a, b):
+    """Computes the dot product of two vectors."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit(cache=True, nogil=True)
+def cross(a, b):
+    """Computes the cross product of two vectors, as three numbers."""
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+@njit(cache=True, nogil=True)
+def norm(a):
+    """Computes the length of a vector."""
+    return math.sqrt(dot(a, a))
+
+
+@njit(cache=True, nogil=True)
+def set_vector(out, a) -> None:
+    """Writes a vector into an array.
+
+    Args:
+        out: The array, shape (3,).
+        a: The vector.
+    """
+    out[0], out[1], out[2] = a[0], a[1], a[2]
