@@ -2,8 +2,8 @@
 
 Numba keeps compiled kernels on disk and compiles one again when its own file
 has changed. A kernel of another file that it inlines may change unseen, and the
-old code runs on silently. So all are deleted as soon as one of their files is
-newer.
+old code runs on silently. So all are deleted as soon as a file with compiled
+code is newer.
 """
 
 import contextlib
@@ -21,10 +21,12 @@ def drop_stale_kernels(package: Path = _PACKAGE) -> bool:
     Returns:
         Whether anything was deleted.
     """
-    indices = list(package.rglob("__pycache__/*.nbi"))
-    sources = {_source(index) for index in indices}
-    changed = max((_mtime(source) for source in sources), default=0.0)
-    if all(_mtime(index) >= changed for index in indices):
+    indices = package.rglob("__pycache__/*.nbi")
+    oldest = min((_mtime(index) for index in indices), default=None)
+    if oldest is None or not any(
+        _mtime(source) > oldest and _is_compiled(source)
+        for source in package.rglob("*.py")
+    ):
         return False
     for compiled in package.rglob("__pycache__/*.nb[ic]"):
         with contextlib.suppress(OSError):
@@ -32,10 +34,12 @@ def drop_stale_kernels(package: Path = _PACKAGE) -> bool:
     return True
 
 
-def _source(index: Path) -> Path:
-    """The file of a kernel's index, `__pycache__/MODULE.KERNEL-....nbi`."""
-    module = index.name.partition(".")[0]
-    return index.parent.parent / f"{module}.py"
+def _is_compiled(source: Path) -> bool:
+    """Whether a module has code that Numba compiles, if only into others'."""
+    with contextlib.suppress(OSError):
+        text = source.read_bytes()
+        return b"numba" in text or b"base.kernels import" in text
+    return False
 
 
 def _mtime(path: Path) -> float:

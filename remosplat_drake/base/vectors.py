@@ -6,16 +6,16 @@ to compile.
 
 import math
 
-from numba import njit
+from remosplat_drake.base.kernels import helper, kernel
 
 
-@njit(cache=True, nogil=True)
+@helper
 def dot(a, b):
     """Computes the dot product of two vectors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True, nogil=True)
+@helper
 def cross(a, b):
     """Computes the cross product of two vectors, as three numbers."""
     return (
@@ -25,13 +25,13 @@ def cross(a, b):
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def norm(a):
     """Computes the length of a vector."""
     return math.sqrt(dot(a, a))
 
 
-@njit(cache=True, nogil=True)
+@helper
 def set_vector(out, a) -> None:
     """Writes a vector into an array.
 

@@ -9,7 +9,8 @@ that is a few microseconds. `ClarabelSolver` is what it is tested against.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from remosplat_drake.base.kernels import helper, kernel
 
 OPTIMAL, INFEASIBLE, UNDECIDED = 0, 1, 2
 """How `solve_dense` ends: with the optimum, with the proof that no u satisfies
@@ -41,7 +42,7 @@ class DenseProgram(NamedTuple):
     b: np.ndarray
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def solve_dense(H, c, A, b):
     """Minimises 1/2 u'Hu + c'u subject to A u <= b.
 
@@ -87,7 +88,7 @@ def solve_dense(H, c, A, b):
     return u, multipliers, UNDECIDED
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _take_in(entering, excess, L, A, u, active, weight, n_active, Q, R):
     """Moves u until a violated row holds with equality.
 
@@ -126,7 +127,7 @@ def _take_in(entering, excess, L, A, u, active, weight, n_active, Q, R):
         n_active = _drop(active, weight, n_active, leaving)
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _dot(a, b):
     total = 0.0
     for j in range(len(a)):
@@ -134,7 +135,7 @@ def _dot(a, b):
     return total
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _most_violated(A, b, length, u):
     """The row that is violated most, or -1, and its excess A u - b."""
     entering, excess, most = -1, 0.0, _TOLERANCE
@@ -148,7 +149,7 @@ def _most_violated(A, b, length, u):
     return entering, excess
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _blocking(weight, r, n_active):
     """The active row whose multiplier reaches zero first, and the step."""
     leaving, step = -1, np.inf
@@ -158,7 +159,7 @@ def _blocking(weight, r, n_active):
     return leaving, step
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _drop(active, weight, n_active, leaving):
     """Takes a row out of the active set; returns how many are left."""
     for k in range(leaving, n_active - 1):
@@ -166,7 +167,7 @@ def _drop(active, weight, n_active, leaving):
     return n_active - 1
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _factor(L, A, active, n_active, Q, R):
     """Q R = L^-1 N with the active rows as columns of N, by Gram-Schmidt."""
     for k in range(n_active):
@@ -188,7 +189,7 @@ def _factor(L, A, active, n_active, Q, R):
             Q[j, k] = column[j] / norm
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _project(Q, R, y, n_active):
     """Computes the part of y orthogonal to the span of Q, and r = R^-1 Q'y."""
     rest, dots = y.copy(), np.zeros(n_active)
@@ -209,7 +210,7 @@ def _project(Q, R, y, n_active):
     return rest, r
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _cholesky(H, L):
     """Fills the lower triangle of L with L L' = H; False if there is none."""
     for row in range(len(H)):
@@ -226,7 +227,7 @@ def _cholesky(H, L):
     return True
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _forward(L, x):
     """L^-1 x, by forward substitution."""
     y = x.copy()
@@ -237,7 +238,7 @@ def _forward(L, x):
     return y
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _backward(L, x):
     """L'^-1 x, by backward substitution."""
     y = x.copy()

@@ -3,7 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from remosplat_drake.base.kernels import kernel
 
 
 def braking_command(
@@ -30,7 +31,7 @@ def braking_command(
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def next_on_ramp(u, acceleration_limit, dt):
     """Computes what `braking_command` does, for kernels, shape (n_u,).
 
@@ -45,7 +46,7 @@ def next_on_ramp(u, acceleration_limit, dt):
     return np.zeros_like(u) if steps <= 1.0 else u * (1.0 - 1.0 / steps)
 
 
-@njit(cache=True)
+@kernel
 def braking_steps(u, acceleration_limit, dt) -> float:
     """Counts the ticks of the braking ramp from u, not rounded.
 
@@ -60,7 +61,7 @@ def braking_steps(u, acceleration_limit, dt) -> float:
     return steps
 
 
-@njit(cache=True)
+@kernel
 def stopping_times(u, acceleration_limit, dt):
     """Computes when a tick with u and each tick of its braking ramp end.
 

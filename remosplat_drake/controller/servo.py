@@ -1,9 +1,8 @@
 """The position-based servo: from a pose error to a desired twist."""
 
-
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import kernel
 from remosplat_drake.base.vectors import norm
 from remosplat_drake.robot.pose_error import PoseError
 
@@ -28,7 +27,7 @@ def servo_twist(
     return gain * error.rotation_W, gain * error.p_ET_W
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def servo_speed(p_ET_W, gain, max_speed):
     """Computes the gain with which the servo stays within its bound [1/s].
 

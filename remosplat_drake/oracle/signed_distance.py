@@ -9,9 +9,9 @@ made, so that equal queries get equal answers.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.compiled_map import answers
@@ -117,7 +117,7 @@ def _primitives(scene: PrimitiveScene) -> Primitives:
     )
 
 
-@njit(cache=True)
+@helper
 def box_distance(x, y, z, size):
     """Computes the signed distance to a box at the origin, and its gradient.
 
@@ -140,7 +140,7 @@ def box_distance(x, y, z, size):
     return d, vx / d, vy / d, vz / d
 
 
-@njit(cache=True)
+@helper
 def cylinder_distance(x, y, z, size):
     """Computes the signed distance to a cylinder along z, and its gradient.
 
@@ -161,7 +161,7 @@ def cylinder_distance(x, y, z, size):
     return d, radial * ux, radial * uy, v_axial / d * sz
 
 
-@njit(cache=True)
+@helper
 def _primitive_distance(p_WS, primitives, j):
     """Signed distance of a point to one primitive, and its gradient in W."""
     R_WP, p_WP = primitives.R_WP[j], primitives.p_WP[j]
@@ -181,7 +181,7 @@ def _primitive_distance(p_WS, primitives, j):
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def query(primitives, spheres, answer):
     """Finds the primitive that is nearest to each sphere's centre.
 
@@ -212,7 +212,7 @@ def query(primitives, spheres, answer):
 answers(Primitives, query)
 
 
-@njit(cache=True)
+@kernel
 def _clearances(p_WS, radius, ignore_below, primitives, max_distance, closest):
     n, k = len(p_WS), len(primitives.is_box)
     capacity = n if closest else n * k

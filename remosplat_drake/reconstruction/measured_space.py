@@ -6,10 +6,10 @@ knows the true geometry.
 """
 
 import numpy as np
-from numba import njit
 from scipy.ndimage import minimum_filter
 from scipy.spatial import KDTree
 
+from remosplat_drake.base.kernels import kernel
 from remosplat_drake.capture.capture import Capture
 
 _MAX_SAMPLES = 4_000_000
@@ -164,7 +164,7 @@ def times_looked_through(
     return count
 
 
-@njit(cache=True)
+@kernel
 def _count_if_behind(front, K, X_WC, p_W, margin, count):
     """Counts each point that a depth image is deeper than."""
     height, width = front.shape

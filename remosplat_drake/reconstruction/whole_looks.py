@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numba import njit, prange
 
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.capture.capture import Capture
 
 _NOISE_DEPTH = 2.0
@@ -69,7 +70,7 @@ def _count_looks(depth, K, X_WC, lower_W, edge, margin, enough, count):
             count[i] += _is_behind_all(depth, K, X_WC, lower_W[i], edge, margin)
 
 
-@njit(cache=True)
+@helper
 def _is_behind_centre(depth, K, X_WC, lower_W, edge, margin):
     """Whether the pixel of a cube's centre is deep enough: most are not."""
     x, y, z = _in_camera(X_WC, lower_W, edge, 0.5, 0.5, 0.5)
@@ -82,7 +83,7 @@ def _is_behind_centre(depth, K, X_WC, lower_W, edge, margin):
     return depth[row, column] > z + margin * _noise(z)
 
 
-@njit(cache=True)
+@helper
 def _is_behind_all(depth, K, X_WC, lower_W, edge, margin):
     """Whether all pixels whose rays meet a cube are deep enough."""
     left = top = np.inf
@@ -115,7 +116,7 @@ def _is_behind_all(depth, K, X_WC, lower_W, edge, margin):
     return True
 
 
-@njit(cache=True)
+@helper
 def _in_camera(X_WC, lower_W, edge, a, b, c):
     """A point of a cube, from its corner in edges, expressed in C."""
     x = lower_W[0] + a * edge - X_WC[0, 3]
@@ -128,7 +129,7 @@ def _in_camera(X_WC, lower_W, edge, a, b, c):
     )
 
 
-@njit(cache=True)
+@helper
 def _leaves(X_WC, x_C, y_C, lower_W, edge, pad):
     """The depth z at which a pixel's ray leaves a padded cube, -1 if never.
 
@@ -149,7 +150,7 @@ def _leaves(X_WC, x_C, y_C, lower_W, edge, pad):
     return leaves if enters < leaves else -1.0
 
 
-@njit(cache=True)
+@helper
 def _noise(z):
     """By how much the margin grows at a depth."""
     return max(1.0, z / _NOISE_DEPTH) ** 2

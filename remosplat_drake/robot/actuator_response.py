@@ -3,10 +3,11 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from remosplat_drake.base.kernels import kernel
 
 
-@njit(cache=True)
+@kernel
 def step(v, target, dt, time_constant, acceleration, dead_band):
     """Advances one axis while one command is in effect, exactly.
 
@@ -38,7 +39,7 @@ def step(v, target, dt, time_constant, acceleration, dead_band):
     return after, 0.5 * (v + after) * dt
 
 
-@njit(cache=True)
+@kernel
 def respond(parameters, sent, u, start, v, until):
     """Computes what `ActuatorModel.response` says, for all axes."""
     k, n = until.shape

@@ -12,7 +12,6 @@ Jacobian is a screw: the axis a_j and a point o_j on it.
 import dataclasses as dc
 
 import numpy as np
-from numba import njit
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
     BodyIndex,
@@ -23,6 +22,7 @@ from pydrake.multibody.tree import (
 )
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.kernels import helper, kernel
 
 FIXED, REVOLUTE, PRISMATIC = 0, 1, 2
 """Kinds of joints in `KinematicTree.kind`."""
@@ -152,7 +152,7 @@ def make_kinematic_tree(
     return tree
 
 
-@njit(cache=True)
+@kernel
 def advance(q, u, n_base, time):
     """Integrates the configuration while u is held constant, exactly.
 
@@ -183,7 +183,7 @@ def advance(q, u, n_base, time):
     return result
 
 
-@njit(cache=True)
+@kernel
 def advance_for(q, u, n_base, times):
     """Evaluates `advance` for k times [s]; returns shape (k, n_q)."""
     states = np.empty((len(times), len(q)))
@@ -194,7 +194,7 @@ def advance_for(q, u, n_base, times):
     return states
 
 
-@njit(cache=True)
+@kernel
 def body_poses(parent, kind, axis_F, X_PF, X_MB, position, offset, q):
     """Computes the poses of all bodies and inboard joint frames in W.
 
@@ -221,7 +221,7 @@ def body_poses(parent, kind, axis_F, X_PF, X_MB, position, offset, q):
     return X_WB, X_WF
 
 
-@njit(cache=True)
+@kernel
 def compose(X_AB, X_BC, X_AC):
     """Writes the product of two poses, shape (4, 4) each, into a third."""
     for r in range(3):
@@ -234,7 +234,7 @@ def compose(X_AB, X_BC, X_AC):
     X_AC[3, 3] = 1.0
 
 
-@njit(cache=True)
+@helper
 def copy_poses(X, Y):
     """Writes n poses, shape (n, 4, 4), into another array of them."""
     for i in range(len(X)):
@@ -243,7 +243,7 @@ def copy_poses(X, Y):
                 Y[i, r, c] = X[i, r, c]
 
 
-@njit(cache=True)
+@kernel
 def joint_pose(kind, axis, value, X):
     """Writes the pose X_FM of a joint, by Rodrigues' formula or as a slide.
 
@@ -276,7 +276,7 @@ def joint_pose(kind, axis, value, X):
     X[2, 2] = c + z * z * v
 
 
-@njit(cache=True)
+@kernel
 def sphere_points(X_WB, body, p_BS):
     """Computes sphere centres p_WS (n, 3) and link orientations R_WL (n, 3, 3).
 
@@ -298,7 +298,7 @@ def sphere_points(X_WB, body, p_BS):
     return p_WS, R_WL
 
 
-@njit(cache=True)
+@kernel
 def sphere_points_at(tree, states, state, body, p_BS):
     """Computes sphere centres and link orientations at several configurations.
 
@@ -328,7 +328,7 @@ def sphere_points_at(tree, states, state, body, p_BS):
     return p_WS, R_WL
 
 
-@njit(cache=True)
+@kernel
 def point_jacobians(a_W, o_W, revolute, moves, body, p_W):
     """Computes the translational Jacobians Jv_WP of n points, (n, 3, n_u).
 

@@ -4,7 +4,8 @@ import dataclasses as dc
 import math
 
 import numpy as np
-from numba import njit
+
+from remosplat_drake.base.kernels import kernel
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -46,7 +47,7 @@ def pose_error(X_WE: np.ndarray, X_WT: np.ndarray) -> PoseError:
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def error_arrays(X_WE, X_WT):
     """Computes the attributes of a `PoseError`, one after the other.
 
@@ -66,7 +67,7 @@ def error_arrays(X_WE, X_WT):
     return p_ET_W, rotation_vector(R_ET_W), p_ET_E
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def rotation_vector(R):
     """Computes angle times axis of a rotation matrix, stable at 0 and at pi.
 

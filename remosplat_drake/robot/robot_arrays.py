@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.robot.kinematics import (
     body_poses,
     compose,
@@ -89,7 +89,7 @@ class StateArrays(NamedTuple):
     o_W: np.ndarray
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def state_arrays(robot, q):
     """Computes the `StateArrays` of a configuration.
 
@@ -129,7 +129,7 @@ def state_arrays(robot, q):
     return StateArrays(q, X_WE, Jv_WE, Jw_WE, p_WS, R_WL, X_WL, a_W, o_W)
 
 
-@njit(cache=True, nogil=True)
+@helper
 def add_rate(robot, state, body, p_W, n_W, sign, row):
     """Adds sign n' Jv_WP to a row: the rate of a point along a direction.
 

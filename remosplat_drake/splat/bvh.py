@@ -7,7 +7,8 @@ each, and two links. Boxes are stored in single precision, rounded outwards.
 import dataclasses as dc
 
 import numpy as np
-from numba import njit
+
+from remosplat_drake.base.kernels import helper, kernel
 
 LEAF_SIZE = 4
 """Largest number of boxes in a leaf; must be below 16, see `leaf_range`."""
@@ -66,7 +67,7 @@ def build_hierarchy(
     return BoundingVolumeHierarchy(nodes, nodes.view(np.int32), order)
 
 
-@njit(cache=True)
+@kernel
 def leaf_range(link: int) -> tuple[int, int]:
     """Decodes a leaf's link into the range of its boxes in leaf order.
 
@@ -100,7 +101,7 @@ def leaf_margins(
     return values, _largest_below(hierarchy.links, values)
 
 
-@njit(cache=True)
+@kernel
 def _largest_below(links, values):
     """The largest value below both children of each node, 0 without any."""
     largest = np.zeros((len(links), 2))
@@ -118,7 +119,7 @@ def _largest_below(links, values):
     return largest
 
 
-@njit(cache=True)
+@kernel
 def _build(table):
     """Sorts the boxes into leaf order in place and returns the nodes.
 
@@ -148,7 +149,7 @@ def _build(table):
     return nodes[:count].copy()
 
 
-@njit(cache=True)
+@helper
 def _split(boxes, depth) -> int:
     """Partitions the boxes in place; returns how many go left."""
     n = len(boxes)
@@ -180,7 +181,7 @@ def _split(boxes, depth) -> int:
     return i if 0 < i < n else n // 2
 
 
-@njit(cache=True)
+@helper
 def _best_cut(boxes, axis, origin, scale) -> int:
     """The bin border with the least surface area times count on both sides."""
     counts = np.zeros(_BINS, np.int64)
@@ -210,7 +211,7 @@ def _best_cut(boxes, axis, origin, scale) -> int:
     return best
 
 
-@njit(cache=True)
+@helper
 def _grow(box, other):
     """Enlarges a box (lower, upper) in place until it holds the other."""
     for k in range(3):
@@ -218,13 +219,13 @@ def _grow(box, other):
         box[3 + k] = max(box[3 + k], other[3 + k])
 
 
-@njit(cache=True)
+@helper
 def _half_surface(box) -> float:
     x, y, z = box[3] - box[0], box[4] - box[1], box[5] - box[2]
     return x * y + y * z + z * x if x >= 0.0 else 0.0
 
 
-@njit(cache=True)
+@helper
 def _write_child(node, side, boxes):
     """Stores the box of one child, rounded outwards to single precision."""
     box = np.empty(6)

@@ -14,7 +14,7 @@ def package(tmp_path):
     cache.mkdir(parents=True)
     for name in ("outer", "inner"):
         source = tmp_path / "stage" / f"{name}.py"
-        source.touch()
+        source.write_text("from numba import njit")
         os.utime(source, (100, 100))
         for ending in ("nbi", "1.nbc"):
             compiled = cache / f"{name}.kernel-12.py311.{ending}"
@@ -36,6 +36,16 @@ def test_one_edited_source_drops_all(package):
     os.utime(package / "stage" / "inner.py", (102, 102))
     assert drop_stale_kernels(package)
     assert compiled(package) == 0
+
+
+def test_code_that_kernels_take_in_matters(package):
+    """Its own file has no compiled kernel that could be older."""
+    helpers = package / "stage" / "helpers.py"
+    helpers.write_text("from remosplat_drake.base.kernels import helper")
+    os.utime(helpers, (100, 100))
+    assert not drop_stale_kernels(package)
+    os.utime(helpers, (102, 102))
+    assert drop_stale_kernels(package)
 
 
 def test_a_source_without_kernels_does_not_matter(package):

@@ -7,8 +7,8 @@ mean of plane waves of wavelengths from 7 to 80 cm.
 import math
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import kernel
 from remosplat_drake.capture.capture import back_project
 
 _MEAN, _CONTRAST = 0.85, 0.4
@@ -55,7 +55,7 @@ def brightness(
     )
 
 
-@njit(cache=True)
+@kernel
 def _brightness(depth, wave_by_pixel, phase):
     height, width = depth.shape
     image = np.empty((height, width), np.float32)

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.vectors import dot, norm
 from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.robot.pose_error import PoseError
@@ -77,7 +77,7 @@ def deflected_velocity(
     return max(speed, 0.6 * strength * max_speed) * direction / length
 
 
-@njit(cache=True, nogil=True)
+@helper
 def deflection(v_WE, p_ET_W, rows, leading, side, stopping, max_speed):
     """Computes what `deflected_velocity` does, for kernels, shape (3,) [m/s].
 
@@ -121,7 +121,7 @@ def deflection(v_WE, p_ET_W, rows, leading, side, stopping, max_speed):
     return bent_W
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _share(x):
     """x, cut off at 0 and at 1."""
     return min(max(x, 0.0), 1.0)

@@ -5,8 +5,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
-from numba import njit
 
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.ingredients.collision_damper import (
     CollisionDamperConfig,
@@ -87,7 +87,7 @@ class ActiveCollisionSettings(NamedTuple):
     stopping: float
 
 
-@njit(cache=True, nogil=True)
+@helper
 def add_active_collision_cost(own, k, tick, program):
     """Adds an `ActiveCollisionCost`; see `kernels/assemble.py`."""
     gain = own.gain * tick.guidance.active_scale

@@ -6,8 +6,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
-from numba import njit
 
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
@@ -71,7 +71,7 @@ class BaseOrientationSettings(NamedTuple):
     gain: float
 
 
-@njit(cache=True, nogil=True)
+@helper
 def add_base_orientation_cost(own, k, tick, program):
     """Adds a `BaseOrientationCost`; see `kernels/assemble.py`."""
     robot, state = tick.robot, tick.state

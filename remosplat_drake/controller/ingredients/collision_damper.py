@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
 from annotated_types import Interval
-from numba import njit
 
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.kernels.compiled_ingredient import (
@@ -117,7 +117,7 @@ class CollisionSettings(NamedTuple):
     gain: float
 
 
-@njit(cache=True, nogil=True)
+@helper
 def add_collision_damper(own, k, tick, program):
     """Adds a `CollisionDamper`; see `kernels/assemble.py`."""
     stopping = given_or(tick.guidance.stopping, own.stopping)

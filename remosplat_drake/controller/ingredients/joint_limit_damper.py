@@ -7,8 +7,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
-from numba import njit
 
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.joint_margins import (
@@ -169,7 +169,7 @@ class JointLimitSettings(NamedTuple):
     most_stop: np.ndarray
 
 
-@njit(cache=True, nogil=True)
+@helper
 def add_joint_limit_damper(own, k, tick, program):
     """Adds a `JointLimitDamper`; see `kernels/assemble.py`."""
     robot, q = tick.robot, tick.state.q

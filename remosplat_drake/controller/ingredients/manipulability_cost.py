@@ -5,8 +5,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
-from numba import njit
 
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.base.vectors import cross, dot
 from remosplat_drake.controller.kernels.compiled_ingredient import (
@@ -69,7 +69,7 @@ class ManipulabilitySettings(NamedTuple):
     gain: float
 
 
-@njit(cache=True, nogil=True)
+@helper
 def add_manipulability_cost(own, k, tick, program):
     """Adds a `ManipulabilityCost`; see `kernels/assemble.py`."""
     if own.gain == 0.0 or len(tick.guidance.path_s):
@@ -86,7 +86,7 @@ def add_manipulability_cost(own, k, tick, program):
         program.linear[k, n + j] = -own.gain * gradient[j]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def manipulability(Jw, Jv):
     """Computes the manipulability m = sqrt(det(J J')) and its gradient.
 
@@ -127,7 +127,7 @@ def manipulability(Jw, Jv):
     return m, gradient
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _cholesky(J):
     """Lower triangle L with L L' = J J'; zero from a lost rank on.
 
@@ -149,7 +149,7 @@ def _cholesky(J):
     return L
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _solve(L, J):
     """(L L')^-1 J by forward and backward substitution."""
     P = J.copy()

@@ -6,8 +6,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
-from numba import njit
 
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
@@ -92,7 +92,7 @@ class PathTrackingSettings(NamedTuple):
     max_speed: float
 
 
-@njit(cache=True, nogil=True)
+@helper
 def add_path_tracking(own, k, tick, program):
     """Adds a `PathTracking`; see `kernels/assemble.py`."""
     if len(tick.guidance.path_s) == 0:
@@ -104,7 +104,7 @@ def add_path_tracking(own, k, tick, program):
         program.linear[k, j] = -own.weight * u[j]
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _velocity(own, tick):
     """What `path_velocity` computes, shape (n_u,)."""
     robot, state, q = tick.robot, tick.state, tick.state.q
@@ -139,7 +139,7 @@ def _velocity(own, tick):
     return along
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _fastest(robot, state, u):
     """The speed of the fastest sphere under a command [m/s]."""
     square = 0.0
@@ -160,14 +160,14 @@ def _fastest(robot, state, u):
     return math.sqrt(square)
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _drives_on(path_q, k):
     """Whether the base drives on a stretch; see `_drives`."""
     x, y = path_q[k + 1, 0] - path_q[k, 0], path_q[k + 1, 1] - path_q[k, 1]
     return math.hypot(x, y) > _TURNING
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _corner_after(path_q, path_s, s):
     """What `_next_corner` finds beyond an arc length."""
     for k in range(1, len(path_s) - 1):
@@ -177,7 +177,7 @@ def _corner_after(path_q, path_s, s):
     return path_s[-1]
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _without_slip(path_q, path_s, goal, q, e):
     """What `_unicycle` computes, shape (n_u,)."""
     cosine, sine = math.cos(q[2]), math.sin(q[2])

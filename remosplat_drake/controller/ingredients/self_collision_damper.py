@@ -6,8 +6,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
-from numba import njit
 
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
@@ -128,7 +128,7 @@ class SelfCollisionSettings(NamedTuple):
     slope: float
 
 
-@njit(cache=True, nogil=True)
+@helper
 def add_self_collision_damper(own, k, tick, program):
     """Adds a `SelfCollisionDamper`; see `kernels/assemble.py`."""
     robot, state, near = tick.robot, tick.state, tick.near

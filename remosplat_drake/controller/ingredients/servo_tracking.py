@@ -5,8 +5,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
-from numba import njit
 
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.guidance.deflection import (
     deflected_velocity,
@@ -121,7 +121,7 @@ class ServoSettings(NamedTuple):
     stopping: float
 
 
-@njit(cache=True, nogil=True)
+@helper
 def add_servo_tracking(own, k, tick, program):
     """Adds a `ServoTracking`; see `kernels/assemble.py`."""
     guidance, state = tick.guidance, tick.state

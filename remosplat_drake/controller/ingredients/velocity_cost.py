@@ -5,8 +5,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
-from numba import njit
 
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
@@ -61,7 +61,7 @@ class VelocityCostSettings(NamedTuple):
     weight: float
 
 
-@njit(cache=True, nogil=True)
+@helper
 def add_velocity_cost(own, k, tick, program):
     """Adds a `VelocityCost`; see `kernels/assemble.py`."""
     program.has[k, 1] = True

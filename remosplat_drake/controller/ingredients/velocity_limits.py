@@ -5,8 +5,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Interval
-from numba import njit
 
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
@@ -111,7 +111,7 @@ class VelocityLimitsSettings(NamedTuple):
     acceleration: bool
 
 
-@njit(cache=True, nogil=True)
+@helper
 def add_velocity_limits(own, k, tick, program):
     """Adds a `VelocityLimits`; see `kernels/assemble.py`."""
     robot = tick.robot

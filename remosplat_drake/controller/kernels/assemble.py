@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import kernel
 from remosplat_drake.controller.ingredients.active_collision_cost import (
     ActiveCollisionCost,
     ActiveCollisionSettings,
@@ -113,7 +113,7 @@ class Parts(NamedTuple):
     present: np.ndarray
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def assemble(
     parts, robot, state, X_WT, rows, near, u_previous, dt, tube, guidance
 ) -> ProgramArrays:

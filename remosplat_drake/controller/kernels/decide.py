@@ -1,15 +1,15 @@
 """What a tick decides, by kernels alone; see `controller/decision.py`."""
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.controller.active_set import OPTIMAL, UNDECIDED
 from remosplat_drake.controller.braking import next_on_ramp
 from remosplat_drake.controller.kernels.assemble import YIELDING
 from remosplat_drake.controller.kernels.dense import prune, solve_program
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def decide(program, robot, u_previous, dt, strict):
     """Solves the program of a tick, falling back where it has no optimum.
 
@@ -45,12 +45,12 @@ def decide(program, robot, u_previous, dt, strict):
     return next_on_ramp(u_previous, robot.acceleration_limit, dt), True
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _is_optimum(u, ended):
     return ended == OPTIMAL and np.isfinite(u).all()
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _raise_to_zero(program, k):
     """Raises negative right-hand sides of ingredient k, if there are any."""
     is_raised = False

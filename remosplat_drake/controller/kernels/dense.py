@@ -1,12 +1,12 @@
 """From the program of a tick to what solvers take, and to its optimum."""
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.controller.active_set import solve_dense
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def solve_program(program):
     """Solves the program of a tick; see `active_set.solve_dense`.
 
@@ -21,7 +21,7 @@ def solve_program(program):
     return u, ended
 
 
-@njit(cache=True, nogil=True)
+@helper
 def prune(program) -> None:
     """Marks the rows that may bind: the bounds on u do not imply these.
 
@@ -32,7 +32,7 @@ def prune(program) -> None:
         program.kept[i] = can_bind(program, program.A[i], program.b[i])
 
 
-@njit(cache=True, nogil=True)
+@helper
 def can_bind(program, a, b) -> bool:
     """Tells whether a row a u <= b may bind within the bounds on u.
 
@@ -48,7 +48,7 @@ def can_bind(program, a, b) -> bool:
     return most > b
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def dense(program):
     """Computes the program in u alone, its slack replaced by V - J u.
 
@@ -94,7 +94,7 @@ def dense(program):
     return H, c, A[:row], b[:row]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def has_tight_rows(program, u, tolerance) -> bool:
     """Tells whether a row that is kept holds with equality.
 

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.robot.pose_error import error_arrays
 from remosplat_drake.robot.robot_arrays import (
     RobotArrays,
@@ -145,7 +145,7 @@ class ProgramArrays(NamedTuple):
     count: np.ndarray
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def near_arrays(near, X_WL) -> NearArrays:
     """Finds where the robot's links are near each other.
 
@@ -165,7 +165,7 @@ def near_arrays(near, X_WL) -> NearArrays:
     return NearArrays(pair, body_A, body_B, distance, normal_W, p_WA, p_WB)
 
 
-@njit(cache=True, nogil=True)
+@helper
 def make_tick(
     robot, state, X_WT, rows, near, u_previous, dt, tube, guidance
 ) -> TickArrays:
@@ -207,7 +207,7 @@ def make_tick(
     )
 
 
-@njit(cache=True, nogil=True)
+@helper
 def make_program(velocity_limit, n_parts, most) -> ProgramArrays:
     """Makes a program without terms.
 
@@ -238,7 +238,7 @@ def make_program(velocity_limit, n_parts, most) -> ProgramArrays:
     )
 
 
-@njit(cache=True, nogil=True)
+@helper
 def narrow(program, lower, upper, is_acceleration) -> None:
     """Bounds u by lower <= u <= upper, besides the present bounds.
 
@@ -258,7 +258,7 @@ def narrow(program, lower, upper, is_acceleration) -> None:
         program.count[2] = 1
 
 
-@njit(cache=True, nogil=True)
+@helper
 def new_row(program, k, b, about):
     """Begins a row of ingredient k, all zero, and returns its number.
 
@@ -276,7 +276,7 @@ def new_row(program, k, b, about):
     return i
 
 
-@njit(cache=True, nogil=True)
+@helper
 def given_or(value, default) -> float:
     """Returns a value of the guidance, or the configured one if it is NaN.
 

@@ -6,10 +6,11 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from remosplat_drake.base.kernels import helper, kernel
 
 
-@njit(cache=True)
+@helper
 def _relative(before, after):
     """The pose `after` as seen from `before`, yaw in [-pi, pi)."""
     x, y = after[0] - before[0], after[1] - before[1]
@@ -18,7 +19,7 @@ def _relative(before, after):
     return c * x + s * y, c * y - s * x, yaw
 
 
-@njit(cache=True)
+@helper
 def _pose(rows, held, time):
     """Where a path is at a time."""
     low, high = 0, len(rows)
@@ -42,7 +43,7 @@ def _pose(rows, held, time):
     )
 
 
-@njit(cache=True)
+@kernel
 def path_motions(rows, held, start, end):
     """Computes what `ArcPath.motions` says."""
     motions = np.empty((len(start), 3))
@@ -52,13 +53,13 @@ def path_motions(rows, held, start, end):
     return motions
 
 
-@njit(cache=True)
+@helper
 def _size(motion):
     """Length and angle of a motion."""
     return math.hypot(motion[0], motion[1]), abs(motion[2])
 
 
-@njit(cache=True)
+@kernel
 def path_residuals(rows, held, start, end, moved, late, slack, share):
     """Computes what `ArcPath.residuals` says, for some delays `late`."""
     n, k = len(start), len(late)

@@ -17,13 +17,14 @@ sorted, e_0 >= e_1 >= e_2; a disc has e_2 = 0 and its normal along axis 2.
 import math
 
 import numpy as np
-from numba import njit
+
+from remosplat_drake.base.kernels import helper, kernel
 
 CONVERGE = -1
 """Value of `steps`: iterate to double precision instead of bisecting."""
 
 
-@njit(cache=True)
+@kernel
 def box_distance_squared(y, e) -> float:
     """Squared distance from y to the box [-e, e]: never more than to x."""
     a = max(abs(y[0]) - e[0], 0.0)
@@ -32,7 +33,7 @@ def box_distance_squared(y, e) -> float:
     return a * a + b * b + c * c
 
 
-@njit(cache=True)
+@kernel
 def closest_on_disc(y, e, steps):
     """Closest point of the solid disc with semi-axes e_0, e_1.
 
@@ -57,7 +58,7 @@ def closest_on_disc(y, e, steps):
     return math.sqrt(a * a + b * b + y[2] * y[2]), (x0, x1, 0.0)
 
 
-@njit(cache=True)
+@kernel
 def closest_on_ellipsoid(y, e, steps):
     """Closest surface point of the ellipsoid with semi-axes e.
 
@@ -88,7 +89,7 @@ def closest_on_ellipsoid(y, e, steps):
     return (-distance if inside else distance), (x0, x1, x2)
 
 
-@njit(cache=True)
+@helper
 def _unit_point(n0, n1, n2, d0, d1, inside, steps):
     """The p of the module's equation for d_2 = 0, n_i >= 0.
 
@@ -114,7 +115,7 @@ def _unit_point(n0, n1, n2, d0, d1, inside, steps):
     return n0 / (t + d0), n1 / (t + d1), n2 / t
 
 
-@njit(cache=True)
+@helper
 def _newton_root(n0, n1, n2, d0, d1, t) -> float:
     """Newton's method on 1 / |p(t)| = 1, rising from t on the left.
 
@@ -140,7 +141,7 @@ def _newton_root(n0, n1, n2, d0, d1, t) -> float:
     return t
 
 
-@njit(cache=True)
+@helper
 def _bisected_root(n0, n1, n2, d0, d1, low, high, steps) -> float:
     """The midpoint of the bracket after `steps` bisections."""
     t = 0.5 * (low + high)

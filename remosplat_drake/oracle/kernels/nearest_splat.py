@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.oracle.kernels.ellipsoid_distance import (
     box_distance_squared,
     closest_on_disc,
@@ -56,7 +57,7 @@ class SplatTree(NamedTuple):
     steps: int
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def query(tree, spheres, answer):
     """Finds the nearest splat of every sphere.
 
@@ -85,7 +86,7 @@ def query_parallel(tree, spheres, answer):
         _query_range(tree, spheres, answer, start, min(start + _CHUNK, n))
 
 
-@njit(cache=True)
+@kernel
 def query_every_splat(records, is_surfel, steps, spheres, answer):
     """Finds the nearest splat of every sphere by trying all pairs.
 
@@ -109,7 +110,7 @@ def query_every_splat(records, is_surfel, steps, spheres, answer):
             _write_answer(records[nearest], is_surfel, steps, p, answer[i])
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _query_range(tree, spheres, answer, start, stop):
     if len(tree.records) == 0:
         answer[start:stop, 0] = -1.0
@@ -219,7 +220,7 @@ def _closest_on_splat(y, e, is_surfel, steps):
     return closest_on_ellipsoid(y, e, steps)
 
 
-@njit(cache=True)
+@helper
 def _write_answer(splat, is_surfel, steps, p, answer):
     y, e = _in_splat_frame(splat, p)
     distance, x = _closest_on_splat(y, e, is_surfel, steps)
@@ -237,7 +238,7 @@ def _write_answer(splat, is_surfel, steps, p, answer):
         )
 
 
-@njit(cache=True)
+@helper
 def _direction(y, x, e, distance):
     """Minus the gradient of the distance, in the splat's frame.
 

@@ -102,6 +102,12 @@ def test_what_is_enough_comes_sooner_and_is_a_lower_bound(hulls, guess, enough):
         assert enough < found <= exact + 1e-12
 
 
+def test_hulls_as_deep_along_several_directions_have_points_along_theirs():
+    for size in ([1, 1, 1], [0.2, 1, 1], [0.2, 0.2, 1]):
+        distance, n, (p, q) = measure(CUBE, CUBE * size)
+        np.testing.assert_allclose(q - p, distance * n, atol=1e-9)
+
+
 def test_a_pose_moves_the_second_hull():
     R = Rotation.from_euler("xyz", (0.3, -0.4, 1.1)).as_matrix()
     p = np.array([0.5, 0.1, -0.2])

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.controller.braking import next_on_ramp, stopping_times
 from remosplat_drake.controller.kernels.assemble import Parts, assemble
 from remosplat_drake.controller.kernels.decide import decide
@@ -53,7 +53,7 @@ class LoopArrays(NamedTuple):
     own_stopping: float
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def rollout_step(law, robot, maps, compiled, X_WT, q, u_previous, guidance):
     """Simulates one step, as `run_tick` decides it.
 
@@ -99,7 +99,7 @@ def rollout_step(law, robot, maps, compiled, X_WT, q, u_previous, guidance):
     return u, q_next, state_arrays(robot, q_next).X_WE, decided
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _rows(maps, robot, p_WS, influence):
     """The clearances within the influence distance, sphere by sphere."""
     n = len(p_WS)
@@ -126,7 +126,7 @@ def _rows(maps, robot, p_WS, influence):
     return sphere[:count], distance[:count], direction_W[:count]
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _verified(law, given, u, u_previous):
     """The command that may be applied; see `verification/verify.py`."""
     robot, compiled, state, clearance, stopping = given

@@ -7,8 +7,8 @@ J' (J J' + lambda^2 I)^-1 e, clamped to the joints' bounds.
 import math
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.robot.kinematics import REVOLUTE, compose, joint_pose
 
 _LENGTH = 0.3
@@ -18,7 +18,7 @@ _LONGEST_STEP = 0.5
 """Largest change of a joint in one step [rad, m]."""
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def reach_from(chain, X_WT, lower, upper, seeds, steps, tolerance):
     """Solves for configurations that bring E to T, from each of k seeds.
 
@@ -76,7 +76,7 @@ def reach_from(chain, X_WT, lower, upper, seeds, steps, tolerance):
     return q, error
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _place(chain, q, X_WF, X_WE):
     """Fills in the poses of the joints' inboard frames and of E."""
     X_FM, X_WM = np.zeros((4, 4)), np.eye(4)
@@ -87,7 +87,7 @@ def _place(chain, q, X_WF, X_WE):
     compose(X_WM, chain.X_ME, X_WE)
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _pose_error(X_WE, X_WT, e):
     """Fills in the weighed pose error from E to T, in W."""
     R = np.zeros((3, 3))
@@ -110,7 +110,7 @@ def _pose_error(X_WE, X_WT, e):
         e[3 + r] = X_WT[r, 3] - X_WE[r, 3]
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _jacobian(chain, X_WF, X_WE, J):
     """Fills in the Jacobian of the arm, angles weighed as in the error."""
     first = len(chain.kind) - chain.arm
@@ -136,7 +136,7 @@ def _jacobian(chain, X_WF, X_WE, J):
                 J[3 + r, j] = a[r]
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _damped_step(J, e, damping, L, step):
     """Fills in J' (J J' + damping^2 I)^-1 e, and the Cholesky factor L."""
     for r in range(6):

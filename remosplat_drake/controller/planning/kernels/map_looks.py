@@ -6,8 +6,8 @@ to fine: where that is too little for some spheres, they are looked at half way.
 """
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.controller.verification.kernels.between_looks import (
     apart,
     bend_of,
@@ -27,7 +27,7 @@ _MARGIN = 1e-6
 """By how much more than is wanted is asked for, against rounding [m]."""
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def is_off_the_map(robot, q, level, compiled):
     """Tells whether all spheres keep their clearances at a configuration.
 
@@ -50,7 +50,7 @@ def is_off_the_map(robot, q, level, compiled):
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def keeps_off_the_map(robot, motion, level, compiled, looks, tolerance):
     """Tells whether all spheres keep their clearances on a motion.
 
@@ -114,7 +114,7 @@ def keeps_off_the_map(robot, motion, level, compiled, looks, tolerance):
     return True
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _want_more(point, room, top, bend, span, tolerance, wanted):
     """Tells whether a room may fall too low between the topmost two looks.
 
@@ -131,7 +131,7 @@ def _want_more(point, room, top, bend, span, tolerance, wanted):
     return is_open
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _place(robot, q, point):
     """Fills in the spheres' centres in W, shape (n, 3) [m]."""
     X_WB, _ = body_poses(*robot.tree, q)  # pyright: ignore
@@ -144,7 +144,7 @@ def _place(robot, q, point):
                 point[i, r] += X[r, c] * p_BS[i, c]
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _look(robot, point, level, compiled, wanted, room):
     """Asks the map where a lower bound of a room is not as large as wanted.
 

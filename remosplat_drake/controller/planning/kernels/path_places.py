@@ -7,10 +7,11 @@ A path is given as its corners q, shape (k, n_q), and their arc lengths s, shape
 import math
 
 import numpy as np
-from numba import njit
+
+from remosplat_drake.base.kernels import kernel
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def place_at(path_q, path_s, s):
     """Computes the configuration at an arc length, shape (n_q,).
 
@@ -32,7 +33,7 @@ def place_at(path_q, path_s, s):
     return q
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def nearest_place(path_q, path_s, q):
     """Finds the point of a path that is nearest to a configuration.
 

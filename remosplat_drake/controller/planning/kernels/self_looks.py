@@ -6,8 +6,8 @@ for a while.
 """
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import kernel
 from remosplat_drake.robot.kinematics import advance, body_poses
 from remosplat_drake.robot.self_collision.kernels.gjk import make_work
 from remosplat_drake.robot.self_collision.kernels.pair_distance import (
@@ -17,7 +17,7 @@ from remosplat_drake.robot.self_collision.kernels.pair_distance import (
 )
 
 
-@njit(cache=True)
+@kernel
 def keeps_off_itself(tree, motion, own, level, blink):
     """Tells whether all pairs of shapes keep their distances on a motion.
 

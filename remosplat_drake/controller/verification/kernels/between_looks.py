@@ -17,10 +17,11 @@ most a t^2 / 3 longer than the straight line between the two places.
 import math
 
 import numpy as np
-from numba import njit
+
+from remosplat_drake.base.kernels import helper, kernel
 
 
-@njit(cache=True)
+@helper
 def apart(p, q) -> float:
     """Computes the distance between two points [m].
 
@@ -32,7 +33,7 @@ def apart(p, q) -> float:
     return math.sqrt(x * x + y * y + z * z)
 
 
-@njit(cache=True)
+@helper
 def bend_of(bound, speed) -> float:
     """Bounds how fast a sphere's velocity changes while u is held [m/s^2].
 
@@ -48,7 +49,7 @@ def bend_of(bound, speed) -> float:
     return total
 
 
-@njit(cache=True)
+@kernel
 def longest_way(p, q, bend, time) -> float:
     """Bounds the length of a moving point's way between two places [m].
 
@@ -61,7 +62,7 @@ def longest_way(p, q, bend, time) -> float:
     return apart(p, q) + bend * time * time / 3.0
 
 
-@njit(cache=True)
+@kernel
 def longest_ways(point, span, bend):
     """Bounds the ways of n points from each of k + 1 looks to the next.
 
@@ -84,7 +85,7 @@ def longest_ways(point, span, bend):
     return way
 
 
-@njit(cache=True)
+@kernel
 def known_rooms(point, start, room, way, tolerance):
     """Bounds rooms without a look, and tells where that is too little.
 

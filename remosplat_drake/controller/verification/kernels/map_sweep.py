@@ -5,8 +5,8 @@ and what is not known to be clear in the end is refused.
 """
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.controller.verification.kernels.between_looks import (
     apart,
     longest_way,
@@ -25,7 +25,7 @@ ROUNDS = 5
 """How often that is done; what is unknown after 4^5 pieces is refused."""
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def sweeps_clear(robot, path, compiled, p_WS, clearance, level, tolerance):
     """Tells whether all spheres keep their distance from a map on a path.
 
@@ -87,7 +87,7 @@ def sweeps_clear(robot, path, compiled, p_WS, clearance, level, tolerance):
     return True
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _within_reach(robot, path, room):
     """Finds the spheres that may use up their rooms on a path."""
     _, rates, since, _, times = path
@@ -106,7 +106,7 @@ def _within_reach(robot, path, room):
     return near[:count]
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _clearances(robot, compiled, sphere, p_WS, reach, found):
     """Fills in clearances of spheres, exact below a reach, else the reach."""
     question = np.empty((len(sphere), 5))
@@ -126,7 +126,7 @@ def _clearances(robot, compiled, sphere, p_WS, reach, found):
             found[row] = min(clearance, reach)
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _clear_between(robot, path, compiled, gap, ends, places, tolerance):
     """Looks between two times, again and again, at one sphere.
 
@@ -187,7 +187,7 @@ def _clear_between(robot, path, compiled, gap, ends, places, tolerance):
     return True
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _place(robot, path, time, i, p):
     """Fills in where a sphere's centre is at a time on a path."""
     X_WB, _ = body_poses(*robot.tree, place(path, time))  # pyright: ignore
@@ -198,7 +198,7 @@ def _place(robot, path, time, i, p):
             p[r] += X[r, c] * robot.p_LS[i, c]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def keeps_joint_limits(path, lower, upper):
     """Tells whether no joint gets beyond its limits or farther out than before.
 

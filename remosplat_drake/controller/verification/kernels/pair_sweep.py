@@ -5,8 +5,8 @@ in between only where these two looks do not tell enough.
 """
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.vectors import norm, set_vector
 from remosplat_drake.controller.verification.kernels.places import (
     peak_speed,
@@ -29,7 +29,7 @@ _HALVINGS = 10
 """How often a tick is halved; what is still unknown then is refused."""
 
 
-@njit(cache=True)
+@kernel
 def pairs_keep_apart(tree, path, own, stopping, tolerance):
     """Tells whether all pairs keep min(stopping, present distance) on a path.
 
@@ -92,7 +92,7 @@ def pairs_keep_apart(tree, path, own, stopping, tolerance):
     return True
 
 
-@njit(cache=True)
+@helper
 def _pair_keeps_apart(given, looks, pair, travel, room, tolerance, work):
     """Tells the same of one pair; places of links serve other pairs, too."""
     tree, shapes, path = given
@@ -131,7 +131,7 @@ def _pair_keeps_apart(given, looks, pair, travel, room, tolerance, work):
     return True
 
 
-@njit(cache=True)
+@helper
 def _keeps_apart_within(given, looks, pair, knot, rooms, tolerance, work):
     """Tells the same of one pair within the tick before a knot.
 
@@ -170,7 +170,7 @@ def _keeps_apart_within(given, looks, pair, knot, rooms, tolerance, work):
     return True
 
 
-@njit(cache=True)
+@helper
 def _place(tree, shapes, path, time, X_WL, p_WC):
     """Places all bodies, and the centres of all shapes, at a time."""
     placed, _ = body_poses(*tree, place(path, time))  # pyright: ignore
@@ -180,7 +180,7 @@ def _place(tree, shapes, path, time, X_WL, p_WC):
         set_vector(p_WC[i], centers[i])
 
 
-@njit(cache=True)
+@helper
 def _room(shapes, X_WL, p_WC, pair, way, work):
     """Computes what a pair's distance has above its level [m].
 
@@ -191,7 +191,7 @@ def _room(shapes, X_WL, p_WC, pair, way, work):
     return distance_beyond(shapes, X_WL, p_WC, (i, j), enough, work) - level
 
 
-@njit(cache=True)
+@helper
 def _way(shapes, X_WL, Y_WL, pair, time):
     """Bounds the way of the second shape as seen from the first [m]."""
     center, reach, body = shapes[3], shapes[5], shapes[6]

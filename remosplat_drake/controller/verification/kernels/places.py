@@ -1,12 +1,12 @@
 """Configurations on a path of pieces on which velocities are held."""
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.robot.kinematics import advance
 
 
-@njit(cache=True)
+@helper
 def place(path, time):
     """Computes the configuration at a time on a path, shape (n_q,).
 
@@ -21,7 +21,7 @@ def place(path, time):
     return advance(starts[k], rates[k], n_base, time - since[k])
 
 
-@njit(cache=True)
+@kernel
 def places(path, times):
     """Computes the configurations at k times, shape (k, n_q)."""
     found = np.empty((len(times), path[0].shape[1]))
@@ -30,7 +30,7 @@ def places(path, times):
     return found
 
 
-@njit(cache=True)
+@kernel
 def chain(q, rates, spans, n_base):
     """Computes where the pieces of a path begin, each at the end of another.
 
@@ -51,7 +51,7 @@ def chain(q, rates, spans, n_base):
     return starts
 
 
-@njit(cache=True)
+@helper
 def peak_speed(rates):
     """Returns the greatest speed of each axis on the pieces, (n_u,)."""
     peak = np.zeros(rates.shape[1])
@@ -61,7 +61,7 @@ def peak_speed(rates):
     return peak
 
 
-@njit(cache=True)
+@helper
 def _set_row(out, row, values):
     """Copies a vector to a row; compiled sooner than NumPy's own way."""
     for j in range(len(values)):

@@ -14,10 +14,11 @@ sum of all joint speeds between A and B.
 import math
 
 import numpy as np
-from numba import njit
+
+from remosplat_drake.base.kernels import helper, kernel
 
 
-@njit(cache=True)
+@kernel
 def relative_bend(lever, turns, speed, offset, reach):
     """Bounds how fast the velocity of a shape's points changes [m/s^2].
 
@@ -49,7 +50,7 @@ def relative_bend(lever, turns, speed, offset, reach):
     return total + reach * turn * turn
 
 
-@njit(cache=True)
+@kernel
 def relative_way(X_WL, Y_WL, a, b, center, reach, bend, time):
     """Bounds the way of any point of a shape of B, as seen from A [m].
 
@@ -78,7 +79,7 @@ def relative_way(X_WL, Y_WL, a, b, center, reach, bend, time):
     return way + bend * time * time / 3.0
 
 
-@njit(cache=True)
+@helper
 def _center_seen(X_WL, a, b, center, r):
     """Coordinate r of a point of B in A [m]."""
     seen = 0.0
@@ -90,7 +91,7 @@ def _center_seen(X_WL, a, b, center, r):
     return seen
 
 
-@njit(cache=True)
+@helper
 def travels(path, rate):
     """Bounds how distances have changed by the ends of a path's s pieces.
 

@@ -1,8 +1,8 @@
 """Where spheres are along a path, and what that alone tells of their rooms."""
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import kernel
 from remosplat_drake.base.vectors import set_vector
 from remosplat_drake.controller.verification.kernels.between_looks import (
     bend_of,
@@ -16,7 +16,7 @@ from remosplat_drake.controller.verification.kernels.places import (
 from remosplat_drake.robot.kinematics import body_poses, sphere_points
 
 
-@njit(cache=True)
+@kernel
 def look_along(robot, path, sphere, start, room, tolerance):
     """Places n spheres at the k times of a path.
 

@@ -1,8 +1,8 @@
 """The distances of all pairs of shapes, of one configuration or of many."""
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import kernel
 from remosplat_drake.robot.kinematics import body_poses
 from remosplat_drake.robot.self_collision.kernels.gjk import make_work
 from remosplat_drake.robot.self_collision.kernels.pair_distance import (
@@ -12,7 +12,7 @@ from remosplat_drake.robot.self_collision.kernels.pair_distance import (
 )
 
 
-@njit(cache=True)
+@kernel
 def pair_distances(shapes, pairs, X_WL, enough):
     """Computes the distances of k pairs of shapes.
 
@@ -42,7 +42,7 @@ def pair_distances(shapes, pairs, X_WL, enough):
     return distance
 
 
-@njit(cache=True)
+@kernel
 def count_contacts(tree, shapes, pairs, states):
     """Counts in how many configurations each pair of links overlaps.
 

@@ -8,8 +8,8 @@ lower bound of the signed distance.
 """
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.vectors import cross, dot, norm, set_vector
 from remosplat_drake.robot.self_collision.kernels.support import add_support
 
@@ -23,7 +23,7 @@ _EXACT = 1e-10
 """Two bounds of a depth that are so close are the same [m]."""
 
 
-@njit(cache=True)
+@helper
 def penetration(hulls, simplex, size, known, nearest):
     """Computes the signed distance of two hulls that overlap.
 
@@ -79,7 +79,9 @@ def penetration(hulls, simplex, size, known, nearest):
         bound = add_support(hulls, nx, ny, nz, points, n)
         if bound > best:
             best, x, y, z = bound, nx, ny, nz
-        if plane[k, 3] >= -best - _EXACT:
+        if plane[k, 3] >= -bound - _EXACT:
+            # The face's own direction: others may be as good, without a face.
+            best, x, y, z = bound, nx, ny, nz
             break
         # The faces that the new vertex sees vanish; their rim joins it.
         edges = 0
@@ -98,11 +100,11 @@ def penetration(hulls, simplex, size, known, nearest):
             _set_plane(points[0], face[count], inside, plane[count])
             count += 1
         n += 1
-    _set_deepest(points, face, plane, count, nearest)
+    _set_deepest(points, (face, plane, count), (x, y, z), nearest)
     return best, x, y, z
 
 
-@njit(cache=True)
+@helper
 def _make_tetrahedron(hulls, points, size):
     """Adds vertices, away from those that are there, until they are four.
 
@@ -126,7 +128,7 @@ def _make_tetrahedron(hulls, points, size):
     return size
 
 
-@njit(cache=True)
+@helper
 def _direction_away(points, size, i):
     """Makes the i-th of six unit vectors at right angles to some vertices.
 
@@ -148,7 +150,7 @@ def _direction_away(points, size, i):
     return share * x, share * y, share * z
 
 
-@njit(cache=True)
+@helper
 def _edge(points, i, j):
     """The vector from one vertex to another."""
     return (
@@ -158,7 +160,7 @@ def _edge(points, i, j):
     )
 
 
-@njit(cache=True)
+@helper
 def _set_plane(points, face, inside, plane):
     """Sets the outward unit normal of a face, and its distance."""
     x, y, z = cross(
@@ -176,13 +178,13 @@ def _set_plane(points, face, inside, plane):
     plane[0], plane[1], plane[2], plane[3] = x, y, z, height
 
 
-@njit(cache=True)
+@helper
 def _height(p, plane):
     """How far a point lies above a face."""
     return dot(plane, p) - plane[3]
 
 
-@njit(cache=True)
+@helper
 def _toggle(edge, edges, i, j):
     """Adds an edge to a list, or removes it: two faces share it."""
     for k in range(edges):
@@ -195,19 +197,25 @@ def _toggle(edge, edges, i, j):
     return edges + 1
 
 
-@njit(cache=True)
-def _set_deepest(points, face, plane, count, nearest):
+@helper
+def _set_deepest(points, faces, n, nearest):
     """Sets the points of A and B whose difference is nearest to the origin.
 
-    It lies on a face with the least distance. Of those that share its plane it
-    is the one whose triangle holds it.
+    It lies on a face with the least distance, and where hulls are as deep in
+    each other along several directions, on one that n is normal to. Of those
+    that share its plane it is the one whose triangle holds it.
     """
-    least = np.inf
+    face, plane, count = faces
+    least, straightest = np.inf, -np.inf
     for i in range(count):
         least = min(least, plane[i, 3])
+    for i in range(count):
+        if plane[i, 3] <= least + 1e-9:
+            straightest = max(straightest, -dot(plane[i], n))
     inmost = -np.inf
     for i in range(count):
-        if plane[i, 3] > least + 1e-9:
+        is_least = plane[i, 3] <= least + 1e-9
+        if not is_least or -dot(plane[i], n) < straightest - 1e-6:
             continue
         a, b, c = face[i, 0], face[i, 1], face[i, 2]
         s, t = _barycentric(points[0], face[i], plane[i])
@@ -222,7 +230,7 @@ def _set_deepest(points, face, plane, count, nearest):
                     )
 
 
-@njit(cache=True)
+@helper
 def _barycentric(points, face, plane):
     """Computes two barycentric coordinates of the origin's projection."""
     a = points[face[0]]

@@ -15,8 +15,8 @@ references stand in `hull_distance_reference.py`.
 import math
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.robot.self_collision.kernels.epa import penetration
 from remosplat_drake.robot.self_collision.kernels.simplex import (
     nearest_on_simplex,
@@ -30,13 +30,13 @@ _EXACT = 1e-12
 """Two bounds of a distance that are so close are the same [m]."""
 
 
-@njit(cache=True)
+@helper
 def make_work():
     """Makes the arrays that `hull_distance` works on, to be used again."""
     return np.zeros((3, 4, 3)), np.zeros(4), np.zeros(3), np.zeros((2, 3))
 
 
-@njit(cache=True)
+@kernel
 def hull_distance(hulls, guess, enough, work):
     """Computes the signed distance of two hulls, negative where they overlap.
 
@@ -88,7 +88,7 @@ def hull_distance(hulls, guess, enough, work):
     return best, x, y, z
 
 
-@njit(cache=True)
+@helper
 def _is_known(points, row):
     """Tells whether a point is among those before it."""
     for i in range(row):

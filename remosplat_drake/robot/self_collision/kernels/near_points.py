@@ -9,8 +9,8 @@ physics engines call a contact manifold, found by perturbation.
 """
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.robot.self_collision.kernels.gjk import make_work
 from remosplat_drake.robot.self_collision.kernels.pair_distance import (
     centers_in_world,
@@ -48,7 +48,7 @@ _MOST = 5
 """Most pairs of points of two links: as they are, and turned four ways."""
 
 
-@njit(cache=True)
+@kernel
 def near_points(shapes, pairs, X_WL, within):
     """Finds the points at which links are near each other.
 
@@ -110,7 +110,7 @@ def near_points(shapes, pairs, X_WL, within):
     )
 
 
-@njit(cache=True)
+@helper
 def _make_points(n):
     """Makes the arrays that `near_points` returns, for n pairs of points."""
     return (
@@ -122,7 +122,7 @@ def _make_points(n):
     )
 
 
-@njit(cache=True)
+@helper
 def _find_near(shapes, pairs, span, X_WL, p_WC, within, near, work):
     """Finds the nearest points of those shapes of two links that are near.
 
@@ -171,7 +171,7 @@ def _find_near(shapes, pairs, span, X_WL, p_WC, within, near, work):
     return size
 
 
-@njit(cache=True)
+@helper
 def _find_turned(shapes, pairs, X_WL, known, R, found, row, work):
     """Finds the points that are nearest if the second link is turned by R.
 
@@ -215,7 +215,7 @@ def _find_turned(shapes, pairs, X_WL, known, R, found, row, work):
     found[1][row] = gap
 
 
-@njit(cache=True)
+@helper
 def _copy(near, i, found, row):
     """Copies a pair of points from one set of arrays to another."""
     found[0][row], found[1][row] = near[0][i], near[1][i]
@@ -225,7 +225,7 @@ def _copy(near, i, found, row):
         found[4][row, c] = near[4][i, c]
 
 
-@njit(cache=True)
+@helper
 def _is_known(found, first, row):
     """Tells whether both points of a pair are near those of one before it."""
     for i in range(first, row):

@@ -7,12 +7,12 @@ the body of each, and the poses X_WL of all bodies, shape (b, 4, 4).
 import math
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.robot.self_collision.kernels.gjk import hull_distance
 
 
-@njit(cache=True)
+@helper
 def centers_in_world(shapes, X_WL):
     """Places the centres of all shapes in W, shape (s, 3) [m]."""
     center, body = shapes[3], shapes[6]
@@ -26,7 +26,7 @@ def centers_in_world(shapes, X_WL):
     return p_WC
 
 
-@njit(cache=True)
+@helper
 def least_distance(shapes, X_WL, p_WC, i, j):
     """Bounds the distance of two shapes from below, in a few nanoseconds.
 
@@ -55,7 +55,7 @@ def least_distance(shapes, X_WL, p_WC, i, j):
     return best - radius[i] - radius[j]
 
 
-@njit(cache=True)
+@helper
 def _to_box(X_WL, body, half, i, x, y, z):
     """Distance from a box, whose axes are its link's, to a point [m].
 
@@ -70,7 +70,7 @@ def _to_box(X_WL, body, half, i, x, y, z):
     return math.sqrt(square)
 
 
-@njit(cache=True)
+@helper
 def shape_distance(shapes, X_WA, X_WB, pair, guess_W, enough, work):
     """Computes the signed distance of two placed shapes.
 
@@ -114,7 +114,7 @@ def shape_distance(shapes, X_WA, X_WB, pair, guess_W, enough, work):
     return distance - radii, x, y, z
 
 
-@njit(cache=True)
+@helper
 def distance_beyond(shapes, X_WL, p_WC, pair, enough, work):
     """Computes the signed distance of two shapes, coarsely before finely.
 

@@ -3,14 +3,15 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from remosplat_drake.base.kernels import helper
 
 _FLAT = 1e-13
 """Triangles and tetrahedra whose Gram determinant, as a share of what it is
 where edges are at right angles, is no larger count as their own sides."""
 
 
-@njit(cache=True)
+@helper
 def nearest_on_simplex(simplex, size, weights, v):
     """Finds the point nearest to the origin, and keeps the vertices it needs.
 
@@ -51,7 +52,7 @@ def nearest_on_simplex(simplex, size, weights, v):
     return 1 + (ids_1 >= 0) + (ids_2 >= 0)
 
 
-@njit(cache=True)
+@helper
 def _on_segment(p, n, i, v, least):
     """Square of the distance to the inside of a segment, and its parameter.
 
@@ -73,7 +74,7 @@ def _on_segment(p, n, i, v, least):
     return found, share
 
 
-@njit(cache=True)
+@helper
 def _on_triangle(p, n, i, j, v, least):
     """The same of the inside of a triangle, with two parameters."""
     ex, ey, ez = p[i, 0] - p[n, 0], p[i, 1] - p[n, 1], p[i, 2] - p[n, 2]
@@ -100,7 +101,7 @@ def _on_triangle(p, n, i, j, v, least):
     return found, s, t
 
 
-@njit(cache=True)
+@helper
 def _holds_origin(p, weights):
     """Whether a tetrahedron holds the origin; then its weights are set."""
     volume, sizes = 0.0, 1.0
@@ -125,7 +126,7 @@ def _holds_origin(p, weights):
     return True
 
 
-@njit(cache=True)
+@helper
 def _keep(simplex, n, i, j):
     """Moves vertices n, i and j, where these are not -1, to rows 0, 1, 2."""
     _swap(simplex, 0, n)
@@ -138,7 +139,7 @@ def _keep(simplex, n, i, j):
         _swap(simplex, 2, j)
 
 
-@njit(cache=True)
+@helper
 def _swap(simplex, i, j):
     """Exchanges two vertices, and what belongs to them."""
     for c in range(3):

@@ -1,10 +1,11 @@
 """The vertex of two hulls' Minkowski difference that is lowest along n."""
 
 import numpy as np
-from numba import njit
+
+from remosplat_drake.base.kernels import helper
 
 
-@njit(cache=True)
+@helper
 def add_support(hulls, x, y, z, simplex, row):
     """Finds the lowest vertex b - a along a direction, and notes it.
 

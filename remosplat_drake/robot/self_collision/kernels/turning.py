@@ -3,17 +3,18 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from remosplat_drake.base.kernels import helper
 
 
-@njit(cache=True)
+@helper
 def vector_to_world(X_WA, v, v_W):
     """Writes a vector in W that is given in A, shape (3,)."""
     for r in range(3):
         v_W[r] = X_WA[r, 0] * v[0] + X_WA[r, 1] * v[1] + X_WA[r, 2] * v[2]
 
 
-@njit(cache=True)
+@helper
 def point_to_world(X_WA, p, p_W):
     """Writes a point in W that is given in A, shape (3,) [m]."""
     vector_to_world(X_WA, p, p_W)
@@ -21,7 +22,7 @@ def point_to_world(X_WA, p, p_W):
         p_W[r] += X_WA[r, 3]
 
 
-@njit(cache=True)
+@helper
 def across(n, angle):
     """Makes two unit vectors at right angles to each other and to a third.
 
@@ -53,7 +54,7 @@ def across(n, angle):
     return axes
 
 
-@njit(cache=True)
+@helper
 def rotation(axis, angle):
     """Makes the rotation about a unit vector by an angle [rad], (3, 3)."""
     s, c = math.sin(angle), math.cos(angle)
@@ -72,7 +73,7 @@ def rotation(axis, angle):
     return R
 
 
-@njit(cache=True)
+@helper
 def turn_body(R, center, X_WB, X):
     """Writes the pose of a body that is turned about a point, (4, 4)."""
     for r in range(3):
@@ -87,7 +88,7 @@ def turn_body(R, center, X_WB, X):
     X[3, 3] = 1.0
 
 
-@njit(cache=True)
+@helper
 def turn_back(R, center, p_W):
     """Moves a point of a turned body to where it is on the body itself."""
     x, y, z = p_W[0] - center[0], p_W[1] - center[1], p_W[2] - center[2]
