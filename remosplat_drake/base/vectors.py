@@ -6,6 +6,8 @@ to compile.
 
 import math
 
+import numpy as np
+
 from remosplat_drake.base.kernels import helper, kernel
 
 
@@ -40,3 +42,22 @@ def set_vector(out, a) -> None:
         a: The vector.
     """
     out[0], out[1], out[2] = a[0], a[1], a[2]
+
+
+@helper
+def rotation(axis, angle):
+    """Makes the rotation about a unit vector by an angle [rad], (3, 3)."""
+    s, c = math.sin(angle), math.cos(angle)
+    x, y, z = axis[0], axis[1], axis[2]
+    R = np.empty((3, 3))
+    for i in range(3):
+        for j in range(3):
+            R[i, j] = axis[i] * axis[j] * (1.0 - c)
+        R[i, i] += c
+    R[0, 1] -= z * s
+    R[1, 0] += z * s
+    R[0, 2] += y * s
+    R[2, 0] -= y * s
+    R[1, 2] -= x * s
+    R[2, 1] += x * s
+    return R

@@ -13,6 +13,10 @@ import numpy as np
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.kernels.solid_distance import (
+    box_distance,
+    cylinder_distance,
+)
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.compiled_map import answers
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
@@ -115,50 +119,6 @@ def _primitives(scene: PrimitiveScene) -> Primitives:
         np.array([p.X_WP.translation() for p in primitives]).reshape(k, 3),
         np.array([p.top for p in primitives], float),
     )
-
-
-@helper
-def box_distance(x, y, z, size):
-    """Computes the signed distance to a box at the origin, and its gradient.
-
-    Outside, the closest point is the point clamped to the box. Inside, it lies
-    on the nearest face; ties go to the first axis, and to its positive side.
-    `size` holds the half extents [m].
-    """
-    qx, qy, qz = abs(x) - size[0], abs(y) - size[1], abs(z) - size[2]
-    sx = 1.0 if x >= 0 else -1.0
-    sy = 1.0 if y >= 0 else -1.0
-    sz = 1.0 if z >= 0 else -1.0
-    if qx <= 0 and qy <= 0 and qz <= 0:
-        if qx >= qy and qx >= qz:
-            return qx, sx, 0.0, 0.0
-        if qy >= qz:
-            return qy, 0.0, sy, 0.0
-        return qz, 0.0, 0.0, sz
-    vx, vy, vz = max(qx, 0.0) * sx, max(qy, 0.0) * sy, max(qz, 0.0) * sz
-    d = np.sqrt(vx * vx + vy * vy + vz * vz)
-    return d, vx / d, vy / d, vz / d
-
-
-@helper
-def cylinder_distance(x, y, z, size):
-    """Computes the signed distance to a cylinder along z, and its gradient.
-
-    The cylinder is centred at the origin; `size` holds radius and half height
-    [m]. Inside, ties go to the mantle; on the axis the radial direction is x.
-    """
-    rho = np.sqrt(x * x + y * y)
-    ux, uy = (x / rho, y / rho) if rho > 1e-12 else (1.0, 0.0)
-    sz = 1.0 if z >= 0 else -1.0
-    q_radial, q_axial = rho - size[0], abs(z) - size[2]
-    if q_radial <= 0 and q_axial <= 0:
-        if q_radial >= q_axial:
-            return q_radial, ux, uy, 0.0
-        return q_axial, 0.0, 0.0, sz
-    v_radial, v_axial = max(q_radial, 0.0), max(q_axial, 0.0)
-    d = np.sqrt(v_radial * v_radial + v_axial * v_axial)
-    radial = v_radial / d
-    return d, radial * ux, radial * uy, v_axial / d * sz
 
 
 @helper

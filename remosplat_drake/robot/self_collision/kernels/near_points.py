@@ -11,6 +11,7 @@ physics engines call a contact manifold, found by perturbation.
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.vectors import rotation
 from remosplat_drake.robot.self_collision.kernels.gjk import make_work
 from remosplat_drake.robot.self_collision.kernels.pair_distance import (
     centers_in_world,
@@ -20,7 +21,6 @@ from remosplat_drake.robot.self_collision.kernels.pair_distance import (
 from remosplat_drake.robot.self_collision.kernels.turning import (
     across,
     point_to_world,
-    rotation,
     turn_back,
     turn_body,
     vector_to_world,

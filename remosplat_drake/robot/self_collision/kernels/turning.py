@@ -55,25 +55,6 @@ def across(n, angle):
 
 
 @helper
-def rotation(axis, angle):
-    """Makes the rotation about a unit vector by an angle [rad], (3, 3)."""
-    s, c = math.sin(angle), math.cos(angle)
-    x, y, z = axis[0], axis[1], axis[2]
-    R = np.empty((3, 3))
-    for i in range(3):
-        for j in range(3):
-            R[i, j] = axis[i] * axis[j] * (1.0 - c)
-        R[i, i] += c
-    R[0, 1] -= z * s
-    R[1, 0] += z * s
-    R[0, 2] += y * s
-    R[2, 0] -= y * s
-    R[1, 2] -= x * s
-    R[2, 1] += x * s
-    return R
-
-
-@helper
 def turn_body(R, center, X_WB, X):
     """Writes the pose of a body that is turned about a point, (4, 4)."""
     for r in range(3):

@@ -1,0 +1,1 @@
+"""Compiled distances to known solids."""

@@ -1,0 +1,180 @@
+"""Where movers can be after a while: their prediction, and by how much it errs.
+
+Let a point of a mover's core have the speed limit V and the acceleration limit
+A. The prediction keeps the mover's twist: its centre goes on straight and it
+turns on evenly, so that a point of the core that is r from the centre
+accelerates by no more than |w|^2 r. After a time t, the point itself is then
+no farther from its prediction than
+
+    e_p + min(e_v t + (A + |w|^2 r) t^2 / 2, (V + |v| + |w| r) t)
+
+where e_p and e_v are the errors of its position and of its velocity. So the
+mover lies within that distance, its reach, of its predicted self.
+"""
+
+import math
+
+import numpy as np
+
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.vectors import norm, rotation
+from remosplat_drake.scene.kernels.solid_distance import box_distance
+
+
+@helper
+def predicted_speed(movers, j):
+    """Bounds the speed of all points of a predicted core [m/s].
+
+    Args:
+        movers: The `MoverArrays`.
+        j: Which mover.
+    """
+    far = norm(movers.half_extents[j])
+    return norm(movers.v_WM[j]) + norm(movers.w_WM[j]) * far
+
+
+@helper
+def reach(movers, j, time):
+    """Bounds how far a mover is from its predicted self [m].
+
+    Args:
+        movers: The `MoverArrays`.
+        j: Which mover.
+        time: Time from now on [s].
+    """
+    speed, acceleration = movers.bounds[j, 0], movers.bounds[j, 1]
+    t, turn = movers.age + time, norm(movers.w_WM[j])
+    bend = acceleration + turn * turn * norm(movers.half_extents[j])
+    soon = (movers.bounds[j, 2] + 0.5 * bend * t) * t
+    late = (speed + predicted_speed(movers, j)) * t
+    return movers.bounds[j, 3] + min(soon, late)
+
+
+@helper
+def place_mover(movers, j, time, R_WM, p_WM) -> None:
+    """Predicts where a mover's frame is.
+
+    Args:
+        movers: The `MoverArrays`.
+        j: Which mover.
+        time: Time from now on [s].
+        R_WM: Filled with its orientation, shape (3, 3).
+        p_WM: Filled with its origin, shape (3,) [m].
+    """
+    t, turn = movers.age + time, norm(movers.w_WM[j])
+    for r in range(3):
+        p_WM[r] = movers.p_WM[j, r] + movers.v_WM[j, r] * t
+        for c in range(3):
+            R_WM[r, c] = movers.R_WM[j, r, c]
+    if turn * t == 0.0:
+        return
+    w = movers.w_WM[j]
+    axis = (w[0] / turn, w[1] / turn, w[2] / turn)
+    R = rotation(axis, turn * t)
+    for r in range(3):
+        for c in range(3):
+            R_WM[r, c] = 0.0
+            for k in range(3):
+                R_WM[r, c] += R[r, k] * movers.R_WM[j, k, c]
+
+
+@helper
+def core_distance(movers, j, R_WM, p_WM, p_WS):
+    """Computes the signed distance of a point from a mover's core.
+
+    Args:
+        movers: The `MoverArrays`.
+        j: Which mover.
+        R_WM: Its orientation, shape (3, 3).
+        p_WM: Its origin, shape (3,) [m].
+        p_WS: The point, shape (3,) [m].
+
+    Returns:
+        The distance [m], and the unit vector towards the core in W, as three
+        numbers.
+    """
+    x, y, z = p_WS[0] - p_WM[0], p_WS[1] - p_WM[1], p_WS[2] - p_WM[2]
+    d, gx, gy, gz = box_distance(
+        R_WM[0, 0] * x + R_WM[1, 0] * y + R_WM[2, 0] * z,
+        R_WM[0, 1] * x + R_WM[1, 1] * y + R_WM[2, 1] * z,
+        R_WM[0, 2] * x + R_WM[1, 2] * y + R_WM[2, 2] * z,
+        movers.half_extents[j],
+    )
+    return (
+        d,
+        -(R_WM[0, 0] * gx + R_WM[0, 1] * gy + R_WM[0, 2] * gz),
+        -(R_WM[1, 0] * gx + R_WM[1, 1] * gy + R_WM[1, 2] * gz),
+        -(R_WM[2, 0] * gx + R_WM[2, 1] * gy + R_WM[2, 2] * gz),
+    )
+
+
+@kernel
+def near_movers(movers, p_WS, radius, within):
+    """Finds the movers that can be near spheres now.
+
+    Args:
+        movers: The `MoverArrays`.
+        p_WS: Centres of n spheres in W, shape (n, 3) [m].
+        radius: Their radii, shape (n,) [m].
+        within: Pairs at or beyond this distance are left out [m].
+
+    Returns:
+        For m pairs: the sphere, shape (m,); the mover, shape (m,); the least
+        distance of their surfaces, shape (m,) [m]; the unit vector from the
+        sphere towards the mover in W, shape (m, 3); and the speed at which the
+        predicted mover comes nearer by itself, shape (m,) [m/s].
+    """
+    n, k = len(p_WS), len(movers.radius)
+    sphere, mover = np.empty(n * k, np.int64), np.empty(n * k, np.int64)
+    distance, closing = np.empty(n * k), np.empty(n * k)
+    direction_W = np.empty((n * k, 3))
+    R_WM, p_WM = np.empty((3, 3)), np.empty(3)
+    m = 0
+    for j in range(k):
+        place_mover(movers, j, 0.0, R_WM, p_WM)
+        grown = movers.radius[j] + reach(movers, j, 0.0)
+        v, w = movers.v_WM[j], movers.w_WM[j]
+        for i in range(n):
+            far, nx, ny, nz = core_distance(movers, j, R_WM, p_WM, p_WS[i])
+            found = far - grown - radius[i]
+            if found >= within:
+                continue
+            # The core's nearest point, as seen from its centre.
+            x = p_WS[i, 0] + far * nx - p_WM[0]
+            y = p_WS[i, 1] + far * ny - p_WM[1]
+            z = p_WS[i, 2] + far * nz - p_WM[2]
+            closing[m] = -(
+                nx * (v[0] + w[1] * z - w[2] * y)
+                + ny * (v[1] + w[2] * x - w[0] * z)
+                + nz * (v[2] + w[0] * y - w[1] * x)
+            )
+            sphere[m], mover[m], distance[m] = i, j, found
+            direction_W[m, 0] = nx
+            direction_W[m, 1] = ny
+            direction_W[m, 2] = nz
+            m += 1
+    return sphere[:m], mover[:m], distance[:m], direction_W[:m], closing[:m]
+
+
+@helper
+def is_retreat(depth, touching, ahead, aside) -> bool:
+    """Tells whether a sphere moves away from wherever a mover can touch it.
+
+    The mover's core can be anywhere within its reach of its predicted core: a
+    convex set. Let the sphere's centre lie outside of it, by the depth h, and n
+    be the direction to it. All points of the core are then at least h away
+    along n. One that touches is at most R away in all, and so at most
+    sqrt(R^2 - h^2) aside of n.
+
+    Args:
+        depth: h [m].
+        touching: R, the sphere's radius and the mover's together [m].
+        ahead: The sphere's motion along n [m].
+        aside: Its motion aside of n, at least 0 [m].
+    """
+    if depth <= 0.0 or ahead >= 0.0:
+        return False
+    if depth >= touching:
+        return True
+    across = math.sqrt(touching * touching - depth * depth)
+    return -ahead * depth >= aside * across

@@ -1,0 +1,222 @@
+"""`Movers`: things that move, where they are now, and what they may do next.
+
+A person is some capsules, a door a box. Where such a thing will be is not
+known. What is known is how fast it moves now, and how fast and how suddenly it
+can move at all: that bounds where it can be, see `kernels/mover_reach.py`.
+"""
+
+import dataclasses as dc
+import math
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from remosplat_drake.base.errors import FieldError
+
+MOST = 200
+"""Most movers that are taken at a time: each costs some microseconds."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Mover:
+    """A rounded box that moves: a sphere, a capsule, or a box.
+
+    Its core is a box around the origin of its frame M, whose sides may be of
+    length zero; the mover is what lies within `radius` of the core. Copying
+    returns the object itself.
+
+    Attributes:
+        name: What people call it, "left arm" for example.
+        X_WM: Pose of its frame M in W, at the stamp of its `Movers`.
+        half_extents: Half side lengths of the core along M's axes, (3,) [m].
+        radius: Radius around the core [m].
+        v_WM: Velocity of M's origin in W, shape (3,) [m/s].
+        w_WM: Angular velocity of M in W, shape (3,) [rad/s].
+        max_speed: No point of its core ever moves faster than this [m/s].
+        max_acceleration: No point of its core ever accelerates more than this
+            [m/s^2].
+        velocity_error: By how much the velocity of a point of its core may be
+            wrong [m/s].
+        position_error: By how much the position of such a point may be wrong
+            [m].
+
+    Raises:
+        FieldError: A value is not finite, or negative, or has another shape.
+    """
+
+    name: str
+    X_WM: RigidTransform
+    half_extents: np.ndarray
+    radius: float
+    v_WM: np.ndarray = dc.field(default_factory=lambda: np.zeros(3))
+    w_WM: np.ndarray = dc.field(default_factory=lambda: np.zeros(3))
+    max_speed: float = 2.0
+    max_acceleration: float = 5.0
+    velocity_error: float = 0.0
+    position_error: float = 0.0
+
+    def __post_init__(self):
+        for field in ("half_extents", "v_WM", "w_WM"):
+            value = np.array(getattr(self, field), float)
+            if value.shape != (3,) or not np.isfinite(value).all():
+                self._refuse(field, "three finite numbers")
+            value.flags.writeable = False
+            object.__setattr__(self, field, value)
+        if (self.half_extents < 0.0).any():
+            self._refuse("half_extents", "at least 0")
+        for field in ("radius", *_BOUNDS):
+            value = float(getattr(self, field))
+            if not 0.0 <= value < math.inf:
+                self._refuse(field, "finite and at least 0")
+            object.__setattr__(self, field, value)
+        if not np.isfinite(self.X_WM.GetAsMatrix4()).all():
+            self._refuse("X_WM", "finite")
+
+    def _refuse(self, field: str, wanted: str):
+        got = getattr(self, field)
+        where = f"mover {self.name!r}"
+        raise FieldError(where, field, f"must be {wanted}, got {got}")
+
+    def __deepcopy__(self, memo) -> "Mover":
+        return self
+
+    @staticmethod
+    def sphere(name: str, center, radius: float, **rest) -> "Mover":
+        """Makes a sphere.
+
+        Args:
+            name: What people call it.
+            center: Its centre in W, shape (3,) [m].
+            radius: Its radius [m].
+            rest: Velocities and bounds, as of a `Mover`.
+        """
+        X_WM = RigidTransform(np.array(center, float))
+        return Mover(name, X_WM, np.zeros(3), radius, **rest)
+
+    @staticmethod
+    def capsule(
+        name: str,
+        X_WM: RigidTransform,
+        half_length: float,
+        radius: float,
+        **rest,
+    ) -> "Mover":
+        """Makes a capsule along M's z axis.
+
+        Args:
+            name: What people call it.
+            X_WM: Pose of its frame M, at its centre, in W.
+            half_length: Half the length of its axis, without its caps [m].
+            radius: Its radius [m].
+            rest: Velocities and bounds, as of a `Mover`.
+        """
+        return Mover(name, X_WM, np.array([0, 0, half_length]), radius, **rest)
+
+    @staticmethod
+    def box(name: str, X_WM: RigidTransform, half_extents, **rest) -> "Mover":
+        """Makes a box.
+
+        Args:
+            name: What people call it.
+            X_WM: Pose of its frame M, at its centre, in W.
+            half_extents: Half side lengths along M's axes, shape (3,) [m].
+            rest: Velocities and bounds, as of a `Mover`.
+        """
+        return Mover(name, X_WM, np.array(half_extents, float), 0.0, **rest)
+
+
+_BOUNDS = ("max_speed", "max_acceleration", "velocity_error", "position_error")
+
+
+class MoverArrays(NamedTuple):
+    """k movers as kernels take them.
+
+    Attributes:
+        half_extents: Half side lengths of their cores, shape (k, 3) [m].
+        radius: Radii around these, shape (k,) [m].
+        R_WM: Orientations at the stamp, shape (k, 3, 3).
+        p_WM: Origins of their frames at the stamp, shape (k, 3) [m].
+        v_WM: Velocities of these, shape (k, 3) [m/s].
+        w_WM: Angular velocities, shape (k, 3) [rad/s].
+        bounds: For each its greatest speed [m/s], its greatest acceleration
+            [m/s^2], and the errors of its velocity [m/s] and of its position
+            [m], shape (k, 4).
+        age: Time since the stamp [s].
+    """
+
+    half_extents: np.ndarray
+    radius: np.ndarray
+    R_WM: np.ndarray
+    p_WM: np.ndarray
+    v_WM: np.ndarray
+    w_WM: np.ndarray
+    bounds: np.ndarray
+    age: float
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Movers:
+    """All that is known to move; copying returns the object itself.
+
+    Attributes:
+        stamp: When they were where they are said to be [s].
+        movers: The movers.
+
+    Raises:
+        FieldError: The stamp is not finite, or there are more than `MOST`.
+    """
+
+    stamp: float
+    movers: Sequence[Mover] = ()
+
+    def __post_init__(self):
+        if not math.isfinite(self.stamp):
+            problem = f"must be finite, got {self.stamp}"
+            raise FieldError("movers", "stamp", problem)
+        if len(self.movers) > MOST:
+            problem = f"must be at most {MOST}, got {len(self.movers)}"
+            raise FieldError("movers", "number", problem)
+        object.__setattr__(self, "movers", tuple(self.movers))
+
+    def __deepcopy__(self, memo) -> "Movers":
+        return self
+
+    def __len__(self) -> int:
+        return len(self.movers)
+
+    def __iter__(self) -> Iterator[Mover]:
+        return iter(self.movers)
+
+    def at(self, time: float) -> MoverArrays:
+        """Returns the movers as kernels take them, seen from a later time.
+
+        Args:
+            time: The time [s]. What is stamped later than that counts as
+                older by as much: clocks that disagree tell nothing.
+        """
+        return self._arrays._replace(age=abs(float(time) - self.stamp))
+
+    @cached_property
+    def _arrays(self) -> MoverArrays:
+        return _arrays(self.movers)
+
+
+def _arrays(movers: Sequence[Mover]) -> MoverArrays:
+    k = len(movers)
+
+    def rows(values: list, *shape: int) -> np.ndarray:
+        return np.array(values, float, order="C").reshape(k, *shape)
+
+    return MoverArrays(
+        rows([m.half_extents for m in movers], 3),
+        rows([m.radius for m in movers]),
+        rows([m.X_WM.rotation().matrix() for m in movers], 3, 3),
+        rows([m.X_WM.translation() for m in movers], 3),
+        rows([m.v_WM for m in movers], 3),
+        rows([m.w_WM for m in movers], 3),
+        rows([[getattr(m, bound) for bound in _BOUNDS] for m in movers], 4),
+        0.0,
+    )

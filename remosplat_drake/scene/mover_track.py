@@ -1,0 +1,200 @@
+"""`MoverTrack`: how a mover of a scenario moves, as a smooth curve of time."""
+
+import dataclasses as dc
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from itertools import pairwise, product
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval, Len
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
+
+from remosplat_drake.base.ranges import Config, Position, RollPitchYawDeg
+from remosplat_drake.scene.mover import Mover, Movers
+
+_LOOKS = 200
+"""Looks at a stretch between two waypoints, for the greatest of its speeds."""
+
+_SLACK = 1.02
+"""By how much bounds exceed the greatest that is seen at these looks."""
+
+Size = Annotated[float, Interval(ge=0, le=100)]
+
+
+@dc.dataclass
+class WaypointConfig(Config):
+    """Where a mover is at a time."""
+
+    # Time since the run began [s].
+    time: Annotated[float, Interval(ge=0, le=1e6)] = 0.0
+    # Position x, y, z of the mover's origin in W [m].
+    translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
+    # Roll, pitch and yaw of the mover in W, as in Drake's `RollPitchYaw`;
+    # absent: not turned [deg].
+    rpy_deg: RollPitchYawDeg | None = None
+
+    @property
+    def X_WM(self) -> RigidTransform:
+        """The pose."""
+        angles = np.radians(self.rpy_deg or [0.0] * 3)
+        return RigidTransform(
+            RotationMatrix(RollPitchYaw(angles)), self.translation
+        )
+
+
+@dc.dataclass
+class MoverConfig(Config):
+    """A thing that moves: a rounded box, and where it is when.
+
+    It comes to rest at the first and at the last waypoint, and passes smoothly
+    through those between; only its turning pauses at each.
+    """
+
+    # What people call it.
+    name: str = "mover"
+    # Half side lengths of its core, a box; three zeros make a sphere, two a
+    # capsule along the third axis [m].
+    half_extents: Annotated[list[Size], Len(3, 3)] = dc.field(
+        default_factory=lambda: [0.0] * 3
+    )
+    # Radius around the core [m].
+    radius: Annotated[float, Interval(ge=0, le=10)] = 0.1
+    # Where it is when; a single one: it stays.
+    waypoints: Annotated[list[WaypointConfig], Len(1, 1000)] = dc.field(
+        default_factory=lambda: [WaypointConfig()]
+    )
+    # No point of its core ever moves faster, as far as the robot is told;
+    # absent: the track's own greatest speed [m/s].
+    max_speed: Annotated[float, Interval(ge=0, le=100)] | None = None
+    # No point of its core ever accelerates more, as far as the robot is told;
+    # absent: the track's own greatest acceleration [m/s^2].
+    max_acceleration: Annotated[float, Interval(ge=0, le=1000)] | None = None
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """Checks that there is something, and that time goes on.
+
+        Yields:
+            The name of a field and what is wrong with it.
+        """
+        if not self.radius and not all(self.half_extents):
+            yield "radius", "must exceed 0 unless all `half_extents` do"
+        times = [waypoint.time for waypoint in self.waypoints]
+        for i, (before, after) in enumerate(pairwise(times)):
+            if not after > before:
+                where = f"waypoints[{i + 1}].time"
+                yield where, f"must exceed the one before, {before}"
+
+
+class MoverTrack:
+    """Where a mover is at any time, and how it moves there.
+
+    Args:
+        config: Its shape and its waypoints.
+    """
+
+    def __init__(self, config: MoverConfig):
+        self.config = config
+        self._times = np.array([w.time for w in config.waypoints])
+        X_WMs = [waypoint.X_WM for waypoint in config.waypoints]
+        self._at_rest = X_WMs[0]
+        self._position = None
+        self._R_WM = Rotation.from_matrix(
+            np.array([X.rotation().matrix() for X in X_WMs])
+        )
+        if len(X_WMs) > 1:
+            p_WM = np.array([X.translation() for X in X_WMs])
+            self._position = CubicSpline(self._times, p_WM, bc_type="clamped")
+
+    def at(self, time: float) -> Mover:
+        """Returns the mover as it is at a time, with its bounds.
+
+        Args:
+            time: Time since the run began [s].
+        """
+        speed, acceleration = self._greatest
+        config = self.config
+        X_WM, v_WM, w_WM = self._motion(time)
+        return Mover(
+            config.name,
+            X_WM,
+            np.array(config.half_extents),
+            config.radius,
+            v_WM,
+            w_WM,
+            speed if config.max_speed is None else config.max_speed,
+            acceleration
+            if config.max_acceleration is None
+            else config.max_acceleration,
+        )
+
+    def _motion(
+        self, time: float
+    ) -> tuple[RigidTransform, np.ndarray, np.ndarray]:
+        """Pose, velocity and angular velocity; at rest beyond the ends."""
+        none = np.zeros(3)
+        if self._position is None:
+            return self._at_rest, none, none
+        now = float(np.clip(time, self._times[0], self._times[-1]))
+        R_WM, w_WM, _ = self._turning(now)
+        X_WM = RigidTransform(RotationMatrix(R_WM), self._position(now))
+        if now != time:
+            return X_WM, none, none
+        return X_WM, self._position(now, 1), w_WM
+
+    def _turning(
+        self, time: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Orientation, angular velocity, and angular acceleration.
+
+        Each stretch is turned through evenly but for a timing of the fifth
+        degree, which begins and ends at rest.
+        """
+        k = int(np.searchsorted(self._times, time, side="right")) - 1
+        k = min(max(k, 0), len(self._times) - 2)
+        span = self._times[k + 1] - self._times[k]
+        x = (time - self._times[k]) / span
+        share = x**3 * (10 - 15 * x + 6 * x**2)
+        rate = 30 * x**2 * (1 - x) ** 2 / span
+        change = 60 * x * (1 - x) * (1 - 2 * x) / span**2
+        first = self._R_WM[k]
+        turn_W = (self._R_WM[k + 1] * first.inv()).as_rotvec()
+        R_WM = (Rotation.from_rotvec(share * turn_W) * first).as_matrix()
+        return R_WM, rate * turn_W, change * turn_W
+
+    @cached_property
+    def _greatest(self) -> tuple[float, float]:
+        """Greatest speed and acceleration of any point of the core."""
+        if self._position is None:
+            return 0.0, 0.0
+        times = np.concatenate(
+            [np.linspace(a, b, _LOOKS) for a, b in pairwise(self._times)]
+        )
+        # Both are greatest at a corner of the core.
+        signs = np.array(list(product((-1, 1), repeat=3)))
+        corners = signs * self.config.half_extents
+        speed, push = np.zeros(len(times)), np.zeros(len(times))
+        for i, time in enumerate(times):
+            R_WM, w_W, spin_W = self._turning(time)
+            lever_W = corners @ R_WM.T
+            v_W = np.cross(w_W, lever_W)
+            a_W = np.cross(spin_W, lever_W) + np.cross(w_W, v_W)
+            v_W, a_W = (
+                v_W + self._position(time, 1),
+                a_W + self._position(time, 2),
+            )
+            speed[i] = np.linalg.norm(v_W, axis=1).max()
+            push[i] = np.linalg.norm(a_W, axis=1).max()
+        return _SLACK * float(speed.max()), _SLACK * float(push.max())
+
+
+def movers_at(tracks: Sequence[MoverTrack], time: float) -> Movers:
+    """Returns all that moves, as it is at a time.
+
+    Args:
+        tracks: How each moves.
+        time: Time since the run began [s].
+    """
+    return Movers(time, [track.at(time) for track in tracks])
