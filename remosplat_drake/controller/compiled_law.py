@@ -8,7 +8,10 @@ import numpy as np
 
 from remosplat_drake.controller.controller_config import default_ingredients
 from remosplat_drake.controller.guidance.guidance import Guidance
-from remosplat_drake.controller.ingredients import SelfCollisionDamper
+from remosplat_drake.controller.ingredients import (
+    MoverDamper,
+    SelfCollisionDamper,
+)
 from remosplat_drake.controller.kernels.assemble import (
     PARTS,
     Parts,
@@ -34,8 +37,8 @@ class CompiledLaw:
     """The ingredients of a law, as programs are built of them.
 
     One kernel adds the library's own, several times faster than these would by
-    `AddToProgram`; what is from outside adds itself afterwards. Settings are
-    read when the law is made.
+    `AddToProgram`; what is from outside adds itself afterwards, and so does the
+    `MoverDamper` where something moves. Settings are read when the law is made.
 
     Attributes:
         outside: The ingredients that no kernel adds: those from outside, and
@@ -51,14 +54,17 @@ class CompiledLaw:
         """
         self._robot = robot
         own: dict[type, CompiledIngredient] = {}
-        outside = []
+        outside, moving = [], []
         for part in ingredients:
             kind = type(part)
-            if kind in PARTS and kind not in own:
+            if kind is MoverDamper:
+                moving.append(part)
+            elif kind in PARTS and kind not in own:
                 own[kind] = cast(CompiledIngredient, part)
             else:
                 outside.append(part)
         self.outside: Sequence[Ingredient] = tuple(outside)
+        self._moving = tuple(moving)
         present = np.array([kind in own for kind in PARTS])
         others = {type(part): part for part in default_ingredients(robot)}
         self._parts = [
@@ -96,8 +102,11 @@ class CompiledLaw:
         """
         arrays = self._assemble(tick)
         program = ReactiveProgram.from_arrays(arrays, self._parts, self._robot)
-        if self.outside:
-            program.extend(self.outside, tick)
+        further = self.outside
+        if tick.near_movers is not None:
+            further = (*self._moving, *further)
+        if further:
+            program.extend(further, tick)
         return program
 
     def _assemble(self, tick: Tick) -> ProgramArrays:

@@ -71,6 +71,9 @@ class ReactiveControllerConfig(Config):
     path_tracking: ing.PathTrackingConfig = dc.field(
         default_factory=ing.PathTrackingConfig
     )
+    movers: ing.MoverDamperConfig = dc.field(
+        default_factory=ing.MoverDamperConfig
+    )
     # Further ingredients from outside the library, each written as
     # `package.module:Class` or `!package.module:Class {field: value}`.
     extra: Annotated[list[Ingredient | IngredientMaker], Len(0, 100)] = (
@@ -166,7 +169,7 @@ def default_ingredients(
             the defaults, the gain set `tuned`.
 
     Returns:
-        The library's ten ingredients, and then those of `config.extra`.
+        The library's eleven ingredients, and then those of `config.extra`.
 
     Raises:
         FieldError: A value of the configuration is unusable.
@@ -190,6 +193,7 @@ def default_ingredients(
         ing.ManipulabilityCost(config.manipulability),
         ing.BaseOrientationCost(config.base_orientation),
         ing.PathTracking(config.path_tracking),
+        ing.MoverDamper(config.movers),
         *(_made(extra, robot) for extra in config.extra),
     ]
 

@@ -15,7 +15,11 @@ from remosplat_drake.controller.reactive_program import (
 )
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import tick_report
-from remosplat_drake.signals.binding import JOINT_LIMIT, SELF_COLLISION
+from remosplat_drake.signals.binding import (
+    JOINT_LIMIT,
+    MOVER,
+    SELF_COLLISION,
+)
 
 
 class Solver(Protocol):
@@ -72,7 +76,8 @@ def decide(
 
     The program is tried as it stands, then without acceleration bounds, then
     with negative right-hand sides of its rows raised to zero as well: first
-    those before joint limits, then those before the robot itself, and then
+    those before what moves, then those before joint limits, then those before
+    the robot itself, and then
     those before the scene and of ingredients of one's own. Last comes a step of
     the braking ramp. A fallback never goes unnamed. Where the law is strict,
     acceleration bounds are never left out. Verification, and with it the joint
@@ -122,7 +127,7 @@ def _yielding(program: ReactiveProgram) -> Iterator[frozenset[str]]:
     retreats = {
         name for name, rows in program.rows.items() if (rows.b < 0.0).any()
     }
-    dampers = {JOINT_LIMIT}, {SELF_COLLISION}
+    dampers = {MOVER}, {JOINT_LIMIT}, {SELF_COLLISION}
     names: set[str] = set()
     for more in (*dampers, retreats.difference(*dampers)):
         if more & retreats:

@@ -20,7 +20,7 @@ from remosplat_drake.controller.guidance.selection import Selection
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.signals.distance_field import Clearances
-from remosplat_drake.signals.motion import Motion
+from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.tick_report import TickReport
 
 
@@ -38,6 +38,7 @@ class ReactiveController(LeafSystem):
         - selection (optional)
         - velocity_executed (optional)
         - motion (optional)
+        - movers (optional)
         output_ports:
         - velocity_commanded
         - report
@@ -50,7 +51,8 @@ class ReactiveController(LeafSystem):
     `velocity_executed` is what a supervisor made of the command; without it
     the controller takes its own to be executed. `motion` is the `Motion` of a
     robot that does not obey at once; `configuration` and `clearances` are then
-    those of its `q_planned`.
+    those of its `q_planned`. `movers` are the `Movers` around the robot;
+    without them nothing moves.
 
     Args:
         law: The control law; its `dt` is the period of the updates [s].
@@ -103,6 +105,9 @@ class ReactiveController(LeafSystem):
         )
         self._motion_input = self.DeclareAbstractInputPort(
             "motion", Value[object]()
+        )
+        self._movers_input = self.DeclareAbstractInputPort(
+            "movers", Value[object]()
         )
         self._report_index = self.DeclareAbstractState(
             Value(TickReport.before_first(n_q, n_u))
@@ -172,7 +177,8 @@ class ReactiveController(LeafSystem):
             self._field_input.Eval(context),
             self._executed(context),
             selection.guidance,
-            motion=self._motion(context),
+            motion=value_or_none(self._motion_input, context),
+            movers=value_or_none(self._movers_input, context),
         )
         timings = {
             "guidance": selection.seconds,
@@ -183,11 +189,6 @@ class ReactiveController(LeafSystem):
         state.get_mutable_abstract_state(cell).set_value(
             dc.replace(report, timings=timings)
         )
-
-    def _motion(self, context: Context) -> Motion | None:
-        if self._motion_input.HasValue(context):
-            return self._motion_input.Eval(context)
-        return None
 
     def _executed(self, context: Context) -> np.ndarray:
         """The command of the tick before, as the robot carried it out."""

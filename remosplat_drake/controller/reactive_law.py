@@ -16,6 +16,8 @@ from remosplat_drake.controller.guidance.kernels.rollout_step import LoopArrays
 from remosplat_drake.controller.ingredients import (
     CollisionDamper,
     CollisionDamperConfig,
+    MoverDamper,
+    MoverDamperConfig,
     SelfCollisionDamper,
     SelfCollisionDamperConfig,
     VelocityLimits,
@@ -60,6 +62,8 @@ class ReactiveLaw:
             at, and the stopping distance d_s that verification keeps.
         self_clearance: The distances that verification keeps between the
             robot's own parts; None if it checks none.
+        movers: How far away what moves matters, and the distance that
+            verification keeps from it.
 
     Example:
         >>> import remosplat_drake as rs
@@ -121,6 +125,9 @@ class ReactiveLaw:
                 SelfCollisionDamper, "self_collision", self_collision
             )
             or SelfCollisionDamperConfig()
+        )
+        self.movers = (
+            self._distances(MoverDamper, "movers", None) or MoverDamperConfig()
         )
         own = SelfClearance.make(robot, kept.stopping)
         self.self_clearance = own if verify and kept.enabled else None

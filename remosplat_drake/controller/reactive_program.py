@@ -28,6 +28,7 @@ from remosplat_drake.controller.program_data import (
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
 from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.near_movers import NearMovers
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -47,6 +48,8 @@ class Tick:
         sphere_tube: By how much each sphere may be off its predicted path, at
             the speeds of the command that is being executed, shape (n,) [m];
             None where the robot obeys at once.
+        near_movers: What moves near the robot; None if nothing is known to
+            move.
 
     Example:
         >>> import remosplat_drake as rs
@@ -65,6 +68,7 @@ class Tick:
     dt: float
     guidance: Guidance = DIRECT
     sphere_tube: np.ndarray | None = None
+    near_movers: NearMovers | None = None
 
     @property
     def error_scale(self) -> float:

@@ -18,9 +18,11 @@ from remosplat_drake.controller.verification.verify import (
 )
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotState
+from remosplat_drake.scene.mover import MoverArrays, Movers
 from remosplat_drake.signals.binding import COLLISION, NONE_BINDS, Binding
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.motion import Motion
+from remosplat_drake.signals.near_movers import NearMovers
 from remosplat_drake.signals.tick_report import TickReport
 
 
@@ -35,6 +37,7 @@ def run_tick(
     guidance: Guidance = DIRECT,
     state: RobotState | None = None,
     motion: Motion | None = None,
+    movers: Movers | None = None,
 ) -> TickReport:
     """Runs one tick: the program (paper eq. 1 to 4), then verify-then-scale.
 
@@ -51,6 +54,7 @@ def run_tick(
         state: Kinematics at q, if the caller has them already.
         motion: What the robot is about to do already; None where it obeys at
             once.
+        movers: What moves; None if nothing is known to.
 
     Returns:
         The command, and how it came about. Where q or X_WT is not finite, or
@@ -64,7 +68,11 @@ def run_tick(
     state = state or law.robot.state(q)
     after_kinematics = perf_counter()
     if np.isfinite(X_WT).all():
-        sphere_tube = None
+        near, sphere_tube = None, None
+        if movers is not None and len(movers):
+            near = NearMovers.find(
+                movers, time, state.spheres, law.movers.influence
+            )
         if motion is not None:
             sphere_tube = law.robot.sphere_tube(
                 motion.model.tube, np.abs(u_previous)
@@ -79,6 +87,7 @@ def run_tick(
             law.dt,
             guidance,
             sphere_tube,
+            near,
         )
         program = law.program(tick)
         after_build = perf_counter()
@@ -90,7 +99,15 @@ def run_tick(
         decision = brake(law.robot, u_previous, law.dt, "target is not finite")
     after_solve = perf_counter()
     verdict = _verified(
-        law, field, state, decision.u, u_previous, clearances, guidance, motion
+        law,
+        field,
+        state,
+        decision.u,
+        u_previous,
+        clearances,
+        guidance,
+        motion,
+        _movers_at(movers, time, motion),
     )
     end = perf_counter()
     program, binding = decision.program, NONE_BINDS
@@ -163,6 +180,7 @@ def _verified(
     clearances: Clearances,
     guidance: Guidance,
     motion: Motion | None,
+    movers: MoverArrays | None,
 ) -> Verdict:
     """Returns the command that may be applied, and how it differs from u."""
     if not law.verify:
@@ -179,10 +197,22 @@ def _verified(
         law.dt,
         robot.acceleration_limit,
         law.self_clearance,
+        movers=movers,
+        separation=float(law.movers.separation),
     )
     if motion is not None:
         around = committed(around, motion, u, u_previous)
     return verified_command(around, u, u_previous)
+
+
+def _movers_at(
+    movers: Movers | None, time: float, motion: Motion | None
+) -> MoverArrays | None:
+    """Returns what moves, as it is known when a command begins to act."""
+    if movers is None or not len(movers):
+        return None
+    start = time if motion is None else motion.start
+    return movers.at(time)._replace(age=movers.at(time).age + start - time)
 
 
 def _row_flags(

@@ -11,6 +11,8 @@ JOINT_LIMIT = "joint limit"
 """Name of the rows that keep joints off their limits."""
 SELF_COLLISION = "self-collision"
 """Name of the rows that keep the robot off itself."""
+MOVER = "mover"
+"""Name of the rows that keep the robot off what moves."""
 BOUND = "bound"
 """Name of rows that are bounds on the command itself."""
 

@@ -4,7 +4,7 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.signals.binding import JOINT_LIMIT, SELF_COLLISION
+from remosplat_drake.signals.binding import JOINT_LIMIT, MOVER, SELF_COLLISION
 from remosplat_drake.signals.thing import KINDS as KINDS_OF_THINGS
 
 WAITING = "waiting"
@@ -40,6 +40,7 @@ CAUSES = (
     *KINDS_OF_THINGS,
     JOINT_LIMIT,
     SELF_COLLISION,
+    MOVER,
     CONSTRAINT,
     VERIFICATION,
     NO_COMMAND,

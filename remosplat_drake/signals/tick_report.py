@@ -47,7 +47,7 @@ class TickReport:
         binding: All rows that hold with equality at the program's optimum, of
             whatever kind, and what pushes against them.
         objection: What verification has against that optimum: `COLLISION`,
-            `JOINT_LIMIT` or `SELF_COLLISION`; empty if nothing.
+            `JOINT_LIMIT`, `SELF_COLLISION` or `MOVER`; empty if nothing.
         timings: Wall-clock time of each phase [s]: guidance (of the period
             before), oracle, kinematics, build, solve, verify, total.
     """

@@ -12,6 +12,7 @@ from remosplat_drake.signals.binding import (
     BOUND,
     COLLISION,
     JOINT_LIMIT,
+    MOVER,
     SELF_COLLISION,
     Binding,
     BoundRow,
@@ -88,6 +89,9 @@ def find_hold(
         return _at_limit(report, robot, row.about[0])
     if row.name == SELF_COLLISION:
         return _near_itself(report, robot, *row.about)
+    if row.name == MOVER:
+        link, mover = row.about
+        return Hold(MOVER, mover, link)
     about = " and ".join(map(robot.description.called, row.about))
     return Hold(CONSTRAINT, f"{row.name} ({about})")
 
@@ -130,7 +134,7 @@ def _link(row: BoundRow, report: TickReport, robot: RobotModel) -> str:
     """Name of the link that a row holds; empty if it holds none."""
     if row.name == COLLISION:
         return robot.spheres.links[report.clearances.sphere[row.index]]
-    if row.name == SELF_COLLISION:
+    if row.name in (SELF_COLLISION, MOVER):
         return row.about[0]
     if row.name == JOINT_LIMIT:
         return _moved_by(robot, row.about[0])
@@ -152,6 +156,7 @@ def _vetoed(report: TickReport, robot: RobotModel, name: Naming) -> Hold:
         before = {
             JOINT_LIMIT: "a joint's limit",
             SELF_COLLISION: "the robot itself",
+            MOVER: "what moves",
         }
         return Hold(VERIFICATION, before.get(report.objection, "the scene"))
     nearest = int(report.clearances.distance.argmin())

@@ -148,6 +148,8 @@ def _what_holds(hold: Hold, part: str) -> str:
         return "robot is told to move and stands still"
     if hold.cause == stands.NOTHING:
         return "robot stands still"
+    if hold.cause == stands.MOVER:
+        return f"{part} waits for {hold.thing}"
     if hold.clearance is not None:
         return f"{part} held {_gap(hold.clearance)} {hold.thing}"
     if hold.cause == stands.JOINT_LIMIT:

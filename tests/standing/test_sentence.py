@@ -95,6 +95,9 @@ SENTENCES = {
     "hand held 10 mm from the robot's own base, 0.52 m from the target": held(
         stands.SELF_COLLISION, "the robot's own base", HAND, 0.010
     ),
+    "hand waits for Ada, 0.52 m from the target": held(
+        stands.MOVER, "Ada", HAND
+    ),
     "robot held by leash (dog), 0.52 m from the target": held(
         stands.CONSTRAINT, "leash (dog)"
     ),

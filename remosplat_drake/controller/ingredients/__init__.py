@@ -20,6 +20,10 @@ from remosplat_drake.controller.ingredients.manipulability_cost import (
     ManipulabilityCost,
     ManipulabilityCostConfig,
 )
+from remosplat_drake.controller.ingredients.mover_damper import (
+    MoverDamper,
+    MoverDamperConfig,
+)
 from remosplat_drake.controller.ingredients.path_tracking import (
     PathTracking,
     PathTrackingConfig,
@@ -52,6 +56,8 @@ __all__ = [
     "JointLimitDamperConfig",
     "ManipulabilityCost",
     "ManipulabilityCostConfig",
+    "MoverDamper",
+    "MoverDamperConfig",
     "PathTracking",
     "PathTrackingConfig",
     "SelfCollisionDamper",

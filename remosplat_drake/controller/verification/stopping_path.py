@@ -45,6 +45,8 @@ class StoppingPath:
         since: When the pieces begin, from 0 on, shape (s,) [s].
         times: When the path is looked at, ascending to its end, shape (k,)
             [s]; the ends of all pieces are among them.
+        clock: When the robot is there at the earliest, shape (k,) [s]: what
+            moves by itself is looked at then.
         peak: Greatest speeds on the path, or commanded on it, shape (n_u,)
             [rad/s, m/s].
         tube: By how much positions may be off the path, as shares of `peak`,
@@ -56,6 +58,7 @@ class StoppingPath:
     rates: np.ndarray
     since: np.ndarray
     times: np.ndarray
+    clock: np.ndarray
     peak: np.ndarray
     tube: np.ndarray
 
@@ -77,7 +80,9 @@ class StoppingPath:
             dt: Control period [s].
         """
         times = stopping_times(u, acceleration_limit, dt)
-        return StoppingPath.held(robot, q, u, times)
+        path = StoppingPath.held(robot, q, u, times)
+        clock = dt * np.arange(1.0, len(times) + 1.0)
+        return dc.replace(path, clock=clock)
 
     @staticmethod
     def held(
@@ -96,6 +101,7 @@ class StoppingPath:
             q[None],
             u[None],
             np.zeros(1),
+            times,
             times,
             np.abs(u),
             np.zeros_like(u),
@@ -140,7 +146,7 @@ class StoppingPath:
         starts = chain(motion.q_start, rates, times - since, robot.n_base)
         peak = np.maximum(peak, np.abs(rates).max(axis=0))
         return StoppingPath(
-            robot, starts, rates, since, times, peak, model.tube
+            robot, starts, rates, since, times, times, peak, model.tube
         )
 
     def at(self, times: np.ndarray) -> np.ndarray:

@@ -23,10 +23,19 @@ if
 A map that is not Lipschitz, such as depth views, allows less: its own answer
 at the end of every tick, and nothing about the time between.
 
+What moves is kept off, too (`kernels/mover_sweep.py`). While a sphere moves,
+it is not touched by a mover that keeps its bounds, or it moves away from it,
+and that by all that is said above; a sphere at rest may be. Nothing tells a
+mover from the robot's own parts, or promises that perception sees it: no
+conformity to a standard is claimed. The distance that is kept is put together
+as the protective separation distance of ISO/TS 15066: the mover's way and the
+robot's until it stands, both their uncertainties, and the separation itself.
+
 Proof: when a command is applied, its path has been checked, at a level not
 below min(d_s, d_0); the next tick either finds a better command whose path
 passes the check, or takes the first step of the ramp that has passed it
-already.
+already. Where movers can be is foreseen for the whole of a path, and what is
+measured later lies within: so the rest of a ramp stays checked.
 """
 
 import dataclasses as dc
@@ -38,15 +47,20 @@ from remosplat_drake.controller.braking import braking_command
 from remosplat_drake.controller.verification.kernels.map_sweep import (
     keeps_joint_limits,
 )
+from remosplat_drake.controller.verification.kernels.mover_sweep import (
+    keeps_off_movers,
+)
 from remosplat_drake.controller.verification.scene_sweep import (
     keeps_off_the_scene,
 )
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.controller.verification.stopping_path import StoppingPath
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
+from remosplat_drake.scene.mover import MoverArrays
 from remosplat_drake.signals.binding import (
     COLLISION,
     JOINT_LIMIT,
+    MOVER,
     SELF_COLLISION,
 )
 from remosplat_drake.signals.distance_field import DistanceField
@@ -81,6 +95,10 @@ class Surroundings:
             other; None if these are not checked.
         motion: What the robot is about to do already; None where it obeys at
             once. The state is then that in which a command begins to act.
+        movers: What moves, as it is known when a path starts; None if nothing
+            does.
+        separation: Distance that spheres which move keep from wherever movers
+            can be [m].
     """
 
     robot: RobotModel
@@ -92,6 +110,8 @@ class Surroundings:
     acceleration_limit: np.ndarray
     self_clearance: SelfClearance | None = None
     motion: Motion | None = None
+    movers: MoverArrays | None = None
+    separation: float = 0.0
 
     def path(self, u: np.ndarray) -> StoppingPath:
         """Makes the path of a command and of its ramp."""
@@ -170,8 +190,8 @@ def objection(around: Surroundings, u: np.ndarray) -> str:
         u: The command, shape (n_u,) [rad/s, m/s].
 
     Returns:
-        `JOINT_LIMIT`, `SELF_COLLISION` or `COLLISION`; empty if the path is
-        allowed.
+        `JOINT_LIMIT`, `SELF_COLLISION`, `MOVER` or `COLLISION`; empty if the
+        path is allowed.
     """
     path = around.path(u)
     lower, upper = path.robot.position_lower, path.robot.position_upper
@@ -179,7 +199,10 @@ def objection(around: Surroundings, u: np.ndarray) -> str:
         return JOINT_LIMIT
     if not _keeps_off_itself(around, path):
         return SELF_COLLISION
-    stopping = around.stopping + path.sphere_tube()
+    tube = path.sphere_tube()
+    if not _keeps_off_movers(around, path, tube):
+        return MOVER
+    stopping = around.stopping + tube
     keeps_off = keeps_off_the_scene(
         path,
         around.field,
@@ -195,3 +218,20 @@ def _keeps_off_itself(around: Surroundings, path: StoppingPath) -> bool:
     if around.self_clearance is None:
         return True
     return around.self_clearance.is_kept(path, TOLERANCE)
+
+
+def _keeps_off_movers(
+    around: Surroundings, path: StoppingPath, tube: np.ndarray
+) -> bool:
+    if around.movers is None:
+        return True
+    return keeps_off_movers(
+        path.robot.arrays,
+        path.arrays,
+        path.clock,
+        around.movers,
+        around.state.spheres.p_WS,
+        around.separation,
+        tube,
+        TOLERANCE,
+    )

@@ -90,20 +90,32 @@ def sweeps_clear(robot, path, compiled, p_WS, clearance, level, tolerance):
 @helper
 def _within_reach(robot, path, room):
     """Finds the spheres that may use up their rooms on a path."""
-    _, rates, since, _, times = path
     near, count = np.empty(len(room), np.int64), 0
     for i in range(len(room)):
-        travel = 0.0
-        for s in range(len(since)):
-            end = since[s + 1] if s + 1 < len(since) else times[-1]
-            speed = 0.0
-            for j in range(rates.shape[1]):
-                speed += robot.jacobian_bound[i, j] * abs(rates[s, j])
-            travel += speed * (end - since[s])
-        if not travel < room[i]:
+        if not travel_of(robot, path, i) < room[i]:
             near[count] = i
             count += 1
     return near[:count]
+
+
+@helper
+def travel_of(robot, path, i):
+    """Bounds the length of a sphere's way on a path [m].
+
+    Args:
+        robot: The `RobotArrays`.
+        path: The path as `StoppingPath.arrays`.
+        i: The sphere.
+    """
+    _, rates, since, _, times = path
+    travel = 0.0
+    for s in range(len(since)):
+        end = since[s + 1] if s + 1 < len(since) else times[-1]
+        speed = 0.0
+        for j in range(rates.shape[1]):
+            speed += robot.jacobian_bound[i, j] * abs(rates[s, j])
+        travel += speed * (end - since[s])
+    return travel
 
 
 @helper

@@ -1,0 +1,249 @@
+"""Nothing that keeps its bound is touched by a link that moves towards it."""
+
+import dataclasses as dc
+
+import numpy as np
+import pytest
+from pydrake.common.value import Value
+from pydrake.math import RigidTransform
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import (
+    ConstantValueSource,
+    ConstantVectorSource,
+)
+
+import remosplat_drake as rs
+from remosplat_drake.controller.controller_config import gain_set
+from remosplat_drake.controller.ingredients import (
+    MoverDamper,
+    MoverDamperConfig,
+)
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.reactive_program import build_program
+from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.mover import Mover, Movers
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.signals.binding import MOVER
+from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.near_movers import NearMovers
+
+DT = 0.01
+RADIUS = 0.1
+FASTEST, MOST = 1.0, 3.0
+EMPTY = SignedDistanceField(PrimitiveScene())
+
+
+def make_law(robot: RobotModel) -> ReactiveLaw:
+    config = gain_set("tuned")
+    config.solver, config.guidance.enabled = "active_set", False
+    return ReactiveLaw.make(config, robot, DT)
+
+
+class Wanderer:
+    """A ball that accelerates as it likes, within its bounds."""
+
+    def __init__(self, rng, p_W):
+        self._rng = rng
+        self.p_W, self.v_W = np.array(p_W, float), np.zeros(3)
+
+    def wander(self, goal_W):
+        """Goes on for a tick: towards something, and anywhere."""
+        push = goal_W - self.p_W + self._rng.normal(size=3) * 0.5
+        a = MOST * push / max(np.linalg.norm(push), 1e-9)
+        v = self.v_W + a * DT
+        v *= min(1.0, FASTEST / np.linalg.norm(v))
+        # Half-way, so that what it did is within its bounds all the time.
+        self.p_W = self.p_W + 0.5 * (self.v_W + v) * DT
+        self.v_W = v
+
+    def seen(self, time: float) -> Movers:
+        ball = Mover.sphere(
+            "ball",
+            self.p_W,
+            RADIUS,
+            v_WM=self.v_W,
+            max_speed=FASTEST,
+            max_acceleration=MOST,
+        )
+        return Movers(time, [ball])
+
+
+@dc.dataclass
+class Outcome:
+    """Ticks after which a sphere was touched, by what it did itself [m]."""
+
+    towards: int = 0
+    otherwise: int = 0
+    travelled: float = 0.0
+
+
+def wander_about(
+    robot: RobotModel, seed: int, ticks: int, *, blind: bool = False
+) -> Outcome:
+    """Lets an arm reach to and fro while a ball comes for its hand."""
+    rng, law, found = np.random.default_rng(seed), make_law(robot), Outcome()
+    q, u = np.array([0.3, -0.8, 0.2]), np.zeros(robot.n_u)
+    ball = Wanderer(rng, [1.5, 0.0, 0.5])
+    X_WT = robot.end_effector_pose(q)
+    for k in range(ticks):
+        if k % 100 == 0:
+            goal = rng.uniform(-1.0, 1.0, 3)
+            X_WT = robot.end_effector_pose(goal)
+        report = run_tick(
+            law,
+            k * DT,
+            q,
+            X_WT,
+            Clearances.none(),
+            EMPTY,
+            u,
+            movers=None if blind else ball.seen(k * DT),
+        )
+        before = robot.spheres_at(q)
+        u = report.command
+        q = robot.advance(q, u, DT)
+        ball.wander(robot.end_effector_pose(q)[:3, 3])
+        after = robot.spheres_at(q)
+        moved = after.p_WS - before.p_WS
+        gap = ball.p_W - after.p_WS
+        apart = np.linalg.norm(gap, axis=1)
+        touched = apart < after.radius + RADIUS
+        ahead = np.einsum("ni,ni->n", gap, moved) / apart
+        # A retreat is checked from look to look, and may bend by so much.
+        found.towards += int((touched & (ahead > 1e-5)).sum())
+        found.otherwise += int((touched & (ahead <= 1e-5)).sum())
+        found.travelled += float(np.linalg.norm(moved[-1]))
+    return found
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_robot_touches_nothing(three_link, seed):
+    assert wander_about(three_link, seed, 1500).towards == 0
+
+
+def test_a_robot_that_sees_nothing_touches_it(three_link):
+    """So the test above can fail, and it moves, too."""
+    blind = wander_about(three_link, 0, 1500, blind=True)
+    assert blind.towards > 20
+    assert wander_about(three_link, 0, 1500).travelled > 0.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(100, 140))
+def test_it_never_does(three_link, seed):
+    """A million ticks, in forty goes."""
+    assert wander_about(three_link, seed, 25_000).towards == 0
+
+
+def test_a_row_says_how_fast_a_mover_comes(three_link, make_tick):
+    """Xi (d - d_s) / (d_i - d_s) - c, for each sphere that is near."""
+    config = MoverDamperConfig(influence=0.8, separation=0.05, gain=1.5)
+    q = np.array([0.3, -0.8, 0.2])
+    state = three_link.state(q)
+    ball = Mover.sphere(
+        "Ada", state.spheres.p_WS[-1] + [0.5, 0, 0], RADIUS, v_WM=[-0.4, 0, 0]
+    )
+    near = NearMovers.find(Movers(0.0, [ball]), 0.0, state.spheres, 0.8)
+    tick = dc.replace(make_tick(three_link, q), near_movers=near)
+    rows = build_program(tick, [MoverDamper(config)]).rows[MOVER]
+    last = np.flatnonzero(near.sphere == len(state.spheres) - 1)[0]
+    d = 0.5 - RADIUS - state.spheres.radius[-1]
+    assert rows.b[last] == pytest.approx(1.5 * (d - 0.05) / 0.75 - 0.4)
+    np.testing.assert_allclose(rows.A[last], state.Jv_WS[-1][0], atol=1e-12)
+    link = three_link.spheres.links[-1]
+    assert rows.about(last) == (link, "Ada")
+
+
+def test_without_movers_nothing_changes(three_link):
+    law, q = make_law(three_link), np.array([0.3, -0.8, 0.2])
+    X_WT = three_link.end_effector_pose(np.array([0.5, -0.5, 0.1]))
+
+    def command(movers):
+        return run_tick(
+            law,
+            0.0,
+            q,
+            X_WT,
+            Clearances.none(),
+            EMPTY,
+            np.zeros(3),
+            movers=movers,
+        ).command
+
+    far = Mover.sphere("far", [90.0, 0, 0], 0.1)
+    for movers in (Movers(0.0), Movers(0.0, [far])):
+        np.testing.assert_array_equal(command(None), command(movers))
+
+
+def test_a_retreat_yields_first(three_link):
+    """What comes faster than the arm can go leaves a program, and a reason."""
+    law, q = make_law(three_link), np.array([0.3, -0.8, 0.2])
+    hand = three_link.end_effector_pose(q)
+    ball = Mover.sphere(
+        "ball",
+        hand[:3, 3] + [0.3, 0, 0],
+        RADIUS,
+        v_WM=[-30.0, 0, 0],
+        max_speed=30.0,
+    )
+    report = run_tick(
+        law,
+        0.0,
+        q,
+        hand,
+        Clearances.none(),
+        EMPTY,
+        np.zeros(3),
+        movers=Movers(0.0, [ball]),
+    )
+    assert report.status == "relaxed"
+    assert "mover[" in report.reason and "ball" in report.reason
+
+
+def test_movers_come_by_a_port(three_link):
+    law, q = make_law(three_link), np.array([0.3, -0.8, 0.2])
+    hand = three_link.end_effector_pose(q)
+    target = hand.copy()
+    target[0, 3] += 0.1
+    last = three_link.spheres_at(q)
+    ahead = [last.radius[-1] + RADIUS + 0.02, 0, 0]
+    ball = Mover.sphere("ball", last.p_WS[-1] + ahead, RADIUS)
+
+    def advance(*movers) -> float:
+        """The last sphere's speed towards the ball."""
+        builder = DiagramBuilder()
+        source = builder.AddSystem(ConstantVectorSource(q))
+        oracle = rs.DistanceOracle.AddToBuilder(
+            builder,
+            robot=three_link,
+            field=EMPTY,
+            configuration=source.get_output_port(),
+        )
+        controller = rs.ReactiveController.AddToBuilder(
+            builder,
+            law=law,
+            oracle=oracle,
+            configuration=source.get_output_port(),
+        )
+        goal = builder.AddSystem(
+            ConstantValueSource(Value(RigidTransform(target)))
+        )
+        builder.Connect(
+            goal.get_output_port(), controller.GetInputPort("target")
+        )
+        for what in movers:
+            said = builder.AddSystem(ConstantValueSource(Value[object](what)))
+            builder.Connect(
+                said.get_output_port(), controller.GetInputPort("movers")
+            )
+        simulator = Simulator(builder.Build())
+        simulator.AdvanceTo(0.005)
+        context = controller.GetMyContextFromRoot(simulator.get_context())
+        report = controller.GetOutputPort("report").Eval(context)
+        return three_link.state(q).Jv_WS[-1][0] @ report.command
+
+    assert advance() > 0.01
+    assert advance(Movers(0.0, [ball])) < 0.0
