@@ -77,7 +77,9 @@ def parts(system: System) -> Iterator[System]:
 @pytest.fixture(scope="module")
 def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
     """A system of each class, by the class' name."""
-    scenario = load_scenario("TableReach", "{mapping: {enabled: true}}")
+    scenario = load_scenario(
+        "TableReach", "{mapping: {enabled: true}, movers: [{}]}"
+    )
     world = load_world(scenario)
     teleoperation = open_teleoperation(
         scenario, world, tmp_path_factory.mktemp("session"), hardware=False

@@ -21,6 +21,7 @@ from remosplat_drake.app.stages import (
     AddController,
     AddGuidance,
     AddLocalization,
+    AddMovers,
     AddOracle,
     AddStanding,
     AddSupervisor,
@@ -67,6 +68,8 @@ class ControlLoop:
         supervisor: The safety supervisor between controller and station; None
             if the scenario wants none.
         standing: The system that says how things stand, in one sentence.
+        movers: The output port of the `Movers` of a simulation; None if nothing
+            moves.
     """
 
     scenario: Scenario
@@ -82,6 +85,7 @@ class ControlLoop:
     selector: GuidanceSelector | None
     supervisor: SafetySupervisor | None
     standing: StandingSystem
+    movers: OutputPort | None
 
     @property
     def report(self) -> OutputPort:
@@ -151,6 +155,9 @@ def AddControlLoop(
     selector = AddGuidance(
         builder, scenario, law, planned, targets, oracle, controller
     )
+    movers = None
+    if not hardware:
+        movers = AddMovers(builder, scenario, controller)
     supervisor = AddSupervisor(
         builder,
         scenario,
@@ -184,6 +191,7 @@ def AddControlLoop(
         selector,
         supervisor,
         standing,
+        movers,
     )
     carried_out = loop.executed
     if not hardware:

@@ -196,6 +196,7 @@ def _AddWorldViews(
         report=loop.report,
         standing=loop.standing.GetOutputPort("standing"),
         selection=selector and selector.GetOutputPort("selection"),
+        movers=loop.movers,
     )
     if world.seen is not None and live_map is None:
         show_unseen_space(

@@ -50,6 +50,8 @@ from remosplat_drake.oracle.oracle_config import (
     SphereToEllipsoid,
 )
 from remosplat_drake.safety.supervisor_config import SupervisorConfig
+from remosplat_drake.scene.mover import MOST
+from remosplat_drake.scene.mover_track import MoverConfig
 from remosplat_drake.splat.gaussian_splat import LARGEST_SCALE, LEAST_SCALE
 from remosplat_drake.station.station_config import (
     DynamicStation,
@@ -219,6 +221,11 @@ class Scenario(Config):
         dc.field(default_factory=list)
     )
     arrival: ArrivalConfig = dc.field(default_factory=ArrivalConfig)
+    # What moves by itself, in simulation: the robot is told exactly where each
+    # is, and how fast it goes. Its splat does not show them.
+    movers: Annotated[list[MoverConfig], Len(0, MOST)] = dc.field(
+        default_factory=list
+    )
     # The oracle that measures distances to the map: one of the library's, or
     # one's own as `!package.module:Class {field: value}`.
     oracle: (

@@ -39,10 +39,12 @@ from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.safety.supervision import SupervisorLaw
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
+from remosplat_drake.scene.mover_track import MoverTrack
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.standing.standing_system import StandingSystem
 from remosplat_drake.station.base_uncertainty import BaseUncertainty
 from remosplat_drake.station.connections import AddMeasuredVelocity
+from remosplat_drake.station.mover_source import MoverSource
 from remosplat_drake.station.simulated_station import MakeSimulatedStation
 from remosplat_drake.task.arrival import has_arrived
 from remosplat_drake.task.target_sequence import TargetSequence
@@ -291,6 +293,28 @@ def AddGuidance(
     builder.Connect(configuration, selector.GetInputPort("configuration"))
     builder.Connect(target, selector.GetInputPort("target"))
     return selector
+
+
+def AddMovers(
+    builder: DiagramBuilder, scenario: Scenario, controller: ReactiveController
+) -> OutputPort | None:
+    """Adds what moves in simulation, and tells the controller of it.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        controller: The controller that keeps off.
+
+    Returns:
+        The output port of the `Movers`; None if the scenario has none.
+    """
+    if not scenario.movers:
+        return None
+    tracks = [MoverTrack(config) for config in scenario.movers]
+    source = builder.AddSystem(MoverSource(tracks=tracks))
+    movers = source.GetOutputPort("movers")
+    builder.Connect(movers, controller.GetInputPort("movers"))
+    return movers
 
 
 def AddSupervisor(

@@ -6,6 +6,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.visualization.guidance_view import GuidanceView
+from remosplat_drake.visualization.mover_view import MoverView
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import AddRobotView
 from remosplat_drake.visualization.run_view import RunView
@@ -25,6 +26,7 @@ def AddViews(
     splat_W: GaussianSplat | None = None,
     truth: PrimitiveScene | None = None,
     selection: OutputPort | None = None,
+    movers: OutputPort | None = None,
 ) -> None:
     """Draws the scene, and adds the systems that draw robot and control.
 
@@ -39,6 +41,7 @@ def AddViews(
         truth: The scene's true geometry; None if it is unknown.
         selection: Output port of the guidance selector's `Selection`; None
             without one.
+        movers: Output port of the `Movers`; None if nothing moves.
 
     Example:
         >>> import remosplat_drake as rs
@@ -58,6 +61,9 @@ def AddViews(
     if selection is not None:
         guidance_view = GuidanceView.AddToBuilder(builder, page=page)
         builder.Connect(selection, guidance_view.GetInputPort("selection"))
+    if movers is not None:
+        mover_view = MoverView.AddToBuilder(builder, page=page)
+        builder.Connect(movers, mover_view.GetInputPort("movers"))
     robot_input = AddRobotView(builder, robot, page.meshcat)
     builder.Connect(configuration, robot_input)
     if truth is not None:

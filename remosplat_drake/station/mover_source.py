@@ -1,0 +1,39 @@
+"""`MoverSource`: simulated things that move, as a perfect sensor sees them."""
+
+from collections.abc import Sequence
+
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import Context, LeafSystem
+
+from remosplat_drake.scene.mover import Movers
+from remosplat_drake.scene.mover_track import MoverTrack, movers_at
+
+
+class MoverSource(LeafSystem):
+    """Says where a scenario's movers are, without noise or delay.
+
+    .. pydrake_system::
+
+        name: MoverSource
+        output_ports:
+        - movers
+
+    `movers` are the `Movers` at the context's time.
+
+    Args:
+        tracks: How each of them moves.
+    """
+
+    def __init__(self, *, tracks: Sequence[MoverTrack]):
+        LeafSystem.__init__(self)
+        self.set_name("mover_source")
+        self._tracks = tuple(tracks)
+        self.DeclareAbstractOutputPort(
+            "movers",
+            lambda: Value[object](Movers(0.0)),
+            self._calc_movers,
+            {self.time_ticket()},
+        )
+
+    def _calc_movers(self, context: Context, output: AbstractValue):
+        output.set_value(movers_at(self._tracks, context.get_time()))

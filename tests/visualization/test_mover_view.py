@@ -1,0 +1,67 @@
+"""What moves is on the page, where it is, and goes when it is gone."""
+
+import numpy as np
+import pytest
+from pydrake.common.value import Value
+from pydrake.geometry import Box, Capsule, Sphere
+from pydrake.math import RigidTransform
+
+from remosplat_drake.scene.mover import Mover, Movers
+from remosplat_drake.visualization.mover_view import (
+    MOVERS,
+    MoverView,
+    room_of,
+    shape_of,
+)
+
+BALL = Mover.sphere("ball", [1, 2, 3], 0.1, v_WM=[0.5, 0, 0])
+ARM = Mover.capsule("arm", RigidTransform([0, 0, 1]), 0.2, 0.05)
+DOOR = Mover.box("door", RigidTransform(), [0.4, 0.02, 1.0])
+
+
+@pytest.fixture
+def show(page):
+    dut = MoverView(page=page)
+    context = dut.CreateDefaultContext()
+    port = dut.GetInputPort("movers")
+
+    def _show(*movers: Mover):
+        port.FixValue(context, Value[object](Movers(0.0, movers)))
+        dut.ForcedPublish(context)
+
+    return _show
+
+
+def test_movers_come_and_go(show, page):
+    show(BALL, ARM)
+    for name in ("0_ball", "1_arm"):
+        for part in ("body", "room", "way"):
+            assert page.meshcat.HasPath(f"{MOVERS}/{name}/{part}")
+    show(ARM)
+    assert not page.meshcat.HasPath(f"{MOVERS}/0_ball")
+    assert not page.meshcat.HasPath(f"{MOVERS}/1_arm")
+    assert page.meshcat.HasPath(f"{MOVERS}/0_arm")
+
+
+def test_they_are_where_they_are(show, page):
+    show(BALL)
+    before = page.meshcat._GetPackedTransform(f"{MOVERS}/0_ball/body")
+    show(Mover.sphere("ball", [1, 2, 4], 0.1))
+    after = page.meshcat._GetPackedTransform(f"{MOVERS}/0_ball/body")
+    assert before != after
+
+
+@pytest.mark.parametrize(
+    ("mover", "shape"), [(BALL, Sphere), (ARM, Capsule), (DOOR, Box)]
+)
+def test_they_look_like_what_they_are(mover, shape):
+    assert isinstance(shape_of(mover), shape)
+
+
+def test_the_room_is_what_it_may_need_by_then():
+    still = Mover.sphere("it", [0, 0, 0], 0.1, max_acceleration=2.0)
+    assert room_of(still, 0.3) == pytest.approx(0.1 + 0.09)
+    slow = Mover.sphere("it", [0, 0, 0], 0.1, max_speed=0.1)
+    assert room_of(slow, 0.3) == pytest.approx(0.1 + 0.03)
+    long = np.linalg.norm([0.4, 0.02, 1.0])
+    assert room_of(DOOR, 0.0) == pytest.approx(long)
