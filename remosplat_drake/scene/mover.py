@@ -12,7 +12,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.math import RigidTransform
+from pydrake.common.eigen_geometry import AngleAxis
+from pydrake.math import RigidTransform, RotationMatrix
 
 from remosplat_drake.base.errors import FieldError
 
@@ -82,6 +83,20 @@ class Mover:
 
     def __deepcopy__(self, memo) -> "Mover":
         return self
+
+    def after(self, time: float) -> RigidTransform:
+        """Predicts its pose in W, if it goes on with its twist.
+
+        Args:
+            time: Time since its stamp [s].
+        """
+        turn = float(np.linalg.norm(self.w_WM))
+        R_WM = self.X_WM.rotation()
+        if turn * time:
+            turned = AngleAxis(turn * time, self.w_WM / turn)
+            R_WM = RotationMatrix(turned) @ R_WM
+        p_WM = self.X_WM.translation() + self.v_WM * time
+        return RigidTransform(R_WM, p_WM)
 
     @staticmethod
     def sphere(name: str, center, radius: float, **rest) -> "Mover":

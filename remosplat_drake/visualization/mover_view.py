@@ -1,4 +1,4 @@
-"""`MoverView`: what moves, where to, and the room that it may need."""
+"""`MoverView`: what moves, whither, and the room that it may need."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -13,15 +13,15 @@ from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 MOVERS = f"{ROOT}/movers"
 
 AHEAD = 0.3
-"""How far ahead a mover's way is drawn [s]."""
+"""How far ahead a mover is foreseen on the page [s]."""
 
-_COLOR = Rgba(0.93, 0.45, 0.13, 0.9)
-_WAY = Rgba(0.93, 0.45, 0.13, 1.0)
+_COLOR = Rgba(0.93, 0.45, 0.13, 1.0)
+_GHOST = Rgba(0.93, 0.45, 0.13, 0.4)
 _ROOM = Rgba(0.93, 0.45, 0.13, 0.12)
 
 
 class MoverView(LeafSystem):
-    """Draws movers, their ways of the next moment, and where they can be then.
+    """Draws movers, where they will be in a moment, and where they can be.
 
     .. pydrake_system::
 
@@ -29,8 +29,8 @@ class MoverView(LeafSystem):
         input_ports:
         - movers
 
-    A mover is orange; a line leads to where it will be in `AHEAD` if it goes
-    on as it does, and a pale ball around there holds wherever it can be.
+    A mover is orange. Its ghost is where it will be in `AHEAD` if it goes on
+    as it does, and a pale ball around that holds wherever it can be then.
 
     Args:
         page: The page to draw on.
@@ -66,19 +66,19 @@ class MoverView(LeafSystem):
         meshcat = self._meshcat
         if path not in self._drawn:
             meshcat.SetObject(f"{path}/body", shape_of(mover), _COLOR)
+            meshcat.SetObject(f"{path}/ghost", shape_of(mover), _GHOST)
+            meshcat.SetProperty(f"{path}/ghost/<object>", "castShadow", False)
         room = room_of(mover, AHEAD)
         # A ball is only sent again where its size has changed to see.
         if abs(room - self._drawn.get(path, np.inf)) > 0.01:
             meshcat.SetObject(f"{path}/room", Sphere(room), _ROOM)
+            meshcat.SetProperty(f"{path}/room/<object>", "castShadow", False)
             self._drawn[path] = room
         meshcat.SetTransform(f"{path}/body", mover.X_WM, time_in_recording=time)
-        p_WM = mover.X_WM.translation()
-        then = p_WM + AHEAD * mover.v_WM
-        meshcat.SetTransform(
-            f"{path}/room", RigidTransform(then), time_in_recording=time
-        )
-        way = np.stack([p_WM, then], axis=1)
-        meshcat.SetLine(f"{path}/way", way, line_width=4.0, rgba=_WAY)
+        then = mover.after(AHEAD)
+        meshcat.SetTransform(f"{path}/ghost", then, time_in_recording=time)
+        center = RigidTransform(then.translation())
+        meshcat.SetTransform(f"{path}/room", center, time_in_recording=time)
 
 
 def shape_of(mover: Mover) -> Shape:

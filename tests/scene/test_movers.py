@@ -99,6 +99,13 @@ def test_a_motion_within_its_bounds_stays_within_reach(seed, time):
         assert np.linalg.norm(off) <= bound + 1e-9
 
 
+@given(seed=seeds, time=st.floats(0.0, 2.0))
+@settings(max_examples=30)
+def test_a_prediction_keeps_the_twist(seed, time):
+    mover = draw_mover(np.random.default_rng(seed))
+    assert mover.after(time).IsNearlyEqualTo(predicted(mover, time), 1e-9)
+
+
 def compiled_reach(movers: Movers, time: float) -> float:
     """`reach` as kernels use it: what the distance of a far point lacks."""
     mover = movers.movers[0]

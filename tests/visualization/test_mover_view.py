@@ -35,7 +35,7 @@ def show(page):
 def test_movers_come_and_go(show, page):
     show(BALL, ARM)
     for name in ("0_ball", "1_arm"):
-        for part in ("body", "room", "way"):
+        for part in ("body", "ghost", "room"):
             assert page.meshcat.HasPath(f"{MOVERS}/{name}/{part}")
     show(ARM)
     assert not page.meshcat.HasPath(f"{MOVERS}/0_ball")
