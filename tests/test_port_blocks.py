@@ -22,6 +22,7 @@ from remosplat_drake.controller.prediction.motion_predictor import (
 )
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.mover_sensing_config import MoverSensingConfig
 from remosplat_drake.mapping.localization.base_localization import (
     BaseLocalization,
 )
@@ -98,7 +99,9 @@ def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
         operated.diagram,
         build(dynamic, world).diagram,
         HardwareStation(
-            config=HardwareConfig(lcm_url="memq://"),
+            config=HardwareConfig(
+                lcm_url="memq://", movers=MoverSensingConfig()
+            ),
             robot=world.robot,
             wrist_camera=True,
         ),

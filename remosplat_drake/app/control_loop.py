@@ -68,8 +68,8 @@ class ControlLoop:
         supervisor: The safety supervisor between controller and station; None
             if the scenario wants none.
         standing: The system that says how things stand, in one sentence.
-        movers: The output port of the `Movers` of a simulation; None if nothing
-            moves.
+        movers: The output port of the `Movers`; None where nothing is known to
+            move.
     """
 
     scenario: Scenario
@@ -155,9 +155,6 @@ def AddControlLoop(
     selector = AddGuidance(
         builder, scenario, law, planned, targets, oracle, controller
     )
-    movers = None
-    if not hardware:
-        movers = AddMovers(builder, scenario, controller)
     supervisor = AddSupervisor(
         builder,
         scenario,
@@ -166,6 +163,10 @@ def AddControlLoop(
         station,
         armed=not hardware or scenario.hardware.shadow,
     )
+    movers = AddMovers(builder, scenario, station, hardware=hardware)
+    if movers is not None:
+        for system in filter(None, (controller, supervisor)):
+            builder.Connect(movers, system.GetInputPort("movers"))
     standing = AddStanding(
         builder,
         scenario,

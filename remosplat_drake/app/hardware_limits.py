@@ -33,6 +33,7 @@ NARROWER = {
     "supervisor.max_follow_error": Interval(gt=0, le=0.5),
     "supervisor.max_tracking_error": Interval(gt=0, le=10),
     "supervisor.follow_dwell": Interval(ge=0, le=2),
+    "supervisor.max_movers_age": Interval(gt=0, le=0.5),
     "hardware.arm_status_expiry": Interval(gt=0, le=0.5),
     "hardware.base_status_expiry": Interval(gt=0, le=0.5),
     "hardware.base_delay": Interval(ge=0, le=0.5),

@@ -51,7 +51,7 @@ from remosplat_drake.oracle.oracle_config import (
 )
 from remosplat_drake.safety.supervisor_config import SupervisorConfig
 from remosplat_drake.scene.mover import MOST
-from remosplat_drake.scene.mover_track import MoverConfig
+from remosplat_drake.scene.moving.mover_track import MoverConfig
 from remosplat_drake.splat.gaussian_splat import LARGEST_SCALE, LEAST_SCALE
 from remosplat_drake.station.station_config import (
     DynamicStation,

@@ -39,7 +39,7 @@ from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.safety.supervision import SupervisorLaw
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
-from remosplat_drake.scene.mover_track import MoverTrack
+from remosplat_drake.scene.moving.mover_track import MoverTrack
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.standing.standing_system import StandingSystem
 from remosplat_drake.station.base_uncertainty import BaseUncertainty
@@ -296,25 +296,30 @@ def AddGuidance(
 
 
 def AddMovers(
-    builder: DiagramBuilder, scenario: Scenario, controller: ReactiveController
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    station: Diagram,
+    *,
+    hardware: bool,
 ) -> OutputPort | None:
-    """Adds what moves in simulation, and tells the controller of it.
+    """Adds what moves in simulation, or what is heard of it.
 
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        controller: The controller that keeps off.
+        station: The robot, simulated or real, as a system.
+        hardware: Whether the station is the real robot.
 
     Returns:
-        The output port of the `Movers`; None if the scenario has none.
+        The output port of the `Movers`; None where nothing is known to move.
     """
-    if not scenario.movers:
+    if station.HasOutputPort(ports.MOVERS):
+        return station.GetOutputPort(ports.MOVERS)
+    if hardware or not scenario.movers:
         return None
     tracks = [MoverTrack(config) for config in scenario.movers]
     source = builder.AddSystem(MoverSource(tracks=tracks))
-    movers = source.GetOutputPort("movers")
-    builder.Connect(movers, controller.GetInputPort("movers"))
-    return movers
+    return source.GetOutputPort("movers")
 
 
 def AddSupervisor(

@@ -12,6 +12,7 @@ from pydrake.lcm import DrakeLcm, DrakeLcmParams
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.hardware.localization_config import LocalizationConfig
+from remosplat_drake.hardware.mover_sensing_config import MoverSensingConfig
 from remosplat_drake.hardware.wire import channels as wire
 
 _LONGEST_NAME = 63
@@ -46,6 +47,8 @@ class ChannelNames(Config):
     base_status: ChannelName = wire.BASE_STATUS
     # Channel of the mobile base's localisation, base_localization.
     localization: ChannelName = wire.BASE_LOCALIZATION
+    # Channel of all that moves, mover_list.
+    movers: ChannelName = wire.MOVERS
     # Channel of the wrist camera's images, lcmt_image_array.
     wrist_camera: ChannelName = wire.WRIST_CAMERA
 
@@ -113,6 +116,9 @@ class HardwareConfig(Config):
     # Where the base is in the map, besides its odometry; absent: the pose in
     # the base's status is that in the map.
     localization: LocalizationConfig | None = None
+    # What moves, as another process sees it; absent: nobody tells, and nothing
+    # is taken to move.
+    movers: MoverSensingConfig | None = None
     # Shortest time between two commands to the hand [s].
     hand_period: Annotated[float, Interval(ge=0.01, le=10)] = 0.1
 

@@ -7,6 +7,7 @@ import numpy as np
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.safety.supervisor_config import SupervisorConfig
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.tick_report import TickReport
@@ -95,6 +96,7 @@ class Observation:
         motion: What a robot that does not obey at once is about to do; None
             where it should do as it is told.
         map_age: Age of the map [s].
+        movers: What moves; None where nobody tells.
         stop: Why a person or a program asks for a stop; empty if none does.
         release: Whether a person or a program releases a stop.
     """
@@ -106,5 +108,6 @@ class Observation:
     u_measured: np.ndarray
     motion: Motion | None = None
     map_age: float = 0.0
+    movers: Movers | None = None
     stop: str = ""
     release: bool = False

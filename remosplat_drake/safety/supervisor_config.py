@@ -61,5 +61,8 @@ class SupervisorConfig(Config):
     max_tracking_error: Annotated[float, Interval(gt=0, le=100)] = 1.0
     # Greatest jump of the target between two ticks [m]; absent: any.
     max_target_jump: Annotated[float, Interval(gt=0, le=10)] | None = None
+    # Greatest age of what is known to move while the robot moves [s], where
+    # anything is told; and of the latest image of a camera that watches.
+    max_movers_age: Annotated[float, Interval(gt=0, le=2)] = 0.25
     # Greatest age of the map while the robot moves [s]; absent: any.
     max_map_age: Annotated[float, Interval(gt=0, le=86_400)] | None = None

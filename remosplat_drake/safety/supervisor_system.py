@@ -15,8 +15,10 @@ from pydrake.systems.framework import (
 
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.safety.supervisor import supervise
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.operator_requests import OperatorRequests
+from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import (
     STOPPED,
@@ -38,6 +40,7 @@ class _Sample:
     u_measured: np.ndarray
     motion: Motion | None
     map_age: float
+    movers: Movers | None
     operator: OperatorRequests
     stop: str
     release: bool
@@ -77,6 +80,7 @@ class SafetySupervisor(LeafSystem):
         - motion (optional)
         - map_age (optional)
         - map_hold (optional)
+        - movers (optional)
         - operator (optional)
         output_ports:
         - velocity_commanded
@@ -94,8 +98,9 @@ class SafetySupervisor(LeafSystem):
     robot that does not obey at once is about to do, `operator` the
     `OperatorRequests` of a stop button, which stops the robot where it cannot
     be heard, `map_age` seconds and `map_hold` why a new map waits for the
-    robot to stop, empty if none does. `supervision` gives the
-    `SupervisorState`. A stop is latched until it is released.
+    robot to stop, empty if none does. `movers` are the `Movers`, which must be
+    news. `supervision` gives the `SupervisorState`. A stop is latched until it
+    is released.
 
     Args:
         law: The thresholds and limits; its `dt` is the control period [s].
@@ -134,6 +139,9 @@ class SafetySupervisor(LeafSystem):
         self._map_age_input = self.DeclareVectorInputPort("map_age", 1)
         self._map_hold_input = self.DeclareAbstractInputPort(
             "map_hold", Value("")
+        )
+        self._movers_input = self.DeclareAbstractInputPort(
+            "movers", Value[object]()
         )
         self._operator_input = self.DeclareAbstractInputPort(
             "operator", Value(OperatorRequests())
@@ -237,9 +245,6 @@ class SafetySupervisor(LeafSystem):
         operator = known
         if self._operator_input.HasValue(context):
             operator = self._operator_input.Eval(context)
-        motion = None
-        if self._motion_input.HasValue(context):
-            motion = self._motion_input.Eval(context)
         map_age = 0.0
         if self._map_age_input.HasValue(context):
             map_age = float(self._map_age_input.Eval(context)[0])
@@ -251,8 +256,9 @@ class SafetySupervisor(LeafSystem):
             time=context.get_time(),
             status=self._status_input.Eval(context),
             u_measured=np.array(self._measured_input.Eval(context)),
-            motion=motion,
+            motion=value_or_none(self._motion_input, context),
             map_age=map_age,
+            movers=value_or_none(self._movers_input, context),
             operator=operator,
             stop=memory.stop or operator.trouble or pressed or hold,
             release=memory.release or operator.releases > known.releases,
@@ -275,6 +281,7 @@ class SafetySupervisor(LeafSystem):
             u_measured=sample.u_measured,
             motion=sample.motion,
             map_age=sample.map_age,
+            movers=sample.movers,
             stop=sample.stop,
             release=sample.release,
         )

@@ -55,6 +55,7 @@ def symptoms(
         *_of_bounds(law, state, now),
         *_of_clearance(law, state, now),
         *_of_target_and_map(law, state, now),
+        *_of_movers(law, now),
     ]
 
 
@@ -201,3 +202,24 @@ def _of_target_and_map(
             yield Symptom("target", f"the target jumped by {jump:.2f} m")
     if config.max_map_age is not None and not now.map_age <= config.max_map_age:
         yield Symptom("map_age", f"the map is {now.map_age:.3g} s old")
+
+
+def _of_movers(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
+    """What moves must be known anew all the time, by every camera.
+
+    Stamps from the future are as wrong as old ones.
+    """
+    if now.movers is None:
+        return
+    movers, longest = now.movers, law.config.max_movers_age
+    if not abs(now.time - movers.stamp) <= longest:
+        cause = movers.problem or "nothing newer came"
+        yield Symptom("movers_age", f"what moves is not known: {cause}")
+    for camera in movers.cameras:
+        age = now.time - camera.seen
+        if not abs(age) <= longest:
+            cause = camera.problem or "no image came"
+            yield Symptom(
+                "camera_age",
+                f"{camera.name} has seen nothing for {age:.2g} s: {cause}",
+            )

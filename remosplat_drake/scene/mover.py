@@ -16,6 +16,7 @@ from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RigidTransform, RotationMatrix
 
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.scene.mover_camera import MoverCamera
 
 MOST = 200
 """Most movers that are taken at a time: each costs some microseconds."""
@@ -179,6 +180,9 @@ class Movers:
     Attributes:
         stamp: When they were where they are said to be [s].
         movers: The movers.
+        cameras: The cameras that found them, and what these watch; none where
+            they are known otherwise, and everywhere.
+        problem: Why nothing newer is known; empty where nothing is wrong.
 
     Raises:
         FieldError: The stamp is not finite, or there are more than `MOST`.
@@ -186,6 +190,8 @@ class Movers:
 
     stamp: float
     movers: Sequence[Mover] = ()
+    cameras: Sequence[MoverCamera] = ()
+    problem: str = ""
 
     def __post_init__(self):
         if not math.isfinite(self.stamp):
@@ -195,6 +201,7 @@ class Movers:
             problem = f"must be at most {MOST}, got {len(self.movers)}"
             raise FieldError("movers", "number", problem)
         object.__setattr__(self, "movers", tuple(self.movers))
+        object.__setattr__(self, "cameras", tuple(self.cameras))
 
     def __deepcopy__(self, memo) -> "Movers":
         return self

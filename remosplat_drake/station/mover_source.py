@@ -6,7 +6,7 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, LeafSystem
 
 from remosplat_drake.scene.mover import Movers
-from remosplat_drake.scene.mover_track import MoverTrack, movers_at
+from remosplat_drake.scene.moving.track import Track, movers_at
 
 
 class MoverSource(LeafSystem):
@@ -24,7 +24,7 @@ class MoverSource(LeafSystem):
         tracks: How each of them moves.
     """
 
-    def __init__(self, *, tracks: Sequence[MoverTrack]):
+    def __init__(self, *, tracks: Sequence[Track]):
         LeafSystem.__init__(self)
         self.set_name("mover_source")
         self._tracks = tuple(tracks)

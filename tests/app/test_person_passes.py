@@ -7,7 +7,8 @@ from pydrake.systems.analysis import Simulator
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
-from remosplat_drake.scene.mover_track import MoverTrack, movers_at
+from remosplat_drake.scene.moving.mover_track import MoverTrack
+from remosplat_drake.scene.moving.track import movers_at
 from remosplat_drake.signals.near_movers import NearMovers
 
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.safety.supervisor_config import SupervisorConfig
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.station_status import StationStatus
@@ -77,6 +78,7 @@ def make_observation(
     tick_age: float = 0.0,
     motion: Motion | None = None,
     map_age: float = 0.0,
+    movers: Movers | None = None,
     stop: str = "",
     release: bool = False,
     **report,
@@ -91,6 +93,7 @@ def make_observation(
         u_measured=state.command if u_measured is None else u_measured,
         motion=motion,
         map_age=map_age,
+        movers=movers,
         stop=stop,
         release=release,
     )

@@ -2,6 +2,7 @@
 
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
+from remosplat_drake.hardware.client.mover_receiver import MoverReceiver
 from remosplat_drake.hardware.client.remote_robot import RemoteRobot
 from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.hardware.client.wrist_camera_receiver import (
@@ -16,13 +17,15 @@ from remosplat_drake.station.export import export_ports
 class HardwareStation(Diagram):
     """The real robot as a diagram with the ports of every station.
 
-    Its ports are those of `signals.station_ports`, and no others. It hears
+    Its ports are those of `signals.station_ports`, and `movers` where the
+    configuration says that somebody tells of these. It hears
     the drivers when it is told to `receive`, and sends a command when it is
     told to publish (`ForcedPublish`); never otherwise. See `RemoteRobot`.
 
     Attributes:
         link: The LCM connection to the robot's drivers.
         camera: The system that hears the wrist camera; None without one.
+        movers: The system that hears what moves; None where nobody tells.
     """
 
     def __init__(
@@ -63,6 +66,14 @@ class HardwareStation(Diagram):
                 ports.WRIST_CAMERA_DEPTH: self.camera.get_output_port(1),
             }
         export_ports(builder, robot.description, [self._robot], images)
+        self.movers = None
+        if config.movers is not None:
+            assert self.link.movers is not None
+            self.movers = builder.AddNamedSystem(
+                "movers",
+                MoverReceiver(mailbox=self.link.movers, config=config.movers),
+            )
+            builder.ExportOutput(self.movers.get_output_port(), ports.MOVERS)
         builder.BuildInto(self)
         self.set_name("station")
 
@@ -75,3 +86,5 @@ class HardwareStation(Diagram):
         self._robot.receive(self._robot.GetMyMutableContextFromRoot(root))
         if self.camera is not None:
             self.camera.receive(self.camera.GetMyMutableContextFromRoot(root))
+        if self.movers is not None:
+            self.movers.receive(self.movers.GetMyMutableContextFromRoot(root))

@@ -54,6 +54,7 @@ class RobotLink:
             one.
         localization: Mailbox of the base's localisation; None where none is
             configured.
+        movers: Mailbox of what moves; None where none is configured.
         commanded: The commands to the base so far.
         u: The command that was sent last, shape (n_u,) [m/s, rad/s].
         sent: When it was sent, by our wall clock [s]; -inf before the first.
@@ -88,6 +89,9 @@ class RobotLink:
             if config.localization is not None:
                 self.localization = Mailbox(self.lcm, names.localization)
         self.commanded = CommandedPath()
+        self.movers = None
+        if config.movers is not None:
+            self.movers = Mailbox(self.lcm, names.movers)
         if description.hand:
             self.hand = Mailbox(self.lcm, names.hand_status)
         self.is_armed = True
@@ -141,7 +145,7 @@ class RobotLink:
         return True
 
     def wait_for_statuses(self) -> None:
-        """Waits until arm and base have been heard anew.
+        """Waits until arm, base and all that is configured is heard anew.
 
         Raises:
             RemoSplatError: One of them kept silent; names its channel.
@@ -149,7 +153,7 @@ class RobotLink:
         self.take_out()
         silent = {
             box.channel: (box, box.count)
-            for box in (self.arm, self.base, self.localization)
+            for box in (self.arm, self.base, self.localization, self.movers)
             if box
         }
         deadline = time.monotonic() + self._config.connect_timeout

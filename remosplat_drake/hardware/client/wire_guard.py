@@ -224,6 +224,7 @@ class WireGuard:
                 names.base_status,
                 names.hand_status,
                 names.localization,
+                names.movers,
             ),
         )
         self._commands = False

@@ -19,6 +19,8 @@ BASE_STATUS = "BASE_STATUS"
 """base_status: odometry and stops of the base, at 10 to 37 Hz and more."""
 BASE_LOCALIZATION = "BASE_LOCALIZATION"
 """base_localization: where the base is in the map, as a localiser tells."""
+MOVERS = "MOVERS"
+"""mover_list: what a perception process knows to move, and what it watches."""
 WRIST_CAMERA = "WRIST_CAMERA"
 """lcmt_image_array: an RGB and a depth image of the wrist camera."""
 

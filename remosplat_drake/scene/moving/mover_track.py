@@ -1,9 +1,10 @@
 """`MoverTrack`: how a mover of a scenario moves, as a smooth curve of time."""
 
 import dataclasses as dc
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import cached_property
 from itertools import pairwise, product
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -13,7 +14,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from remosplat_drake.base.ranges import Config, Position, RollPitchYawDeg
-from remosplat_drake.scene.mover import Mover, Movers
+from remosplat_drake.scene.mover import Mover
 
 _LOOKS = 200
 """Looks at a stretch between two waypoints, for the greatest of its speeds."""
@@ -87,6 +88,15 @@ class MoverConfig(Config):
                 where = f"waypoints[{i + 1}].time"
                 yield where, f"must exceed the one before, {before}"
 
+    def make(self, folder: Path) -> "MoverTrack":
+        """Makes the track.
+
+        Args:
+            folder: Not needed: it names no file.
+        """
+        del folder
+        return MoverTrack(self)
+
 
 class MoverTrack:
     """Where a mover is at any time, and how it moves there.
@@ -129,6 +139,14 @@ class MoverTrack:
             if config.max_acceleration is None
             else config.max_acceleration,
         )
+
+    def movers(self, time: float) -> list[Mover]:
+        """Returns the mover alone, as `Track` wants it.
+
+        Args:
+            time: Time since the run began [s].
+        """
+        return [self.at(time)]
 
     def _motion(
         self, time: float
@@ -188,13 +206,3 @@ class MoverTrack:
             speed[i] = np.linalg.norm(v_W, axis=1).max()
             push[i] = np.linalg.norm(a_W, axis=1).max()
         return _SLACK * float(speed.max()), _SLACK * float(push.max())
-
-
-def movers_at(tracks: Sequence[MoverTrack], time: float) -> Movers:
-    """Returns all that moves, as it is at a time.
-
-    Args:
-        tracks: How each moves.
-        time: Time since the run began [s].
-    """
-    return Movers(time, [track.at(time) for track in tracks])

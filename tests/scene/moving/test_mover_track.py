@@ -5,12 +5,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from remosplat_drake.base.errors import FieldError
-from remosplat_drake.scene.mover_track import (
+from remosplat_drake.scene.moving.mover_track import (
     MoverConfig,
     MoverTrack,
     WaypointConfig,
-    movers_at,
 )
+from remosplat_drake.scene.moving.track import movers_at
 
 DOOR = MoverConfig(
     name="door",

@@ -1,0 +1,60 @@
+"""`HeardMovers`: what moves, as the wire told it, and what was wrong there."""
+
+import dataclasses as dc
+
+from remosplat_drake.hardware.mover_sensing_config import MoverSensingConfig
+from remosplat_drake.hardware.wire.movers import decode_movers
+from remosplat_drake.hardware.wire.packets import BrokenMessage
+from remosplat_drake.scene.mover import Movers
+
+NONE_HEARD = Movers(0.0, problem="nobody has told what moves")
+"""Before the first message: so old that no supervisor lets a robot move."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class HeardMovers:
+    """The latest movers that can be believed; copying returns the object.
+
+    A message that cannot be used changes nothing of what was known before,
+    which grows older: the robot keeps off wherever those movers can have come
+    by now. When that is too long ago, the supervisor stops the robot, and the
+    problem is the reason.
+
+    Attributes:
+        movers: What moves, with the problem of the latest message if it could
+            not be used.
+        refused: Number of messages that could not be used.
+        count: Number of packets of the mailbox that have been looked at.
+    """
+
+    movers: Movers = NONE_HEARD
+    refused: int = 0
+    count: int = 0
+
+    def __deepcopy__(self, memo) -> "HeardMovers":
+        return self
+
+
+def with_movers(
+    heard: HeardMovers, data: bytes, received: float, config: MoverSensingConfig
+) -> HeardMovers:
+    """Adds a message to what is known.
+
+    Args:
+        heard: What is known so far.
+        data: The encoded packet.
+        received: When it came, by our wall clock [s].
+        config: How far ahead of our clock its stamp may be.
+    """
+    try:
+        movers = decode_movers(data)
+        ahead = movers.stamp - received
+        if ahead > config.max_ahead:
+            raise BrokenMessage(f"is stamped {ahead:.3g} s in the future")
+        late = heard.movers.stamp - movers.stamp
+        if late >= 0.0:
+            raise BrokenMessage(f"is {late:.3g} s older than the one before")
+    except BrokenMessage as error:
+        known = dc.replace(heard.movers, problem=str(error))
+        return dc.replace(heard, movers=known, refused=heard.refused + 1)
+    return dc.replace(heard, movers=movers)

@@ -1,0 +1,83 @@
+"""`MoverCamera`: a camera that watches for movers, and what it sees."""
+
+import dataclasses as dc
+import math
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from remosplat_drake.base.errors import FieldError
+
+
+@dc.dataclass(frozen=True, eq=False)
+class MoverCamera:
+    """Which space is watched for movers, and until when it was.
+
+    Its frame C has z ahead, x to the right and y down. Copying returns the
+    object itself.
+
+    Attributes:
+        name: What people call it.
+        X_WC: Its pose in W.
+        least_tangent: Least x / z and y / z that it sees, shape (2,).
+        greatest_tangent: Greatest x / z and y / z that it sees, shape (2,).
+        near: Least depth z at which it can find a mover [m].
+        far: Greatest depth z at which it can find a mover [m].
+        seen: When its latest image was taken that could be used [s]. Since
+            then nothing is known of what it alone watches.
+        problem: Why there is no newer one; empty where nothing is wrong.
+
+    Raises:
+        FieldError: A value is not finite, or there is no space between the
+            bounds.
+    """
+
+    name: str
+    X_WC: RigidTransform
+    least_tangent: np.ndarray
+    greatest_tangent: np.ndarray
+    near: float
+    far: float
+    seen: float
+    problem: str = ""
+
+    def __post_init__(self):
+        for field in ("least_tangent", "greatest_tangent"):
+            value = np.array(getattr(self, field), float)
+            if value.shape != (2,) or not np.isfinite(value).all():
+                self._refuse(field, "two finite numbers")
+            value.flags.writeable = False
+            object.__setattr__(self, field, value)
+        if not (self.least_tangent < self.greatest_tangent).all():
+            self._refuse("least_tangent", "below `greatest_tangent`")
+        if not 0.0 <= self.near < self.far < math.inf:
+            self._refuse("near", "at least 0 and below `far`")
+        if not math.isfinite(self.seen):
+            self._refuse("seen", "finite")
+        if not np.isfinite(self.X_WC.GetAsMatrix4()).all():
+            self._refuse("X_WC", "finite")
+
+    def _refuse(self, field: str, wanted: str):
+        got = getattr(self, field)
+        where = f"camera {self.name!r}"
+        raise FieldError(where, field, f"must be {wanted}, got {got}")
+
+    def __deepcopy__(self, memo) -> "MoverCamera":
+        return self
+
+    def frames(self, p_W: np.ndarray) -> np.ndarray:
+        """Tells which points lie in its picture, whatever stands before them.
+
+        Args:
+            p_W: Points in W, shape (n, 3) [m].
+
+        Returns:
+            Flags, shape (n,).
+        """
+        R_WC, p_WC = self.X_WC.rotation().matrix(), self.X_WC.translation()
+        p_C = (np.asarray(p_W, float) - p_WC) @ R_WC
+        depth = p_C[:, 2]
+        ahead = (depth >= self.near) & (depth <= self.far)
+        low = self.least_tangent * depth[:, None] <= p_C[:, :2]
+        high = p_C[:, :2] <= self.greatest_tangent * depth[:, None]
+        return ahead & low.all(axis=1) & high.all(axis=1)

@@ -1,0 +1,135 @@
+"""`SwingingDoor`: a door whose hinge stands still, as a scenario has it."""
+
+import dataclasses as dc
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval, Len
+from pydrake.math import RigidTransform, RotationMatrix
+from scipy.interpolate import CubicSpline
+
+from remosplat_drake.base.ranges import AngleDeg, Config, Position
+from remosplat_drake.scene.mover import Mover
+from remosplat_drake.scene.moving.track import SLACK
+
+Side = Annotated[float, Interval(gt=0, le=10)]
+
+
+@dc.dataclass
+class DoorAngle(Config):
+    """How far a door is open at a time."""
+
+    # Time since the run began [s].
+    time: Annotated[float, Interval(ge=0, le=1e6)] = 0.0
+    # Angle about the upward axis from W's x axis to the door [deg].
+    angle_deg: AngleDeg = 0.0
+
+
+@dc.dataclass
+class SwingingDoor(Config):
+    """A door: a box that turns about an upright hinge at one of its edges.
+
+    It stands at the first angle and at the last, and swings smoothly through
+    those between.
+    """
+
+    # What people call it.
+    name: str = "door"
+    # Foot of the hinge in W [m].
+    hinge: Position = dc.field(default_factory=lambda: [0.0] * 3)
+    # From the hinge to the other edge [m].
+    width: Side = 0.9
+    # From the hinge's foot to the upper edge [m].
+    height: Side = 2.0
+    # How thick it is [m].
+    thickness: Annotated[float, Interval(gt=0, le=1)] = 0.04
+    # Where it is when; a single one: it stays.
+    angles: Annotated[list[DoorAngle], Len(1, 1000)] = dc.field(
+        default_factory=lambda: [DoorAngle()]
+    )
+    # No point of it ever moves faster, as far as the robot is told; absent:
+    # its own greatest speed [m/s].
+    max_speed: Annotated[float, Interval(ge=0, le=100)] | None = None
+    # No point of it ever accelerates more, as far as the robot is told;
+    # absent: its own greatest acceleration [m/s^2].
+    max_acceleration: Annotated[float, Interval(ge=0, le=1000)] | None = None
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """Checks that time goes on.
+
+        Yields:
+            The name of a field and what is wrong with it.
+        """
+        times = [angle.time for angle in self.angles]
+        for i, (before, after) in enumerate(pairwise(times)):
+            if not after > before:
+                where = f"angles[{i + 1}].time"
+                yield where, f"must exceed the one before, {before}"
+
+    def make(self, folder: Path) -> "DoorTrack":
+        """Makes the door's track.
+
+        Args:
+            folder: Not needed: it names no file.
+        """
+        del folder
+        return DoorTrack(self)
+
+
+class DoorTrack:
+    """Where a door is at any time.
+
+    Args:
+        config: The door.
+    """
+
+    def __init__(self, config: SwingingDoor):
+        self.config = config
+        self._times = np.array([a.time for a in config.angles])
+        angles = np.radians([a.angle_deg for a in config.angles])
+        if len(angles) == 1:
+            self._times = self._times[0] + np.array([0.0, 1.0])
+            angles = np.repeat(angles, 2)
+        self._angle = CubicSpline(self._times, angles, bc_type="clamped")
+        # Of all points the outer edge is the fastest; on a stretch between
+        # two angles, rate and its change are polynomials of low degree.
+        looks = np.concatenate(
+            [np.linspace(a, b, 50) for a, b in pairwise(self._times)]
+        )
+        rate, change = self._angle(looks, 1), self._angle(looks, 2)
+        arm = np.hypot(config.width, config.thickness)
+        self._speed = SLACK * arm * float(np.abs(rate).max())
+        self._push = SLACK * arm * float(np.hypot(change, rate**2).max())
+
+    def movers(self, time: float) -> list[Mover]:
+        """Returns the door as it is at a time.
+
+        Args:
+            time: Time since the run began [s].
+        """
+        config = self.config
+        now = float(np.clip(time, self._times[0], self._times[-1]))
+        rate = float(self._angle(now, 1)) if now == time else 0.0
+        X_WH = RigidTransform(
+            RotationMatrix.MakeZRotation(float(self._angle(now))), config.hinge
+        )
+        half = 0.5 * np.array([config.width, config.thickness, config.height])
+        X_WM = X_WH @ RigidTransform([half[0], 0.0, half[2]])
+        w_WM = np.array([0.0, 0.0, rate])
+        v_WM = np.cross(w_WM, X_WM.translation() - X_WH.translation())
+        speed, push = config.max_speed, config.max_acceleration
+        return [
+            Mover(
+                config.name,
+                X_WM,
+                half,
+                0.0,
+                v_WM,
+                w_WM,
+                self._speed if speed is None else speed,
+                self._push if push is None else push,
+            )
+        ]

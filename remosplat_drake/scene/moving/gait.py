@@ -1,0 +1,242 @@
+"""How a person walks and reaches: the ends of limbs, at knots of time.
+
+The proportions are those of Winter, "Biomechanics and motor control of human
+movement": shares of a person's height. Legs swing as straight rods about the
+hips and arms, with bent elbows, against them, once to and fro in a stride.
+"""
+
+import dataclasses as dc
+import math
+from collections.abc import Sequence
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval, Len
+from scipy.interpolate import CubicSpline, PchipInterpolator
+
+from remosplat_drake.base.ranges import AngleDeg, Config, Coordinate, Position
+
+KNOT_PERIOD = 0.05
+"""Time between two knots of a limb's curve [s]."""
+
+STRIDE = 0.8
+"""Way from one step of a foot to its next, as a share of the height."""
+
+LEG_SWING, ARM_SWING = math.radians(24), math.radians(20)
+"""Greatest angles of legs and arms to the vertical, at walking speed [rad]."""
+
+WALKING_SPEED = 1.0
+"""Speed from which on legs swing no farther [m/s]."""
+
+HIP, SHOULDER, HEAD = 0.53, 0.82, 0.92
+"""Heights of joints, and of the head's middle, as shares of the height."""
+
+UPPER_ARM, FOREARM = 0.186, 0.20
+"""Lengths to the elbow, and from there to the middle of the hand, likewise."""
+
+HIP_WIDTH, SHOULDER_WIDTH = 0.055, 0.115
+"""Distances of hips and shoulders from the middle, likewise."""
+
+RADIUS = {
+    "body": 0.17,
+    "head": 0.11,
+    "left leg": 0.08,
+    "right leg": 0.08,
+    "left upper arm": 0.055,
+    "left forearm": 0.05,
+    "right upper arm": 0.055,
+    "right forearm": 0.05,
+}
+"""Radii of a person's parts, as thick as clothes [m]."""
+
+
+Time = Annotated[float, Interval(ge=0, le=1e5)]
+"""Time since the run began [s]."""
+
+
+@dc.dataclass
+class Step(Config):
+    """Where a person is on the floor at a time."""
+
+    # Time since the run began [s].
+    time: Time = 0.0
+    # Position x, y between the feet in W [m].
+    position: Annotated[list[Coordinate], Len(2, 2)] = dc.field(
+        default_factory=lambda: [0.0, 0.0]
+    )
+    # Whither the person faces, from W's x axis; absent: the way to go [deg].
+    yaw_deg: AngleDeg | None = None
+
+
+@dc.dataclass
+class Reach(Config):
+    """Something that a person reaches for with the right hand."""
+
+    # When the hand begins to leave the side [s].
+    time: Time = 0.0
+    # How long the hand is there [s].
+    duration: Annotated[float, Interval(ge=0, le=1000)] = 1.0
+    # Time to get there, and to come back [s].
+    swing: Annotated[float, Interval(ge=0.2, le=100)] = 1.0
+    # The place in W; beyond arm's length, the hand stretches towards it [m].
+    point: Position = dc.field(default_factory=lambda: [0.0] * 3)
+
+    @property
+    def end(self) -> float:
+        """When the hand is at the side again [s]."""
+        return self.time + self.duration + 2.0 * self.swing
+
+
+def person_ends(
+    height: float, walk: Sequence[Step], reaches: Sequence[Reach]
+) -> tuple[np.ndarray, np.ndarray, dict[str, float]]:
+    """Computes where the ends of a person's parts are.
+
+    Args:
+        height: The person's height [m].
+        walk: Where the person is when.
+        reaches: What the person reaches for.
+
+    Returns:
+        The knots' times, shape (n,) [s]; the ends of the k parts' axes in W,
+        shape (n, k, 2, 3) [m]; and the parts' radii by their names [m].
+    """
+    first = min([walk[0].time, *(reach.time for reach in reaches)])
+    last = max([walk[-1].time, *(reach.end for reach in reaches)])
+    n = max(3, math.ceil((last - first) / KNOT_PERIOD) + 1)
+    times = np.linspace(first, max(last, first + KNOT_PERIOD), n)
+    p_WP, yaw, phase, share = _walk(height, walk, times)
+    ends = np.array(
+        [_parts(height, *now) for now in zip(phase, share, strict=True)]
+    )
+    c, s = np.cos(yaw), np.sin(yaw)
+    R_WP = np.zeros((n, 3, 3))
+    R_WP[:, 0, 0], R_WP[:, 0, 1], R_WP[:, 1, 0] = c, -s, s
+    R_WP[:, 1, 1] = c
+    R_WP[:, 2, 2] = 1.0
+    ends = np.einsum("nij,nkej->nkei", R_WP, ends)
+    ends[..., :2] += p_WP[:, None, None, :]
+    if reaches:
+        _reach(height, reaches, times, R_WP, ends)
+    return times, ends, RADIUS
+
+
+def _walk(
+    height: float, walk: Sequence[Step], times: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Position, heading, phase of the stride, and how far limbs swing."""
+    knots = np.array([step.time for step in walk])
+    p = np.array([step.position for step in walk])
+    if len(knots) == 1:
+        yaw = math.radians(walk[0].yaw_deg or 0.0)
+        zeros = np.zeros(len(times))
+        return np.repeat(p, len(times), axis=0), zeros + yaw, zeros, zeros
+    way = CubicSpline(knots, p, bc_type="clamped")
+    now = np.clip(times, knots[0], knots[-1])
+    speed = np.linalg.norm(way(now, 1), axis=1)
+    step = np.diff(times, prepend=times[0])
+    phase = np.cumsum(2.0 * np.pi * speed * step / (STRIDE * height))
+    heading = PchipInterpolator(knots, np.unwrap(_headings(walk, p)))
+    # Limbs come to rest where the person does.
+    share = speed**2 / (speed**2 + (0.5 * WALKING_SPEED) ** 2)
+    return way(now), heading(now), phase, share
+
+
+def _headings(walk: Sequence[Step], p: np.ndarray) -> np.ndarray:
+    """Where the person faces at each step: where given, else the way to go."""
+    ways = np.diff(p, axis=0)
+    ahead = np.arctan2(ways[:, 1], ways[:, 0])
+    # Who stays is turned as before.
+    for i in range(len(ahead)):
+        if not ways[i].any():
+            ahead[i] = ahead[i - 1] if i else 0.0
+    ahead = np.unwrap(ahead)
+    found = np.concatenate(
+        [ahead[:1], 0.5 * (ahead[1:] + ahead[:-1]), ahead[-1:]]
+    )
+    for i, step in enumerate(walk):
+        if step.yaw_deg is not None:
+            found[i] = math.radians(step.yaw_deg)
+    return found
+
+
+def _parts(height: float, phase: float, share: float) -> np.ndarray:
+    """The ends of all parts in the person's frame P: x ahead, z up."""
+    hip, shoulder = HIP * height, SHOULDER * height
+    swing = share * math.sin(phase)
+    parts: list = [
+        [[0, 0, hip], [0, 0, shoulder - RADIUS["body"]]],
+        [[0, 0, HEAD * height], [0, 0, (HEAD + 0.02) * height]],
+    ]
+    length = hip - RADIUS["left leg"]
+    for side in (1.0, -1.0):
+        angle = side * LEG_SWING * swing
+        top = np.array([0.0, side * HIP_WIDTH * height, hip])
+        parts.append([top, top + length * _down(angle)])
+    for side in (1.0, -1.0):
+        angle = -side * ARM_SWING * swing
+        top = np.array([0.0, side * SHOULDER_WIDTH * height, shoulder])
+        elbow = top + UPPER_ARM * height * _down(angle)
+        bend = angle + 0.25 + 0.25 * share
+        parts += [
+            [top, elbow],
+            [elbow, elbow + FOREARM * height * _down(bend)],
+        ]
+    return np.array(parts, float)
+
+
+def _down(angle: float) -> np.ndarray:
+    """Direction of a limb that hangs, swung ahead by an angle."""
+    return np.array([math.sin(angle), 0.0, -math.cos(angle)])
+
+
+def _reach(
+    height: float,
+    reaches: Sequence[Reach],
+    times: np.ndarray,
+    R_WP: np.ndarray,
+    ends: np.ndarray,
+) -> None:
+    """Moves the right hand to places and back; the elbow follows it always."""
+    names = list(RADIUS)
+    upper, lower = names.index("right upper arm"), names.index("right forearm")
+    hand = ends[:, lower, 1].copy()
+    for reach in reaches:
+        out = _smooth((times - reach.time) / reach.swing)
+        back = _smooth((reach.end - times) / reach.swing)
+        share = np.minimum(out, back)[:, None]
+        hand += share * (np.array(reach.point) - hand)
+    lengths = UPPER_ARM * height, FOREARM * height
+    for i, shoulder in enumerate(ends[:, upper, 0]):
+        elbow, reached = _bent_arm(shoulder, hand[i], *lengths, R_WP[i])
+        ends[i, upper, 1] = ends[i, lower, 0] = elbow
+        ends[i, lower, 1] = reached
+
+
+def _bent_arm(
+    shoulder: np.ndarray,
+    hand: np.ndarray,
+    upper: float,
+    lower: float,
+    R_WP: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Elbow and hand of an arm that reaches, its elbow down and outward."""
+    way = hand - shoulder
+    far = float(np.linalg.norm(way))
+    # Nearly as far as the way while that is short, and never a straight arm.
+    most = 0.99 * (upper + lower)
+    reached = far / (1.0 + (far / most) ** 8) ** (1.0 / 8.0)
+    along = way / far
+    hand = shoulder + reached * along
+    ahead = (reached**2 + upper**2 - lower**2) / (2.0 * reached)
+    aside = math.sqrt(max(upper**2 - ahead**2, 0.0))
+    out = R_WP @ np.array([-0.4, -0.5, -1.0])
+    out -= along * (out @ along)
+    out /= np.linalg.norm(out)
+    return shoulder + ahead * along + aside * out, hand
+
+
+def _smooth(x: np.ndarray) -> np.ndarray:
+    """From 0 to 1, at rest at both ends, without a jump of acceleration."""
+    x = np.clip(x, 0.0, 1.0)
+    return x**3 * (10 - 15 * x + 6 * x**2)

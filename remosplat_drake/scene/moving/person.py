@@ -1,0 +1,73 @@
+"""`Person`: somebody who walks and reaches for things, in a scenario."""
+
+import dataclasses as dc
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated
+
+from annotated_types import Interval, Len
+
+from remosplat_drake.base.ranges import Config
+from remosplat_drake.scene.moving.gait import Reach, Step, person_ends
+from remosplat_drake.scene.moving.rods import Rods
+
+
+@dc.dataclass
+class Person(Config):
+    """A person of capsules: legs and arms swing as far as the person walks.
+
+    The person stands at the first step and at the last, and walks smoothly
+    through those between.
+    """
+
+    # What people call the person.
+    name: str = "person"
+    # From the floor to the top of the head [m].
+    height: Annotated[float, Interval(ge=1.0, le=2.2)] = 1.75
+    # Where the person is when; a single one: stands there.
+    walk: Annotated[list[Step], Len(1, 1000)] = dc.field(
+        default_factory=lambda: [Step()]
+    )
+    # What the person reaches for, one after the other.
+    reaches: Annotated[list[Reach], Len(0, 100)] = dc.field(
+        default_factory=list
+    )
+    # No part ever moves faster, as far as the robot is told; absent: as fast
+    # as each ever does [m/s].
+    max_speed: Annotated[float, Interval(ge=0, le=100)] | None = None
+    # No part ever accelerates more, as far as the robot is told; absent: as
+    # much as each ever does [m/s^2].
+    max_acceleration: Annotated[float, Interval(ge=0, le=1000)] | None = None
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """Checks that time goes on.
+
+        Yields:
+            The name of a field and what is wrong with it.
+        """
+        for i, (before, after) in enumerate(pairwise(self.walk)):
+            if not after.time > before.time:
+                where = f"walk[{i + 1}].time"
+                yield where, f"must exceed the one before, {before.time}"
+        for i, (before, after) in enumerate(pairwise(self.reaches)):
+            if not after.time >= before.end:
+                where = f"reaches[{i + 1}].time"
+                yield where, f"must not be before {before.end}: the hand is out"
+
+    def make(self, folder: Path) -> Rods:
+        """Makes the person's track.
+
+        Args:
+            folder: Not needed: it names no file.
+        """
+        del folder
+        times, ends, parts = person_ends(self.height, self.walk, self.reaches)
+        return Rods(
+            [f"{self.name}'s {part}" for part in parts],
+            list(parts.values()),
+            times,
+            ends,
+            self.max_speed,
+            self.max_acceleration,
+        )
