@@ -1,0 +1,1 @@
+"""What cameras see move: from depth images to `Movers`."""

@@ -1,0 +1,166 @@
+"""Finds the points of a depth image that neither map nor robot explain.
+
+Distances to the map are kept at the nodes of a grid, in steps of `STEP`, and
+interpolated between. The distance to a thin surface has a kink there, which
+interpolation cuts off by up to half the distance between nodes: that much is
+allowed for, so that what the map shows is not taken for new.
+"""
+
+import math
+
+from remosplat_drake.base.kernels import helper, kernel
+
+STEP = 0.002
+"""Unit of the distances that are kept at nodes [m]."""
+
+FAR = 250
+"""Kept at nodes that are at least `FAR` steps from the map."""
+
+UNASKED = 255
+"""Kept at nodes whose distance nobody has asked for."""
+
+ASKED = 254
+"""Kept at nodes whose distance is being asked for."""
+
+
+@helper
+def _distance(nodes, i, j, k, fi, fj, fk):
+    """Interpolates the distance within a cell [m]."""
+    total = 0.0
+    for corner in range(8):
+        a, b, c = corner & 1, (corner >> 1) & 1, corner >> 2
+        share = fi if a else 1.0 - fi
+        share *= fj if b else 1.0 - fj
+        share *= fk if c else 1.0 - fk
+        total += share * nodes[i + a, j + b, k + c]
+    return STEP * total
+
+
+@helper
+def _ask(nodes, i, j, k, asked, count):
+    """Notes the nodes of a cell that nobody has asked for."""
+    for corner in range(8):
+        a, b, c = i + (corner & 1), j + ((corner >> 1) & 1), k + (corner >> 2)
+        if nodes[a, b, c] == UNASKED and count < len(asked):
+            nodes[a, b, c] = ASKED
+            asked[count] = (a * nodes.shape[1] + b) * nodes.shape[2] + c
+            count += 1
+    return count
+
+
+@helper
+def _is_unasked(nodes, i, j, k) -> bool:
+    for corner in range(8):
+        a, b, c = i + (corner & 1), j + ((corner >> 1) & 1), k + (corner >> 2)
+        if nodes[a, b, c] >= ASKED:
+            return True
+    return False
+
+
+@helper
+def _is_robot(x, y, z, balls_C, margin) -> bool:
+    """Whether the ray (x, y, 1) meets a sphere before the depth z ends."""
+    square = x * x + y * y + 1.0
+    for s in range(len(balls_C)):
+        cx, cy, cz = balls_C[s, 0], balls_C[s, 1], balls_C[s, 2]
+        radius = balls_C[s, 3] + margin
+        middle = cx * x + cy * y + cz
+        offset = cx * cx + cy * cy + cz * cz - radius * radius
+        discriminant = middle * middle - square * offset
+        if discriminant < 0.0:
+            continue
+        root = math.sqrt(discriminant)
+        if offset <= 0.0:
+            # The camera is within: it looks out of the sphere.
+            if z * square <= middle + root:
+                return True
+        elif middle > 0.0 and middle - root <= (z + margin) * square:
+            return True
+    return False
+
+
+@helper
+def _agreeing(depth, row, column, z, allowed):
+    """Number of the eight neighbours that show the same surface."""
+    count = 0
+    for r in range(max(row - 1, 0), min(row + 2, depth.shape[0])):
+        for c in range(max(column - 1, 0), min(column + 2, depth.shape[1])):
+            if abs(depth[r, c] - z) <= allowed:
+                count += 1
+    return count - 1
+
+
+@kernel
+def scan(
+    depth, K, X_WC, stride, nodes, lower, node, rules, balls_C, asked, found
+):
+    """Scans an image for what is new.
+
+    Args:
+        depth: Depth image, shape (h, w), float32 [m].
+        K: Intrinsic matrix, shape (3, 3) [pixels].
+        X_WC: Camera pose, shape (4, 4).
+        stride: Every so manieth pixel of every so manieth row is looked at.
+        nodes: Distances to the map at the nodes of a grid, shape (nx, ny, nz),
+            uint8; those that are asked for are marked.
+        lower: Position of the first node in W, shape (3,) [m].
+        node: Distance between nodes [m].
+        rules: Range [m], standard deviation of a depth [m] and its growth
+            [1/m], how many of them count, error of the camera's pose [m],
+            margin around the robot [m], height of the floor [m]; shape (7,).
+        balls_C: The robot's spheres: centres in C and radii, shape (n, 4) [m].
+        asked: Filled with flat indices of nodes that must be asked for first.
+        found: Filled with positions in W and depths, shape (h w, 4) [m].
+
+    Returns:
+        Number of pixels that show something within the box, of nodes in
+        `asked`, and of points in `found`; the points are all there are if no
+        node is asked for.
+    """
+    height, width = depth.shape
+    far, floor, growth, sigmas = rules[0], rules[1], rules[2], rules[3]
+    n_known, n_asked, n_found = 0, 0, 0
+    start = stride // 2
+    pitch = 1.0 / K[0, 0]
+    for row in range(start, height, stride):
+        y = (row + 0.5 - K[1, 2]) / K[1, 1]
+        for column in range(start, width, stride):
+            z = float(depth[row, column])
+            if not 0.0 < z <= far:
+                continue
+            x = (column + 0.5 - K[0, 2]) / K[0, 0]
+            px = X_WC[0, 0] * x + X_WC[0, 1] * y + X_WC[0, 2]
+            py = X_WC[1, 0] * x + X_WC[1, 1] * y + X_WC[1, 2]
+            pz = X_WC[2, 0] * x + X_WC[2, 1] * y + X_WC[2, 2]
+            px = X_WC[0, 3] + z * px
+            py = X_WC[1, 3] + z * py
+            pz = X_WC[2, 3] + z * pz
+            gi, gj = (px - lower[0]) / node, (py - lower[1]) / node
+            gk = (pz - lower[2]) / node
+            i, j, k = math.floor(gi), math.floor(gj), math.floor(gk)
+            if not (
+                0 <= i < nodes.shape[0] - 1
+                and 0 <= j < nodes.shape[1] - 1
+                and 0 <= k < nodes.shape[2] - 1
+            ):
+                continue
+            n_known += 1
+            deviation = sigmas * (floor + growth * z * z)
+            margin = deviation + rules[4]
+            if pz <= rules[6] + margin:
+                continue
+            if _is_unasked(nodes, i, j, k):
+                n_asked = _ask(nodes, i, j, k, asked, n_asked)
+                continue
+            apart = _distance(nodes, i, j, k, gi - i, gj - j, gk - k)
+            if apart <= margin + 0.5 * node:
+                continue
+            steep = deviation + 3.0 * pitch * z
+            if _agreeing(depth, row, column, z, steep) < 2:
+                continue
+            if _is_robot(x, y, z, balls_C, rules[5] + deviation):
+                continue
+            found[n_found, 0], found[n_found, 1] = px, py
+            found[n_found, 2], found[n_found, 3] = pz, z
+            n_found += 1
+    return n_known, n_asked, n_found

@@ -1,0 +1,103 @@
+"""`NewPoints`: what a depth image shows that is neither map nor robot."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.sight.depth_image import DepthImage
+from remosplat_drake.sight.kernels.scan import scan
+from remosplat_drake.sight.known_scene import NODE, KnownScene
+from remosplat_drake.sight.sight_config import SightConfig
+
+
+@dc.dataclass(frozen=True, eq=False)
+class NewPoints:
+    """n points that a camera sees, and that the map does not explain.
+
+    Attributes:
+        p_W: Their positions in W, shape (n, 3) [m].
+        depth: Their depths z in the camera, shape (n,) [m].
+        pitch: Distance in metres, at a depth of one metre, between pixels that
+            were looked at.
+        p_WC: Where the camera was, shape (3,) [m].
+        time: When they were seen [s].
+    """
+
+    p_W: np.ndarray
+    depth: np.ndarray
+    pitch: float
+    p_WC: np.ndarray
+    time: float
+
+    def __len__(self) -> int:
+        return len(self.depth)
+
+    @staticmethod
+    def none(image: DepthImage) -> "NewPoints":
+        """Makes none, in an image."""
+        return NewPoints(
+            np.zeros((0, 3)), np.zeros(0), 0.0, image.p_WC, image.time
+        )
+
+
+def find_new(
+    image: DepthImage,
+    spheres: Spheres,
+    scene: KnownScene,
+    config: SightConfig,
+) -> NewPoints:
+    """Finds what is new in an image.
+
+    What the map shows is left out, with a margin for the errors of depth and
+    of the camera's pose; so are the robot and what is seen through it, the
+    floor, and pixels that no neighbour agrees with, as the edges of things have
+    them.
+
+    Args:
+        image: The depth image.
+        spheres: The robot's spheres in W when the image was taken.
+        scene: What the map shows.
+        config: Errors and margins.
+    """
+    stride = image.stride(config.columns)
+    height, width = image.depth.shape
+    most = (height // stride + 1) * (width // stride + 1)
+    found, asked = np.empty((most, 4)), np.empty(8 * most, np.int64)
+    p_CS = (spheres.p_WS - image.p_WC) @ image.X_WC[:3, :3]
+    balls_C = np.column_stack([p_CS, spheres.radius])
+    rules = np.array(
+        [
+            config.range,
+            config.depth_error,
+            config.depth_growth,
+            config.sigmas,
+            config.pose_error,
+            config.robot_margin,
+            config.floor_height,
+        ]
+    )
+    while True:
+        _, n_asked, n_found = scan(
+            image.depth,
+            image.K,
+            image.X_WC,
+            stride,
+            scene.nodes,
+            scene.lower,
+            NODE,
+            rules,
+            balls_C,
+            asked,
+            found,
+        )
+        if not n_asked:
+            break
+        scene.ask(asked[:n_asked])
+    return NewPoints(
+        found[:n_found, :3].copy(),
+        found[:n_found, 3].copy(),
+        stride / float(image.K[0, 0]),
+        image.p_WC,
+        image.time,
+    )

@@ -1,0 +1,1 @@
+"""Simulated depth cameras of things that move, fast enough for studies."""

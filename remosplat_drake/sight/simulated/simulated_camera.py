@@ -1,0 +1,122 @@
+"""`SimulatedCamera`: depth images of solids, the robot's spheres and movers."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.capture.rendering.sensor_noise import (
+    SensorNoise,
+    noisy_depth,
+)
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.mover import Movers
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.sight.depth_image import DepthImage
+from remosplat_drake.sight.kernels.ray_cast import ray_cast
+from remosplat_drake.sight.simulated.cast_solids import (
+    mover_solids,
+    scene_solids,
+    sphere_solids,
+)
+
+NEAREST = 0.05
+"""Least depth that a simulated camera sees, whatever its noise [m]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class SimulatedImage:
+    """What a simulated camera saw.
+
+    Attributes:
+        image: The depth image, with its noise.
+        pixels: Number of pixels that truly show each of the movers, in their
+            order, shape (k,).
+    """
+
+    image: DepthImage
+    pixels: np.ndarray
+
+
+class SimulatedCamera:
+    """Casts a ray a pixel: at 80 x 60 pixels an image takes a millisecond.
+
+    What stands still is drawn once for as long as the camera does, too.
+
+    Args:
+        name: Name of the camera.
+        K: Intrinsic matrix, shape (3, 3) [pixels].
+        size: Height and width [pixels].
+        scene: What stands still; None for nothing.
+        noise: The camera's imperfections.
+        seed: Seed of its noise.
+        far: Greatest depth that it sees, whatever its noise [m].
+    """
+
+    def __init__(
+        self,
+        name: str,
+        K: np.ndarray,
+        size: tuple[int, int],
+        scene: PrimitiveScene | None,
+        noise: SensorNoise | None = None,
+        seed: int = 0,
+        far: float = 10.0,
+    ):
+        self.name, self.K, self.size = name, np.array(K, float), size
+        self._far = far
+        self._noise = noise or SensorNoise()
+        self._rng = np.random.default_rng(seed)
+        self._solids = scene_solids(scene or PrimitiveScene())
+        self._X_WC = np.full((4, 4), np.nan)
+        self._still = np.full(size, np.inf, np.float32)
+
+    def take(
+        self,
+        X_WC: np.ndarray,
+        time: float,
+        movers: Movers | None = None,
+        spheres: Spheres | None = None,
+    ) -> SimulatedImage:
+        """Takes an image.
+
+        Args:
+            X_WC: The camera's pose (OpenCV axes), shape (4, 4).
+            time: When [s].
+            movers: What moves, as it is then.
+            spheres: The robot, as it is then.
+        """
+        X_WC = np.ascontiguousarray(X_WC, float)
+        label = np.full(self.size, -1, np.int32)
+        if not np.array_equal(X_WC, self._X_WC):
+            self._X_WC = X_WC.copy()
+            self._still = np.full(self.size, np.inf, np.float32)
+            self._draw(X_WC, self._solids, -1, self._still, label.copy())
+        depth = self._still.copy()
+        k = 0 if movers is None else len(movers)
+        if movers is not None and k:
+            self._draw(X_WC, mover_solids(movers), 0, depth, label)
+        if spheres is not None:
+            self._draw(X_WC, sphere_solids(spheres), k, depth, label)
+        shown = label[(label >= 0) & (label < k)]
+        image = DepthImage(
+            self.name,
+            time,
+            self.K,
+            X_WC,
+            self._with_noise(depth),
+            max(NEAREST, self._noise.min_range),
+            min(self._far, self._noise.max_range),
+        )
+        return SimulatedImage(image, np.bincount(shown, minlength=k))
+
+    def _draw(self, X_WC, solids, first, depth, label):
+        if len(solids.radius):
+            ray_cast(self.K, X_WC, solids, first, NEAREST, depth, label)
+
+    def _with_noise(self, depth: np.ndarray) -> np.ndarray:
+        if self._noise == SensorNoise():
+            return depth
+        nothing = np.isinf(depth) | (depth > self._noise.max_range)
+        clean = np.where(np.isinf(depth), np.float32(0), depth)
+        noisy = noisy_depth(self.K, clean, self._noise, self._rng)
+        return np.where(nothing, np.float32(np.inf), noisy)

@@ -1,0 +1,129 @@
+"""`SimulatedSight`: movers as simulated cameras see them, late and with noise.
+
+sight = SimulatedSight(cameras, robot, known, config)
+for each control tick:
+    movers = sight.at(time, q, true_movers)
+"""
+
+import dataclasses as dc
+from collections import deque
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.mover import Movers
+from remosplat_drake.sight.known_scene import KnownScene
+from remosplat_drake.sight.sight import Sight, look
+from remosplat_drake.sight.sight_config import SightConfig
+from remosplat_drake.sight.simulated.simulated_camera import (
+    SimulatedCamera,
+    SimulatedImage,
+)
+
+_EARLY = 1e-9
+"""By how much rounding may make a time too early [s]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class PlacedCamera:
+    """A simulated camera, and where it is.
+
+    Attributes:
+        camera: The camera.
+        pose: Its pose X_WC, shape (4, 4), at a configuration q of the robot;
+            a camera that is fixed in the room does not look at q.
+    """
+
+    camera: SimulatedCamera
+    pose: Callable[[np.ndarray], np.ndarray]
+
+
+class SimulatedSight:
+    """Cameras around a simulation, and the pipeline behind them.
+
+    Cameras take turns: each sends an image a period, evenly between those of
+    the others. An image counts a latency after it was taken.
+
+    Args:
+        cameras: The cameras.
+        robot: The robot, which hides things and is hidden itself.
+        known: What the map shows.
+        config: Errors, margins and bounds.
+        period: Time between two images of a camera [s].
+        latency: Time from an image to what is known by it [s].
+
+    Attributes:
+        sight: What is known by now.
+        in_view: Since when each mover of the truth has been in a camera's view
+            without interruption, by its name [s].
+    """
+
+    def __init__(
+        self,
+        cameras: Sequence[PlacedCamera],
+        robot: RobotModel,
+        known: KnownScene,
+        config: SightConfig,
+        period: float = 1 / 30,
+        latency: float = 0.04,
+    ):
+        self._cameras = tuple(cameras)
+        self._robot, self._known, self._config = robot, known, config
+        self._period, self._latency = period, latency
+        self._due = [i * period / len(cameras) for i in range(len(cameras))]
+        self._sent: deque[tuple[SimulatedImage, Spheres]] = deque()
+        self._shown: dict[str, dict[str, bool]] = {}
+        self._movers = Movers(0.0)
+        self.sight = Sight()
+        self.in_view: dict[str, float] = {}
+
+    def at(self, time: float, q: np.ndarray, truth: Movers) -> Movers:
+        """Goes on to a time, and tells what is known of movers then.
+
+        Args:
+            time: The present time, which never goes back [s].
+            q: The robot's configuration now, shape (n_q,).
+            truth: What truly moves, as it is now.
+
+        Returns:
+            The movers, as of the newest image that has been looked at; before
+            the first, those of the time 0: none.
+        """
+        due = [i for i, t in enumerate(self._due) if t <= time + _EARLY]
+        if due:
+            spheres = self._robot.spheres_at(q)
+            for i in due:
+                placed = self._cameras[i]
+                shot = placed.camera.take(placed.pose(q), time, truth, spheres)
+                self._sent.append((shot, spheres))
+                self._note(shot, truth)
+                self._due[i] += self._period
+        news = False
+        while self._sent and self._is_there(time):
+            shot, spheres = self._sent.popleft()
+            self.sight = look(
+                self.sight, shot.image, spheres, self._known, self._config
+            )
+            news = True
+        if news:
+            self._movers = self.sight.movers(self._config)
+        return self._movers
+
+    def _is_there(self, time: float) -> bool:
+        taken = self._sent[0][0].image.time
+        return time + _EARLY >= taken + self._latency
+
+    def _note(self, shot: SimulatedImage, truth: Movers) -> None:
+        """Notes which movers are in a view."""
+        enough = shot.pixels >= self._config.least_points
+        self._shown[shot.image.camera] = {
+            mover.name: bool(seen)
+            for mover, seen in zip(truth, enough, strict=True)
+        }
+        for mover in truth:
+            if any(seen.get(mover.name) for seen in self._shown.values()):
+                self.in_view.setdefault(mover.name, shot.image.time)
+            else:
+                self.in_view.pop(mover.name, None)

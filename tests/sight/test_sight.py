@@ -1,0 +1,281 @@
+"""Things before cameras: found, followed, enclosed, and gone when they are."""
+
+import dataclasses as dc
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform
+from room import (
+    CONFIG,
+    FRAME,
+    LEFT,
+    NOBODY,
+    RIGHT,
+    ROOM,
+    Watch,
+    ball,
+    camera,
+    known_room,
+    looking,
+)
+
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.primitive_scene import Box
+from remosplat_drake.sight.enclosure import RoundedBox
+from remosplat_drake.sight.kernels.scan import UNASKED
+from remosplat_drake.sight.known_scene import KnownScene, surface_points
+from remosplat_drake.sight.sight import Sight, look
+
+
+def outside(movers, p_W, radius) -> float:
+    """How far a ball sticks out of what is known of it [m]."""
+    directions = np.random.default_rng(0).normal(size=(300, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    surface = p_W + radius * directions
+    apart = [
+        RoundedBox(
+            m.X_WM.rotation().matrix(),
+            m.X_WM.translation(),
+            m.half_extents,
+            m.radius + m.position_error,
+        ).distance(surface)
+        for m in movers
+    ]
+    return float(np.min(apart, axis=0).max())
+
+
+@pytest.mark.parametrize("poses", [[LEFT], [LEFT, RIGHT]])
+def test_a_ball_that_crosses_is_found_enclosed_and_followed(poses):
+    watch = Watch(poses)
+    v_W = np.array([0.0, 0.8, 0.0])
+    names = set()
+    for i in range(45):
+        time = i * FRAME / len(poses)
+        p_W = np.array([0.3, -0.6, 0.9]) + time * v_W
+        _, movers = watch.see(time, ball(p_W, v_W), i % len(poses))
+        if i < 1:
+            continue
+        assert len(movers), "found within two images"
+        assert movers.stamp == time
+        assert outside(movers, p_W, 0.12) <= 0.0
+        for mover in movers:
+            off = np.linalg.norm(mover.v_WM - v_W)
+            assert off <= mover.velocity_error
+            names.add(mover.name.split(".")[0])
+    assert names == {"seen 1"}
+    assert max(m.velocity_error for m in movers) < 1.2
+    assert np.linalg.norm(movers.movers[0].v_WM - v_W) < 0.4
+
+
+def test_what_has_gone_leaves_no_ghost():
+    watch = Watch([LEFT, RIGHT])
+    for i in range(20):
+        _, movers = watch.see(i * FRAME / 2, ball([0.3, 0, 0.9]), i % 2)
+    assert len(movers)
+    for i in range(20, 38):
+        _, movers = watch.see(i * FRAME / 2, None, i % 2)
+    assert not len(movers), "0.3 s later"
+
+
+def test_noise_alone_is_nothing():
+    watch = Watch([LEFT, RIGHT])
+    for i in range(1000):
+        _, movers = watch.see(i * FRAME / 2, None, i % 2)
+        assert not len(movers)
+
+
+def test_a_newcomer_is_handed_to_the_map_without_a_gap():
+    """It stays in the layer until a version of the map has it."""
+    watch = Watch([LEFT])
+    box = Box(RigidTransform([0.9, -0.2, 0.7]), np.full(3, 0.1))
+    later = dc.replace(ROOM, boxes=(*ROOM.boxes, box))
+    watch.cameras = [camera("0", scene=later)]
+    for i in range(60):
+        _, movers = watch.see(i * FRAME)
+        assert i < 2 or len(movers)
+    settled = watch.sight.settled(CONFIG)
+    assert [track.name for track in settled] == ["seen 1"]
+    assert np.linalg.norm(movers.movers[0].v_WM) < 0.1
+    watch.known = KnownScene(
+        SignedDistanceField(later), CONFIG, surface_points(None, later)
+    )
+    _, movers = watch.see(60 * FRAME)
+    assert not len(movers)
+
+
+def test_the_robot_is_no_mover_wherever_it_moves():
+    watch = Watch([LEFT, RIGHT])
+    for i in range(60):
+        at = [0.2 + 0.3 * np.sin(0.2 * i), 0.3 * np.cos(0.2 * i), 0.8]
+        arm = np.linspace([0, 0, 0.1], at, 12)
+        watch.spheres = Spheres.at(arm, 0.08)
+        shot, movers = watch.see(i * FRAME / 2, None, i % 2)
+        assert not len(movers)
+    assert (shot.image.depth < 1.9).sum() > 100, "it is in view"
+
+
+def test_a_camera_that_moves_sees_a_ball_and_nothing_else():
+    watch = Watch([LEFT])
+    v_W = np.array([0.5, 0.0, 0.0])
+    for i in range(30):
+        time = i * FRAME
+        turn = 0.4 * np.sin(3 * time)
+        p_WC = [-0.4, -0.5 + 0.3 * time, 1.2 + 0.1 * turn]
+        watch.poses = [looking(p_WC, [0.6, turn, 0.6])]
+        p_W = np.array([0.2, 0.0, 0.9]) + time * v_W
+        moving = ball(p_W, v_W, 0.1) if i >= 10 else None
+        _, movers = watch.see(time, moving)
+        if i < 10:
+            assert not len(movers)
+        if i >= 11:
+            assert len(movers)
+            assert all(
+                np.linalg.norm(m.v_WM - v_W) <= m.velocity_error for m in movers
+            )
+            assert outside(movers, p_W, 0.1) <= 0.0
+
+
+def test_what_the_robot_hides_is_remembered_and_grows():
+    """A ball stops behind the arm: it is not gone, and may be anywhere near."""
+    watch = Watch([LEFT])
+    still = ball([0.4, 0.0, 0.9], radius=0.1)
+    for i in range(10):
+        watch.see(i * FRAME, still)
+    between = 0.5 * (LEFT[:3, 3] + [0.4, 0.0, 0.9])
+    watch.spheres = Spheres.at(between[None], 0.25)
+    reach = []
+    for i in range(10, 20):
+        shot, movers = watch.see(i * FRAME, still)
+        assert not shot.pixels.any()
+        assert len(movers)
+        assert outside(movers, np.array([0.4, 0.0, 0.9]), 0.1) <= 0.0
+        reach.append(max(m.position_error for m in movers))
+    assert np.all(np.diff(reach) > 0)
+    watch.spheres = NOBODY
+    for i in range(20, 23):
+        _, movers = watch.see(i * FRAME)
+    assert not len(movers), "seen to be free"
+
+
+def test_memory_has_an_end():
+    watch = Watch([LEFT], config=dc.replace(CONFIG, memory=0.3))
+    still = ball([0.4, 0.0, 0.9], radius=0.1)
+    for i in range(5):
+        watch.see(i * FRAME, still)
+    between = 0.5 * (LEFT[:3, 3] + [0.4, 0.0, 0.9])
+    watch.spheres = Spheres.at(between[None], 0.25)
+    for i in range(5, 16):
+        _, movers = watch.see(i * FRAME, still)
+    assert not len(movers)
+
+
+def test_a_second_camera_tells_how_deep_a_thing_is():
+    one, two = Watch([LEFT]), Watch([LEFT, RIGHT])
+    for i in range(10):
+        moving = ball([0.3, 0.0, 0.9], radius=0.08)
+        one.see(i * FRAME, moving)
+        two.see(i * FRAME, moving)
+        _, both = two.see((i + 0.5) * FRAME, moving, 1)
+
+    def depth(watch) -> float:
+        shown = watch.sight.tracks[0].shown
+        return float(np.linalg.norm(shown.back_W - shown.face_W, axis=1).mean())
+
+    assert depth(one) == pytest.approx(CONFIG.thickness)
+    assert depth(two) < 0.8 * CONFIG.thickness
+    assert outside(both, np.array([0.3, 0, 0.9]), 0.08) <= 0.0
+
+
+def test_two_balls_are_two_things():
+    watch = Watch([LEFT, RIGHT])
+    for i in range(20):
+        time = i * FRAME / 2
+        a = ball([0.3, -0.5 + 0.6 * time, 0.9], [0, 0.6, 0])
+        b = ball([0.3, 0.5 - 0.6 * time, 0.9], [0, -0.6, 0])
+        both = dc.replace(a, movers=(*a.movers, *b.movers))
+        _, movers = watch.see(time, both, i % 2)
+    speeds = {m.name.split(".")[0]: m.v_WM[1] for m in movers}
+    assert len(speeds) == 2
+    assert min(speeds.values()) < -0.2
+    assert max(speeds.values()) > 0.2
+
+
+def test_an_image_that_contradicts_its_pose_tells_nothing_else():
+    watch = Watch([LEFT])
+    watch.see(0.0)
+    wrong = LEFT.copy()
+    wrong[:3, 3] += [0.0, 0.5, -0.4]
+    shot = watch.cameras[0].take(LEFT, FRAME)
+    misplaced = dc.replace(shot.image, X_WC=wrong)
+    after = look(watch.sight, misplaced, NOBODY, watch.known, CONFIG)
+    view = after.views["0"]
+    assert "looks through" in view.problem
+    assert view.seen == 0.0, "known until then, and no longer"
+    (told,) = after.movers(CONFIG).cameras
+    assert told.seen == 0.0
+    assert told.problem == view.problem
+    watch.see(2 * FRAME)
+    assert not watch.sight.views["0"].problem
+
+
+def test_a_camera_that_was_never_right_has_seen_nothing():
+    known = known_room()
+    wrong = LEFT.copy()
+    wrong[:3, 3] += [0.0, 0.5, -0.4]
+    image = dc.replace(camera().take(LEFT, 5.0).image, X_WC=wrong)
+    sight = look(Sight(), image, NOBODY, known, CONFIG)
+    (told,) = sight.movers(CONFIG).cameras
+    assert told.problem
+    assert told.seen == 0.0
+
+
+def test_a_camera_that_falls_silent_is_told_of():
+    watch = Watch([LEFT, RIGHT])
+    watch.see(0.0, which=1)
+    for i in range(12):
+        _, movers = watch.see(i * FRAME)
+    first, second = sorted(movers.cameras, key=lambda camera: camera.name)
+    assert first.seen == movers.stamp
+    assert not first.problem
+    assert second.seen == 0.0
+    assert second.problem == "no image for 0.4 s"
+
+
+def test_what_a_camera_watches_is_what_it_sees():
+    watch = Watch([LEFT])
+    shot, movers = watch.see(0.0)
+    (told,) = movers.cameras
+    p_W = np.random.default_rng(0).uniform(-2, 2, (500, 3))
+    z, measured = shot.image.depths_at(p_W)
+    framed = told.frames(p_W)
+    assert framed.sum() > 20
+    assert not framed[np.isnan(z) | (z < told.near) | (z > told.far)].any()
+    assert framed[~np.isnan(measured) & (z > 0.3) & (z < 2.9)].all()
+
+
+def test_somebody_close_before_the_camera_is_no_contradiction():
+    watch = Watch([LEFT])
+    ahead = LEFT[:3, 3] + 0.7 * LEFT[:3, 2]
+    for i in range(3):
+        _, movers = watch.see(i * FRAME, ball(ahead, radius=0.4))
+    assert not watch.sight.views["0"].problem
+    assert len(movers)
+
+
+def test_an_image_from_before_is_left_out():
+    watch = Watch([LEFT])
+    watch.see(1.0)
+    before = watch.sight
+    watch.see(0.5, ball([0.3, 0, 0.9]))
+    assert watch.sight is before
+
+
+def test_the_map_is_asked_once_for_each_place():
+    known = known_room()
+    watch = Watch([LEFT], known)
+    asked = []
+    for i in range(60):
+        watch.see(i * FRAME)
+        asked.append(int((known.nodes != UNASKED).sum()))
+    assert asked[-1] - asked[30] < 0.2 * asked[30]
