@@ -1,6 +1,7 @@
 """`StationStatus`: how fresh a station's measurements are, and its mode."""
 
 import dataclasses as dc
+import math
 
 RUNNING = "running"
 """Mode of a station that carries out commands."""
@@ -30,6 +31,8 @@ class StationStatus:
             lifts that stop by itself.
         base_uncertainty: How far the base's pose on the ports may be off:
             shift and turn [m, rad]; 0 in simulated stations.
+        sent: When the latest command was sent to a real robot, after its tick,
+            by the clock of the diagram [s]; -inf in simulated stations.
     """
 
     age: float = 0.0
@@ -40,6 +43,7 @@ class StationStatus:
     protective_stop: bool = False
     base_age: float = 0.0
     base_uncertainty: tuple[float, float] = (0.0, 0.0)
+    sent: float = -math.inf
 
     def __deepcopy__(self, memo) -> "StationStatus":
         return self

@@ -1,5 +1,6 @@
 """`MotionPredictor`: between the station and whoever plans its motion."""
 
+import dataclasses as dc
 import math
 
 import numpy as np
@@ -18,6 +19,39 @@ from remosplat_drake.robot.actuators import ActuatorModel
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.station_status import StationStatus
+
+_RENEWED = 0.1
+"""Share of the latest latency in what is expected of the next one."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Known:
+    """What is remembered between ticks; copying returns the object itself.
+
+    Attributes:
+        time: The tick before [s]; NaN before the first.
+        latency: How long after their ticks commands are sent, lately [s].
+        history: Commands and measurements.
+    """
+
+    time: float
+    latency: float
+    history: History
+
+    def __deepcopy__(self, memo) -> "_Known":
+        return self
+
+    def with_command(
+        self, model: ActuatorModel, sent: float, u: np.ndarray, expiry: float
+    ) -> "_Known":
+        """Adds the command of the tick before, sent at its time or later."""
+        sent = max(self.time, sent)
+        change = sent - self.time - self.latency
+        return dc.replace(
+            self,
+            latency=self.latency + _RENEWED * change,
+            history=self.history.with_command(model, sent, u, expiry),
+        )
 
 
 class MotionPredictor(LeafSystem):
@@ -38,10 +72,11 @@ class MotionPredictor(LeafSystem):
 
     The measured q is as old as `status` says; a station that extrapolates its
     base does so by the measured `base_velocity`, and the way back is taken
-    along it. `velocity_executed` is the command that was sent at the tick
-    before. The output `configuration` is where all commands in flight lead,
-    which the program plans from; `motion` is the `Motion` that verification
-    and the supervisor look at. Both are for the instant of a tick.
+    along it. `velocity_executed` is the command of the tick before; `status`
+    says when it was sent. The next one is expected as long after its tick as
+    the latest ones were. The output `configuration` is where all commands in
+    flight lead, which the program plans from; `motion` is the `Motion` that
+    verification and the supervisor look at.
 
     Args:
         robot: The robot.
@@ -74,7 +109,7 @@ class MotionPredictor(LeafSystem):
             "velocity_executed", robot.n_u
         )
         self._base_input = self.DeclareVectorInputPort("base_velocity", 2)
-        start = (math.nan, History.at_rest(robot.n_u))
+        start = _Known(math.nan, 0.0, History.at_rest(robot.n_u))
         self._cell = int(self.DeclareAbstractState(Value[object](start)))
         self._history = self.DeclareCacheEntry(
             "history",
@@ -92,19 +127,24 @@ class MotionPredictor(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._tick)
 
     def _calc_history(self, context: Context, value: Value) -> None:
-        """The history, with the command of the tick before."""
-        time, history = context.get_abstract_state(self._cell).get_value()
-        if not math.isnan(time):
-            u = self._executed_input.Eval(context)
-            history = history.with_command(self._model, time, u, self._expiry)
-        value.set_value(history)
+        """What is known, with the command of the tick before."""
+        known: _Known = context.get_abstract_state(self._cell).get_value()
+        if not math.isnan(known.time):
+            known = known.with_command(
+                self._model,
+                self._status_input.Eval(context).sent,
+                self._executed_input.Eval(context),
+                self._expiry,
+            )
+        value.set_value(known)
 
     def _calc(self, context: Context, value: Value) -> None:
-        history, now = self._history.Eval(context), context.get_time()
+        known: _Known = self._history.Eval(context)
         q = self._measured(context, self._configuration_input)
         stamp = self._stamp(context)
+        sends = context.get_time() + known.latency
         value.set_value(
-            predict(self._robot, self._model, history, q, stamp, now)
+            predict(self._robot, self._model, known.history, q, stamp, sends)
         )
 
     def _stamp(self, context: Context) -> np.ndarray:
@@ -123,10 +163,14 @@ class MotionPredictor(LeafSystem):
         return q
 
     def _tick(self, context: Context, state: State) -> None:
-        history: History = self._history.Eval(context)
-        way = modelled_way(self._model, history, self._stamp(context))
+        known: _Known = self._history.Eval(context)
+        way = modelled_way(self._model, known.history, self._stamp(context))
         q = self._measured(context, self._odometry_input)
-        known = context.get_time(), history.with_measurement(q, way)
+        known = dc.replace(
+            known,
+            time=context.get_time(),
+            history=known.history.with_measurement(q, way),
+        )
         state.get_mutable_abstract_state(self._cell).set_value(known)
 
     def _calc_configuration(self, context: Context, output: BasicVector):

@@ -28,6 +28,7 @@ from remosplat_drake.hardware.client.stream import Stream, advanced, broken
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire.base import BaseState, extrapolated_pose
 from remosplat_drake.hardware.wire.localization import decode_localization
+from remosplat_drake.hardware.wire.messages.base_status import base_status
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.robot.planar_pose import (
     composed,
@@ -107,6 +108,22 @@ class BaseTrack:
         if not len(self.samples):
             return bound
         return bound + abs(self.latency * self.samples.latest.velocity)
+
+
+def compile_kernels(config: HardwareConfig) -> None:
+    """Compiles what statuses of a base need: no tick may wait for that.
+
+    Args:
+        config: What the track will be made with.
+    """
+    track, commanded = BaseTrack(), CommandedPath()
+    commanded.append(0.0, np.zeros(2))
+    for stamp in np.arange(0.0, 1.0, 0.1).tolist():
+        pose, velocity = np.zeros(3), np.zeros(2)
+        state = BaseState(
+            pose, velocity, stamp, base_status.READY, False, False, 1.0
+        )
+        track = with_base_sample(track, state, stamp, commanded, config)
 
 
 def with_base_sample(

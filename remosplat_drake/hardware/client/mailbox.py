@@ -1,16 +1,11 @@
 """`Mailbox`: the latest packet of a channel."""
 
 import math
-import struct
 import time
 
 from pydrake.lcm import DrakeLcm
 
-from remosplat_drake.hardware.wire.packets import from_utime
-
-_FINGERPRINT = 8  # Bytes.
-_STAMP = struct.Struct(">q")
-_STAMP_END = _FINGERPRINT + _STAMP.size
+from remosplat_drake.hardware.wire.packets import from_utime, stamp_of
 
 
 class Mailbox:
@@ -39,12 +34,10 @@ class Mailbox:
     def stamp(self) -> float:
         """Stamp of the latest packet, by the sender's wall clock [s].
 
-        Every status begins with its stamp, after LCM's fingerprint; it is
-        read without decoding the rest. NaN before the first packet.
+        NaN before the first packet.
         """
-        if self.data is None or len(self.data) < _STAMP_END:
-            return math.nan
-        return from_utime(_STAMP.unpack_from(self.data, _FINGERPRINT)[0])
+        stamp = None if self.data is None else stamp_of(self.data)
+        return math.nan if stamp is None else from_utime(stamp)
 
     def _receive(self, data: bytes) -> None:
         self.data = bytes(data)

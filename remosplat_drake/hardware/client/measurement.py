@@ -38,6 +38,8 @@ class Measurement:
         moving_since: Since when the arm has been told to move, by our wall
             clock [s]; infinite while it is told to stand.
         intruder: Who is on the wire and must not be; empty for nobody.
+        sent: When our latest command was sent, by our wall clock [s]; -inf
+            before the first.
     """
 
     arm: PandaState | None = None
@@ -49,6 +51,7 @@ class Measurement:
     counts: tuple[int, ...] = (0, 0, 0, 0)
     moving_since: float = math.inf
     intruder: str = ""
+    sent: float = -math.inf
 
     def __deepcopy__(self, memo) -> "Measurement":
         return self

@@ -9,7 +9,10 @@ import numpy as np
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.hardware.client.base_residual import CommandedPath
-from remosplat_drake.hardware.client.base_track import with_localization
+from remosplat_drake.hardware.client.base_track import (
+    compile_kernels,
+    with_localization,
+)
 from remosplat_drake.hardware.client.mailbox import Mailbox
 from remosplat_drake.hardware.client.measurement import (
     Measurement,
@@ -85,6 +88,7 @@ class RobotLink:
         self.arm = Mailbox(self.lcm, names.arm_status)
         self.base = self.hand = self.localization = None
         if description.base:
+            compile_kernels(config)
             self.base = Mailbox(self.lcm, names.base_status)
             if config.localization is not None:
                 self.localization = Mailbox(self.lcm, names.localization)
@@ -181,8 +185,9 @@ class RobotLink:
             measurement.counts,
             measurement.moving_since,
             measurement.intruder,
+            measurement.sent,
         )
-        if known == (counts, self._moving_since, intruder):
+        if known == (counts, self._moving_since, intruder, self.sent):
             return measurement
         for box, count, seen in zip(
             boxes, counts, measurement.counts, strict=True
@@ -215,6 +220,7 @@ class RobotLink:
             counts=counts,
             moving_since=self._moving_since,
             intruder=intruder,
+            sent=self.sent,
         )
 
     def command_problem(self, u: np.ndarray) -> str:

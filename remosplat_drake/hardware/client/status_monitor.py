@@ -56,6 +56,7 @@ def station_status(
         if base
         else 0.0,
         base_uncertainty=tuple(measurement.base_track.uncertainty),
+        sent=measurement.sent,
     )
 
 

@@ -2,7 +2,7 @@
 
 import copy
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from drake import lcmt_panda_status
@@ -25,6 +25,7 @@ from remosplat_drake.hardware.stand_in.simulated_panda import (
 )
 from remosplat_drake.hardware.wire import channels
 from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
+from remosplat_drake.hardware.wire.packets import stamp_of
 from remosplat_drake.robot.actuators import Actuator, panda_py_actuators
 
 
@@ -87,6 +88,7 @@ class HardwareSim:
         self._clock = clock
         heard = [*commanded(fci is not None), faults.CHANNEL]
         self._inbox = inbox or Inbox(lcm, heard)
+        self._unheard: deque[tuple[str, bytes]] = deque()
         self._faults = FaultSchedule(schedule)
         self.panda = SimulatedPanda()
         self._fci = fci
@@ -112,8 +114,9 @@ class HardwareSim:
         """Runs one millisecond of the robot.
 
         A robot goes on while the computer that simulates it stalls. So what
-        is late is made up for, with stamps a millisecond apart; while there is
-        more of it, fewer statuses of the arm are sent.
+        is late is made up for, with stamps a millisecond apart, and commands
+        are heard when they were sent; while there is more of it, fewer
+        statuses of the arm are sent.
 
         Args:
             late: How late this millisecond is, by the wall clock [s].
@@ -157,7 +160,7 @@ class HardwareSim:
         return self._stamp + round(jump * MICROSECONDS)
 
     def _hear(self, t: float) -> None:
-        for channel, data in self._inbox.fetch():
+        for channel, data in self._fetch():
             if channel == faults.CHANNEL:
                 for fault in faults.requested_faults(data):
                     self._faults.begin(fault)
@@ -171,6 +174,19 @@ class HardwareSim:
                 self.hand.receive(data)
             if self._first_command is None:
                 self._first_command = t
+
+    def _fetch(self) -> Iterator[tuple[str, bytes]]:
+        """Takes out the messages that had been sent by the robot's time."""
+        self._unheard.extend(self._inbox.fetch())
+        while self._unheard and not self._is_ahead(self._unheard[0][1]):
+            yield self._unheard.popleft()
+
+    def _is_ahead(self, data: bytes) -> bool:
+        """Whether a message came while the computer stalled, but later."""
+        if not self._is_late:
+            return False
+        stamp = stamp_of(data)
+        return stamp is not None and self._stamp < stamp <= self._clock()
 
     def _break(self, t: float) -> None:
         if self._first_command is not None:

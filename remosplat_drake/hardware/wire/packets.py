@@ -14,6 +14,24 @@ class BrokenMessage(ValueError):
     """A message that must not be used; the text says what is wrong."""
 
 
+_STAMP = struct.Struct(">8xq")
+"""A message's first field, behind LCM's fingerprint."""
+
+
+def stamp_of(data: bytes) -> int | None:
+    """Reads the stamp with which our messages begin, without decoding more.
+
+    Args:
+        data: The encoded packet.
+
+    Returns:
+        The stamp [us]; None where the packet is too short to have one.
+    """
+    if len(data) < _STAMP.size:
+        return None
+    return _STAMP.unpack_from(data)[0]
+
+
 def to_utime(time: float) -> int:
     """Turns a wall clock time [s] into a stamp in microseconds."""
     return round(time * 1e6)

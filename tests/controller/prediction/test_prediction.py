@@ -6,13 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydrake.common.value import Value
+from pydrake.systems.analysis import Simulator
 
 from remosplat_drake.controller.prediction.history import History, base_way
+from remosplat_drake.controller.prediction.motion_predictor import (
+    MotionPredictor,
+)
 from remosplat_drake.controller.prediction.predict import (
     modelled_way,
     predict,
 )
 from remosplat_drake.robot.actuators import Actuator, ActuatorModel
+from remosplat_drake.signals.station_status import StationStatus
 
 DT = 0.01
 LATE = [Actuator(delay=0.05, time_constant=0.1)] * 3
@@ -130,3 +136,32 @@ def test_a_bases_way_is_measured_along_its_heading(frankie):
     np.testing.assert_allclose(
         base_way(before[:3], after[:3]), 0.1 * u[:2], rtol=1e-9
     )
+
+
+def test_commands_count_from_when_they_were_sent(three_link):
+    """And the next one is expected as long after its tick as the latest."""
+    period, late, u = 0.1, 0.02, np.array([1.0, 0.5, 0.0])
+    predictor = MotionPredictor(
+        robot=three_link, model=model([Actuator()] * 3), period=period
+    )
+    simulator = Simulator(predictor)
+    context = simulator.get_mutable_context()
+
+    def fix(**values) -> None:
+        for name, value in values.items():
+            predictor.GetInputPort(name).FixValue(context, value)
+
+    fix(velocity_executed=u, status=Value(StationStatus()))
+    for k in range(60):
+        # As is measured at a tick; each command was sent late.
+        q = u * max(k * period - late, 0.0)
+        sent = (k - 1) * period + late if k else -math.inf
+        fix(configuration=q, odometry=q)
+        fix(status=Value(StationStatus(sent=sent)))
+        simulator.AdvanceTo(k * period)
+        motion = predictor.GetOutputPort("motion").Eval(context)
+        simulator.AdvancePendingEvents()
+    np.testing.assert_allclose(motion.residual, 0.0, atol=1e-9)
+    np.testing.assert_allclose(np.diff(motion.sent[1:]), period)
+    assert motion.sent[-1] == pytest.approx(58 * period + late)
+    assert motion.time == pytest.approx(context.get_time() + late, abs=1e-3)

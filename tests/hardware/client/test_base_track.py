@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from wire_messages import base_message
 
+from remosplat_drake.hardware.client import base_residual_kernel
 from remosplat_drake.hardware.client.base_residual import CommandedPath
 from remosplat_drake.hardware.client.base_track import (
     BaseTrack,
+    compile_kernels,
     track_problem,
     with_base_sample,
     with_localization,
@@ -246,3 +248,10 @@ def test_odometry_that_jumps_is_doubted_where_there_is_a_localisation():
     off = np.hypot(*(told - drive.pose - [1, 0, 0])[:2])
     # It is led back slowly, and says how far it still is.
     assert off < drive.track.uncertainty[0]
+
+
+def test_no_status_waits_for_the_compiler():
+    compile_kernels(ODOMETRY)
+    compiled = list(base_residual_kernel.path_residuals.signatures)
+    assert not Drive().go_on(4.0)
+    assert base_residual_kernel.path_residuals.signatures == compiled

@@ -134,6 +134,27 @@ def test_the_arm_stops_when_the_commands_do(lab):
     assert 0.09 < time_to_zero(lab, last) < 0.3
 
 
+def test_after_a_stall_commands_are_heard_when_they_were_sent(lab):
+    """The computer stalls for 20 ms; the arm is told to stop in the middle."""
+    lab.drive_for(0.2, SLOWLY)
+    began = lab.utime
+    lab.forget()
+    lab.utime += 10_000
+    lab.send_arm(np.zeros(7))
+    lab.utime += 10_000
+    for late in range(19, -1, -1):
+        lab.robot.step(1e-3 * late)
+        Client.listen(lab, 0.0)
+    told = {
+        status.utime - began: status.joint_velocity_desired[0]
+        for status in lab.arm
+    }
+    assert told.keys() >= {8000, 20000}
+    for time, velocity in told.items():
+        is_slower = velocity < SLOWLY[0] - 1e-3
+        assert is_slower == (time >= 10_000), told
+
+
 @pytest.mark.parametrize("age", [0.15, -0.15])
 def test_a_stale_or_future_stamp_moves_nothing(lab, age):
     for _ in range(5):
