@@ -15,6 +15,7 @@ knows, only not from where.
 import numpy as np
 
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.compiled_map import Misplacement
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.thing import Thing
 
@@ -39,7 +40,8 @@ class UncertainPlacement(DistanceField):
             turn: Greatest angle by which it may be off [rad].
         """
         self._field = field
-        self._p_WB, self._shift, self._turn = np.array(p_WB), shift, turn
+        self._p_WB = np.array(p_WB)
+        self._shift, self._turn = float(shift), float(turn)
         self.revision = field.revision
         self.is_lipschitz = field.is_lipschitz
 
@@ -57,6 +59,15 @@ class UncertainPlacement(DistanceField):
     def surfaces(self) -> DistanceField | None:
         """The surfaces of the map, where it has them."""
         return self._field.surfaces
+
+    @property
+    def placed(self) -> tuple[tuple, Misplacement] | None:
+        """The map's own, and how far off it may lie."""
+        compiled = self._field.compiled
+        if compiled is None:
+            return None
+        x, y = map(float, self._p_WB)
+        return compiled, Misplacement(x, y, self._shift, self._turn)
 
     def margin(self, p_WS: np.ndarray) -> np.ndarray:
         """Returns how much nearer the scene may be, shape (n,) [m].

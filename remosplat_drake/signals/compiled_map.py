@@ -6,10 +6,35 @@ kernel that answers by them is found by the tuple's type.
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numba import types
 from numba.extending import overload
+
+
+class Misplacement(NamedTuple):
+    """How far off a map may lie, as seen from a robot whose base is uncertain.
+
+    A distance of the map is then less by `shift` and by `turn` times how far
+    the point is from the base, and divided by 1 + turn, so that it stays
+    1-Lipschitz; see `oracle/uncertain_placement.py`.
+
+    Attributes:
+        x: The base in W [m].
+        y: The base in W [m].
+        shift: Greatest distance by which the map may be off [m].
+        turn: Greatest angle by which it may be off [rad].
+    """
+
+    x: float
+    y: float
+    shift: float
+    turn: float
+
+
+IN_PLACE = Misplacement(0.0, 0.0, 0.0, 0.0)
+"""The misplacement of a map that lies where it says."""
 
 
 def ask(compiled, question, answer) -> None:

@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 import numpy as np
 
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.compiled_map import IN_PLACE, Misplacement
 from remosplat_drake.signals.thing import THE_MAP, Thing
 
 
@@ -169,6 +170,11 @@ class DistanceField(ABC):
         Motions are planned several times faster where there is something.
         """
         return None
+
+    @property
+    def placed(self) -> tuple[tuple, Misplacement] | None:
+        """`compiled`, and how far off it may lie: what verification sweeps."""
+        return None if self.compiled is None else (self.compiled, IN_PLACE)
 
     @property
     def compiled_rows(self) -> tuple | None:

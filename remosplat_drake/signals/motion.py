@@ -1,6 +1,7 @@
 """`Motion`: what a robot is about to do by the commands it was sent."""
 
 import dataclasses as dc
+from functools import cached_property
 
 import numpy as np
 
@@ -28,6 +29,8 @@ class Motion:
             commands it moves as a robot without any delay would.
         v_measured: Velocities that the model predicts for the time of the
             latest measurement, shape (n_u,) [m/s, rad/s].
+        way_measured: Ways of the model from the beginning to that time, shape
+            (n_u,) [m, rad].
         residual: Errors of the model's prediction within the window of
             `prediction`, shape (n_u,) [m, rad].
         bound: What they must not exceed, shape (n_u,) [m, rad].
@@ -42,13 +45,14 @@ class Motion:
     v_start: np.ndarray
     q_planned: np.ndarray
     v_measured: np.ndarray
+    way_measured: np.ndarray
     residual: np.ndarray
     bound: np.ndarray
 
     def __deepcopy__(self, memo) -> "Motion":
         return self
 
-    @property
+    @cached_property
     def in_flight(self) -> np.ndarray:
         """Greatest speeds among the commands not done yet, shape (n_u,)."""
         first = np.searchsorted(self.sent, self.start - self.model.delay.max())

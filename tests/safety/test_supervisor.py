@@ -301,6 +301,7 @@ def make_motion(residual: float, v_measured=FAST, tube=0.02) -> Motion:
         ActuatorModel.make([Actuator()] * 3),
         *(0.0, np.zeros(1), none, 0.0, zeros, zeros, zeros),
         v_measured=np.array(v_measured),
+        way_measured=zeros,
         residual=np.array([0.0, residual, 0.0]),
         bound=np.full(3, tube),
     )

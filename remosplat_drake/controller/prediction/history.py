@@ -125,7 +125,8 @@ class History:
         if n_base:
             base = base + base_way(self.pose, pose)
         measured = np.concatenate([base, arm])
-        drift = np.vstack([self.drift[:-1], measured - modelled])
+        drift = self.drift.copy()
+        drift[-1] = measured - modelled
         return dc.replace(self, pose=pose, measured=measured, drift=drift)
 
     def residual(self, now: float) -> np.ndarray:

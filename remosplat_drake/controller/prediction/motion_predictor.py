@@ -14,7 +14,7 @@ from pydrake.systems.framework import (
 )
 
 from remosplat_drake.controller.prediction.history import History
-from remosplat_drake.controller.prediction.predict import modelled_way, predict
+from remosplat_drake.controller.prediction.predict import predict
 from remosplat_drake.robot.actuators import ActuatorModel
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.motion import Motion
@@ -164,7 +164,7 @@ class MotionPredictor(LeafSystem):
 
     def _tick(self, context: Context, state: State) -> None:
         known: _Known = self._history.Eval(context)
-        way = modelled_way(self._model, known.history, self._stamp(context))
+        way = self._motion.Eval(context).way_measured
         q = self._measured(context, self._odometry_input)
         known = dc.replace(
             known,

@@ -63,6 +63,7 @@ def predict(
         v_start=v[_PIECES],
         q_planned=_led(robot, q_start, rest),
         v_measured=v[0],
+        way_measured=history.way[row, axis] + way[0],
         residual=history.residual(now),
         bound=model.tube * history.peak() + model.noise,
     )

@@ -49,11 +49,11 @@ def keeps_off_the_scene(
         tolerance: How far below its level a clearance may fall between the
             path's times [m].
     """
-    if field.is_lipschitz and field.compiled is not None:
+    if field.is_lipschitz and field.placed is not None:
         return sweeps_clear(
             path.robot.arrays,
             path.arrays,
-            field.compiled,
+            field.placed,
             p_WS,
             clearance,
             level,

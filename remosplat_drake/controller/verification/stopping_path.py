@@ -6,10 +6,8 @@ import math
 import numpy as np
 
 from remosplat_drake.controller.braking import braking_steps, stopping_times
-from remosplat_drake.controller.verification.kernels.places import (
-    chain,
-    places,
-)
+from remosplat_drake.controller.verification.kernels.late_path import late_path
+from remosplat_drake.controller.verification.kernels.places import places
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.motion import Motion
 
@@ -126,24 +124,21 @@ class StoppingPath:
         """
         model = motion.model
         steps = braking_steps(u, acceleration_limit, dt)
-        k = np.arange(math.ceil(max(steps, 1.0)) + 1)
-        shares = np.maximum(1.0 - k / max(steps, 1.0), 0.0)
         peak = np.maximum(motion.in_flight, np.abs(u))
-        ends = _ends(motion, peak, k[-1] * dt, dt)
-        way, v = model.response(
-            np.concatenate([motion.sent, motion.time + k * dt]),
-            np.concatenate([motion.u, shares[:, None] * u]),
-            np.full(robot.n_u, motion.start),
-            motion.v_start,
-            np.repeat(motion.start + ends[:, None], robot.n_u, axis=1),
+        ramp = math.ceil(max(steps, 1.0)) * dt
+        starts, rates, since, times = late_path(
+            model.parameters,
+            motion.sent,
+            motion.u,
+            motion.time,
+            (motion.start, motion.v_start, motion.q_start),
+            # A copy, since numba compiles for arrays that may be written.
+            np.array(u, float),
+            steps,
+            dt,
+            _ends(motion, peak, ramp, dt),
+            robot.n_base,
         )
-        # What a lag has left is one last piece.
-        way = np.concatenate([way, way[-1:] + model.lag * v[-1]])
-        times = np.append(ends, ends[-1] + dt)
-        since = np.append(0.0, times[:-1])
-        ways = np.diff(way, axis=0, prepend=0.0)
-        rates = ways / (times - since)[:, None]
-        starts = chain(motion.q_start, rates, times - since, robot.n_base)
         peak = np.maximum(peak, np.abs(rates).max(axis=0))
         return StoppingPath(
             robot, starts, rates, since, times, times, peak, model.tube

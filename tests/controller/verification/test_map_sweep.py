@@ -19,6 +19,7 @@ from remosplat_drake.controller.verification.verify_reference import (
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.oracle.uncertain_placement import UncertainPlacement
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -57,6 +58,9 @@ MAPS = {
     "splats": blobs,
     "boxes": boxes,
     "both": lambda rng: CompositeDistanceField([blobs(rng), boxes(rng)]),
+    "misplaced": lambda rng: UncertainPlacement(
+        blobs(rng), rng.uniform(-0.3, 0.3, 2), 0.01, 0.02
+    ),
 }
 
 
@@ -76,6 +80,7 @@ def test_it_decides_as_the_sweep_of_any_map(frankie, kind):
         spheres = frankie.spheres_at(q)
         clearance = field.clearances(spheres, 0.5).per_sphere(len(spheres))
         clearance = np.minimum(clearance, 0.5)
+        assert field.placed is not None
         path = StoppingPath.make(frankie, q, u, frankie.acceleration_limit, DT)
         level = np.minimum(STOPPING, clearance)
         given = path, field, spheres.p_WS, clearance, level, TOLERANCE

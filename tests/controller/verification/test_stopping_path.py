@@ -7,7 +7,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from remosplat_drake.controller.braking import braking_command
+from remosplat_drake.controller.braking import (
+    braking_command,
+    braking_steps,
+)
 from remosplat_drake.controller.prediction.history import History
 from remosplat_drake.controller.prediction.predict import predict
 from remosplat_drake.controller.verification.committed import committed
@@ -40,6 +43,41 @@ def motion_of(robot, axes, commands, q):
     now = len(commands) * DT
     stamp = np.full(robot.n_u, now)
     return predict(robot, model, history, q, stamp, now)
+
+
+def reference(robot, motion, u, limit, dt, ends):
+    """What `late_path` computes, in the words of `ActuatorModel.response`."""
+    steps = max(braking_steps(u, limit, dt), 1.0)
+    k = np.arange(math.ceil(steps) + 1)
+    shares = np.maximum(1.0 - k / steps, 0.0)
+    way, v = motion.model.response(
+        np.concatenate([motion.sent, motion.time + k * dt]),
+        np.concatenate([motion.u, shares[:, None] * u]),
+        np.full(robot.n_u, motion.start),
+        motion.v_start,
+        np.repeat(motion.start + ends[:, None], robot.n_u, axis=1),
+    )
+    way = np.concatenate([way, way[-1:] + motion.model.lag * v[-1]])
+    ways = np.diff(way, axis=0, prepend=0.0)
+    q = [motion.q_start]
+    for piece in ways:
+        q.append(robot.advance(q[-1], piece, 1.0))
+    return np.array(q), ways
+
+
+@settings(max_examples=30)
+@given(st.integers(0, 999))
+def test_the_kernel_makes_the_path_that_the_model_says(three_link, seed):
+    rng = np.random.default_rng(seed)
+    commands = list(rng.uniform(-1, 1, (8, 3)))
+    u = rng.uniform(-1, 1, 3) * (seed > 0)
+    motion = motion_of(three_link, AXES, commands, rng.uniform(-1, 1, 3))
+    path = StoppingPath.through(three_link, motion, u, LIMIT, DT)
+    q, ways = reference(three_link, motion, u, LIMIT, DT, path.times[:-1])
+    np.testing.assert_allclose(path.knots, q, atol=1e-12)
+    np.testing.assert_allclose(
+        path.rates * path.spans[:, None], ways, atol=1e-12
+    )
 
 
 def test_without_delays_it_is_the_path_of_a_held_command(three_link):

@@ -22,7 +22,7 @@ from remosplat_drake.controller.verification.kernels.pair_sweep import (
 from remosplat_drake.controller.verification.verify import SCALES, TOLERANCE
 from remosplat_drake.robot.kinematics import advance
 from remosplat_drake.robot.robot_arrays import state_arrays
-from remosplat_drake.signals.compiled_map import ask_each
+from remosplat_drake.signals.compiled_map import IN_PLACE, ask_each
 
 
 class LoopArrays(NamedTuple):
@@ -148,8 +148,9 @@ def _verified(law, given, u, u_previous):
             kept = np.full(len(own[2]), law.own_stopping)
             if not pairs_keep_apart(robot.tree, path, own, kept, TOLERANCE):
                 continue
+        placed = compiled, IN_PLACE
         if sweeps_clear(
-            robot, path, compiled, state.p_WS, clearance, level, TOLERANCE
+            robot, path, placed, state.p_WS, clearance, level, TOLERANCE
         ):
             return command
     return brake

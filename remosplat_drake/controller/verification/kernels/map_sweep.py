@@ -4,6 +4,8 @@ It decides as `scene_sweep.py` does, which asks any map: from coarse to fine,
 and what is not known to be clear in the end is refused.
 """
 
+import math
+
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
@@ -26,13 +28,13 @@ ROUNDS = 5
 
 
 @kernel
-def sweeps_clear(robot, path, compiled, p_WS, clearance, level, tolerance):
+def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
     """Tells whether all spheres keep their distance from a map on a path.
 
     Args:
         robot: The `RobotArrays`.
         path: The path as `StoppingPath.arrays`.
-        compiled: The map, as `DistanceField.compiled`; it is 1-Lipschitz.
+        placed: The map, as `DistanceField.placed`; it is 1-Lipschitz.
         p_WS: Centres of the spheres in W at the start, shape (n, 3) [m].
         clearance: Clearances of the spheres at the start, or lower bounds of
             them, shape (n,) [m].
@@ -64,7 +66,7 @@ def sweeps_clear(robot, path, compiled, p_WS, clearance, level, tolerance):
         for c in range(3):
             p[row, c] = point[j + 1, i, c]
     found = np.empty(count)
-    _clearances(robot, compiled, sphere, p, reach, found)
+    _clearances(robot, placed, sphere, p, reach, found)
     for row in range(count):
         j, i = looks[row]
         room[j, i] = found[row] - level[i]
@@ -80,7 +82,7 @@ def sweeps_clear(robot, path, compiled, p_WS, clearance, level, tolerance):
                 ends = time, times[j], before, after
                 places = start[i], point[j, i], point[j + 1, i]
                 if not _clear_between(
-                    robot, path, compiled, gap, ends, places, tolerance
+                    robot, path, placed, gap, ends, places, tolerance
                 ):
                     return False
             before, time = after, times[j]
@@ -119,8 +121,10 @@ def travel_of(robot, path, i):
 
 
 @helper
-def _clearances(robot, compiled, sphere, p_WS, reach, found):
+def _clearances(robot, placed, sphere, p_WS, reach, found):
     """Fills in clearances of spheres, exact below a reach, else the reach."""
+    compiled, off = placed
+    scale = 1.0 + off.turn
     question = np.empty((len(sphere), 5))
     answer = np.full((len(sphere), 8), -1.0)
     for row in range(len(sphere)):
@@ -128,24 +132,32 @@ def _clearances(robot, compiled, sphere, p_WS, reach, found):
         for c in range(3):
             question[row, c] = p_WS[row, c]
         # Not at the distance itself: that is not answered.
-        question[row, 3] = robot.radius[i] + np.nextafter(reach, np.inf)
+        least = scale * np.nextafter(reach, np.inf) + _margin(off, p_WS[row])
+        question[row, 3] = robot.radius[i] + least
         question[row, 4] = robot.ignore_below[i]
     ask(compiled, question, answer)
     for row in range(len(sphere)):
         found[row] = reach
         if answer[row, 0] >= 0.0:
             clearance = answer[row, 1] - robot.radius[sphere[row]]
+            clearance = (clearance - _margin(off, p_WS[row])) / scale
             found[row] = min(clearance, reach)
 
 
 @helper
-def _clear_between(robot, path, compiled, gap, ends, places, tolerance):
+def _margin(off, p_WS):
+    """How much nearer a map that is misplaced may be at a point [m]."""
+    return off.shift + off.turn * math.hypot(p_WS[0] - off.x, p_WS[1] - off.y)
+
+
+@helper
+def _clear_between(robot, path, placed, gap, ends, places, tolerance):
     """Looks between two times, again and again, at one sphere.
 
     Args:
         robot: The `RobotArrays`.
         path: The path as `StoppingPath.arrays`.
-        compiled: The map.
+        placed: The map.
         gap: The sphere, its level, its room at the start, the bound on how
             fast its velocity changes, and how far the map is asked.
         ends: Times before and after, and the rooms there.
@@ -183,7 +195,7 @@ def _clear_between(robot, path, compiled, gap, ends, places, tolerance):
             room[k] = at_start - apart(start, p[k])
             wanted = max(0.5 * max(way[k - 1], way[k]) - tolerance, 0.0)
             if not room[k] > wanted:
-                _clearances(robot, compiled, sphere, p[k : k + 1], reach, found)
+                _clearances(robot, placed, sphere, p[k : k + 1], reach, found)
                 room[k] = found[0] - level
             if not room[k] >= -tolerance:
                 return False
