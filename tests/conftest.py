@@ -13,7 +13,7 @@ from pydrake.geometry import MakeRenderEngineVtk, RenderEngineVtkParams
 from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import MissingExtraError
-from remosplat_drake.base.kernel_cache import drop_stale_kernels
+from remosplat_drake.base.kernel_cache import PACKAGE, drop_stale_kernels
 from remosplat_drake.base.system_libraries import (
     MissingLibraryError,
     import_optional,
@@ -153,7 +153,7 @@ def scene_capture(scene):
 def pytest_configure(config):
     # Only the controller of parallel workers, before any of them starts.
     if not hasattr(config, "workerinput"):
-        drop_stale_kernels()
+        drop_stale_kernels(PACKAGE, _TESTS)
 
 
 @pytest.hookimpl(wrapper=True)

@@ -7,31 +7,42 @@ code is newer.
 """
 
 import contextlib
+from collections.abc import Iterable, Iterator
+from itertools import chain
 from pathlib import Path
 
-_PACKAGE = Path(__file__).resolve().parents[1]
+PACKAGE = Path(__file__).resolve().parents[1]
 
 
-def drop_stale_kernels(package: Path = _PACKAGE) -> bool:
+def drop_stale_kernels(package: Path = PACKAGE, *others: Path) -> bool:
     """Deletes the compiled kernels if any of them may be stale.
 
     To be called before the first kernel is used. It concerns those who edit
     or update a checkout; an installed wheel does not change.
 
+    Args:
+        package: Where the sources are, and their kernels.
+        others: Where else there are kernels that contain code of the package.
+
     Returns:
         Whether anything was deleted.
     """
-    indices = package.rglob("__pycache__/*.nbi")
+    folders = (package, *others)
+    indices = _files(folders, "__pycache__/*.nbi")
     oldest = min((_mtime(index) for index in indices), default=None)
     if oldest is None or not any(
         _mtime(source) > oldest and _is_compiled(source)
         for source in package.rglob("*.py")
     ):
         return False
-    for compiled in package.rglob("__pycache__/*.nb[ic]"):
+    for compiled in _files(folders, "__pycache__/*.nb[ic]"):
         with contextlib.suppress(OSError):
             compiled.unlink()
     return True
+
+
+def _files(folders: Iterable[Path], pattern: str) -> Iterator[Path]:
+    return chain.from_iterable(folder.rglob(pattern) for folder in folders)
 
 
 def _is_compiled(source: Path) -> bool:

@@ -8,12 +8,16 @@ than most kernels are themselves, so that only `kernel` makes it.
 from numba import njit
 from numba.extending import register_jitable
 
+from remosplat_drake.base.kernel_linking import link_only
+
+link_only()
+
 kernel = njit(cache=True, nogil=True, no_cfunc_wrapper=True)
 """Compiles a function that is called by Python, too, and keeps it on disk.
 
 It lets go of Python's lock while it runs."""
 
-helper = register_jitable
+helper = register_jitable(no_cfunc_wrapper=True)
 """Compiles a function into the kernels that call it.
 
 Python, where it calls one, runs it as it stands: slowly."""

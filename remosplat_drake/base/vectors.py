@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels import helper
 
 
 @helper
@@ -27,7 +27,7 @@ def cross(a, b):
     )
 
 
-@kernel
+@helper
 def norm(a):
     """Computes the length of a vector."""
     return math.sqrt(dot(a, a))

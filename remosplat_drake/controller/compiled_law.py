@@ -6,6 +6,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.controller.controller_config import default_ingredients
 from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.ingredients import (
@@ -73,22 +74,22 @@ class CompiledLaw:
         ]
         self._own = cast(SelfCollisionDamper, self._parts[_OWN])
         settings = [_floats(part.settings(robot)) for part in self._parts]
-        self._arrays = Parts._make([*settings, present])
+        self._arrays = Packed(Parts._make([*settings, present]))
 
     @property
-    def parts(self) -> Parts:
+    def parts(self) -> Packed[Parts]:
         """The library's ingredients, as kernels take them."""
         return self._arrays
 
     @property
     def near(self) -> tuple:
-        """What `near_arrays` takes: shapes, pairs and how far it looks [m].
+        """What `near_arrays` takes: the pairs and how far it looks [m].
 
         That is negative where there is no `SelfCollisionDamper`, or it does
         nothing.
         """
-        shapes, pairs, reach = self._own.near_question
-        return shapes, pairs, reach if self._arrays.present[_OWN] else -1.0
+        pairs, reach = self._own.near_question
+        return pairs, reach if self._arrays.present[_OWN] else -1.0
 
     def program(self, tick: Tick) -> ReactiveProgram:
         """Builds the program of a tick; equals `build_program`.

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar
 
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.controller.compiled_law import CompiledLaw
 from remosplat_drake.controller.controller_config import (
     LONGEST_VERIFIED,
@@ -132,6 +133,7 @@ class ReactiveLaw:
         own = SelfClearance.make(robot, kept.stopping)
         self.self_clearance = own if verify and kept.enabled else None
         self._own = own
+        self._loop: Packed[LoopArrays] | None = None
 
     @staticmethod
     def make(
@@ -172,7 +174,7 @@ class ReactiveLaw:
         return self.compiled.program(tick)
 
     @property
-    def loop(self) -> LoopArrays | None:
+    def loop(self) -> Packed[LoopArrays] | None:
         """The law as kernels take it that run its whole loop.
 
         None where only Python can, since an ingredient is from outside or the
@@ -181,18 +183,21 @@ class ReactiveLaw:
         compiled = self.compiled
         if compiled.outside or not isinstance(self.solver, ActiveSetSolver):
             return None
-        return LoopArrays(
-            compiled.parts,
-            float(self.dt),
-            self.strict,
-            float(self.collision.influence),
-            float(self.collision.stopping),
-            self.verify,
-            self.self_clearance is not None,
-            compiled.near,
-            self._own.arrays,
-            float(self._own.stopping),
-        )
+        if self._loop is None:
+            loop = LoopArrays(
+                compiled.parts.values,
+                float(self.dt),
+                self.strict,
+                float(self.collision.influence),
+                float(self.collision.stopping),
+                self.verify,
+                self.self_clearance is not None,
+                compiled.near,
+                self._own.arrays.values,
+                float(self._own.stopping),
+            )
+            self._loop = Packed(loop)
+        return self._loop
 
     def with_step(
         self, dt: float, *, solver: str | Solver | None = None
@@ -208,7 +213,7 @@ class ReactiveLaw:
         """
         _check_step(dt, self.verify)
         law = copy.copy(self)
-        law.dt = dt
+        law.dt, law._loop = dt, None
         if solver is not None:
             law.solver = _solver(solver)
         return law

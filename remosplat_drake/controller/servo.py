@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.vectors import norm
 from remosplat_drake.robot.pose_error import PoseError
 
@@ -27,7 +27,7 @@ def servo_twist(
     return gain * error.rotation_W, gain * error.p_ET_W
 
 
-@kernel
+@helper
 def servo_speed(p_ET_W, gain, max_speed):
     """Computes the gain with which the servo stays within its bound [1/s].
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.kernels.solid_distance import (
     box_distance,
@@ -47,15 +48,15 @@ class SignedDistanceField(DistanceField):
         self.scene = scene
         self.rows = rows
         self.revision = f"signed-distance-{scene.content_hash}-{rows}"
-        self._primitives = _primitives(scene)
+        self._primitives = Packed(_primitives(scene))
 
     @property
-    def compiled(self) -> "Primitives":
+    def compiled(self) -> "Packed[Primitives]":
         """The primitives' arrays; see `DistanceField.compiled`."""
         return self._primitives
 
     @property
-    def compiled_rows(self) -> "tuple[Primitives] | None":
+    def compiled_rows(self) -> "tuple[Packed[Primitives]] | None":
         """The same; see `DistanceField.compiled_rows`."""
         return (self._primitives,) if self.rows == "closest" else None
 

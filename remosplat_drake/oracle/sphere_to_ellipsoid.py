@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numba
 import numpy as np
 
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.oracle.kernels.ellipsoid_distance import CONVERGE
 from remosplat_drake.oracle.kernels.nearest_splat import (
     SplatTree,
@@ -104,6 +105,7 @@ class SphereToEllipsoidField(DistanceField):
             splat_W.is_surfel,
             CONVERGE if bisection_steps is None else bisection_steps,
         )
+        self._packed = Packed(self._tree)
         self.is_lipschitz = bisection_steps is None
         self._num_threads = min(num_threads, numba.config.NUMBA_NUM_THREADS)
         self.revision = (
@@ -119,14 +121,14 @@ class SphereToEllipsoidField(DistanceField):
         return {name: getattr(self._tree, name) for name in names}
 
     @property
-    def compiled(self) -> SplatTree:
+    def compiled(self) -> Packed[SplatTree]:
         """The splats and their hierarchy; see `DistanceField.compiled`."""
-        return self._tree
+        return self._packed
 
     @property
     def compiled_rows(self) -> tuple:
         """The same; see `DistanceField.compiled_rows`."""
-        return (self._tree,)
+        return (self._packed,)
 
     @property
     def num_splats(self) -> int:
@@ -183,12 +185,12 @@ class SphereToEllipsoidField(DistanceField):
         asked = question(spheres, max_distance)
         answer = np.full((len(spheres), 8), -1.0)
         if self._num_threads == 1:
-            query(self._tree, asked, answer)
+            query(self._packed, asked, answer)
             return answer
         threads = numba.get_num_threads()
         numba.set_num_threads(self._num_threads)
         try:
-            query_parallel(self._tree, asked, answer)
+            query_parallel(self._packed, asked, answer)
         finally:
             numba.set_num_threads(threads)
         return answer

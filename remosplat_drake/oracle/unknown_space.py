@@ -6,6 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.oracle.kernels.nearest_voxel import query
 from remosplat_drake.oracle.question import question
 from remosplat_drake.oracle.voxel_octree import (
@@ -70,6 +71,7 @@ class UnknownSpaceField(DistanceField):
             lower - voxel,
             float(voxel),
         )
+        self._packed = Packed(self._octree)
 
     @property
     def unseen(self) -> np.ndarray:
@@ -85,14 +87,14 @@ class UnknownSpaceField(DistanceField):
         }
 
     @property
-    def compiled(self) -> VoxelOctree:
+    def compiled(self) -> Packed[VoxelOctree]:
         """The voxels and their octree; see `DistanceField.compiled`."""
-        return self._octree
+        return self._packed
 
     @property
     def compiled_rows(self) -> tuple:
         """The same; see `DistanceField.compiled_rows`."""
-        return (self._octree,)
+        return (self._packed,)
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
@@ -108,7 +110,7 @@ class UnknownSpaceField(DistanceField):
         """
         asked = question(spheres, max_distance)
         answer = np.empty((len(spheres), 8))
-        query(self._octree, asked, answer)
+        query(self._packed, asked, answer)
         found = np.flatnonzero(answer[:, 0] > 0)
         answer = answer[found]
         return Clearances(

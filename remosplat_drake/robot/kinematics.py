@@ -10,6 +10,8 @@ Jacobian is a screw: the axis a_j and a point o_j on it.
 """
 
 import dataclasses as dc
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
@@ -23,6 +25,7 @@ from pydrake.multibody.tree import (
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.packed import Packed
 
 FIXED, REVOLUTE, PRISMATIC = 0, 1, 2
 """Kinds of joints in `KinematicTree.kind`."""
@@ -66,6 +69,12 @@ class KinematicTree:
                 + ", ".join(self.names[1:])
             ) from None
 
+    @cached_property
+    def arrays(self) -> Packed["TreeArrays"]:
+        """The tree as kernels take it."""
+        names = TreeArrays._fields
+        return Packed(TreeArrays(*[getattr(self, name) for name in names]))
+
     def chain(self, body: int) -> list[int]:
         """Returns the bodies from the world (excluded) to `body` (included)."""
         bodies = []
@@ -73,6 +82,18 @@ class KinematicTree:
             bodies.append(body)
             body = int(self.parent[body])
         return bodies[::-1]
+
+
+class TreeArrays(NamedTuple):
+    """A `KinematicTree`, as kernels take it."""
+
+    parent: np.ndarray
+    kind: np.ndarray
+    axis_F: np.ndarray
+    X_PF: np.ndarray
+    X_MB: np.ndarray
+    position: np.ndarray
+    offset: np.ndarray
 
 
 def make_kinematic_tree(
@@ -195,12 +216,19 @@ def advance_for(q, u, n_base, times):
 
 
 @kernel
-def body_poses(parent, kind, axis_F, X_PF, X_MB, position, offset, q):
+def body_poses(tree, q):
     """Computes the poses of all bodies and inboard joint frames in W.
 
-    The first arguments are the arrays of a `KinematicTree`, q is the
-    configuration, shape (n_q,). Both results have the shape (b, 4, 4).
+    Args:
+        tree: The `TreeArrays`, packed.
+        q: The configuration, shape (n_q,) [rad, m].
+
+    Returns:
+        Both kinds of poses, shape (b, 4, 4) each.
     """
+    parent, kind, axis_F = tree.parent, tree.kind, tree.axis_F
+    X_PF, X_MB = tree.X_PF, tree.X_MB
+    position, offset = tree.position, tree.offset
     b = len(parent)
     X_WB = np.zeros((b, 4, 4))
     X_WF = np.zeros((b, 4, 4))
@@ -303,7 +331,7 @@ def sphere_points_at(tree, states, state, body, p_BS):
     """Computes sphere centres and link orientations at several configurations.
 
     Args:
-        tree: The arguments of `body_poses` before q.
+        tree: The `TreeArrays`, packed.
         states: Configurations, shape (k, n_q).
         state: Row of `states` for each sphere, shape (m,).
         body: Body of each sphere, shape (m,).
@@ -320,7 +348,7 @@ def sphere_points_at(tree, states, state, body, p_BS):
         last = first + 1
         while last < m and state[last] == state[first]:
             last += 1
-        X_WB, _ = body_poses(*tree, states[state[first]])  # pyright: ignore
+        X_WB, _ = body_poses(tree, states[state[first]])  # pyright: ignore
         p_WS[first:last], R_WL[first:last] = sphere_points(
             X_WB, body[first:last], p_BS[first:last]
         )

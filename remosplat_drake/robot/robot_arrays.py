@@ -6,6 +6,7 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.robot.kinematics import (
+    TreeArrays,
     body_poses,
     compose,
     point_jacobians,
@@ -17,7 +18,7 @@ class RobotArrays(NamedTuple):
     """What kernels know of a robot with n spheres and b bodies.
 
     Attributes:
-        tree: The arguments of `kinematics.body_poses` before q.
+        tree: The kinematic tree.
         body_S: Body of each sphere, shape (n,).
         p_LS: Centres of the spheres in their links, shape (n, 3) [m].
         radius: Radii of the spheres, shape (n,) [m].
@@ -41,7 +42,7 @@ class RobotArrays(NamedTuple):
         position_upper: `RobotModel.position_upper`.
     """
 
-    tree: tuple
+    tree: TreeArrays
     body_S: np.ndarray
     p_LS: np.ndarray
     radius: np.ndarray
@@ -97,7 +98,7 @@ def state_arrays(robot, q):
         robot: The `RobotArrays`.
         q: The configuration, shape (n_q,) [rad, m].
     """
-    X_WL, X_WF = body_poses(*robot.tree, q)  # pyright: ignore
+    X_WL, X_WF = body_poses(robot.tree, q)
     p_WS, R_WL = sphere_points(X_WL, robot.body_S, robot.p_LS)
     X_WE = np.empty((4, 4))
     compose(X_WL[robot.body_E], robot.X_LE, X_WE)

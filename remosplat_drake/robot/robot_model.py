@@ -13,6 +13,7 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 
 from remosplat_drake.base.errors import FieldError, unknown_name
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.robot import kinematics as kin
 from remosplat_drake.robot.actuators import Actuator, default_actuators
@@ -155,15 +156,6 @@ class RobotModel:
         )
         self._check_allowed_collisions()
         self._read_limits(plant)
-        self._tree_arrays = (
-            self.tree.parent,
-            self.tree.kind,
-            self.tree.axis_F,
-            self.tree.X_PF,
-            self.tree.X_MB,
-            self.tree.position,
-            self.tree.offset,
-        )
         self._body_S = np.array([self.tree.index(x) for x in spheres.links])
         self._p_LS = np.ascontiguousarray(spheres.p_LS)
         self._radius = np.ascontiguousarray(spheres.radius)
@@ -313,7 +305,7 @@ class RobotModel:
 
     def body_poses(self, q: np.ndarray) -> np.ndarray:
         """Computes the poses X_WL of all bodies of `tree`, shape (b, 4, 4)."""
-        return kin.body_poses(*self._tree_arrays, q)[0]
+        return kin.body_poses(self.tree.arrays, np.array(q, float))[0]
 
     def end_effector_pose(self, q: np.ndarray) -> np.ndarray:
         """Computes the end-effector pose X_WE, shape (4, 4)."""
@@ -409,7 +401,7 @@ class RobotModel:
             sphere: Index of each wanted sphere, shape (m,).
         """
         p_WS, R_WL = kin.sphere_points_at(
-            self._tree_arrays,
+            self.tree.arrays,
             states,
             state,
             self._body_S[sphere],
@@ -432,10 +424,10 @@ class RobotModel:
         )
 
     @cached_property
-    def arrays(self) -> RobotArrays:
+    def arrays(self) -> Packed[RobotArrays]:
         """The robot as kernels take it."""
-        return RobotArrays(
-            self._tree_arrays,
+        values = RobotArrays(
+            self.tree.arrays.values,
             self._body_S,
             self._p_LS,
             self._radius,
@@ -456,6 +448,7 @@ class RobotModel:
             self.position_lower,
             self.position_upper,
         )
+        return Packed(values)
 
     @cached_property
     def chain_to_end_effector(self) -> SerialChain:

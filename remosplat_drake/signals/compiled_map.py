@@ -1,7 +1,7 @@
 """`ask`: distances to a map, for who asks from within a compiled kernel.
 
 A `DistanceField` answers in Python: a whole kernel would come back to it for
-every look. So a field may hand out its arrays, as a named tuple, and the
+every look. So a field may hand out its arrays, as a packed named tuple, and the
 kernel that answers by them is found by the tuple's type.
 """
 
@@ -62,7 +62,7 @@ def answers(kind: type, kernel: Callable) -> None:
 
     @overload(ask)
     def _ask_kind(compiled, question, answer):
-        if getattr(compiled, "instance_class", None) is kind:
+        if getattr(compiled, "kind", None) is kind:
             return lambda compiled, question, answer: kernel(
                 compiled, question, answer
             )

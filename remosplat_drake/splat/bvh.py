@@ -67,7 +67,7 @@ def build_hierarchy(
     return BoundingVolumeHierarchy(nodes, nodes.view(np.int32), order)
 
 
-@kernel
+@helper
 def leaf_range(link: int) -> tuple[int, int]:
     """Decodes a leaf's link into the range of its boxes in leaf order.
 

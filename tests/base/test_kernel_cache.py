@@ -55,3 +55,15 @@ def test_a_source_without_kernels_does_not_matter(package):
 
 def test_nothing_compiled_is_nothing_stale(tmp_path):
     assert not drop_stale_kernels(tmp_path)
+
+
+def test_kernels_elsewhere_take_in_the_package_too(package, tmp_path_factory):
+    tests = tmp_path_factory.mktemp("tests")
+    (tests / "__pycache__").mkdir()
+    kernel = tests / "__pycache__" / "mine.kernel-1.py311.nbi"
+    kernel.touch()
+    os.utime(kernel, (103, 103))
+    assert not drop_stale_kernels(package, tests)
+    os.utime(package / "stage" / "inner.py", (102, 102))
+    assert drop_stale_kernels(package, tests)
+    assert not kernel.exists()

@@ -40,16 +40,7 @@ def plant() -> MultibodyPlant:
 
 
 def poses(tree: kin.KinematicTree, q) -> dict[str, np.ndarray]:
-    X_WB, _ = kin.body_poses(
-        tree.parent,
-        tree.kind,
-        tree.axis_F,
-        tree.X_PF,
-        tree.X_MB,
-        tree.position,
-        tree.offset,
-        np.array(q, float),
-    )
+    X_WB, _ = kin.body_poses(tree.arrays, np.array(q, float))
     return dict(zip(tree.names, X_WB, strict=True))
 
 

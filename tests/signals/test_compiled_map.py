@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numba import njit
 
+from remosplat_drake.base.kernels import kernel
 from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.composite import CompositeDistanceField
@@ -35,7 +35,7 @@ def fields() -> dict[str, DistanceField]:
 FIELDS = fields()
 
 
-@njit
+@kernel
 def asked(compiled, question, answer):
     ask(compiled, question, answer)
 

@@ -8,6 +8,7 @@ import numpy as np
 from annotated_types import Interval
 
 from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
@@ -16,6 +17,7 @@ from remosplat_drake.controller.kernels.tick_arrays import new_row
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 from remosplat_drake.robot.robot_arrays import add_rate
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
 from remosplat_drake.robot.self_collision.pairs import (
     self_collision_pairs,
 )
@@ -101,14 +103,14 @@ class SelfCollisionDamper(CompiledIngredient):
         program.add_rows(self.term, A, b, label)
 
     @property
-    def near_question(self) -> tuple[tuple, tuple, float]:
-        """Shapes, pairs and reach, as `near_arrays` takes them.
+    def near_question(self) -> tuple[Packed[PairArrays], float]:
+        """Pairs and reach, as `near_arrays` takes them.
 
         The reach is negative where the damper is not enabled.
         """
         pairs, config = self._pairs, self.config
         reach = float(config.influence) if config.enabled else -1.0
-        return pairs.pairs.shapes, pairs.pair_arrays, reach
+        return pairs.pair_arrays, reach
 
     def settings(self, robot: RobotModel) -> "SelfCollisionSettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""

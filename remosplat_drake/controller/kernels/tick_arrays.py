@@ -150,15 +150,13 @@ def near_arrays(near, X_WL) -> NearArrays:
     """Finds where the robot's links are near each other.
 
     Args:
-        near: Shapes and pairs as `near_points` takes them, and its reach [m],
-            which is negative where nothing is looked for.
+        near: The pairs of shapes, and how far it looks [m], which is negative
+            where nothing is looked for.
         X_WL: Poses of all bodies, shape (b, 4, 4).
     """
-    shapes, pairs, reach = near
-    pair, distance, normal_W, p_WA, p_WB = near_points(
-        shapes, pairs, X_WL, reach
-    )
-    first, second, body = pairs[0], pairs[1], shapes[6]
+    pairs, reach = near
+    pair, distance, normal_W, p_WA, p_WB = near_points(pairs, X_WL, reach)
+    first, second, body = pairs.first, pairs.second, pairs.shapes.body
     body_A, body_B = np.empty_like(pair), np.empty_like(pair)
     for i in range(len(pair)):
         body_A[i], body_B[i] = body[first[pair[i]]], body[second[pair[i]]]

@@ -151,7 +151,7 @@ class FreeSpace:
         spheres = robot.spheres_at(a)
         motion = a, u, robot.n_base
         if own is not None and not keeps_off_itself(
-            robot.arrays.tree,
+            robot.tree.arrays,
             motion,
             own.arrays,
             np.minimum(own.distances(a, own.stopping), own.stopping),

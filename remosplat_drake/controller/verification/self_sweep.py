@@ -2,19 +2,38 @@
 
 import dataclasses as dc
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.controller.verification.kernels.pair_sweep import (
     pairs_keep_apart,
 )
 from remosplat_drake.controller.verification.stopping_path import StoppingPath
 from remosplat_drake.robot.relative_motion import levers
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
 from remosplat_drake.robot.self_collision.pairs import (
     SelfCollisionPairs,
     self_collision_pairs,
 )
+
+
+class OwnArrays(NamedTuple):
+    """A `SelfClearance`, as kernels take it.
+
+    Attributes:
+        pairs: The pairs of shapes.
+        rate: `SelfClearance.rate`.
+        lever: `SelfClearance.lever`.
+        turns: Which commands turn, shape (n_u,), bool.
+    """
+
+    pairs: PairArrays
+    rate: np.ndarray
+    lever: np.ndarray
+    turns: np.ndarray
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -61,19 +80,15 @@ class SelfClearance:
         )
 
     @cached_property
-    def arrays(self) -> tuple:
-        """The pairs, and how fast they may near each other, for kernels.
-
-        They are the shapes, the pairs, `rate`, `lever`, and which commands
-        turn.
-        """
-        pairs, turns = self.pairs, self.robot.screw_turns
-        return (
-            pairs.pairs.shapes,
-            pairs.pair_arrays,
-            self.rate,
-            self.lever,
-            turns,
+    def arrays(self) -> Packed[OwnArrays]:
+        """The pairs, and how fast they may near each other, for kernels."""
+        return Packed(
+            OwnArrays(
+                self.pairs.pair_arrays.values,
+                self.rate,
+                self.lever,
+                self.robot.screw_turns,
+            )
         )
 
     def distances(self, q: np.ndarray, enough: float = np.inf) -> np.ndarray:
@@ -104,7 +119,7 @@ class SelfClearance:
         """
         tube = self.rate @ (path.tube * path.peak)
         return pairs_keep_apart(
-            self.robot.arrays.tree,
+            self.robot.tree.arrays,
             path.arrays,
             self.arrays,
             self.stopping + tube,

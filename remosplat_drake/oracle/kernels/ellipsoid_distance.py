@@ -18,13 +18,13 @@ import math
 
 import numpy as np
 
-from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels import helper
 
 CONVERGE = -1
 """Value of `steps`: iterate to double precision instead of bisecting."""
 
 
-@kernel
+@helper
 def box_distance_squared(y, e) -> float:
     """Squared distance from y to the box [-e, e]: never more than to x."""
     a = max(abs(y[0]) - e[0], 0.0)
@@ -33,7 +33,7 @@ def box_distance_squared(y, e) -> float:
     return a * a + b * b + c * c
 
 
-@kernel
+@helper
 def closest_on_disc(y, e, steps):
     """Closest point of the solid disc with semi-axes e_0, e_1.
 
@@ -58,7 +58,7 @@ def closest_on_disc(y, e, steps):
     return math.sqrt(a * a + b * b + y[2] * y[2]), (x0, x1, 0.0)
 
 
-@kernel
+@helper
 def closest_on_ellipsoid(y, e, steps):
     """Closest surface point of the ellipsoid with semi-axes e.
 

@@ -27,12 +27,6 @@ from remosplat_drake.splat.bvh import MAX_DEPTH, leaf_range
 _SLACK = 1.0 + 1e-12
 """Bounds are compared with this margin: rounding never hides a splat."""
 
-_lean = njit(cache=True, _nrt=False)
-"""Decorator of functions that make no arrays: no reference counts.
-
-Counting takes a third of a query's time.
-"""
-
 _CHUNK = 8
 """Neighbouring spheres that one thread answers in a row."""
 
@@ -132,7 +126,7 @@ def _query_range(tree, spheres, answer, start, stop):
             _write_answer(splat, tree.is_surfel, tree.steps, p, answer[i])
 
 
-@_lean
+@helper
 def _descend(tree, p, floor, best, stack):
     """Visits boxes nearest first while they may hold a nearer splat."""
     nodes = tree.nodes
@@ -163,7 +157,7 @@ def _descend(tree, p, floor, best, stack):
     return best
 
 
-@_lean
+@helper
 def _limit(distance) -> float:
     """Squared distance beyond which no box holds anything as near.
 
@@ -173,7 +167,7 @@ def _limit(distance) -> float:
     return reach * reach * _SLACK
 
 
-@_lean
+@helper
 def _node_distance_squared(node, column, p) -> float:
     """Squared distance to a child's box, whose corners start at a column."""
     x = max(node[column] - p[0], p[0] - node[column + 3], 0.0)
@@ -182,7 +176,7 @@ def _node_distance_squared(node, column, p) -> float:
     return x * x + y * y + z * z
 
 
-@_lean
+@helper
 def _nearer(tree, place, p, floor, best):
     """The better of `best` = (distance less uncertainty, place) and a splat."""
     splat = tree.records[place]
@@ -202,7 +196,7 @@ def _nearer(tree, place, p, floor, best):
     return best
 
 
-@_lean
+@helper
 def _in_splat_frame(splat, p):
     """The point p_W in the splat's frame, and the semi-axes."""
     x, y, z = p[0] - splat[0], p[1] - splat[1], p[2] - splat[2]
@@ -213,7 +207,7 @@ def _in_splat_frame(splat, p):
     ), (splat[12], splat[13], splat[14])
 
 
-@_lean
+@helper
 def _closest_on_splat(y, e, is_surfel, steps):
     if is_surfel:
         return closest_on_disc(y, e, steps)

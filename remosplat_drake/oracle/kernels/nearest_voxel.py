@@ -7,15 +7,13 @@ hold a voxel of the kind and are nearer than what was found.
 import math
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.oracle.voxel_octree import SEEN, UNSEEN, VoxelOctree
 from remosplat_drake.signals.compiled_map import answers
 
-_kernel = njit(cache=True, nogil=True)
 
-
-@_kernel
+@kernel
 def query(grid, spheres, answer):
     """Finds the boundary of unseen space nearest to every sphere's centre.
 
@@ -55,13 +53,13 @@ def query(grid, spheres, answer):
 answers(VoxelOctree, query)
 
 
-@_kernel
+@helper
 def _level(x, lower, voxel, count):
     """The voxel of a coordinate along an axis; outside, the outermost."""
     return int(min(max(math.floor((x - lower) / voxel), 0.0), count - 1.0))
 
 
-@_kernel
+@helper
 def _first_level(grid, floor):
     """The lowest level whose centres are not below the floor."""
     count = grid.unseen.shape[2]
@@ -69,7 +67,7 @@ def _first_level(grid, floor):
     return int(min(max(level, 0.0), float(count)))
 
 
-@_kernel
+@helper
 def _nearest(grid, p, first, kind, best, nodes, squares):
     """The nearest voxel of a kind, from a z index on.
 
@@ -123,7 +121,7 @@ def _nearest(grid, p, first, kind, best, nodes, squares):
     return found
 
 
-@_kernel
+@helper
 def _halves(x, half):
     """Which half of [0, 2 half] is nearer to x, and both squared distances.
 
@@ -134,14 +132,14 @@ def _halves(x, half):
     return 1, max(x - 2 * half, 0.0) ** 2, (x - half) ** 2
 
 
-@_kernel
+@helper
 def _square(grid, p, i, j, k):
     """Squared distance from a point to a voxel, 0 inside it."""
     x, y, z = _gap(grid, p, 0, i), _gap(grid, p, 1, j), _gap(grid, p, 2, k)
     return x * x + y * y + z * z
 
 
-@_kernel
+@helper
 def _gap(grid, p, axis, index):
     """From a coordinate to a voxel along an axis, 0 inside it [m]."""
     low = grid.lower[axis] + index * grid.voxel
@@ -149,7 +147,7 @@ def _gap(grid, p, axis, index):
     return max(low - p[axis], p[axis] - high, 0.0)
 
 
-@_kernel
+@helper
 def _write_answer(grid, p, found, sign, limit, answer):
     """Writes the point of a voxel that is nearest to p.
 

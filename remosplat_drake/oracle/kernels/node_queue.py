@@ -1,9 +1,9 @@
 """A priority queue (binary heap) of tree nodes in two arrays (numba)."""
 
-from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels import helper
 
 
-@kernel
+@helper
 def push(keys, items, size, key, item):
     """Adds an item; returns the new size. The arrays must have room."""
     place = size
@@ -17,7 +17,7 @@ def push(keys, items, size, key, item):
     return size + 1
 
 
-@kernel
+@helper
 def pop(keys, items, size):
     """Removes the item with the least key; returns key, item and new size."""
     top_key, top_item = keys[0], items[0]

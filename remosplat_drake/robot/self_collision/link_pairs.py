@@ -125,8 +125,7 @@ def _contacts(
     rng = np.random.default_rng(0)
     states = rng.uniform(lower, upper, (SAMPLES - 1, robot.n_q))
     counts = count_contacts(
-        robot.arrays.tree,
-        pairs.shapes,
+        robot.tree.arrays,
         pairs.arrays(np.zeros(len(pairs))),
         np.vstack([robot.q_home, states]),
     )

@@ -5,6 +5,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.kernels.all_distances import (
     pair_distances,
@@ -14,6 +15,7 @@ from remosplat_drake.robot.self_collision.link_pairs import (
     LinkPairs,
     find_link_pairs,
 )
+from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
 from remosplat_drake.robot.self_collision.shape_pairs import ShapePairs
 from remosplat_drake.robot.self_collision.shapes import (
     CollisionShapes,
@@ -71,7 +73,7 @@ class SelfCollisionPairs:
         return len(self.allowance)
 
     @cached_property
-    def pair_arrays(self) -> tuple:
+    def pair_arrays(self) -> Packed[PairArrays]:
         """The pairs as kernels take them."""
         return self.pairs.arrays(self.allowance)
 
@@ -82,7 +84,7 @@ class SelfCollisionPairs:
 
     def bodies(self, near: NearPoints) -> tuple[np.ndarray, np.ndarray]:
         """Returns the bodies of the tree that points are on, (m,) each."""
-        body = self.pairs.shapes[-1]
+        body = self.pairs.shapes.body
         first, second = self.pairs.first, self.pairs.second
         return body[first[near.pair]], body[second[near.pair]]
 
@@ -97,7 +99,7 @@ class SelfCollisionPairs:
             The signed distances plus the pairs' allowances, shape (k,) [m].
         """
         X_WL = self.robot.body_poses(q)
-        return pair_distances(self.pairs.shapes, self.pair_arrays, X_WL, enough)
+        return pair_distances(self.pair_arrays, X_WL, float(enough))
 
     def near(self, X_WL: np.ndarray, within: float) -> NearPoints:
         """Finds the points at which links are near each other.
@@ -106,9 +108,7 @@ class SelfCollisionPairs:
             X_WL: Poses of all bodies of the robot's tree, shape (b, 4, 4).
             within: Links at or beyond this distance are left out [m].
         """
-        return NearPoints(
-            *near_points(self.pairs.shapes, self.pair_arrays, X_WL, within)
-        )
+        return NearPoints(*near_points(self.pair_arrays, X_WL, float(within)))
 
 
 def self_collision_pairs(

@@ -6,7 +6,12 @@ from itertools import chain
 
 import numpy as np
 
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.self_collision.pair_arrays import (
+    PairArrays,
+    ShapeArrays,
+)
 from remosplat_drake.robot.self_collision.shapes import (
     CollisionShapes,
     ConvexShape,
@@ -28,8 +33,7 @@ class ShapePairs:
             (l + 1,).
         boxes: For each pair of links the two boxes that hold their shapes, as
             numbers of `link_boxes`, shape (l, 2).
-        shapes: The shapes as kernels take them: `CollisionShapes.arrays` and
-            the body of each.
+        shapes: The shapes as kernels take them.
         link_boxes: One box for each link, in the same way.
     """
 
@@ -38,8 +42,8 @@ class ShapePairs:
     second: np.ndarray
     start: np.ndarray
     boxes: np.ndarray
-    shapes: tuple
-    link_boxes: tuple
+    shapes: ShapeArrays
+    link_boxes: ShapeArrays
 
     @staticmethod
     def make(
@@ -77,15 +81,24 @@ class ShapePairs:
     def __len__(self) -> int:
         return len(self.first)
 
-    def arrays(self, allowance: np.ndarray) -> tuple:
+    def arrays(self, allowance: np.ndarray) -> Packed[PairArrays]:
         """Returns the pairs as kernels take them.
 
         Args:
             allowance: By how much each pair's distance is counted too large,
                 shape (k,) [m].
         """
-        pairs = self.first, self.second, self.start, allowance
-        return *pairs, self.boxes, self.link_boxes
+        return Packed(
+            PairArrays(
+                self.first,
+                self.second,
+                self.start,
+                allowance,
+                self.boxes,
+                self.shapes,
+                self.link_boxes,
+            )
+        )
 
 
 def _box(shapes: list[ConvexShape]) -> ConvexShape:
@@ -96,6 +109,6 @@ def _box(shapes: list[ConvexShape]) -> ConvexShape:
     return ConvexShape(corners.reshape(-1, 3))
 
 
-def _with_bodies(robot: RobotModel, shapes: CollisionShapes) -> tuple:
+def _with_bodies(robot: RobotModel, shapes: CollisionShapes) -> ShapeArrays:
     body = np.array([robot.tree.index(x) for x in shapes.links], np.int64)
-    return *shapes.arrays, body
+    return shapes.arrays(body)

@@ -30,6 +30,7 @@ from remosplat_drake.base.directions import spread_directions
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_description import RobotDescription
+from remosplat_drake.robot.self_collision.pair_arrays import ShapeArrays
 from remosplat_drake.robot.sphere_model import SphereModel
 
 _SIDES = 32
@@ -127,16 +128,20 @@ class CollisionShapes:
             ]
         )
 
-    @property
-    def arrays(self) -> tuple:
-        """The shapes as kernels take them."""
-        return (
+    def arrays(self, body: np.ndarray) -> ShapeArrays:
+        """Returns the shapes as kernels take them.
+
+        Args:
+            body: Body of the robot's tree that each is on, shape (s,).
+        """
+        return ShapeArrays(
             self.vertices,
             self.first,
             self.radius,
             self.center,
             self.half,
             self.reach,
+            body,
         )
 
 

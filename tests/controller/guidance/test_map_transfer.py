@@ -77,7 +77,7 @@ def test_a_rule_arrives_as_it_was(toy):
     rule = toy.rule((toy.far, toy.near))
     rule = dc.replace(rule, arrived=len, planner=SidePlanner())
     received = unpack_rule(pack_rule(rule))
-    before, after = (r.law.robot.arrays for r in (rule, received))
+    before, after = (r.law.robot.arrays.values for r in (rule, received))
     for ours, theirs in zip(flat(before), flat(after), strict=True):
         np.testing.assert_array_equal(ours, theirs)
         assert ours.flags.writeable == theirs.flags.writeable

@@ -16,7 +16,7 @@ def test_ways_and_rates_are_bounds(name):
     robot = load_robot(name)
     own = SelfClearance.make(robot, 0.01)
     pairs, shapes = own.pairs.pairs, own.pairs.shapes
-    body, rng = pairs.shapes[-1], np.random.default_rng(5)
+    body, rng = pairs.shapes.body, np.random.default_rng(5)
     arm = np.isfinite(robot.position_lower)
     lower = np.where(arm, robot.position_lower, -3.0)
     upper = np.where(arm, robot.position_upper, 3.0)

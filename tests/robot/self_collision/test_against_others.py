@@ -110,7 +110,7 @@ def test_coal_measures_the_same():
     coal = pytest.importorskip("coal")
     robot = load_robot("frankie")
     pairs = self_collision_pairs(robot, 0.0)
-    shapes, body = pairs.shapes, pairs.pairs.shapes[-1]
+    shapes, body = pairs.shapes, pairs.pairs.shapes.body
     hulls = []
     for shape in shapes.shapes:
         points = coal.StdVec_Vec3s()

@@ -6,10 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from remosplat_drake.base.kernels import kernel
 from remosplat_drake.robot.self_collision.hull_distance_reference import (
     signed_distance,
 )
 from remosplat_drake.robot.self_collision.kernels.gjk import hull_distance
+
+measured = kernel(hull_distance)
 
 CUBE = np.array(
     [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float
@@ -23,7 +26,7 @@ def measure(A, B, R=None, p=(0, 0, 0), *, guess=(1.0, 0, 0), enough=np.inf):
     work = np.zeros((3, 4, 3)), np.zeros(4), np.zeros(3), np.zeros((2, 3))
     rows = (0, len(A)), (len(A), len(A) + len(B))
     hulls = np.vstack([A, B]), *rows, np.ascontiguousarray(R), p
-    distance, *n = hull_distance(hulls, guess, enough, work)
+    distance, *n = measured(hulls, guess, enough, work)
     return distance, np.array(n), work[-1]
 
 

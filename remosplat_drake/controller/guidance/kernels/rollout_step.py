@@ -19,6 +19,7 @@ from remosplat_drake.controller.verification.kernels.map_sweep import (
 from remosplat_drake.controller.verification.kernels.pair_sweep import (
     pairs_keep_apart,
 )
+from remosplat_drake.controller.verification.self_sweep import OwnArrays
 from remosplat_drake.controller.verification.verify import SCALES, TOLERANCE
 from remosplat_drake.robot.kinematics import advance
 from remosplat_drake.robot.robot_arrays import state_arrays
@@ -49,7 +50,7 @@ class LoopArrays(NamedTuple):
     verify: bool
     verify_own: bool
     near: tuple
-    own: tuple
+    own: OwnArrays
     own_stopping: float
 
 
@@ -145,7 +146,7 @@ def _verified(law, given, u, u_previous):
         if not keeps_joint_limits(path, lower, upper):
             continue
         if law.verify_own:
-            kept = np.full(len(own[2]), law.own_stopping)
+            kept = np.full(len(own.rate), law.own_stopping)
             if not pairs_keep_apart(robot.tree, path, own, kept, TOLERANCE):
                 continue
         placed = compiled, IN_PLACE

@@ -134,7 +134,7 @@ def _want_more(point, room, top, bend, span, tolerance, wanted):
 @helper
 def _place(robot, q, point):
     """Fills in the spheres' centres in W, shape (n, 3) [m]."""
-    X_WB, _ = body_poses(*robot.tree, q)  # pyright: ignore
+    X_WB, _ = body_poses(robot.tree, q)
     body, p_BS = robot.body_S, robot.p_LS
     for i in range(len(body)):
         X = X_WB[body[i]]

@@ -22,7 +22,7 @@ def keeps_off_itself(tree, motion, own, level, blink):
     """Tells whether all pairs of shapes keep their distances on a motion.
 
     Args:
-        tree: The arguments of `body_poses` before q.
+        tree: The `TreeArrays`, packed.
         motion: Configuration q, the command u that is held for one second,
             and the number of base commands.
         own: The pairs as `SelfClearance.arrays`.
@@ -30,8 +30,10 @@ def keeps_off_itself(tree, motion, own, level, blink):
         blink: How far two shapes may move between two looks although they are
             nearer than that to what they keep [m].
     """
-    shapes, pairs, rate = own[0], own[1], own[2]
-    first, second, start, allowance, boxes, link_boxes = pairs
+    pairs, rate = own.pairs, own.rate
+    first, second, start = pairs.first, pairs.second, pairs.start
+    allowance, boxes = pairs.allowance, pairs.boxes
+    shapes, link_boxes = pairs.shapes, pairs.link_boxes
     q, u, n_base = motion
     speed = np.zeros(len(rate))
     for link in range(len(rate)):
@@ -40,7 +42,7 @@ def keeps_off_itself(tree, motion, own, level, blink):
     work = make_work()
     time = 0.0
     while True:
-        X_WL, _ = body_poses(*tree, advance(q, u, n_base, time))  # pyright: ignore
+        X_WL, _ = body_poses(tree, advance(q, u, n_base, time))
         p_WC = centers_in_world(shapes, X_WL)
         p_WL = centers_in_world(link_boxes, X_WL)
         step = 1.0 - time

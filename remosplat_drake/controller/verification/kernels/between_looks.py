@@ -49,7 +49,7 @@ def bend_of(bound, speed) -> float:
     return total
 
 
-@kernel
+@helper
 def longest_way(p, q, bend, time) -> float:
     """Bounds the length of a moving point's way between two places [m].
 

@@ -214,7 +214,7 @@ def _clear_between(robot, path, placed, gap, ends, places, tolerance):
 @helper
 def _place(robot, path, time, i, p):
     """Fills in where a sphere's centre is at a time on a path."""
-    X_WB, _ = body_poses(*robot.tree, place(path, time))  # pyright: ignore
+    X_WB, _ = body_poses(robot.tree, place(path, time))
     X = X_WB[robot.body_S[i]]
     for r in range(3):
         p[r] = X[r, 3]

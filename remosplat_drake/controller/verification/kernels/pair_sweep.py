@@ -34,7 +34,7 @@ def pairs_keep_apart(tree, path, own, stopping, tolerance):
     """Tells whether all pairs keep min(stopping, present distance) on a path.
 
     Args:
-        tree: The arguments of `body_poses` before q.
+        tree: The `TreeArrays`, packed.
         path: The path as `StoppingPath.arrays`.
         own: The pairs as `SelfClearance.arrays`.
         stopping: Distance that the pairs of each of l pairs of links keep,
@@ -42,15 +42,17 @@ def pairs_keep_apart(tree, path, own, stopping, tolerance):
         tolerance: How far below that a distance may fall between the times of
             the path [m].
     """
-    shapes, pairs, rate, lever, turns = own
-    first, second, start, allowance, boxes, link_boxes = pairs
-    center, reach, body = shapes[3], shapes[5], shapes[6]
+    pairs, rate, lever, turns = own.pairs, own.rate, own.lever, own.turns
+    first, second, start = pairs.first, pairs.second, pairs.start
+    allowance, boxes = pairs.allowance, pairs.boxes
+    shapes, link_boxes = pairs.shapes, pairs.link_boxes
+    center, reach, body = shapes.center, shapes.reach, shapes.body
     speed, times = peak_speed(path[1]), path[4]
     travel = travels(path, rate)
     knots = np.zeros(len(times) + 1)
     for i in range(len(times)):
         knots[i + 1] = times[i]
-    X_WL = np.empty((len(knots), len(tree[0]), 4, 4))
+    X_WL = np.empty((len(knots), len(tree.parent), 4, 4))
     p_WC = np.empty((len(knots), len(body), 3))
     is_placed = np.zeros(len(knots), np.bool_)
     _place(tree, shapes, path, 0.0, X_WL[0], p_WC[0])
@@ -173,7 +175,7 @@ def _keeps_apart_within(given, looks, pair, knot, rooms, tolerance, work):
 @helper
 def _place(tree, shapes, path, time, X_WL, p_WC):
     """Places all bodies, and the centres of all shapes, at a time."""
-    placed, _ = body_poses(*tree, place(path, time))  # pyright: ignore
+    placed, _ = body_poses(tree, place(path, time))
     copy_poses(placed, X_WL)
     centers = centers_in_world(shapes, X_WL)
     for i in range(len(centers)):
@@ -194,7 +196,7 @@ def _room(shapes, X_WL, p_WC, pair, way, work):
 @helper
 def _way(shapes, X_WL, Y_WL, pair, time):
     """Bounds the way of the second shape as seen from the first [m]."""
-    center, reach, body = shapes[3], shapes[5], shapes[6]
+    center, reach, body = shapes.center, shapes.reach, shapes.body
     i, j, _, bend = pair
     return relative_way(
         X_WL, Y_WL, body[i], body[j], center[j], reach[j], bend, time

@@ -15,10 +15,10 @@ import math
 
 import numpy as np
 
-from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels import helper
 
 
-@kernel
+@helper
 def relative_bend(lever, turns, speed, offset, reach):
     """Bounds how fast the velocity of a shape's points changes [m/s^2].
 
@@ -50,7 +50,7 @@ def relative_bend(lever, turns, speed, offset, reach):
     return total + reach * turn * turn
 
 
-@kernel
+@helper
 def relative_way(X_WL, Y_WL, a, b, center, reach, bend, time):
     """Bounds the way of any point of a shape of B, as seen from A [m].
 

@@ -49,7 +49,7 @@ def look_along(robot, path, sphere, start, room, tolerance):
     before = 0.0
     for j in range(k):
         q_then = place(path, times[j])
-        X_WB, _ = body_poses(*tree, q_then)  # pyright: ignore
+        X_WB, _ = body_poses(tree, q_then)
         p_WS, R_WS = sphere_points(X_WB, body, p_BS)
         for i in range(n):
             set_vector(point[j + 1, i], p_WS[i])

@@ -13,19 +13,20 @@ from remosplat_drake.robot.self_collision.kernels.pair_distance import (
 
 
 @kernel
-def pair_distances(shapes, pairs, X_WL, enough):
+def pair_distances(pairs, X_WL, enough):
     """Computes the distances of k pairs of shapes.
 
     Args:
-        shapes: The shapes, as in `pair_distance`.
-        pairs: The k pairs, as in `near_points`.
+        pairs: The k pairs, as packed `PairArrays`.
         X_WL: Poses of all bodies, shape (b, 4, 4).
         enough: Distances beyond this may be too small, but not below it [m].
 
     Returns:
         The distances plus the pairs' allowances, shape (k,) [m].
     """
-    first, second, start, allowance, boxes, link_boxes = pairs
+    first, second, start = pairs.first, pairs.second, pairs.start
+    allowance, boxes = pairs.allowance, pairs.boxes
+    shapes, link_boxes = pairs.shapes, pairs.link_boxes
     p_WC = centers_in_world(shapes, X_WL)
     p_WL = centers_in_world(link_boxes, X_WL)
     work = make_work()
@@ -43,23 +44,23 @@ def pair_distances(shapes, pairs, X_WL, enough):
 
 
 @kernel
-def count_contacts(tree, shapes, pairs, states):
+def count_contacts(tree, pairs, states):
     """Counts in how many configurations each pair of links overlaps.
 
     Args:
-        tree: The arguments of `body_poses` before q.
-        shapes: The shapes, as in `pair_distance`.
-        pairs: The pairs of shapes of l pairs of links, as in `near_points`.
+        tree: The `TreeArrays`, packed.
+        pairs: The pairs of shapes of l pairs of links, as packed `PairArrays`.
         states: Configurations, shape (m, n_q).
 
     Returns:
         The counts, shape (l,).
     """
-    first, second, start, _, boxes, link_boxes = pairs
+    first, second, start = pairs.first, pairs.second, pairs.start
+    boxes, shapes, link_boxes = pairs.boxes, pairs.shapes, pairs.link_boxes
     count = np.zeros(len(start) - 1, np.int64)
     work = make_work()
     for q in states:
-        X_WL, _ = body_poses(*tree, q)  # pyright: ignore
+        X_WL, _ = body_poses(tree, q)
         p_WC = centers_in_world(shapes, X_WL)
         p_WL = centers_in_world(link_boxes, X_WL)
         for link in range(len(start) - 1):

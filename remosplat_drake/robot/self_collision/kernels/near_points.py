@@ -49,13 +49,12 @@ _MOST = 5
 
 
 @kernel
-def near_points(shapes, pairs, X_WL, within):
+def near_points(pairs, X_WL, within):
     """Finds the points at which links are near each other.
 
     Args:
-        shapes: The shapes, as in `pair_distance`.
-        pairs: The k pairs of shapes of l pairs of links, as
-            `ShapePairs.arrays`.
+        pairs: The k pairs of shapes of l pairs of links, as packed
+            `PairArrays`.
         X_WL: Poses of all bodies, shape (b, 4, 4).
         within: Links at or beyond this distance are left out [m]; a negative
             one leaves out all.
@@ -66,7 +65,8 @@ def near_points(shapes, pairs, X_WL, within):
         from the first to the second in W, shape (m, 3); and the points on the
         first and on the second in W, shape (m, 3) each [m].
     """
-    start, boxes, link_boxes = pairs[2], pairs[4], pairs[5]
+    start, boxes, shapes = pairs.start, pairs.boxes, pairs.shapes
+    link_boxes, allowance = pairs.link_boxes, pairs.allowance
     p_WC = centers_in_world(shapes, X_WL)
     p_WL = centers_in_world(link_boxes, X_WL)
     work = make_work()
@@ -81,9 +81,9 @@ def near_points(shapes, pairs, X_WL, within):
         a, b = boxes[link]
         span = start[link], start[link + 1]
         apart = least_distance(link_boxes, X_WL, p_WL, a, b)
-        if apart + pairs[3][span[0] : span[1]].max() >= within:
+        if apart + allowance[span[0] : span[1]].max() >= within:
             continue
-        size = _find_near(shapes, pairs, span, X_WL, p_WC, within, near, work)
+        size = _find_near(pairs, span, X_WL, p_WC, within, near, work)
         if not size:
             continue
         nearest = near[1][:size].argmin()
@@ -95,9 +95,7 @@ def near_points(shapes, pairs, X_WL, within):
         axes = across(near[2][nearest], _ASKEW)
         for turn in range(4):
             R = rotation(axes[turn // 2], _TILT if turn % 2 else -_TILT)
-            _find_turned(
-                shapes, pairs, X_WL, (near, size), R, found, count, work
-            )
+            _find_turned(pairs, X_WL, (near, size), R, found, count, work)
             gap = found[1][count]
             if gap < within and not _is_known(found, first, count):
                 count += 1
@@ -123,7 +121,7 @@ def _make_points(n):
 
 
 @helper
-def _find_near(shapes, pairs, span, X_WL, p_WC, within, near, work):
+def _find_near(pairs, span, X_WL, p_WC, within, near, work):
     """Finds the nearest points of those shapes of two links that are near.
 
     Those are looked at first that can be nearest.
@@ -131,8 +129,8 @@ def _find_near(shapes, pairs, span, X_WL, p_WC, within, near, work):
     Returns:
         The number of pairs of points.
     """
-    first, second, allowance = pairs[0], pairs[1], pairs[3]
-    body = shapes[6]
+    first, second, allowance = pairs.first, pairs.second, pairs.allowance
+    shapes, body = pairs.shapes, pairs.shapes.body
     n = span[1] - span[0]
     least, guess_W = np.empty(n), np.empty(3)
     for i in range(n):
@@ -172,15 +170,16 @@ def _find_near(shapes, pairs, span, X_WL, p_WC, within, near, work):
 
 
 @helper
-def _find_turned(shapes, pairs, X_WL, known, R, found, row, work):
+def _find_turned(pairs, X_WL, known, R, found, row, work):
     """Finds the points that are nearest if the second link is turned by R.
 
     It is turned about its point nearest to the first link. The points that are
     noted are those of the link as it is, and their distance is that along the
     normal of their shapes as they are.
     """
-    first, second, allowance = pairs[0], pairs[1], pairs[3]
-    radius, body = shapes[2], shapes[6]
+    first, second, allowance = pairs.first, pairs.second, pairs.allowance
+    shapes = pairs.shapes
+    radius, body = shapes.radius, shapes.body
     near, size = known
     X_turned = np.empty((4, 4))
     nearest = near[1][:size].argmin()

@@ -1,7 +1,7 @@
 """Distances of placed convex shapes: coarse bounds first, then GJK.
 
-Kernels take the s shapes as the arrays of `CollisionShapes.arrays` followed by
-the body of each, and the poses X_WL of all bodies, shape (b, 4, 4).
+Kernels take the s shapes as packed `ShapeArrays`, and the poses X_WL of all
+bodies, shape (b, 4, 4).
 """
 
 import math
@@ -15,7 +15,7 @@ from remosplat_drake.robot.self_collision.kernels.gjk import hull_distance
 @helper
 def centers_in_world(shapes, X_WL):
     """Places the centres of all shapes in W, shape (s, 3) [m]."""
-    center, body = shapes[3], shapes[6]
+    center, body = shapes.center, shapes.body
     p_WC = np.empty((len(body), 3))
     for i in range(len(body)):
         X = X_WL[body[i]]
@@ -43,7 +43,8 @@ def least_distance(shapes, X_WL, p_WC, i, j):
     Returns:
         The bound, which is negative where balls overlap [m].
     """
-    radius, half, reach, body = shapes[2], shapes[4], shapes[5], shapes[6]
+    radius, half = shapes.radius, shapes.half
+    reach, body = shapes.reach, shapes.body
     x = p_WC[j, 0] - p_WC[i, 0]
     y = p_WC[j, 1] - p_WC[i, 1]
     z = p_WC[j, 2] - p_WC[i, 2]
@@ -90,7 +91,7 @@ def shape_distance(shapes, X_WA, X_WB, pair, guess_W, enough, work):
         The distance [m], and the unit vector from the first to the second in
         A along which it is measured, as three numbers.
     """
-    vertices, first, radius = shapes[0], shapes[1], shapes[2]
+    first, radius = shapes.first, shapes.radius
     i, j = pair
     R_AB, p_AB, guess = np.empty((3, 3)), np.empty(3), np.empty(3)
     for r in range(3):
@@ -106,7 +107,7 @@ def shape_distance(shapes, X_WA, X_WB, pair, guess_W, enough, work):
     b = first[j], first[j + 1]
     radii = radius[i] + radius[j]
     distance, x, y, z = hull_distance(
-        (vertices, a, b, R_AB, p_AB),
+        (shapes.vertices, a, b, R_AB, p_AB),
         (guess[0], guess[1], guess[2]),
         enough + radii,
         work,
@@ -130,7 +131,7 @@ def distance_beyond(shapes, X_WL, p_WC, pair, enough, work):
     found = least_distance(shapes, X_WL, p_WC, i, j)
     if found >= enough:
         return found
-    body = shapes[6]
+    body = shapes.body
     guess_W = np.empty(3)
     for k in range(3):
         guess_W[k] = p_WC[j, k] - p_WC[i, k]

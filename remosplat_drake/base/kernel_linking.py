@@ -1,0 +1,120 @@
+"""Keeps Numba from compiling for nobody.
+
+Numba optimises each function and makes machine code of it, and then links its
+intermediate code into all that call it, where it is optimised and compiled
+again, level by level. For a function that no Python calls, all but the last
+level is in vain: more than a third of a first start.
+
+So a library of code without an entry for Python is only linked. If anybody
+wants a pointer into it after all, it is made then. Where Numba's inside is not
+as it is known here, everything stays as Numba does it.
+"""
+
+from typing import Any
+
+from numba.core import codegen
+
+_ENTRY = "_ZN7cpython"  # Begins the names of functions that Python calls.
+_UNRESOLVED = ".numba.unresolved$"  # Begins those of pointers in recursions.
+
+_NEEDED = (
+    "_finalize_dynamic_globals",
+    "_finalize_final_module",
+    "_finalize_specific",
+    "_get_compiled_object",
+    "_get_module_for_linking",
+    "_optimize_final_module",
+    "_optimize_functions",
+    "_verify_declare_only_symbols",
+)
+
+_environments: dict[str, Any] = {}
+"""What `set_env` was told of functions that have no machine code yet."""
+
+
+class LinkedLibrary(codegen.JITCodeLibrary):
+    """A library of code that is compiled only if it is called from outside."""
+
+    _only_linked = False
+
+    def _optimize_functions(self, ll_module):
+        # The passes over the whole module hold these.
+        ll_module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self):
+        self._only_linked = not self._is_entered()
+        if not self._only_linked:
+            super()._optimize_final_module()
+
+    def _finalize_final_module(self):
+        if not self._only_linked:
+            super()._finalize_final_module()
+            return
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+    def _finalize_specific(self):
+        super()._finalize_specific()
+        for variable in self._final_module.global_variables:
+            if variable.name in _environments:
+                environment = _environments.pop(variable.name)
+                self._codegen.set_env(variable.name, environment)
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Returns the address of a function, 0 if it is not defined here."""
+        self._ensure_finalized()
+        if self._only_linked:
+            if not any(f.name == name for f in self.get_defined_functions()):
+                return 0
+            self._compile()
+        return super().get_pointer_to_function(name)
+
+    def _get_compiled_object(self):
+        if self._only_linked:
+            self._compile()
+        return super()._get_compiled_object()
+
+    def _compile(self):
+        """Makes machine code of it after all."""
+        self._only_linked = False
+        self._get_module_for_linking()  # As it is before it is compiled.
+        super()._optimize_final_module()
+        super()._finalize_final_module()
+
+    def _is_entered(self) -> bool:
+        """Whether it holds what Python calls, or what cannot be put off."""
+        module = self._final_module
+        return (
+            not self._object_caching_enabled
+            or any(
+                function.name.startswith(_ENTRY)
+                and not function.is_declaration
+                and function.linkage.name == "external"
+                for function in module.functions
+            )
+            or any(
+                variable.name.startswith(_UNRESOLVED)
+                for variable in module.global_variables
+            )
+        )
+
+
+def link_only() -> None:
+    """Makes Numba use it from now on, once and for all in this process."""
+    machine = codegen.JITCPUCodegen
+    library = machine._library_class
+    if library is not codegen.JITCodeLibrary:
+        return
+    if not all(hasattr(library, name) for name in _NEEDED):
+        return
+    set_env = machine.set_env
+
+    def set_env_later(self, env_name, env):
+        if self._engine.is_symbol_defined(env_name):
+            set_env(self, env_name, env)
+        else:
+            _environments[env_name] = env
+
+    machine.set_env = set_env_later
+    machine._library_class = LinkedLibrary

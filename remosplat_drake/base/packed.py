@@ -1,0 +1,199 @@
+"""`Packed`: a named tuple of arrays that kernels take by its address.
+
+A kernel that takes a named tuple as it stands gets each number of each array's
+header as an argument of its own, hundreds for a robot, and so does whatever it
+calls. That is most of compiling, and of a call from Python. A `Packed` is one
+address; a kernel reads of it what it names.
+"""
+
+import hashlib
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from llvmlite import ir
+from numba import typeof, types
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import (
+    NativeValue,
+    infer_getattr,
+    lower_getattr_generic,
+    models,
+    register_model,
+    unbox,
+)
+from numba.np import arrayobj
+
+Values = TypeVar("Values", bound=tuple)
+
+_WORD = ir.IntType(64)
+
+
+class Packed(Generic[Values]):
+    """A named tuple for kernels: arrays, numbers, and tuples of these.
+
+    Kernels read its fields by their names, and cannot tell it from the tuple.
+    They must not write to its arrays where these are read-only.
+
+    Attributes:
+        values: The named tuple, its arrays as kernels read them.
+        address: Where their headers are.
+    """
+
+    __slots__ = ("_numba_type_", "_words", "address", "values")
+
+    def __init__(self, values: Values):
+        """Packs a named tuple.
+
+        Args:
+            values: The named tuple. Arrays that are not contiguous are copied;
+                named tuples within are packed, too, if they are not yet.
+        """
+        self.values = _contiguous(values)
+        self._numba_type_ = _packed_type(self.values)
+        self._words = np.array(_words(self.values), np.int64)
+        self.address = self._words.ctypes.data
+
+    def __getattr__(self, name: str) -> Any:
+        """Reads a field, as kernels do."""
+        if name in Packed.__slots__:
+            raise AttributeError(name)
+        return getattr(self.values, name)
+
+    def __reduce__(self):
+        return Packed, (self.values,)
+
+    def __deepcopy__(self, memo) -> "Packed[Values]":
+        return self
+
+
+def _contiguous(value: Any) -> Any:
+    if isinstance(value, Packed):
+        return value.values
+    if isinstance(value, np.ndarray):
+        return np.ascontiguousarray(value)
+    if isinstance(value, tuple):
+        make = getattr(type(value), "_make", tuple)
+        return make(_contiguous(part) for part in value)
+    return value
+
+
+def _words(value: Any) -> list[int]:
+    """What is stored: of an array its address, shape and strides."""
+    if isinstance(value, np.ndarray):
+        return [value.ctypes.data, *value.shape, *value.strides]
+    if isinstance(value, tuple):
+        return [word for part in value for word in _words(part)]
+    if isinstance(value, float):
+        return [int(np.float64(value).view(np.int64))]
+    return [int(value)]
+
+
+class PackedType(types.Type):
+    """The type of a `Packed`: the named tuple's, and those of its fields."""
+
+    def __init__(self, kind: type, fields: tuple[types.Type, ...]):
+        self.kind, self.fields = kind, fields
+        # Kept with the code that was compiled: fields may change places.
+        self.names: tuple[str, ...] = kind._fields  # pyright: ignore
+        digest = hashlib.sha256(repr(fields).encode()).hexdigest()[:8]
+        super().__init__(f"Packed.{kind.__module__}.{kind.__name__}.{digest}")
+
+    @property
+    def key(self) -> tuple:
+        """What tells it from other types."""
+        return self.kind, self.names, self.fields
+
+
+def _packed_type(values: Any) -> PackedType:
+    return PackedType(type(values), tuple(_type(part) for part in values))
+
+
+def _type(value: Any) -> types.Type:
+    if isinstance(value, np.ndarray):
+        # One type, whether it may be written or not.
+        return types.Array(typeof(value).dtype, value.ndim, "C")
+    if hasattr(value, "_fields"):
+        return _packed_type(value)
+    if isinstance(value, tuple):
+        return types.BaseTuple.from_types([_type(part) for part in value])
+    return typeof(value)
+
+
+def _count(kind: types.Type) -> int:
+    """The number of words that a value of a type takes."""
+    if isinstance(kind, types.Array):
+        return 1 + 2 * kind.ndim
+    if isinstance(kind, PackedType):
+        return sum(_count(part) for part in kind.fields)
+    if isinstance(kind, types.BaseTuple):
+        return sum(_count(part) for part in kind)
+    return 1
+
+
+register_model(PackedType)(models.OpaqueModel)
+
+
+@unbox(PackedType)
+def _unbox(kind, packed, c):
+    address = c.pyapi.object_getattr_string(packed, "address")
+    word = c.pyapi.long_as_ulonglong(address)
+    c.pyapi.decref(address)
+    model = c.context.get_value_type(kind)
+    return NativeValue(c.builder.inttoptr(word, model))
+
+
+@infer_getattr
+class _Fields(AttributeTemplate):
+    key = PackedType
+
+    def generic_resolve(self, typ, attr):
+        if attr in typ.names:
+            return typ.fields[typ.names.index(attr)]
+        return None
+
+
+@lower_getattr_generic(PackedType)
+def _get_field(context, builder, kind, value, name):
+    place = kind.names.index(name)
+    first = sum(_count(part) for part in kind.fields[:place])
+    words = builder.bitcast(value, _WORD.as_pointer())
+    return _read(context, builder, kind.fields[place], words, first)
+
+
+def _read(context, builder, kind, words, first):
+    """Reads a value of a type from the word with the number `first` on."""
+
+    def word(number):
+        at = builder.gep(words, [ir.Constant(_WORD, number)])
+        loaded = builder.load(at)
+        # Headers never change: what a loop reads is read once before it.
+        loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
+        return loaded
+
+    if isinstance(kind, types.Array):
+        n = kind.ndim
+        array = context.make_array(kind)(context, builder)
+        arrayobj.populate_array(
+            array,
+            data=builder.inttoptr(word(first), array.data.type),
+            shape=[word(first + 1 + k) for k in range(n)],
+            strides=[word(first + 1 + n + k) for k in range(n)],
+            itemsize=array.itemsize.type(
+                context.get_abi_sizeof(context.get_data_type(kind.dtype))
+            ),
+            meminfo=None,  # Python keeps it: nothing is counted.
+        )
+        return array._getvalue()
+    if isinstance(kind, PackedType):
+        at = builder.gep(words, [ir.Constant(_WORD, first)])
+        return builder.bitcast(at, context.get_value_type(kind))
+    if isinstance(kind, types.BaseTuple):
+        parts = []
+        for part in kind:
+            parts.append(_read(context, builder, part, words, first))
+            first += _count(part)
+        return context.make_tuple(builder, kind, parts)
+    loaded = word(first)
+    if isinstance(kind, types.Float):
+        return builder.bitcast(loaded, context.get_value_type(kind))
+    return context.cast(builder, loaded, types.int64, kind)
