@@ -20,7 +20,7 @@ from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 @dc.dataclass(frozen=True)
 class TargetProgress:
-    """How far along a sequence of targets the robot is.
+    """How far along a sequence of targets the robot is; copying returns itself.
 
     Attributes:
         index: Index of the present target; `count` when all are reached.
@@ -29,6 +29,9 @@ class TargetProgress:
 
     index: int
     count: int
+
+    def __deepcopy__(self, memo) -> "TargetProgress":
+        return self
 
     @property
     def finished(self) -> bool:
