@@ -49,9 +49,9 @@ def run_loops(console: Console) -> list[LoopQuality]:
     _check_wire()
     console.print(load())
     loops = [
-        measure_loop(rate, text)
-        for rate, text in track(
-            RATES.items(),
+        measure_loop(rate)
+        for rate in track(
+            RATES,
             "driving",
             console=open_console(stderr=True),
             transient=True,

@@ -15,7 +15,7 @@ from remosplat_drake.controller.reactive_program import (
     Ingredient,
     IngredientMaker,
 )
-from remosplat_drake.controller.solvers import SOLVERS
+from remosplat_drake.controller.solvers import CLARABEL, SOLVERS
 from remosplat_drake.robot.robot_model import RobotModel
 
 LONGEST_VERIFIED = 0.1
@@ -37,7 +37,7 @@ class ReactiveControllerConfig(Config):
     gains: Annotated[str, OneOf(GAINS, "gain set")] = "tuned"
     # Convex solver of the program. `active_set` is the library's own, the
     # others are Drake's; `mosek` and `gurobi` need a licence.
-    solver: Annotated[str, OneOf(SOLVERS, "solver")] = "clarabel"
+    solver: Annotated[str, OneOf(SOLVERS, "solver")] = CLARABEL
     # Whether each command and its braking ramp are checked against the map,
     # the robot itself and the joint limits before the command is applied.
     verify: bool = True

@@ -20,8 +20,10 @@ from remosplat_drake.controller.decision import Solver
 from remosplat_drake.controller.kernels.dense import solve_program
 from remosplat_drake.controller.reactive_program import ReactiveProgram
 
+CLARABEL = "clarabel"
+
 DRAKE_SOLVERS = {
-    "clarabel": ClarabelSolver,
+    CLARABEL: ClarabelSolver,
     "osqp": OsqpSolver,
     "scs": ScsSolver,
     "mosek": MosekSolver,

@@ -7,8 +7,7 @@ _DRIVEN = {
     "watch": 2.0,
     # Robot, driver, callback and controller must not be late, on as many cores
     # as there are: so the controller does with little.
-    "text": "{control_period: 0.02, controller:"
-    " {solver: active_set, guidance: {enabled: false}}}",
+    "text": "{control_period: 0.02, controller: {guidance: {enabled: false}}}",
 }
 
 CASES = (
