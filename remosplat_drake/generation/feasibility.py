@@ -261,7 +261,7 @@ class _GoalSearch:
         if error.distance > self.margin * self.criteria.position:
             J[0] = -along @ self._by_q(state.Jv_WE) / self.criteria.position
         if error.angle > self.margin * self.criteria.angle:
-            turning = np.hstack([np.zeros((3, 2)), state.Jw_WE[:, 1:]])
+            turning = np.hstack([np.zeros((3, 2)), self._from_yaw(state.Jw_WE)])
             J[1] = -axis @ turning / self.criteria.angle
         near = self.field.clearances(state.spheres, self._wanted)
         for sphere, n_W in zip(near.sphere, near.direction_W, strict=True):
@@ -277,7 +277,10 @@ class _GoalSearch:
     def _excess(self, ratio: float) -> float:
         return max(ratio - self.margin, 0.0)
 
-    @staticmethod
-    def _by_q(Jv: np.ndarray) -> np.ndarray:
+    def _by_q(self, Jv: np.ndarray) -> np.ndarray:
         """Maps a Jacobian in u to one in q, in which the base may slip."""
-        return np.hstack([np.eye(3)[:, :2], Jv[:, 1:]])
+        return np.hstack([np.eye(3)[:, :2], self._from_yaw(Jv)])
+
+    def _from_yaw(self, J: np.ndarray) -> np.ndarray:
+        """The columns of the yaw rate and of the arm."""
+        return J[:, self.robot.n_base - 1 :]

@@ -134,7 +134,7 @@ def default_actuators(n_base: int, n_arm: int) -> list[Actuator]:
     an arm that is 20 ms late.
 
     Args:
-        n_base: Number of base commands, 0 or 2.
+        n_base: Number of base commands, 0, 2 or 3.
         n_arm: Number of the arm's joints.
     """
     base = Actuator(delay=0.03, tube=0.05, noise=0.01)

@@ -4,9 +4,10 @@
 on arrays alone, so that a control tick, verification and rollouts cost
 microseconds and need no plant context. Tests compare them with the plant.
 
-Notation: u is the command (forward speed and yaw rate of a differential base,
-then the arm joint rates); q the configuration (x, y, yaw, arm). Column j of a
-Jacobian is a screw: the axis a_j and a point o_j on it.
+Notation: u is the command (of a base its forward speed, its speed to the left
+if it can, and its yaw rate; then the arm joint rates); q the configuration (x,
+y, yaw, arm). Column j of a Jacobian is a screw: the axis a_j and a point o_j on
+it.
 """
 
 import dataclasses as dc
@@ -177,13 +178,14 @@ def make_kinematic_tree(
 def advance(q, u, n_base, time):
     """Integrates the configuration while u is held constant, exactly.
 
-    A differential base (n_base = 2), a unicycle, moves on an arc: the chord has
-    length v t sinc(omega t / 2) and the direction of the mid-way heading.
+    A base moves on an arc: the chord is v t sinc(omega t / 2), with v as seen
+    from the mid-way heading. A differential one (n_base = 2) has no speed to
+    the left, which an omnidirectional one (n_base = 3) has.
 
     Args:
         q: Configuration, shape (n_q,).
         u: Command, shape (n_u,).
-        n_base: Number of base commands, 2 or 0.
+        n_base: Number of base commands, 3, 2 or 0.
         time: How long u is held [s].
 
     Returns:
@@ -194,13 +196,18 @@ def advance(q, u, n_base, time):
     for k in range(n_base, len(u)):
         result[first + k] += u[k] * time
     if n_base:
-        half_turn = 0.5 * u[1] * time
-        chord = u[0] * time
+        forward, left = u[0] * time, 0.0
+        if n_base == 3:
+            left = u[1] * time
+        turn = u[n_base - 1] * time
+        half_turn = 0.5 * turn
         if half_turn != 0.0:
-            chord *= np.sin(half_turn) / half_turn
-        result[0] += chord * np.cos(q[2] + half_turn)
-        result[1] += chord * np.sin(q[2] + half_turn)
-        result[2] += u[1] * time
+            sinc = np.sin(half_turn) / half_turn
+            forward, left = forward * sinc, left * sinc
+        c, s = np.cos(q[2] + half_turn), np.sin(q[2] + half_turn)
+        result[0] += forward * c - left * s
+        result[1] += forward * s + left * c
+        result[2] += turn
     return result
 
 

@@ -30,7 +30,7 @@ class RobotArrays(NamedTuple):
         body_E: Body of the end effector.
         X_LE: The end effector in it, shape (4, 4).
         body_B: Body of the base.
-        n_base: Number of base commands, 2 or 0.
+        n_base: Number of base commands, 3, 2 or 0.
         screw_axis_F: Axes of the commands' joints in their inboard frames,
             shape (n_u, 3).
         screw_body: `RobotModel.screw_body`.
@@ -113,8 +113,9 @@ def state_arrays(robot, q):
             for c in range(3):
                 a_W[j, r] += X[r, c] * robot.screw_axis_F[j, c]
     if robot.n_base:
-        for r in range(3):  # Forward is the base's x axis.
-            a_W[0, r] = X_WL[robot.screw_body[0], r, 0]
+        for j in range(robot.n_base - 1):  # Forward is the base's x axis.
+            for r in range(3):
+                a_W[j, r] = X_WL[robot.screw_body[0], r, j]
     for j in range(n_u):
         if robot.screw_turns[j] and robot.moves[robot.body_E, j]:
             for r in range(3):

@@ -9,15 +9,23 @@ from annotated_types import Interval, Len
 
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, FileError, unknown_name
-from remosplat_drake.base.ranges import Config, JointPosition, joined
+from remosplat_drake.base.ranges import Config, JointPosition, OneOf, joined
 from remosplat_drake.base.strict_yaml import load_strict
 from remosplat_drake.robot.actuators import Actuator
 
+DIFFERENTIAL, OMNIDIRECTIONAL = "differential", "omnidirectional"
+DRIVES = (DIFFERENTIAL, OMNIDIRECTIONAL)
+"""Choices of how a base drives: forwards and turning, or to the side, too."""
+
 
 @dc.dataclass
-class DifferentialBase(Config):
-    """A mobile base with two driven wheels, modelled by three planar joints."""
+class MobileBase(Config):
+    """A mobile base, modelled by three planar joints."""
 
+    # How it drives: `differential`, commanded by its forward speed and yaw
+    # rate, or `omnidirectional`, by its speeds forward and to the left and its
+    # yaw rate.
+    drive: Annotated[str, OneOf(DRIVES)] = DIFFERENTIAL
     # Names of the joints x, y (prismatic) and yaw (revolute), in this order.
     joints: list[str] = dc.field(default_factory=list)
     # Name of the body that drives along its x axis.
@@ -55,15 +63,15 @@ class RobotDescription(Config):
     # URDF, SDF or *.dmd.yaml file of the robot, relative to this file.
     model: str = ""
     # The mobile base; absent for an arm that is fixed to the world.
-    base: DifferentialBase | None = None
+    base: MobileBase | None = None
     # The arm.
     arm: Arm = dc.field(default_factory=Arm)
     # The gripper; absent for an arm without one.
     hand: Hand | None = None
     # Name of the frame E that the controller drives to the target.
     end_effector_frame: str = ""
-    # Symmetric bounds on the command u = (v, omega, arm joint rates) [m/s,
-    # rad/s].
+    # Symmetric bounds on the command u: the base's speeds as `base.drive` has
+    # them, if there is a base, then the arm's joint rates [m/s, rad/s].
     velocity_limits: list[Annotated[float, Interval(gt=0, le=100)]] = dc.field(
         default_factory=list
     )
@@ -98,6 +106,13 @@ class RobotDescription(Config):
     visuals: str = ""
     # Path of this file, filled in by the loader.
     source: str = dc.field(default="", metadata={"yaml": False})
+
+    @property
+    def n_base(self) -> int:
+        """Number of the base's commands: 3, 2, or 0 without a base."""
+        if self.base is None:
+            return 0
+        return 3 if self.base.drive == OMNIDIRECTIONAL else 2
 
     @property
     def model_path(self) -> Path:
@@ -149,6 +164,15 @@ class RobotDescription(Config):
         return re.sub(r"(?<=[a-z])(?=\d)", " ", words)
 
 
+def shipped_robots() -> list[str]:
+    """Returns the names of the robots that come with the package, sorted."""
+    return sorted(
+        folder.name
+        for folder in resources.models_dir().iterdir()
+        if (folder / f"{folder.name}.yaml").is_file()
+    )
+
+
 def load_robot_description(name: str | Path) -> RobotDescription:
     """Reads a robot description.
 
@@ -162,12 +186,8 @@ def load_robot_description(name: str | Path) -> RobotDescription:
     if Path(name).suffix in (".yaml", ".yml"):
         path = resources.resolve(name)
     elif not path.is_file():
-        robots = [
-            folder.name
-            for folder in resources.models_dir().iterdir()
-            if (folder / f"{folder.name}.yaml").is_file()
-        ]
-        raise FileError(path, unknown_name("robot", str(name), robots))
+        problem = unknown_name("robot", str(name), shipped_robots())
+        raise FileError(path, problem)
     description = load_strict(RobotDescription, path)
     description.source = str(path)
     return description

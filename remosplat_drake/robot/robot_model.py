@@ -1,8 +1,9 @@
 """`RobotModel`: a mobile manipulator, or a plain arm, for the controller.
 
 Configuration q = (x, y, yaw, arm joints), command u = (v, omega, arm joint
-rates): a differential base has three positions but two velocities. An arm
-without a mobile base has neither part, and everything here works the same.
+rates): a differential base has three positions but two velocities. An
+omnidirectional one has a third, to the left, between the two. An arm without a
+mobile base has neither part, and everything here works the same.
 """
 
 import dataclasses as dc
@@ -102,7 +103,8 @@ class RobotModel:
         tree: The kinematic tree, body 0 being the world.
         n_q: Number of configuration variables (10 for Frankie).
         n_u: Number of commanded velocities (9 for Frankie).
-        n_base: Number of base commands: 2 (differential) or 0 (fixed).
+        n_base: Number of base commands: 3 (omnidirectional), 2 (differential)
+            or 0 (fixed).
         velocity_limit: Symmetric bounds on u, shape (n_u,) [m/s, rad/s].
         acceleration_limit: Bounds on |du/dt|, shape (n_u,) [m/s^2, rad/s^2].
         position_lower: Lower joint limits of q, shape (n_q,) [m, rad]; infinite
@@ -110,7 +112,7 @@ class RobotModel:
         position_upper: Upper joint limits of q, shape (n_q,) [m, rad]; infinite
             for the base.
         screw_body: Body of `tree` whose inboard joint each command moves, shape
-            (n_u,); both of a differential base move the one that turns.
+            (n_u,); all of a base's move the one that turns.
         screw_turns: Whether each command turns that body, or else slides it,
             shape (n_u,), bool.
 
@@ -147,7 +149,7 @@ class RobotModel:
 
         base_joints = description.base.joints if description.base else []
         self.joint_names = [*base_joints, *description.arm.joints]
-        self.n_base = 2 if description.base else 0
+        self.n_base = description.n_base
         self.n_q = len(self.joint_names)
         self.n_u = self.n_base + len(description.arm.joints)
         self._base_q = len(base_joints)
@@ -166,6 +168,11 @@ class RobotModel:
 
     def __deepcopy__(self, memo) -> "RobotModel":
         return self
+
+    @property
+    def is_omnidirectional(self) -> bool:
+        """Whether the robot has a base that can drive to the side."""
+        return self.n_base == 3
 
     @property
     def assumed_actuators(self) -> list[Actuator]:
@@ -255,15 +262,14 @@ class RobotModel:
         if self.description.base:
             self._body_B = self.tree.index(self.description.base.body)
             yaw_body = joint_body[2]
-            bodies = [yaw_body, yaw_body]
+            bodies = [yaw_body] * self.n_base
         else:
             self._body_B = 0
             bodies = []
         bodies += [joint_body[i] for i in range(self._base_q, self.n_q)]
         self.screw_body = np.array(bodies)
         self.screw_turns = self.tree.kind[self.screw_body] == kin.REVOLUTE
-        if self.n_base:
-            self.screw_turns[0] = False
+        self.screw_turns[: max(self.n_base - 1, 0)] = False
         self._moves = np.zeros((b, self.n_u), bool)
         for body in range(1, b):
             chain = set(self.tree.chain(body))
@@ -355,9 +361,10 @@ class RobotModel:
         arm = np.arange(self.n_q - self._base_q)
         N[self._base_q + arm, self.n_base + arm] = 1.0
         if self.n_base:
-            N[0, 0] = np.cos(q[2])
-            N[1, 0] = np.sin(q[2])
-            N[2, 1] = 1.0
+            c, s = np.cos(q[2]), np.sin(q[2])
+            slides = np.array([[c, -s], [s, c]])
+            N[:2, : self.n_base - 1] = slides[:, : self.n_base - 1]
+            N[2, self.n_base - 1] = 1.0
         return N
 
     def sphere_tube(self, tube: np.ndarray, speed: np.ndarray) -> np.ndarray:

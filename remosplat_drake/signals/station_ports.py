@@ -28,11 +28,11 @@ CHEAT_CONTACT = "cheat.contact"
 """Name of the output with the contact results (ground truth)."""
 
 BASE_COMMAND = "base.velocity_commanded"
-"""Name of the input with the base's forward and yaw rate [m/s, rad/s]."""
+"""Name of the input with the base's commanded speeds [m/s, rad/s]."""
 BASE_POSE = "base.pose_measured"
 """Name of the output with the base's pose x, y, yaw in W [m, m, rad]."""
 BASE_VELOCITY = "base.velocity_measured"
-"""Name of the output with the base's forward and yaw rate [m/s, rad/s]."""
+"""Name of the output with the base's measured speeds [m/s, rad/s]."""
 
 
 @dc.dataclass(frozen=True)
@@ -92,10 +92,12 @@ def station_ports(
     n = len(description.arm.joints)
     ports = []
     if description.base:
+        left = "left, " if description.n_base == 3 else ""
+        speeds = f"forward, {left}yaw rate [m/s, rad/s]"
         ports += [
-            Port(BASE_COMMAND, INPUT, 2, "forward and yaw rate [m/s, rad/s]"),
+            Port(BASE_COMMAND, INPUT, description.n_base, speeds),
             Port(BASE_POSE, OUTPUT, 3, "x, y, yaw in W [m, m, rad]"),
-            Port(BASE_VELOCITY, OUTPUT, 2, "forward, yaw rate [m/s, rad/s]"),
+            Port(BASE_VELOCITY, OUTPUT, description.n_base, speeds),
         ]
     ports += [
         Port(arm_command(description), INPUT, n, "joint rates [rad/s]"),

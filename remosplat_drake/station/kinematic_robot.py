@@ -104,7 +104,12 @@ class KinematicRobot(LeafSystem):
                     self._calc_base,
                     state | {self.time_ticket()},
                 ),
-                (ports.BASE_VELOCITY, 2, self._calc_base_velocity, command),
+                (
+                    ports.BASE_VELOCITY,
+                    description.n_base,
+                    self._calc_base_velocity,
+                    command,
+                ),
             ]
         if description.hand:
             outputs.append(
@@ -151,7 +156,7 @@ class KinematicRobot(LeafSystem):
     def _calc_base_velocity(
         self, context: Context, output: BasicVector
     ) -> None:
-        output.SetFromVector(self._commands.read(context).u[:2])
+        output.SetFromVector(self._commands.read(context).u[: output.size()])
 
     def _calc_arm(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._state(context)[0][-output.size() :])

@@ -26,7 +26,8 @@ class StateReader(LeafSystem):
 
     Names are those of `signals.station_ports`. `plant_state` is the plant's
     state port; `base.velocity_measured` is (v, omega) with v along the
-    measured heading, as wheel odometry has it. A fixed robot has no `base`
+    measured heading, as wheel odometry has it, and with an omnidirectional
+    base the speed to the left between the two. A fixed robot has no `base`
     ports, one without a gripper no `hand` ports.
     """
 
@@ -63,7 +64,11 @@ class StateReader(LeafSystem):
         if description.base:
             outputs += [
                 (ports.BASE_POSE, 3, self._calc_base),
-                (ports.BASE_VELOCITY, 2, self._calc_base_velocity),
+                (
+                    ports.BASE_VELOCITY,
+                    description.n_base,
+                    self._calc_base_velocity,
+                ),
             ]
         if description.hand:
             outputs.append((ports.hand_state(description), 2, self._calc_hand))
@@ -88,7 +93,9 @@ class StateReader(LeafSystem):
         yaw = x[self._q[2]]
         x_dot, y_dot, omega = x[self._v[:3]]
         forward = np.cos(yaw) * x_dot + np.sin(yaw) * y_dot
-        output.SetFromVector([forward, omega])
+        left = np.cos(yaw) * y_dot - np.sin(yaw) * x_dot
+        speeds = [forward, left][: output.size() - 1]
+        output.SetFromVector([*speeds, omega])
 
     def _calc_hand(self, context: Context, output: BasicVector) -> None:
         x = self._input.Eval(context)

@@ -35,12 +35,12 @@ class VelocityDriver(LeafSystem):
         - desired_state_<model instance>
         - status
 
-    The base's (v, omega) becomes velocities of x, y and yaw by the map N(q)
-    at the *measured* yaw, at every step of the plant: the base cannot be
-    told to slip sideways. A command that is not finite makes the motors hold
-    still, and `status` says so. Names are those of `signals.station_ports`;
-    `plant_state` is the plant's state, and each `desired_state_...` goes to
-    the port of its model instance.
+    The base's speeds become velocities of x, y and yaw by the map N(q)
+    at the *measured* yaw, at every step of the plant: a differential base
+    cannot be told to slip sideways. A command that is not finite makes the
+    motors hold still, and `status` says so. Names are those of
+    `signals.station_ports`; `plant_state` is the plant's state, and each
+    `desired_state_...` goes to the port of its model instance.
     """
 
     def __init__(
@@ -166,9 +166,10 @@ def desired_velocities(
     configuration = q[: robot.n_q]
     u = command.u
     if robot.n_base:
-        heading = robot.velocity_map(configuration)[:2, 0]
+        slides = slice(robot.n_base - 1)
+        headings = robot.velocity_map(configuration)[:2, slides]
         u = u.copy()
-        u[0] = near(u[0], heading @ v[:2], motors.drive_error)
+        u[slides] = near(u[slides], v[:2] @ headings, motors.drive_error)
     desired[: robot.n_q] = robot.velocity_map(configuration) @ u
     if hand.joints and command.width is not None:
         fingers = slice(robot.n_q, None)

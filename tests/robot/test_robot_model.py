@@ -198,6 +198,29 @@ def test_quarter_circle_of_the_base():
     np.testing.assert_allclose(q[:3], [1, 1, np.pi / 2], atol=EXACT)
 
 
+def test_an_omnidirectional_base_goes_round_a_place_that_it_faces():
+    """At pi/2 m/s to the left and pi/2 rad/s for 1 s: a circle of 1 m."""
+    robot = load_robot("ridgeback_panda")
+    u = np.zeros(10)
+    u[1], u[2] = -np.pi / 2, np.pi / 2
+    q = robot.advance(np.zeros(10), u, 1.0)
+    np.testing.assert_allclose(q[:3], [1, -1, np.pi / 2], atol=EXACT)
+
+
+def test_bounds_on_jacobians_and_their_change_hold(robot):
+    """At random configurations and commands, by differences."""
+    rng = np.random.default_rng(4)
+    for q in random_configurations(robot, 20):
+        state = robot.state(q)
+        size = np.linalg.norm(state.Jv_WS, axis=1)
+        assert (size <= robot.jacobian_bound + 1e-9).all()
+        u = rng.uniform(-1, 1, robot.n_u)
+        ahead = robot.state(robot.advance(q, u, STEP)).Jv_WS @ u
+        change = np.linalg.norm(ahead - state.Jv_WS @ u, axis=1) / STEP
+        bound = np.abs(u) @ robot.hessian_bound @ np.abs(u)
+        assert (change <= bound + 1e-4).all()
+
+
 def test_straight_line_of_the_base():
     robot = load_robot("frankie")
     u = np.zeros(9)
@@ -227,10 +250,13 @@ def test_three_link_arm_by_hand():
 
 
 def test_sizes(robot):
-    n_base = 2 if robot.description.base else 0
+    base = robot.description.base
+    n_base = {None: 0, "differential": 2, "omnidirectional": 3}[
+        base and base.drive
+    ]
     assert robot.n_base == n_base
     assert robot.n_u == n_base + len(robot.home)
-    assert robot.n_q == robot.n_u + (1 if n_base else 0)
+    assert robot.n_q == (3 if base else 0) + len(robot.home)
     assert robot.velocity_limit.shape == (robot.n_u,)
     assert robot.position_lower.shape == (robot.n_q,)
     assert (robot.position_lower < robot.position_upper).all()

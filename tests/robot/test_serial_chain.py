@@ -6,10 +6,11 @@ import pytest
 from remosplat_drake.controller.planning.kernels.inverse_kinematics import (
     reach_from,
 )
+from remosplat_drake.robot.robot_description import shipped_robots
 from remosplat_drake.robot.robot_model import load_robot
 
 
-@pytest.mark.parametrize("name", ["frankie", "panda", "three_link"])
+@pytest.mark.parametrize("name", [*shipped_robots(), "three_link"])
 def test_the_end_effector_is_where_the_tree_has_it(name, three_link):
     robot = three_link if name == "three_link" else load_robot(name)
     chain = robot.chain_to_end_effector

@@ -61,7 +61,7 @@ class Recording:
         if not extra:
             return self.q
         steps = [
-            base_way(before, after)
+            base_way(before, after, 2)
             for before, after in zip(self.q[:-1], self.q[1:], strict=True)
         ]
         base = np.cumsum([np.zeros(2), *steps], axis=0)
@@ -182,7 +182,7 @@ def _tube(
     )
     for sent, u, stamp, way in rows:
         known = modelled_way(model, history, np.array([stamp]))
-        history = history.with_measurement(np.array([way]), known)
+        history = history.with_measurement(np.array([way]), known, 0)
         off.append(history.residual(sent)[0])
         peaks.append(history.peak()[0])
         history = history.with_command(model, sent, np.array([u]), math.inf)

@@ -97,7 +97,7 @@ def step_rollout(
     error = pose_error(X_WE, X_WT)
     time = rollout.time + law.dt
     # Without a path, who only turns has nowhere to go.
-    n_moves = 1 if rollout.guidance.path is None else law.robot.n_base
+    n_moves = law.robot.n_base - (rollout.guidance.path is None)
     stands = _stands(law, u, n_moves)
     still = rollout.still + law.dt if stands else 0.0
     if arrived(error):
@@ -165,6 +165,6 @@ def _compiled_step(
 
 
 def _stands(law: ReactiveLaw, u: np.ndarray, n_moves: int) -> bool:
-    base = np.abs(u[: min(law.robot.n_base, n_moves)]).max(initial=0.0)
+    base = np.abs(u[: max(n_moves, 0)]).max(initial=0.0)
     arm = np.abs(u[law.robot.n_base :]).max(initial=0.0)
     return max(base, 0.5 * arm) < _STALL_SPEED

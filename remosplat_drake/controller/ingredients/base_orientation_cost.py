@@ -57,7 +57,7 @@ class BaseOrientationCost(CompiledIngredient):
         p_BE_B = X_WB[:3, :3].T @ (X_WE[:3, 3] - X_WB[:3, 3])
         c = np.zeros(program.n_u)
         theta = math.atan2(p_BE_B[1], p_BE_B[0])
-        c[1] = -self._gain * (theta - tick.guidance.bearing)
+        c[tick.robot.n_base - 1] = -self._gain * (theta - tick.guidance.bearing)
         program.add_linear_cost(self.term, c)
 
     def settings(self, robot: RobotModel) -> "BaseOrientationSettings":
@@ -85,4 +85,5 @@ def add_base_orientation_cost(own, k, tick, program):
         y += X_WB[r, 1] * p_BE_W
     program.has[k, 0] = True
     bearing = math.atan2(y, x)
-    program.linear[k, 1] = -own.gain * (bearing - tick.guidance.bearing)
+    yaw = robot.n_base - 1
+    program.linear[k, yaw] = -own.gain * (bearing - tick.guidance.bearing)

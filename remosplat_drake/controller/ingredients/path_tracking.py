@@ -112,7 +112,7 @@ def _velocity(own, tick):
     length = path_s[-1]
     s, apart = nearest_place(path_q, path_s, q)
     goal, left = s + own.look_ahead, length - s + apart
-    if robot.n_base:
+    if robot.n_base == 2:
         near = 0.1 * own.look_ahead
         corner = _corner_after(path_q, path_s, s + near)
         goal = min(goal, corner)
@@ -120,8 +120,11 @@ def _velocity(own, tick):
     along = place_at(path_q, path_s, goal)
     for j in range(len(q)):
         along[j] -= q[j]
-    if robot.n_base:
+    if robot.n_base == 2:
         along = _without_slip(path_q, path_s, goal, q, along)
+    elif robot.n_base:
+        x, y, c, s = along[0], along[1], math.cos(q[2]), math.sin(q[2])
+        along[0], along[1] = c * x + s * y, c * y - s * x
     square = 0.0
     for j in range(len(along)):
         square += along[j] * along[j]
@@ -203,8 +206,8 @@ def path_velocity(
 ) -> np.ndarray:
     """Computes the command that leads along a path, shape (n_u,).
 
-    A base does not look beyond the corner at which it goes over from turning
-    to driving or back, and slows down before it.
+    A differential base does not look beyond the corner at which it goes over
+    from turning to driving or back, and slows down before it.
 
     Args:
         path: The path.
@@ -214,12 +217,16 @@ def path_velocity(
     robot, q = tick.robot, tick.state.q
     s, apart = path.nearest(q)
     goal, left = s + config.look_ahead, path.length - s + apart
-    if robot.n_base:
+    if robot.n_base == 2:
         corner = _next_corner(path, s, 0.1 * config.look_ahead)
         goal = min(goal, corner)
         left = min(left, corner - s + 0.1 * config.look_ahead)
     e = path.at(goal) - q
-    along = _unicycle(path, goal, q, e) if robot.n_base else e
+    along = e
+    if robot.n_base == 2:
+        along = _unicycle(path, goal, q, e)
+    elif robot.n_base:
+        along = robot.velocity_map(q).T @ e
     size = float(np.linalg.norm(along))
     if size < 1e-9:
         return np.zeros(robot.n_u)

@@ -35,20 +35,35 @@ class VelocityLimitsConfig(Config):
     max_forward: Annotated[float, Interval(ge=0, le=5)] | None = None
     # Bound on the base's speed backwards; absent: the robot's own limit [m/s].
     max_reverse: Annotated[float, Interval(ge=0, le=5)] | None = None
+    # Bound on the speed of an omnidirectional base to either side; absent: the
+    # robot's own limit [m/s].
+    max_sideways: Annotated[float, Interval(ge=0, le=5)] | None = None
     # Bound on the base's yaw rate; absent: the robot's own limit [rad/s].
     max_yaw_rate: Annotated[float, Interval(ge=0, le=20)] | None = None
 
-    def base_bounds(self) -> tuple[np.ndarray, np.ndarray]:
+    def base_bounds(self, n_base: int) -> tuple[np.ndarray, np.ndarray]:
         """Returns lower and upper bounds on the base, beside the robot's own.
 
-        Both are arrays (v, omega) of the forward speed and the yaw rate,
-        shape (2,) [m/s, rad/s]; infinite where there is no bound.
+        Args:
+            n_base: Number of the base's commands.
+
+        Returns:
+            Both have the shape (n_base,) [m/s, rad/s] and are infinite where
+            there is no bound.
         """
-        forward, reverse, yaw_rate = (
+        forward, reverse, aside, yaw_rate = (
             np.inf if bound is None else bound
-            for bound in (self.max_forward, self.max_reverse, self.max_yaw_rate)
+            for bound in (
+                self.max_forward,
+                self.max_reverse,
+                self.max_sideways,
+                self.max_yaw_rate,
+            )
         )
-        return np.array([-reverse, -yaw_rate]), np.array([forward, yaw_rate])
+        kept = {3: [0, 1, 2], 2: [0, 2], 0: []}[n_base]
+        upper = np.array([forward, aside, yaw_rate])
+        lower = np.array([-reverse, -aside, -yaw_rate])
+        return lower[kept], upper[kept]
 
 
 class VelocityLimits(CompiledIngredient):
@@ -81,9 +96,9 @@ class VelocityLimits(CompiledIngredient):
         upper = self.config.fraction * tick.robot.velocity_limit
         lower = -upper
         n = tick.robot.n_base
-        base_lower, base_upper = self.config.base_bounds()
-        lower[:n] = np.maximum(lower[:n], base_lower[:n])
-        upper[:n] = np.minimum(upper[:n], base_upper[:n])
+        base_lower, base_upper = self.config.base_bounds(n)
+        lower[:n] = np.maximum(lower[:n], base_lower)
+        upper[:n] = np.minimum(upper[:n], base_upper)
         program.narrow(lower, upper)
         if self.config.acceleration and program.use_acceleration:
             limit = self.config.fraction * tick.robot.acceleration_limit
@@ -98,7 +113,9 @@ class VelocityLimits(CompiledIngredient):
         """Makes what the kernel takes; see `CompiledIngredient`."""
         config = self.config
         return VelocityLimitsSettings(
-            config.fraction, *config.base_bounds(), config.acceleration
+            config.fraction,
+            *config.base_bounds(robot.n_base),
+            config.acceleration,
         )
 
 

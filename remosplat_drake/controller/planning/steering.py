@@ -1,18 +1,25 @@
 """Steering: the motion between two configurations, in stretches of held u.
 
 An arm moves on the straight line between its joints. A differential base
-cannot slip sideways: it turns towards the place, drives there, and turns.
-The arm's joints move along, evenly over the whole way.
+cannot slip sideways: it turns towards the place, drives there, and turns. An
+omnidirectional one drives and turns at once, on arcs so short that they stay
+beside the straight line. The arm's joints move along, evenly over the whole
+way.
 """
 
 import math
 
 import numpy as np
 
+from remosplat_drake.robot.base_motion import base_command
 from remosplat_drake.robot.robot_model import RobotModel
 
 _NO_WAY = 1e-6
 """Distance below which the base need not drive [m]."""
+
+_ARC = 0.2
+"""Largest turn on an arc of an omnidirectional base: it is off the straight
+line by at most a fortieth of its length [rad]."""
 
 
 def waypoints(
@@ -21,7 +28,7 @@ def waypoints(
     """Returns the corners of the motion from a to b, both ends included.
 
     Between two corners the robot moves on a straight line through q, on which
-    the base either turns or drives.
+    a differential base either turns or drives.
 
     Args:
         robot: The robot.
@@ -37,6 +44,11 @@ def waypoints(
     x, y = b[0] - a[0], b[1] - a[1]
     way = math.hypot(x, y)
     last = a[2] + wrapped(b[2] - a[2])
+    if robot.is_omnidirectional:
+        pieces = 1 if way < _NO_WAY else math.ceil(abs(last - a[2]) / _ARC)
+        end = b.copy()
+        end[2] = last
+        return np.linspace(a, end, max(pieces, 1) + 1)
     if way < _NO_WAY:
         end = b.copy()
         end[2] = last
@@ -77,12 +89,8 @@ def held_command(robot: RobotModel, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """
     if not robot.n_base:
         return b - a
-    u = np.empty(robot.n_u)
-    way = b[:2] - a[:2]
-    u[0] = way[0] * math.cos(a[2]) + way[1] * math.sin(a[2])
-    u[1] = b[2] - a[2]
-    u[2:] = b[3:] - a[3:]
-    return u
+    base = base_command(a[:3], b[:3], robot.n_base)
+    return np.concatenate([base, b[3:] - a[3:]])
 
 
 def wrapped(angle: float) -> float:

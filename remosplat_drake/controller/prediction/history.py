@@ -6,6 +6,7 @@ import math
 import numpy as np
 
 from remosplat_drake.robot.actuators import ActuatorModel
+from remosplat_drake.robot.base_motion import base_command
 
 WINDOW = 1.0
 """Time over which predictions are compared with measurements [s]: about as
@@ -105,17 +106,18 @@ class History:
         )
 
     def with_measurement(
-        self, q: np.ndarray, modelled: np.ndarray
+        self, q: np.ndarray, modelled: np.ndarray, n_base: int
     ) -> "History":
         """Compares a measured configuration with the model.
 
         Args:
             q: The configuration at its stamps, shape (n_q,) [m, rad].
             modelled: Ways of the model at these stamps, shape (n_u,) [m, rad].
+            n_base: Number of base commands.
         """
         if not np.isfinite(q).all():
             return self
-        n_base, n_pose = (2, 3) if len(q) > len(modelled) else (0, 0)
+        n_pose = len(q) - (len(modelled) - n_base)
         pose, arm = q[:n_pose], q[n_pose:]
         if np.isnan(self.measured).any():
             measured = np.concatenate([np.zeros(n_base), arm])
@@ -123,7 +125,7 @@ class History:
             return dc.replace(self, pose=pose, measured=measured, drift=drift)
         base = self.measured[:n_base]
         if n_base:
-            base = base + base_way(self.pose, pose)
+            base = base + base_way(self.pose, pose, n_base)
         measured = np.concatenate([base, arm])
         drift = self.drift.copy()
         drift[-1] = measured - modelled
@@ -144,18 +146,14 @@ class History:
         return np.abs(self.u).max(axis=0)
 
 
-def base_way(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Measures how far a differential base has come between two poses.
+def base_way(before: np.ndarray, after: np.ndarray, n_base: int) -> np.ndarray:
+    """Measures how far a base has come between two poses, shape (n_base,).
 
     Args:
         before: x, y and yaw, shape (3,) [m, m, rad].
-        after: The same a little later.
-
-    Returns:
-        The way forward and the turn, shape (2,) [m, rad].
+        after: The same a little later, in any turn.
+        n_base: Number of base commands, 2 or 3.
     """
     turn = math.remainder(after[2] - before[2], math.tau)
-    heading = before[2] + 0.5 * turn
-    x, y = after[0] - before[0], after[1] - before[1]
-    chord = x * math.cos(heading) + y * math.sin(heading)
-    return np.array([chord / np.sinc(0.5 * turn / math.pi), turn])
+    end = np.array([*after[:2], before[2] + turn])
+    return base_command(before, end, n_base)

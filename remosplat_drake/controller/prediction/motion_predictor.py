@@ -158,7 +158,7 @@ class MotionPredictor(LeafSystem):
         age = self._status_input.Eval(context).base_age
         if age and self._base_input.HasValue(context):
             u = np.zeros(self._robot.n_u)
-            u[:2] = self._base_input.Eval(context)
+            u[: self._robot.n_base] = self._base_input.Eval(context)
             q = self._robot.advance(q, u, -age)
         return q
 
@@ -169,7 +169,7 @@ class MotionPredictor(LeafSystem):
         known = dc.replace(
             known,
             time=context.get_time(),
-            history=known.history.with_measurement(q, way),
+            history=known.history.with_measurement(q, way, self._robot.n_base),
         )
         state.get_mutable_abstract_state(self._cell).set_value(known)
 

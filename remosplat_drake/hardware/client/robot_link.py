@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.hardware.client.base_residual import CommandedPath
 from remosplat_drake.hardware.client.base_track import (
@@ -83,6 +83,13 @@ class RobotLink:
         self._config = config
         self._robot = robot
         check_ranges(config, field="hardware")
+        if robot.is_omnidirectional:
+            raise FieldError(
+                robot.description.source,
+                "base.drive",
+                "base drivers know forward speed and yaw rate only, so that an"
+                " omnidirectional base cannot be driven with --hardware",
+            )
         self.lcm = config.open_lcm()
         description, names = robot.description, config.channels
         self.arm = Mailbox(self.lcm, names.arm_status)

@@ -5,7 +5,10 @@ from collections.abc import Sequence
 import yaml
 
 from remosplat_drake.robot.importing.findings import Findings
-from remosplat_drake.robot.robot_description import RobotDescription
+from remosplat_drake.robot.robot_description import (
+    DIFFERENTIAL,
+    RobotDescription,
+)
 
 
 def description_text(
@@ -27,6 +30,8 @@ def description_text(
     if description.base is not None:
         base = description.base
         section = {"joints": base.joints, "body": base.body}
+        if base.drive != DIFFERENTIAL:
+            section = {"drive": base.drive, **section}
     else:
         section = None
     arm = description.arm

@@ -16,7 +16,7 @@ _WITHIN = 0.15
 """Least distance from both joint limits, as a share of the range."""
 
 
-def guess_home(robot: RobotModel, still: int = 0, seed: int = 0) -> np.ndarray:
+def guess_home(robot: RobotModel, seed: int = 0) -> np.ndarray:
     """Draws arm configurations, and takes the most able of the clearest.
 
     Clear is where links that are two joints or more apart keep away from each
@@ -25,7 +25,6 @@ def guess_home(robot: RobotModel, still: int = 0, seed: int = 0) -> np.ndarray:
 
     Args:
         robot: The robot; of a mobile one only the arm moves.
-        still: Number of the arm's first joints that stay at zero.
         seed: Seed of the draws.
 
     Returns:
@@ -40,9 +39,8 @@ def guess_home(robot: RobotModel, still: int = 0, seed: int = 0) -> np.ndarray:
     wide = robot.arm_turns & (upper - lower > 2 * np.pi)
     lower, upper = np.where(wide, -np.pi, lower), np.where(wide, np.pi, upper)
     draws = rng.uniform(lower, upper, (SAMPLES, len(lower)))
-    draws[:, :still] = 0.0
     pairs, foot = _watched(robot), _foot(robot)
-    scores = [_score(robot, q, still, pairs, foot) for q in draws]
+    scores = [_score(robot, q, pairs, foot) for q in draws]
     home = draws[int(np.argmax(scores))]
     return home.round(3)
 
@@ -78,15 +76,13 @@ def keeps_off_itself(robot: RobotModel, q: np.ndarray, room: float) -> bool:
 def _score(
     robot: RobotModel,
     q_arm: np.ndarray,
-    still: int,
     pairs: list[tuple[np.ndarray, np.ndarray]],
     foot: float,
 ) -> float:
     q = np.concatenate([np.zeros(robot.n_q - len(q_arm)), q_arm])
     state = robot.state(q)
     J = np.concatenate([state.Jv_WE, state.Jw_WE])[:, robot.n_base :]
-    turns = robot.arm_turns.copy()
-    turns[:still] = False
+    turns = robot.arm_turns
     J = J[:, turns] if turns.any() else J
     singular = np.linalg.svd(J, compute_uv=False)
     able = float(np.prod(singular)) ** (1 / max(len(singular), 1))

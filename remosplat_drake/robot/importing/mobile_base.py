@@ -4,6 +4,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
+from remosplat_drake.robot import robot_description
 from remosplat_drake.robot.importing.completion import JointLimits
 from remosplat_drake.robot.importing.findings import Findings
 from remosplat_drake.robot.importing.urdf import Urdf
@@ -11,6 +12,12 @@ from remosplat_drake.robot.importing.urdf import Urdf
 FIXED, DIFFERENTIAL, OMNI = "fixed", "differential", "omni"
 BASES = (FIXED, DIFFERENTIAL, OMNI)
 """Choices of how a robot moves about."""
+
+DRIVES = {
+    DIFFERENTIAL: robot_description.DIFFERENTIAL,
+    OMNI: robot_description.OMNIDIRECTIONAL,
+}
+"""What descriptions call the drives of those that move."""
 
 JOINTS = ("base_x", "base_y", "base_yaw")
 """Names of the joints of a mobile base."""
@@ -22,7 +29,7 @@ ACCELERATION, YAW_ACCELERATION = 0.5, 1.5
 """What is taken for the rates of their change [m/s^2, rad/s^2]."""
 
 ROAM = 20.0
-"""How far an omnidirectional base drives from where it started [m]."""
+"""How far the model has a base drive from where it started [m]."""
 
 
 def base_limits(base: str, findings: Findings) -> list[JointLimits]:
@@ -33,8 +40,9 @@ def base_limits(base: str, findings: Findings) -> list[JointLimits]:
         findings: Where the guess is noted.
 
     Returns:
-        Those of the forward speed and the yaw rate of a differential base, of
-        x, y and yaw of an omnidirectional one, none of a fixed one.
+        Those of the forward speed and the yaw rate of a differential base, with
+        that to the left between them of an omnidirectional one, none of a fixed
+        one.
     """
     if base == FIXED:
         return []

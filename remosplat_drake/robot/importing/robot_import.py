@@ -28,9 +28,9 @@ from remosplat_drake.robot.importing.home import guess_home, tightness
 from remosplat_drake.robot.importing.link_shapes import convert_shapes
 from remosplat_drake.robot.importing.mobile_base import (
     DIFFERENTIAL,
+    DRIVES,
     FIXED,
     JOINTS,
-    OMNI,
     add_base_joints,
     base_limits,
 )
@@ -40,7 +40,7 @@ from remosplat_drake.robot.importing.srdf import Srdf, find_srdf, read_srdf
 from remosplat_drake.robot.importing.urdf import Urdf
 from remosplat_drake.robot.robot_description import (
     Arm,
-    DifferentialBase,
+    MobileBase,
     RobotDescription,
 )
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
@@ -68,7 +68,7 @@ class ImportRequest:
     Attributes:
         source: The robot's file, in any format that `read_robot` reads.
         packages: Folders of packages by name, besides those that are found.
-        base: `FIXED`, `DIFFERENTIAL` or `OMNI`; None guesses from wheels.
+        base: One of `BASES`; None guesses from wheels.
         end_effector: Name of the end effector's link; None guesses it.
         srdf: The robot's SRDF; None looks for one beside the source.
         arguments: Arguments of a xacro by name.
@@ -148,7 +148,7 @@ def import_robot(
         f" {1e3 * covering.bulges[worst].max:.0f} mm",
     )
     on_progress("looking for a home", 0, 1)
-    _choose_home(description, srdf, base, findings)
+    _choose_home(description, srdf, findings)
     write_atomically(
         Path(description.source),
         description_text(description, request.made_by, findings),
@@ -228,16 +228,14 @@ def _described(
         _write_model(urdf, model)
     joints = [joint.name for joint in arm.joints]
     of_base = base_limits(base, findings)
-    if base == OMNI:
-        joints = [*JOINTS, *joints]
     all_limits = [*of_base, *limits]
     return RobotDescription(
         name=name,
         model=model.name,
-        base=DifferentialBase(list(JOINTS), drives or "")
-        if base == DIFFERENTIAL
-        else None,
-        arm=Arm("arm", joints, mount if base != OMNI else "base_origin"),
+        base=None
+        if drives is None
+        else MobileBase(DRIVES[base], list(JOINTS), drives),
+        arm=Arm("arm", joints, mount),
         end_effector_frame=arm.end_effector,
         velocity_limits=[limit.velocity for limit in all_limits],
         acceleration_limits=[limit.acceleration for limit in all_limits],
@@ -294,14 +292,13 @@ def _surface_options(urdf: Urdf, arm: ArmChoice, base: str) -> SurfaceOptions:
 
 
 def _choose_home(
-    description: RobotDescription, srdf: Srdf, base: str, findings: Findings
+    description: RobotDescription, srdf: Srdf, findings: Findings
 ) -> None:
     """Sets the home: that of the SRDF if it is usable, or a guess."""
     path = Path(description.source)
     write_atomically(path, description_text(description, "", Findings()))
     robot = load_robot(path)
-    still = len(JOINTS) if base == OMNI else 0
-    guess = guess_home(robot, still)
+    guess = guess_home(robot)
     named = srdf.home()
     if named is not None:
         name, positions = named

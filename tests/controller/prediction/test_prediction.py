@@ -98,7 +98,9 @@ def test_an_exact_model_leaves_no_residual(three_link):
     for k, command in enumerate(u):
         q = modelled_way(axes, history, np.full(3, k * DT)) + 0.4
         now = np.full(3, k * DT)
-        history = history.with_measurement(q, modelled_way(axes, history, now))
+        history = history.with_measurement(
+            q, modelled_way(axes, history, now), 0
+        )
         history = history.with_command(axes, k * DT, command, math.inf)
     assert history.residual(2.0).max() < 1e-12
     np.testing.assert_allclose(history.peak(), 1.0, atol=0.01)
@@ -109,7 +111,7 @@ def test_a_robot_that_stands_where_it_should_move_is_noticed(three_link):
     history = History.at_rest(3)
     for k in range(100):
         way = modelled_way(axes, history, np.full(3, k * DT))
-        history = history.with_measurement(np.zeros(3), way)
+        history = history.with_measurement(np.zeros(3), way, 0)
         history = history.with_command(axes, k * DT, np.full(3, 0.05), 1.0)
         motion = predict(
             three_link, axes, history, np.zeros(3), np.full(3, k * DT), k * DT
@@ -134,7 +136,7 @@ def test_a_bases_way_is_measured_along_its_heading(frankie):
     after = frankie.advance(before, u, 0.1)
     after[2] = math.remainder(after[2], math.tau)
     np.testing.assert_allclose(
-        base_way(before[:3], after[:3]), 0.1 * u[:2], rtol=1e-9
+        base_way(before[:3], after[:3], 2), 0.1 * u[:2], rtol=1e-9
     )
 
 

@@ -9,6 +9,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from remosplat_drake.robot.model_file import add_robot_model
+from remosplat_drake.robot.robot_description import shipped_robots
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.robot.self_collision.pairs import (
     SelfCollisionPairs,
@@ -16,8 +17,9 @@ from remosplat_drake.robot.self_collision.pairs import (
 )
 
 TOLERANCE = 5e-3
-"""How well Drake measures hulls that are near each other [m]. Elsewhere
-it finds up to a tenth too much: the points it names are not the nearest."""
+"""How well Drake measures hulls that are near each other [m]. Elsewhere it
+finds up to a tenth too much, and of cylinders up to a third: the points that it
+names are not the nearest."""
 
 
 class SceneGraphOf:
@@ -88,7 +90,7 @@ def configurations(robot: RobotModel, n: int):
         yield overlapping
 
 
-@pytest.mark.parametrize("name", ["frankie", "panda"])
+@pytest.mark.parametrize("name", shipped_robots())
 def test_drake_measures_the_same(name):
     robot = load_robot(name)
     pairs, theirs = self_collision_pairs(robot, 0.0), SceneGraphOf(robot)
@@ -96,9 +98,8 @@ def test_drake_measures_the_same(name):
     for q in configurations(robot, 120):
         ours, expected = pairs.distances(q), theirs.distances(pairs, q)
         apart = (ours > 0) & (expected > 0)
-        np.testing.assert_allclose(
-            ours[apart], expected[apart], rtol=0.1, atol=TOLERANCE
-        )
+        assert (ours[apart] < expected[apart] + TOLERANCE).all()
+        assert (expected[apart] < 1.5 * ours[apart] + TOLERANCE).all()
         # No miss and no false alarm; how deep hulls are, Drake exaggerates.
         assert (ours[~apart] < TOLERANCE).all()
         assert (expected[~apart] < TOLERANCE).all()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.robot.robot_description import shipped_robots
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.robot.self_collision.link_pairs import (
     ADJACENT,
@@ -122,7 +123,7 @@ def test_an_srdf_file_that_is_missing_is_named(make_arm):
         found(make_arm(0.03, "srdf: y.srdf\n"))
 
 
-@pytest.mark.parametrize("name", ["frankie", "panda"])
+@pytest.mark.parametrize("name", shipped_robots())
 def test_nothing_on_a_shipped_robot_is_left_out_by_its_shapes(name):
     pairs = found(load_robot(name))
     assert set(pairs.left_out.values()) == {ADJACENT}

@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from remosplat_drake.robot.robot_description import shipped_robots
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
+
+DEEP = -0.02
 
 PLATES = """
 <robot name="plates">
@@ -90,7 +93,7 @@ def test_far_links_are_near_at_one_place(plates):
     assert len(near(plates, [0, 0, 0], 0.03)) == 0
 
 
-@pytest.mark.parametrize("name", ["frankie", "panda"])
+@pytest.mark.parametrize("name", shipped_robots())
 def test_the_nearest_is_among_them_for_each_pair_of_links(name):
     robot = load_robot(name)
     pairs = self_collision_pairs(robot, 0.01)
@@ -109,10 +112,11 @@ def test_the_nearest_is_among_them_for_each_pair_of_links(name):
         for k, distance in zip(found.pair, found.distance, strict=True):
             links = pairs.links(k)
             least[links] = min(least.get(links, np.inf), distance)
-        assert least == pytest.approx(
-            {links: d for links, d in exact.items() if d < 0.1}, abs=1e-9
+        # Of links that overlap deeply, one overlap of their shapes will do.
+        assert {k: max(d, DEEP) for k, d in least.items()} == pytest.approx(
+            {k: max(d, DEEP) for k, d in exact.items() if d < 0.1}, abs=1e-9
         )
         seen += len(found)
         gap = np.vecdot(found.p_WB - found.p_WA, found.normal_W)
         np.testing.assert_allclose(gap, found.distance, atol=1e-9)
-    assert seen > 300
+    assert seen > 200

@@ -38,7 +38,7 @@ def chain(q, rates, spans, n_base):
         q: Configuration at the start, shape (n_q,).
         rates: Velocities on the pieces, shape (s, n_u).
         spans: How long the pieces last, shape (s,) [s].
-        n_base: Number of base commands, 2 or 0.
+        n_base: Number of base commands, 3, 2 or 0.
 
     Returns:
         The configurations, shape (s, n_q).
