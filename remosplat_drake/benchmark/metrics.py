@@ -8,11 +8,15 @@ import numpy as np
 
 from remosplat_drake.robot.pose_error import PoseError, pose_error
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 RESAMPLING_PERIOD = 0.05
 """Sampling period of `resampled_acceleration` [s]."""
+
+FAR = 0.1
+"""Distance of the robot from itself beyond which more does not matter [m]."""
 
 JACOBIAN_STEP = 1e-5
 """Half step of the central difference of a Jacobian in time [s]."""
@@ -46,6 +50,28 @@ def minimum_clearances(
     return np.array(
         [truth.clearances(robot.spheres_at(q_t)).minimum() for q_t in q]
     )
+
+
+def self_distance(robot: RobotModel, q: np.ndarray) -> float | None:
+    """Returns the smallest distance of the robot from itself, up to `FAR` [m].
+
+    It is that of the hulls of links which are watched and do not overlap at
+    home.
+
+    Args:
+        robot: The robot.
+        q: Configurations, shape (T + 1, n_q).
+
+    Returns:
+        The distance, negative where links overlap; None where no links are
+        watched.
+    """
+    pairs = self_collision_pairs(robot, 0.0)
+    apart = pairs.allowance == 0.0
+    if not apart.any():
+        return None
+    found = [pairs.distances(q_t, FAR)[apart] for q_t in q]
+    return float(np.min(found))
 
 
 def between_ticks(q: np.ndarray, parts: int) -> np.ndarray:

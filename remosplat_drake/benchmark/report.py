@@ -15,6 +15,7 @@ from remosplat_drake.benchmark.cells import (
 from remosplat_drake.benchmark.motion_table import motion_table
 from remosplat_drake.benchmark.paper_results import PAPER_TRIALS, PaperRow
 from remosplat_drake.benchmark.result import RULE_TITLES, RULES, TrialResult
+from remosplat_drake.benchmark.robot_table import robot_table
 from remosplat_drake.benchmark.scan_table import scan_table
 from remosplat_drake.benchmark.summary import Comparison, Row, gather
 
@@ -36,6 +37,10 @@ def report_tables(results: Sequence[TrialResult]) -> list[Table]:
     """Returns all tables that results give, comparison by comparison."""
     tables, comparisons = [], gather(results)
     for comparison in comparisons:
+        if comparison.is_robots:
+            tables += [robot_table(comparison, RULES[0])]
+            tables += [outcome_table(comparison)]
+            continue
         first_table = scan_table if comparison.is_scan else main_table
         tables += [first_table(comparison, rule) for rule in RULES]
         if comparison.is_motion:

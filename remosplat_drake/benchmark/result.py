@@ -125,6 +125,9 @@ class TrialResult:
             goal takes at the velocity limits; None without such a goal [s].
         first_checks: Number of configurations and motions that were looked at
             until a path was found; None if none was searched or found.
+        self_distance: Smallest distance between two links of the robot that are
+            watched, by the hulls of their shapes, at ticks; negative where they
+            overlap, and None where none are watched [m].
     """
 
     key: str
@@ -148,6 +151,7 @@ class TrialResult:
     problem: str = ""
     joint_time: float | None = None
     first_checks: int | None = None
+    self_distance: float | None = None
 
     def judged(self, rule: str) -> Judgement | None:
         """Returns the judgement by one of `RULES`; None after a crash."""

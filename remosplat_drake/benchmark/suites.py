@@ -10,6 +10,8 @@ from remosplat_drake.base.errors import FileError, RemoSplatError, unknown_name
 from remosplat_drake.benchmark import motion_bench_maker
 from remosplat_drake.benchmark.motion_bench_maker import motion_problems
 from remosplat_drake.benchmark.reaching_task import BenchmarkCase
+from remosplat_drake.benchmark.robot_suite import SUITE as ROBOTS
+from remosplat_drake.benchmark.robot_suite import robot_cases
 from remosplat_drake.benchmark.scan_suite import scan_cases
 from remosplat_drake.benchmark.scene_case import SceneCase
 from remosplat_drake.generation.feasibility import FeasibilityFilter
@@ -20,6 +22,7 @@ from remosplat_drake.generation.scene_generators import (
     PUBLISHED_FAMILIES,
     generate,
 )
+from remosplat_drake.robot.robot_description import shipped_robots
 
 PUBLISHED_FOLDERS = {"table": "table_new", "bookshelf": "bookshelf_cage"}
 """Folders of the published scenes, by family."""
@@ -29,9 +32,26 @@ MBM = "mbm"
 """Kind of the suite of MotionBenchMaker's problems."""
 
 
-def default_robot(name: str) -> str:
-    """Returns the robot that a suite is made for; empty: the methods'."""
-    return motion_bench_maker.ROBOT if name.partition(":")[0] == MBM else ""
+def suite_robots(name: str, robot: str = "") -> list[str]:
+    """Returns the robots that a suite drives, one after the other.
+
+    Args:
+        name: Name of the suite.
+        robot: Names or files of robots, joined by commas; empty for those that
+            the suite is made for. An empty name stands for the methods' own.
+
+    Raises:
+        RemoSplatError: The suite takes one robot only.
+    """
+    if robot and (name == ROBOTS or "," not in robot):
+        return robot.split(",")
+    if robot:
+        raise RemoSplatError(
+            f"--robot: takes one robot with --suite {name}, got {robot}"
+        )
+    if name == ROBOTS:
+        return shipped_robots()
+    return [motion_bench_maker.ROBOT if name.partition(":")[0] == MBM else ""]
 
 
 def interleave_families(
@@ -58,26 +78,26 @@ def load_cases(
     """Returns the cases of any suite.
 
     Args:
-        name: "scan:NAME" for scanned scenes (`scan_cases`), "mbm:DIR" for
-            MotionBenchMaker's problems (`motion_problems`), else a name that
-            `load_suite` takes.
+        name: "robots" for random targets (`robot_cases`), "scan:NAME" for
+            scanned scenes (`scan_cases`), "mbm:DIR" for MotionBenchMaker's
+            problems (`motion_problems`), else a name that `load_suite` takes.
         count: How many scenes of each family; scanned scenes are all taken.
         splat_folders: Folders of trained splats; scanned scenes use those
             that their suite names.
         trained_only: Whether scenes without a trained splat are left out;
             MotionBenchMaker's problems are all taken.
-        robot: Name or file of the robot; empty for that of the suite.
+        robot: Name or file of the robot; empty for the methods' own.
 
     Raises:
         RemoSplatError: The suite does not exist or cannot be used.
     """
     kind, _, place = name.partition(":")
+    if name == ROBOTS:
+        return robot_cases([robot], count)
     if kind == "scan":
         return scan_cases(place)
     if kind == MBM and place:
-        problems = motion_problems(
-            Path(place), count, robot or default_robot(name)
-        )
+        problems = motion_problems(Path(place), count, robot)
         folders = tuple(str(folder) for folder in splat_folders)
         return [dc.replace(p, splat_folders=folders) for p in problems]
     return load_suite(name, count, splat_folders, trained_only)
@@ -111,7 +131,8 @@ def load_suite(
     else:
         raise RemoSplatError(
             f"--suite: unknown suite {name!r}; valid: generated,"
-            " generated:FAMILY,..., published:DIR, mbm:DIR, scan:NAME[:DATA]"
+            " generated:FAMILY,..., published:DIR, mbm:DIR, scan:NAME[:DATA],"
+            " robots"
         )
     folders = tuple(str(folder) for folder in splat_folders)
     chosen = []

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from remosplat_drake.base.strict_yaml import entries
-from remosplat_drake.benchmark import motion_bench_maker
+from remosplat_drake.benchmark import motion_bench_maker, robot_suite
 from remosplat_drake.benchmark.methods import METHODS_FILE
 from remosplat_drake.benchmark.paper_results import (
     PAPER_SCANS,
@@ -116,9 +116,15 @@ class Comparison:
         return self.suite.startswith(motion_bench_maker.SUITE)
 
     @property
+    def is_robots(self) -> bool:
+        """Whether the scenes are random targets of robots."""
+        return self.suite == robot_suite.SUITE
+
+    @property
     def paper(self) -> dict[str, PaperRow]:
         """Rows of the paper's Table I that belong beside these, by method."""
-        return {} if self.is_scan or self.is_motion else PAPER_TABLE_I
+        ours = self.is_scan or self.is_motion or self.is_robots
+        return {} if ours else PAPER_TABLE_I
 
     def common(self, rule: str) -> np.ndarray:
         """Returns which scenes every row solves, shape (n,) bool."""

@@ -160,6 +160,7 @@ def run_trial(trial: Trial) -> TrialResult:
         times=_wall_times(trajectory, perf_counter() - started, effort),
         joint_time=_joint_time(world, task),
         first_checks=None if effort.first_path is None else effort.first_checks,
+        self_distance=met.self_distance(world.robot, trajectory.q),
         **judgements,
     )
 

@@ -22,9 +22,17 @@ from remosplat_drake.timing.guidance_cases import guidance_cases
 from remosplat_drake.timing.measuring import Timing, measure
 from remosplat_drake.timing.oracle_cases import oracle_cases
 from remosplat_drake.timing.planning_cases import planning_cases
+from remosplat_drake.timing.self_collision_cases import self_collision_cases
 from remosplat_drake.timing.tick_cases import tick_cases
 
-GROUPS = ("tick", "oracle", "depth", "guidance", "planning")
+GROUPS = (
+    "tick",
+    "oracle",
+    "depth",
+    "guidance",
+    "planning",
+    "self-collision",
+)
 """Names of the groups of functions that are timed."""
 
 ON_A_WIRE = ("hardware", "faults")
@@ -107,6 +115,8 @@ def run(arguments: argparse.Namespace) -> int:
         cases += guidance_cases()
     if arguments.group in (None, "planning"):
         cases += planning_cases()
+    if arguments.group in (None, "self-collision"):
+        cases += self_collision_cases()
     news = open_console(stderr=True)
     timings = [
         measure(case)

@@ -37,9 +37,10 @@ from remosplat_drake.benchmark.splat_record import (
 )
 from remosplat_drake.benchmark.splat_table import splat_table
 from remosplat_drake.benchmark.suites import (
-    default_robot,
+    ROBOTS,
     interleave_families,
     load_cases,
+    suite_robots,
 )
 from remosplat_drake.benchmark.summary import gather
 from remosplat_drake.benchmark.trained_splats import stored_records
@@ -68,9 +69,13 @@ METHODS = "paper,sdf-guided,ellipsoid-guided"
 """Methods that are compared by default: the paper's, and guided control with
 true distances and on splats."""
 
+ROBOTS_METHOD = "robots-guided"
+"""The same for random targets of any robot."""
+
 EXAMPLES = """
 remosplat benchmark --scenes 20 --output results/first
 remosplat benchmark --methods my_controller:make,sdf-hard --scenes 2
+remosplat benchmark --suite robots --robot my_arm/my_arm.yaml
 """
 """What `--help` ends with."""
 
@@ -87,25 +92,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--suite",
         default="generated",
-        metavar="generated|published:DIR|mbm:DIR|scan:NAME",
+        metavar="generated|published:DIR|mbm:DIR|scan:NAME|robots",
         help="our own scenes (default), the published ones in DIR,"
-        " MotionBenchMaker's problems in DIR, or targets in scans: scan:demo,"
-        " scan:FILE.yaml, scan:redkitchen:DATA",
+        " MotionBenchMaker's problems in DIR, targets in scans: scan:demo,"
+        " scan:FILE.yaml, scan:redkitchen:DATA, or random targets for any"
+        " robot in two scenes each",
     )
     parser.add_argument(
         "--robot",
         default="",
         metavar="NAME|FILE",
         help="robot that all methods drive (default: theirs; panda for mbm,"
-        " where a mobile robot starts displaced)",
+        " where a mobile robot starts displaced; all that are shipped for"
+        " robots, which takes several, joined by commas)",
     )
     parser.add_argument(
         "--methods",
-        default=METHODS,
         metavar="A,B,...",
         help="names, FILE or FILE:NAME of benchmark/methods.yaml's kind, your"
         " own controller as MODULE:FUNCTION (see custom_controller.py), or"
-        f" groups: {', '.join(GROUPS)} (default: {METHODS})",
+        f" groups: {', '.join(GROUPS)} (default: {METHODS}; for robots:"
+        f" {ROBOTS_METHOD})",
     )
     parser.add_argument(
         "--spheres",
@@ -165,25 +172,10 @@ def run(arguments: argparse.Namespace) -> int:
     output: Path = arguments.output
     for name in (RESULTS, SPLATS, REPORT, PAGE):
         check_writable(output / name)
-    robot = arguments.robot or default_robot(arguments.suite)
-    methods = load_methods(
-        arguments.methods.split(","),
-        arguments.scenario_text,
-        arguments.spheres,
-        robot,
-    )
     splats = splat_making(arguments)
     with console.status("choosing scenes"):
-        cases = load_cases(
-            arguments.suite,
-            arguments.scenes,
-            splat_folders(arguments, splats),
-            arguments.trained_only,
-            robot,
-        )
-    cases = interleave_families(cases)
-    # Scene by scene: an interrupted run has compared all methods in some.
-    trials = [Trial(method, case) for case in cases for method in methods]
+        trials = _trials(arguments, splat_folders(arguments, splats))
+    cases = list(dict.fromkeys(trial.case for trial in trials))
     warm_up.announce(console)
     if arguments.jobs > 1:
         with console.status("warming up"):
@@ -211,6 +203,32 @@ def run(arguments: argparse.Namespace) -> int:
         print(text)
     console.print(f"wrote {RESULTS}, {REPORT} and {PAGE} to {output}")
     return _conclude(outcome, console)
+
+
+def _trials(
+    arguments: argparse.Namespace, folders: tuple[Path, ...]
+) -> list[Trial]:
+    """All trials, scene by scene: who interrupts has compared all in some."""
+    usual = ROBOTS_METHOD if arguments.suite == ROBOTS else METHODS
+    names = (arguments.methods or usual).split(",")
+    trials: list[Trial] = []
+    for robot in suite_robots(arguments.suite, arguments.robot):
+        methods = load_methods(
+            names, arguments.scenario_text, arguments.spheres, robot
+        )
+        cases = load_cases(
+            arguments.suite,
+            arguments.scenes,
+            folders,
+            arguments.trained_only,
+            robot,
+        )
+        trials += [
+            Trial(method, case)
+            for case in interleave_families(cases)
+            for method in methods
+        ]
+    return trials
 
 
 @dc.dataclass(frozen=True)

@@ -1,0 +1,76 @@
+"""The table of random targets: one row a robot and scene."""
+
+import numpy as np
+
+from remosplat_drake.base.table import Table
+from remosplat_drake.benchmark.cells import format_rare, format_rate
+from remosplat_drake.benchmark.result import COLLISION
+from remosplat_drake.benchmark.summary import Comparison, Row
+
+
+def robot_table(comparison: Comparison, rule: str) -> Table:
+    """Makes the table of random targets, by robot and scene.
+
+    Args:
+        comparison: The methods to show.
+        rule: One of the success rules in `RULES`.
+    """
+    return Table(
+        f"random targets; {comparison.rows[0].spheres} spheres",
+        (
+            "method",
+            "robot, scene",
+            "reached [%]",
+            "collisions",
+            "min clearance [mm]",
+            "min self-distance [mm]",
+            "motion time, median [s]",
+            "95 % [s]",
+            "base's way, median [m]",
+            "planned [%]",
+            "tick p50 [ms]",
+        ),
+        tuple(
+            _row(row, family, rule)
+            for row in comparison.rows
+            for family in comparison.families()
+        ),
+        "Targets are poses of configurations drawn at random that keep 30 mm"
+        " from the scene, a tenth of their ranges from joint limits, and their"
+        " distance from the robot itself. Collisions with the scene are judged"
+        " by the spheres, which enclose all hulls, at ticks and at four points"
+        " between; the distance of the robot from itself by hulls, at ticks.",
+        texts=2,
+    )
+
+
+def _row(row: Row, family: str, rule: str) -> tuple[str, ...]:
+    chosen = np.array([t.family == family for t in row.trials])
+    trials = [
+        t for t, is_chosen in zip(row.trials, chosen, strict=True) if is_chosen
+    ]
+    solved = chosen & row.successes(rule)
+    time = row.values("duration", rule, solved)
+    way = row.values("base_path_length", rule, solved)
+    clearance = 1e3 * row.values("minimum_distance", rule, chosen)
+    own = [t.self_distance for t in trials if t.self_distance is not None]
+    ticks = np.array([t.times.tick_p50 for t in trials if t.times is not None])
+    searched = sum(t.first_checks is not None for t in trials)
+    collided = sum(t.outcome(rule) == COLLISION for t in trials)
+    return (
+        row.method,
+        family,
+        format_rate(int(solved.sum()), len(trials)),
+        format_rare(collided, len(trials)),
+        f"{clearance.min():.1f}" if len(clearance) else "–",
+        f"{1e3 * min(own):.1f}" if own else "–",
+        _percentile(time, 50),
+        _percentile(time, 95),
+        _percentile(way, 50),
+        format_rate(searched, len(trials)),
+        _percentile(1e3 * ticks, 50),
+    )
+
+
+def _percentile(values: np.ndarray, percent: float) -> str:
+    return f"{np.percentile(values, percent):.2f}" if len(values) else "–"

@@ -1,0 +1,109 @@
+"""Random targets of robots: goals that can be held, and how they are told."""
+
+import dataclasses as dc
+
+import numpy as np
+import pytest
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.benchmark import robot_suite
+from remosplat_drake.benchmark.metrics import self_distance
+from remosplat_drake.benchmark.report import report_tables
+from remosplat_drake.benchmark.result import Judgement, TrialResult
+from remosplat_drake.benchmark.robot_suite import GENERATED, robot_cases
+from remosplat_drake.benchmark.suites import suite_robots
+from remosplat_drake.benchmark.trial import start_problem
+from remosplat_drake.robot.robot_description import shipped_robots
+from remosplat_drake.robot.robot_model import load_robot
+
+
+@pytest.mark.parametrize("name", ["ur5e", "ridgeback_panda"])
+def test_goals_can_be_held(name):
+    cases = robot_cases([name], 2)
+    assert [case.scene for case in cases] == 2 * [GENERATED] + 2 * [
+        "workbench" if name == "ur5e" else "table"
+    ]
+    robot = load_robot(name, floor_height=robot_suite.FLOOR_HEIGHT)
+    for case in cases:
+        task = case.task()
+        q = robot_suite._goal(case.robot, case.scene, case.number)
+        np.testing.assert_allclose(
+            robot.end_effector_pose(q), task.X_WE_target.GetAsMatrix4()
+        )
+        clearance = task.truth_field.clearances(robot.spheres_at(q)).minimum()
+        assert clearance > 0.029
+        assert (q > robot.position_lower).all()
+        assert (q < robot.position_upper).all()
+        assert self_distance(robot, q[None]) > 0.0
+        base = task.X_WB_start if robot.n_base else ()
+        start = np.array([*base, *robot.home])
+        assert not start_problem(robot, start, task.truth_field)
+    assert len({case.task().content_hash for case in cases}) == 2
+    targets = [case.task().X_WE_target.GetAsMatrix4() for case in cases]
+    assert np.abs(targets[0] - targets[1]).max() > 0.05
+    # They do not depend on what was drawn before.
+    robot_suite._goal.cache_clear()
+    again = robot_cases([name], 2)[1].task().X_WE_target.GetAsMatrix4()
+    np.testing.assert_array_equal(again, targets[1])
+
+
+def test_generated_scenes_leave_the_robot_free():
+    for name in shipped_robots():
+        scene = robot_suite._scene(name, GENERATED)
+        assert len(scene) == 8
+        assert scene.name == f"clutter-{name}-0000"
+
+
+def test_the_suite_drives_what_is_shipped_or_asked_for():
+    assert suite_robots("robots") == shipped_robots()
+    assert suite_robots("robots", "ur5e,a/b.yaml") == ["ur5e", "a/b.yaml"]
+    assert suite_robots("generated") == [""]
+    assert suite_robots("mbm:folder") == ["panda"]
+    with pytest.raises(RemoSplatError, match="takes one robot"):
+        suite_robots("generated", "ur5e,panda")
+
+
+def test_self_distance_sees_an_overlap(frankie):
+    q = frankie.q_home
+    apart = self_distance(frankie, q[None])
+    assert apart > 0.0
+    q[3:] = 0, 1.7, 0, -0.1, 0, 0.1, 0  # Down through the base.
+    assert self_distance(frankie, np.stack([frankie.q_home, q])) < 0.0
+
+
+def test_a_row_for_each_robot_and_scene():
+    judged = Judgement("success", 3.0, 0.1, 0.02, 1.0, 1.0, 1.0, 0.5)
+    first = TrialResult(
+        key="a",
+        method="robots-guided",
+        scene="ur5e_clutter_0000",
+        family="ur5e, clutter",
+        spheres="covering",
+        gains="tuned",
+        oracle="SphereToEllipsoid",
+        splat="surfel",
+        splat_count=10,
+        station="kinematic",
+        seed=0,
+        version="1",
+        suite=robot_suite.SUITE,
+        text=judged,
+        authors=judged,
+        self_distance=0.012,
+    )
+    hit = dc.replace(
+        first,
+        key="b",
+        scene="fetch_table_0000",
+        family="fetch, table",
+        text=dc.replace(judged, outcome="collision", minimum_distance=-0.001),
+        self_distance=-0.002,
+    )
+    table, outcomes = report_tables([first, hit])
+    rows = {row[1]: row for row in table.rows}
+    assert rows["ur5e, clutter"][2].endswith("(1/1)")
+    assert rows["ur5e, clutter"][4:6] == ("20.0", "12.0")
+    assert rows["fetch, table"][2].endswith("(0/1)")
+    assert rows["fetch, table"][3].startswith("1/1")
+    assert rows["fetch, table"][5] == "-2.0"
+    assert len(outcomes.rows) == 1
