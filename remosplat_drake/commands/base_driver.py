@@ -205,7 +205,7 @@ def _link(arguments: argparse.Namespace) -> RosLink:
     topics = _topics(arguments)
     if arguments.ros == ROS1:
         return Ros1Link(topics)
-    return Ros2Link(topics, _domain(arguments.domain))
+    return Ros2Link(topics, ros_domain(arguments.domain))
 
 
 def _topics(arguments: argparse.Namespace) -> RosTopics:
@@ -231,7 +231,8 @@ def _topics(arguments: argparse.Namespace) -> RosTopics:
     )
 
 
-def _domain(given: int | None) -> int:
+def ros_domain(given: int | None) -> int:
+    """Returns the ROS 2 domain that a flag or the environment names."""
     if given is not None:
         return given
     text = os.environ.get("ROS_DOMAIN_ID", "0")

@@ -60,6 +60,8 @@ GROUPS = (
             " commands",
             "calibrate-hand-eye": "find where the camera sits on the robot",
             "panda-driver": "drive a Panda through panda-python",
+            "arm-driver": "drive an arm that speaks ROS 2 or is a Universal"
+            " Robots",
             "base-driver": "drive a mobile base that speaks ROS",
             "camera-driver": "send the images of a RealSense camera",
             "hardware-sim": "stand in for the real robot, behind the same wire",

@@ -9,6 +9,7 @@ from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.clock import Pacer
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.real_time import DRIVER_PRIORITY, realtime_priority
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.commands.number_flags import positive
@@ -18,6 +19,7 @@ from remosplat_drake.commands.wire import (
     leased_inbox,
     open_wire,
 )
+from remosplat_drake.hardware.drivers.panda_commands import JOINTS
 from remosplat_drake.hardware.drivers.panda_limits import TICK
 from remosplat_drake.hardware.hardware_config import REHEARSAL_URL
 from remosplat_drake.hardware.stand_in.faults import (
@@ -31,7 +33,9 @@ from remosplat_drake.hardware.stand_in.hardware_sim import (
     commanded,
 )
 from remosplat_drake.hardware.stand_in.robot_plant import PERIOD, RobotPlant
+from remosplat_drake.hardware.stand_in.rtde_arm import RtdeArm
 from remosplat_drake.hardware.stand_in.true_motion import TrueMotion
+from remosplat_drake.hardware.stand_in.ur_rules import JOINTS as UR_JOINTS
 from remosplat_drake.station.station_config import DynamicStation
 
 _PATIENCE = 0.04
@@ -88,6 +92,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " place of the wire",
     )
     parser.add_argument(
+        "--rtde",
+        metavar="ADDRESS",
+        help="let a Universal Robots arm obey `remosplat arm-driver ur ADDRESS`"
+        " in place of the wire, on an address of this computer such as"
+        " 127.0.0.2",
+    )
+    parser.add_argument(
         "--localization",
         action="store_true",
         help="tell where the base is by a localisation, too, 10 times a second;"
@@ -110,11 +121,11 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario)
     world = load_world(scenario, blank=True)
     plant = _plant(scenario, world)
-    fci = None if arguments.fci is None else FciArm(arguments.fci)
+    driver = _arm_driver(arguments, world)
     lcm = open_wire(arguments.lcm_url)
     inbox = leased_inbox(
         lcm,
-        commanded(fci is not None),
+        commanded(world.robot.description, driver is not None),
         "hardware-sim",
         console,
         open_channels=[CHANNEL],
@@ -124,12 +135,12 @@ def run(arguments: argparse.Namespace) -> int:
         lcm,
         schedule,
         actuators=world.robot.description.actuators,
-        fci=fci,
+        fci=driver,
         localizes=arguments.localization,
         inbox=inbox,
     )
     motion = TrueMotion(plant) if arguments.record else None
-    patience = _PATIENCE if fci is None else _FCI_PATIENCE
+    patience = _PATIENCE if arguments.fci is None else _FCI_PATIENCE
     pacer = Pacer(TICK / arguments.realtime_rate, patience)
     console.print(f"the robot is on {arguments.lcm_url}; Ctrl-C ends")
     # A collection of everything that was loaded would cost several ticks.
@@ -151,13 +162,31 @@ def run(arguments: argparse.Namespace) -> int:
         f" {pacer.missed} ticks missed,"
         f" latest tick {1e3 * pacer.worst:.1f} ms late"
     )
-    commands = robot.panda.commands
+    commands = robot.arm.commands
     console.print(
         f"{commands.received} commands to the arm,"
         f" {commands.expired} times expired, {commands.broken} broken"
         + (f" ({commands.complaint})" if commands.broken else "")
     )
     return 0
+
+
+def _arm_driver(
+    arguments: argparse.Namespace, world: World
+) -> FciArm | RtdeArm | None:
+    """What the arm obeys in place of the wire, if it is to."""
+    joints = len(world.robot.home)
+    for flag, has, arm in (
+        ("--fci", arguments.fci, JOINTS),
+        ("--rtde", arguments.rtde, UR_JOINTS),
+    ):
+        if has is not None and joints != arm:
+            name = world.robot.description.name
+            problem = f"is for an arm of {arm} joints, {name} has {joints}"
+            raise FieldError("hardware-sim", flag, problem)
+    if arguments.rtde is not None:
+        return RtdeArm(arguments.rtde)
+    return None if arguments.fci is None else FciArm(arguments.fci)
 
 
 def _plant(scenario: Scenario, world: World) -> RobotPlant:

@@ -1,4 +1,4 @@
-"""The arm driver's rules for `PANDA_COMMAND` in velocity mode.
+"""An arm driver's rules for `PANDA_COMMAND` in velocity mode.
 
 They are those of drake-franka-driver. A command counts while its stamp is
 within the expiry time of the driver's clock, into the past and into the
@@ -30,11 +30,17 @@ class CommandError(RemoSplatError):
         super().__init__(f"{PANDA_COMMAND}: {field}: {problem}")
 
 
-def checked_velocity(message: lcmt_panda_command) -> np.ndarray:
-    """Returns the joint rates of a velocity command, shape (7,) [rad/s].
+def checked_velocity(
+    message: lcmt_panda_command, joints: int = JOINTS
+) -> np.ndarray:
+    """Returns the joint rates of a velocity command, shape (n,) [rad/s].
+
+    Args:
+        message: The message.
+        joints: Number n of the arm's joints.
 
     Raises:
-        CommandError: The message is no finite velocity command of seven
+        CommandError: The message is no finite velocity command of so many
             joints.
     """
     mode = int(PandaControlMode.kVelocity)
@@ -45,7 +51,7 @@ def checked_velocity(message: lcmt_panda_command) -> np.ndarray:
             f" got {message.control_mode_expected}",
         )
     for field, expected in (
-        ("num_joint_velocity", JOINTS),
+        ("num_joint_velocity", joints),
         ("num_joint_position", 0),
         ("num_joint_torque", 0),
     ):
@@ -59,7 +65,7 @@ def checked_velocity(message: lcmt_panda_command) -> np.ndarray:
     return velocity
 
 
-class PandaCommands:
+class ArmCommands:
     """The arm's latest velocity command, until it expires.
 
     Attributes:
@@ -69,14 +75,15 @@ class PandaCommands:
         expired: How often a command has expired without a successor.
     """
 
-    def __init__(self, expiry: float = COMMAND_EXPIRY):
+    def __init__(self, joints: int = JOINTS, expiry: float = COMMAND_EXPIRY):
         """Starts without a command.
 
         Args:
+            joints: Number n of the arm's joints.
             expiry: Greatest difference between a stamp and the driver's
                 clock [s].
         """
-        self._expiry = expiry
+        self._joints, self._expiry = joints, expiry
         self._velocity: np.ndarray | None = None
         self._utime = 0
         self.received = 0
@@ -97,7 +104,7 @@ class PandaCommands:
             message = decode(lcmt_panda_command, data)
         except BrokenMessage as error:
             raise CommandError("message", str(error)) from error
-        self._velocity = checked_velocity(message)
+        self._velocity = checked_velocity(message, self._joints)
         self._utime = message.utime
         self.received += 1
 
@@ -108,12 +115,12 @@ class PandaCommands:
             now: The driver's wall clock [us].
 
         Returns:
-            Joint rates, shape (7,) [rad/s].
+            Joint rates, shape (n,) [rad/s].
         """
         if self._velocity is None:
-            return np.zeros(JOINTS)
+            return np.zeros(self._joints)
         if is_expired(self._utime, now, self._expiry):
             self._velocity = None
             self.expired += 1
-            return np.zeros(JOINTS)
+            return np.zeros(self._joints)
         return self._velocity

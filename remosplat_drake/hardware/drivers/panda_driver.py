@@ -13,7 +13,7 @@ from pydrake.lcm import DrakeLcmInterface
 from remosplat_drake.hardware.drivers.arm_record import panda_status
 from remosplat_drake.hardware.drivers.panda_commands import (
     JOINTS,
-    PandaCommands,
+    ArmCommands,
 )
 from remosplat_drake.hardware.drivers.velocity_servo import AT_REST_BELOW
 from remosplat_drake.hardware.wire.channels import PANDA_COMMAND, PANDA_STATUS
@@ -51,7 +51,7 @@ class PandaDriver:
         self._lcm = lcm
         self._arm = arm
         self._inbox = inbox or Inbox(lcm, [PANDA_COMMAND])
-        self._commands = PandaCommands()
+        self._commands = ArmCommands()
 
     def step(self, now: int) -> None:
         """Hears commands, hands on the latest and publishes a new status.

@@ -171,3 +171,49 @@ class Bool(IdlStruct, typename="std_msgs::msg::dds_::Bool_"):
     """std_msgs/Bool: yes or no."""
 
     data: bool = False
+
+
+@dc.dataclass
+@final
+class JointState(IdlStruct, typename="sensor_msgs::msg::dds_::JointState_"):
+    """sensor_msgs/JointState: where joints are and how fast they move."""
+
+    header: Header = dc.field(default_factory=Header)
+    name: sequence[str] = dc.field(default_factory=list)
+    position: sequence[float64] = dc.field(default_factory=list)
+    velocity: sequence[float64] = dc.field(default_factory=list)
+    effort: sequence[float64] = dc.field(default_factory=list)
+
+
+@dc.dataclass
+@final
+class MultiArrayDimension(
+    IdlStruct, typename="std_msgs::msg::dds_::MultiArrayDimension_"
+):
+    """std_msgs/MultiArrayDimension: one dimension of an array."""
+
+    label: str = ""
+    size: uint32 = 0
+    stride: uint32 = 0
+
+
+@dc.dataclass
+@final
+class MultiArrayLayout(
+    IdlStruct, typename="std_msgs::msg::dds_::MultiArrayLayout_"
+):
+    """std_msgs/MultiArrayLayout: how numbers make an array."""
+
+    dim: sequence[MultiArrayDimension] = dc.field(default_factory=list)
+    data_offset: uint32 = 0
+
+
+@dc.dataclass
+@final
+class Float64MultiArray(
+    IdlStruct, typename="std_msgs::msg::dds_::Float64MultiArray_"
+):
+    """std_msgs/Float64MultiArray: numbers, as of joint rates."""
+
+    layout: MultiArrayLayout = dc.field(default_factory=MultiArrayLayout)
+    data: sequence[float64] = dc.field(default_factory=list)

@@ -15,7 +15,7 @@ from remosplat_drake.hardware.stand_in.fci_packets import (
     State,
 )
 from remosplat_drake.hardware.stand_in.fci_rules import FciRules
-from remosplat_drake.hardware.stand_in.simulated_panda import (
+from remosplat_drake.hardware.stand_in.simulated_arm import (
     ArmMeasurement,
     RobotMode,
 )

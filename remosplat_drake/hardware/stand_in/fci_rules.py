@@ -19,7 +19,7 @@ from remosplat_drake.hardware.drivers.panda_limits import (
     JointCommand,
     limit_rate,
 )
-from remosplat_drake.hardware.stand_in.simulated_panda import (
+from remosplat_drake.hardware.stand_in.simulated_arm import (
     COLLISION_TORQUE,
     ArmMeasurement,
     RobotMode,

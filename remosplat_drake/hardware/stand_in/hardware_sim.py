@@ -17,40 +17,58 @@ from remosplat_drake.hardware.stand_in.base_senses import BaseSenses
 from remosplat_drake.hardware.stand_in.faults import Fault, FaultSchedule
 from remosplat_drake.hardware.stand_in.fci_arm import FciArm
 from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
+from remosplat_drake.hardware.stand_in.rtde_arm import RtdeArm
+from remosplat_drake.hardware.stand_in.simulated_arm import (
+    ArmLimits,
+    RobotMode,
+    SimulatedArm,
+)
 from remosplat_drake.hardware.stand_in.simulated_base import SimulatedBase
 from remosplat_drake.hardware.stand_in.simulated_hand import SimulatedHand
-from remosplat_drake.hardware.stand_in.simulated_panda import (
-    RobotMode,
-    SimulatedPanda,
-)
+from remosplat_drake.hardware.stand_in.simulated_panda import SimulatedPanda
 from remosplat_drake.hardware.wire import channels
 from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 from remosplat_drake.hardware.wire.packets import stamp_of
 from remosplat_drake.robot.actuators import Actuator, panda_py_actuators
+from remosplat_drake.robot.robot_description import RobotDescription
+from remosplat_drake.robot.robot_model import RobotModel
 
 
-def commanded(has_arm_driver: bool = False) -> list[str]:
-    """Returns the channels of the commands that the robot hears.
+def commanded(
+    description: RobotDescription, has_arm_driver: bool = False
+) -> list[str]:
+    """Returns the channels of the commands that a robot hears.
 
     Args:
+        description: The robot.
         has_arm_driver: Whether the arm obeys a driver of its own.
     """
-    arm = [] if has_arm_driver else [channels.PANDA_COMMAND]
-    return [*arm, channels.BASE_COMMAND, channels.PANDA_HAND_COMMAND]
+    heard = [] if has_arm_driver else [channels.PANDA_COMMAND]
+    if description.base:
+        heard.append(channels.BASE_COMMAND)
+    if description.hand:
+        heard.append(channels.PANDA_HAND_COMMAND)
+    return heard
 
+
+_PANDA = "panda"
+"""What the arm is called that libfranka drives."""
 
 _SPARSE = 4
 """One in so many of the arm's statuses is sent while time is made up for."""
 
 
 class HardwareSim:
-    """A simulated arm, base and hand with their drivers, in 1 ms steps.
+    """A simulated robot with its drivers, in 1 ms steps.
+
+    A Panda is driven by libfranka's law, another arm by its accelerations. What
+    the robot does not have, a base or a hand, nobody hears of.
 
     The order within a step is that of the real control loop: hear commands,
     decide, move, publish statuses.
 
     Attributes:
-        panda: The arm and its driver.
+        arm: The arm and its driver.
         base: The mobile base and its driver.
         hand: The gripper and its driver.
     """
@@ -63,7 +81,7 @@ class HardwareSim:
         clock: Callable[[], int] = wall_utime,
         *,
         actuators: Sequence[Actuator] = (),
-        fci: FciArm | None = None,
+        fci: FciArm | RtdeArm | None = None,
         localizes: bool = False,
         inbox: CommandSource | None = None,
     ):
@@ -86,11 +104,13 @@ class HardwareSim:
         self._plant = plant
         self._lcm = lcm
         self._clock = clock
-        heard = [*commanded(fci is not None), faults.CHANNEL]
+        self._robot = plant.robot
+        description = self._robot.description
+        heard = [*commanded(description, fci is not None), faults.CHANNEL]
         self._inbox = inbox or Inbox(lcm, heard)
         self._unheard: deque[tuple[str, bytes]] = deque()
         self._faults = FaultSchedule(schedule)
-        self.panda = SimulatedPanda()
+        self.arm = _make_arm(self._robot)
         self._fci = fci
         self.base = SimulatedBase()
         self._senses = BaseSenses(localizes)
@@ -128,15 +148,16 @@ class HardwareSim:
         self._hear(t)
         self._break(t)
         now = self._now()
-        base = self.base.step(now, t, TICK)
+        n = self._robot.n_base
+        base = self.base.step(now, t, TICK)[:n]
         if self._fci is None:
-            arm = self.panda.step(now, self._measured)
+            arm = self.arm.step(now, self._measured)
         else:
             arm = self._fci.step(self._measured)
         self._change_actuators()
         if self._axes is not None:
             velocity = self._axes.step(np.concatenate([base, arm]))
-            base, arm = velocity[:2], velocity[2:]
+            base, arm = velocity[:n], velocity[n:]
         self._ticks += 1
         self._plant.step(self.time, base, arm, self.hand.command)
         self._measured = self._plant.arm
@@ -149,9 +170,10 @@ class HardwareSim:
         if slow == self._slow:
             return
         self._slow = slow
-        actuators = self._described or [Actuator()] * (2 + JOINTS)
-        base = [Actuator(delay=late)] * 2 if late else actuators[:2]
-        arm = panda_py_actuators() if slow[1] else actuators[2:]
+        n = self._robot.n_base
+        actuators = self._described or [Actuator()] * self._robot.n_u
+        base = [Actuator(delay=late)] * n if late else actuators[:n]
+        arm = panda_py_actuators() if slow[1] else actuators[n:]
         self._axes = ActuatedAxes([*base, *arm], TICK)
 
     def _now(self) -> int:
@@ -167,7 +189,7 @@ class HardwareSim:
                     self._trip(fault, t)
                 continue
             if channel == channels.PANDA_COMMAND:
-                self.panda.commands.receive(data)
+                self.arm.commands.receive(data)
             elif channel == channels.BASE_COMMAND:
                 self.base.commands.receive(data, t)
             else:
@@ -195,7 +217,7 @@ class HardwareSim:
 
     def _trip(self, fault: Fault, t: float) -> None:
         """Carries out a fault that is an event."""
-        arm = self._fci or self.panda
+        arm = self._fci or self.arm
         if fault.name == "reflex":
             arm.stop(RobotMode.REFLEX)
         elif fault.name == "user-stop":
@@ -214,6 +236,14 @@ class HardwareSim:
         if self._fci is None and is_due and "status-stops" not in self._faults:
             status = self._arm_status(now)
             self._lcm.Publish(channels.PANDA_STATUS, status.encode())
+        if self._robot.n_base:
+            self._tell_of_base(now, t)
+        if self._robot.description.hand:
+            hand = self.hand.status(now, t, self._plant.hand)
+            if hand is not None:
+                self._lcm.Publish(channels.PANDA_HAND_STATUS, hand.encode())
+
+    def _tell_of_base(self, now: int, t: float) -> None:
         pose = self._plant.q[:3]
         self._senses.advance(t, self._faults)
         base = self.base.status(now, t, pose, self._plant.base_velocity)
@@ -226,14 +256,11 @@ class HardwareSim:
         fix = self._senses.fix(now, t, pose, self._faults)
         if fix is not None:
             self._lcm.Publish(channels.BASE_LOCALIZATION, fix)
-        hand = self.hand.status(now, t, self._plant.hand)
-        if hand is not None:
-            self._lcm.Publish(channels.PANDA_HAND_STATUS, hand.encode())
 
     def _arm_status(self, now: int) -> lcmt_panda_status:
         lost = self._faults.value("packet-loss", 0.0)
-        self.panda.success_rate = 1.0 - lost
-        status = self.panda.status(now, self._measured)
+        self.arm.success_rate = 1.0 - lost
+        status = self.arm.status(now, self._measured)
         if "status-freezes" not in self._faults:
             self._frozen = status
         else:
@@ -241,3 +268,18 @@ class HardwareSim:
             status.utime = now
         faults.spoil(status, self._faults)
         return status
+
+
+def _make_arm(robot: RobotModel) -> SimulatedArm:
+    """The arm's driver: libfranka's for a Panda, else one that ramps."""
+    arm = slice(robot.n_q - len(robot.home), robot.n_q)
+    rates = slice(robot.n_base, robot.n_u)
+    limits = ArmLimits(
+        robot.position_lower[arm],
+        robot.position_upper[arm],
+        robot.velocity_limit[rates],
+        robot.acceleration_limit[rates],
+    )
+    if robot.description.arm.name == _PANDA and len(robot.home) == JOINTS:
+        return SimulatedPanda()
+    return SimulatedArm(limits)

@@ -5,9 +5,8 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.hardware.drivers.panda_commands import JOINTS
-from remosplat_drake.hardware.stand_in.simulated_panda import ArmMeasurement
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.hardware.stand_in.simulated_arm import ArmMeasurement
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.station_status import StationStatus
@@ -39,6 +38,9 @@ class RobotPlant:
     step of the bodies and not by Drake through ports, which takes as long as
     the bodies themselves. Between two of their steps, each of the station's
     `time_step`, they go on at the velocity of the latest one.
+
+    Attributes:
+        robot: The robot.
     """
 
     def __init__(
@@ -52,18 +54,18 @@ class RobotPlant:
 
         Args:
             config: Physics of the dynamic station.
-            robot: A Panda with a hand on a mobile base.
+            robot: The robot; a mobile base is differential.
             scene: The solids that the robot may bump into; None for none.
             q0: Configuration to start from, shape (n_q,).
 
         Raises:
-            RemoSplatError: The robot is of another kind.
+            FieldError: The robot has a base of another kind.
         """
         _check_kind(robot)
         builder = DiagramBuilder()
         body = add_dynamic_body(builder, config, robot, scene, q0)
         plant = body.plant
-        self._robot, self._body = robot, body
+        self.robot, self._body = robot, body
         self._hand_speed = config.hand_speed
         self._period = config.time_step
         self._stepped, self._since = 0.0, 0.0
@@ -77,9 +79,17 @@ class RobotPlant:
             [j.velocity_start() for j in joints]
         )
         self._inputs = [self._fix(i) for i in actuated_instances(plant)]
-        arm = joints[robot.n_q - JOINTS].model_instance()
-        self._torque = plant.get_net_actuation_output_port(arm)
-        self._external = plant.get_generalized_contact_forces_output_port(arm)
+        self._n_arm = len(robot.home)
+        arm = joints[robot.n_q - self._n_arm : robot.n_q]
+        instance = arm[0].model_instance()
+        self._torque = plant.get_net_actuation_output_port(instance)
+        self._external = plant.get_generalized_contact_forces_output_port(
+            instance
+        )
+        of_instance = plant.GetVelocitiesFromArray(
+            instance, np.arange(float(plant.num_velocities()))
+        ).tolist()
+        self._arm = [of_instance.index(j.velocity_start()) for j in arm]
         self._simulator.Initialize()
         self._measure()
 
@@ -108,9 +118,10 @@ class RobotPlant:
         Args:
             t: Time at the end of the step [s].
             base: Commanded speed forward and turning rate, shape (2,)
-                [m/s, rad/s].
-            arm: Commanded joint rates, shape (7,) [rad/s].
-            hand: Commanded width and bound on the force, shape (2,) [m, N].
+                [m/s, rad/s]; empty without a base.
+            arm: Commanded joint rates, shape (n,) [rad/s].
+            hand: Commanded width and bound on the force, shape (2,) [m, N];
+                what a robot without one makes nothing of.
         """
         self._since = t - self._stepped
         if self._since < self._period - _INSTANT:
@@ -122,7 +133,7 @@ class RobotPlant:
             command,
             self._q,
             self._v,
-            self._robot,
+            self.robot,
             self._body.hand,
             self._body.motors,
             self._hand_speed,
@@ -137,23 +148,28 @@ class RobotPlant:
     @property
     def q(self) -> np.ndarray:
         """Configuration (x, y, yaw, arm), shape (n_q,) [m, rad]."""
-        n = self._robot.n_q
+        n = self.robot.n_q
         return self._q[:n] + self._since * self._v[:n]
 
     @property
     def arm(self) -> ArmMeasurement:
         """Positions, rates and torques that the arm's sensors measure."""
-        n = self._robot.n_q
+        n = self.robot.n_q
         return ArmMeasurement(
-            self.q[n - JOINTS :],
-            self._v[n - JOINTS : n],
-            self._torque.Eval(self._context),
-            self._external.Eval(self._context),
+            self.q[n - self._n_arm :],
+            self._v[n - self._n_arm : n],
+            self._torque.Eval(self._context)[self._arm],
+            self._external.Eval(self._context)[self._arm],
         )
 
     @property
     def base_velocity(self) -> np.ndarray:
-        """True speed forward and turning rate, shape (2,) [m/s, rad/s]."""
+        """True speed forward and turning rate, shape (2,) [m/s, rad/s].
+
+        Shape (0,) without a base.
+        """
+        if not self.robot.n_base:
+            return np.zeros(0)
         x_dot, y_dot, yaw_rate = self._v[:3]
         yaw = self._q[2]
         return np.array([x_dot * np.cos(yaw) + y_dot * np.sin(yaw), yaw_rate])
@@ -161,15 +177,14 @@ class RobotPlant:
     @property
     def hand(self) -> np.ndarray:
         """True opening of the hand and its rate, shape (2,) [m, m/s]."""
-        n = self._robot.n_q
+        n = self.robot.n_q
         return np.array([self._q[n:].sum(), self._v[n:].sum()])
 
 
 def _check_kind(robot: RobotModel) -> None:
-    description = robot.description
-    joints = len(description.arm.joints)
-    if joints != JOINTS or not description.base or not description.hand:
-        raise RemoSplatError(
-            f"{description.name}: the simulated drivers are those of a Panda"
-            " with a hand on a mobile base"
+    if robot.is_omnidirectional:
+        raise FieldError(
+            robot.description.source,
+            "base.drive",
+            "is omnidirectional; the stand-in's base is differential",
         )

@@ -38,7 +38,7 @@ class TrueMotion:
     def save(self, path: Path) -> None:
         """Writes the samples as a NumPy .npz archive, atomically.
 
-        Its arrays are utime (n,) [us], q (n, 10) [m, rad] and u (n, 9)
+        Its arrays are utime (n,) [us], q (n, n_q) [m, rad] and u (n, n_u)
         [m/s, rad/s].
         """
         with atomic_write(path, "wb") as file:

@@ -17,7 +17,7 @@ from remosplat_drake.base.real_time import DRIVER_PRIORITY, realtime_priority
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.hardware.drivers.panda_limits import TICK
 from remosplat_drake.hardware.stand_in.fci_arm import FciArm
-from remosplat_drake.hardware.stand_in.simulated_panda import (
+from remosplat_drake.hardware.stand_in.simulated_arm import (
     ArmMeasurement,
     RobotMode,
 )

@@ -14,7 +14,7 @@ from remosplat_drake.hardware.drivers.base_commands import (
     clamped,
 )
 from remosplat_drake.hardware.drivers.panda_commands import (
-    PandaCommands,
+    ArmCommands,
 )
 from remosplat_drake.hardware.wire.messages.base_command import base_command
 
@@ -45,19 +45,19 @@ def base_message(utime: int = NOW, forward=0.5, yaw_rate=0.2) -> bytes:
 
 
 def test_before_the_first_command_the_arm_stands():
-    assert not PandaCommands().velocity(NOW).any()
+    assert not ArmCommands().velocity(NOW).any()
 
 
 @pytest.mark.parametrize("age", [-EXPIRY, 0, EXPIRY])
 def test_a_command_counts_within_its_expiry_either_way(age):
-    commands = PandaCommands()
+    commands = ArmCommands()
     commands.receive(arm_message(NOW - age))
     np.testing.assert_allclose(commands.velocity(NOW)[:2], [0.1, 0.2])
 
 
 @pytest.mark.parametrize("age", [-EXPIRY - 1, EXPIRY + 1])
 def test_an_old_or_future_command_is_dropped_for_good(age):
-    commands = PandaCommands()
+    commands = ArmCommands()
     commands.receive(arm_message(NOW - age))
     assert not commands.velocity(NOW).any()
     assert not commands.velocity(NOW - age).any()
@@ -65,7 +65,7 @@ def test_an_old_or_future_command_is_dropped_for_good(age):
 
 
 def test_a_fresh_command_after_an_expired_one_counts():
-    commands = PandaCommands()
+    commands = ArmCommands()
     commands.receive(arm_message(NOW - 2 * EXPIRY))
     commands.velocity(NOW)
     commands.receive(arm_message(NOW))
@@ -84,7 +84,7 @@ def test_a_fresh_command_after_an_expired_one_counts():
     ],
 )
 def test_what_is_no_velocity_command_is_counted_and_named(fields, mention):
-    commands = PandaCommands()
+    commands = ArmCommands()
     commands.receive(arm_message(**fields))
     assert (commands.received, commands.broken) == (0, 1)
     assert mention in commands.complaint
@@ -92,7 +92,7 @@ def test_what_is_no_velocity_command_is_counted_and_named(fields, mention):
 
 
 def test_a_stray_packet_ends_neither_the_driver_nor_a_motion():
-    commands = PandaCommands()
+    commands = ArmCommands()
     commands.receive(arm_message())
     for data in (b"", b"nonsense", bytes(40), arm_message()[:-3]):
         commands.receive(data)

@@ -29,7 +29,7 @@ from remosplat_drake.hardware.drivers.arm_record import (
 from remosplat_drake.hardware.drivers.franka_arm import LIBFRANKA
 from remosplat_drake.hardware.drivers.panda_limits import JointCommand
 from remosplat_drake.hardware.stand_in import fci_library
-from remosplat_drake.hardware.stand_in.simulated_panda import RobotMode
+from remosplat_drake.hardware.stand_in.simulated_arm import RobotMode
 
 pytest.importorskip("ruckig", reason="needs the extra panda")
 libfranka = pytest.importorskip(LIBFRANKA)

@@ -17,7 +17,7 @@ from remosplat_drake.hardware.drivers.panda_limits import (
     violation,
 )
 from remosplat_drake.hardware.stand_in.fci_rules import FciRules
-from remosplat_drake.hardware.stand_in.simulated_panda import (
+from remosplat_drake.hardware.stand_in.simulated_arm import (
     ArmMeasurement,
     RobotMode,
 )

@@ -20,7 +20,7 @@ from remosplat_drake.hardware.stand_in import fci_library
 from remosplat_drake.hardware.stand_in.fci_arm import FciArm
 from remosplat_drake.hardware.stand_in.fci_packets import Kind, Request, State
 from remosplat_drake.hardware.stand_in.fci_rules import FciRules
-from remosplat_drake.hardware.stand_in.simulated_panda import (
+from remosplat_drake.hardware.stand_in.simulated_arm import (
     ArmMeasurement,
     RobotMode,
 )

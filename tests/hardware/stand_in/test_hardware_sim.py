@@ -13,6 +13,7 @@ from robot_process import Client
 
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.hardware.drivers.panda_limits import (
     AT_REST,
     PANDA,
@@ -378,3 +379,31 @@ def test_a_computer_that_stalls_does_not_hold_the_robot_up(world):
     stamps = [status.utime for status in stalled.arm]
     assert 25 <= len(stamps) < 30
     assert set(stamps) <= {status.utime for status in steady.arm}
+
+
+@pytest.mark.parametrize(
+    ("name", "base", "hand"),
+    [("Ur5eReach", False, False), ("FetchReach", True, True)],
+)
+def test_another_robot_obeys_with_what_it_has(name, base, hand):
+    world = load_world(load_scenario(name), blank=True)
+    lab = make_lab(world, period=0.005)
+    rates = np.zeros(len(world.robot.home))
+    rates[[0, -1]] = 0.05, -0.2
+    lab.drive_for(0.4, rates, (0.2, 0.0) if base else None)
+    moved = np.subtract(lab.arm[-1].joint_position, lab.arm[0].joint_position)
+    np.testing.assert_allclose(moved[[0, -1]], [0.02, -0.08], atol=0.008)
+    np.testing.assert_allclose(moved[1:-1], 0, atol=2e-3)
+    assert (bool(lab.base), bool(lab.hand)) == (base, hand)
+    if base:
+        assert lab.base[-1].pose[0] > world.q0[0] + 0.02
+    lab.inject("user-stop")
+    lab.drive_for(0.3, rates)
+    assert lab.latest.robot_mode == USER_STOPPED
+    assert np.abs(lab.latest.joint_velocity).max() < STILL
+
+
+def test_an_omnidirectional_base_is_refused():
+    world = load_world(load_scenario("RidgebackReach"), blank=True)
+    with pytest.raises(FieldError, match="stand-in's base is differential"):
+        make_lab(world)

@@ -11,12 +11,15 @@ from remosplat_drake.hardware.drivers.panda_limits import (
     POSITION_LOWER,
     POSITION_UPPER,
 )
-from remosplat_drake.hardware.stand_in.simulated_base import SimulatedBase
-from remosplat_drake.hardware.stand_in.simulated_panda import (
+from remosplat_drake.hardware.stand_in.simulated_arm import (
     ArmMeasurement,
     RobotMode,
-    SimulatedPanda,
     violates,
+)
+from remosplat_drake.hardware.stand_in.simulated_base import SimulatedBase
+from remosplat_drake.hardware.stand_in.simulated_panda import (
+    LIMITS,
+    SimulatedPanda,
 )
 from remosplat_drake.hardware.wire.messages.base_command import base_command
 
@@ -75,7 +78,7 @@ def test_a_collision_is_a_reflex(torque):
 
 @pytest.mark.parametrize("torque", [19.0, -19.0])
 def test_a_touch_is_none(torque):
-    assert not violates(measured(external=torque), np.zeros(7))
+    assert not violates(measured(external=torque), np.zeros(7), LIMITS)
 
 
 def test_a_joint_beyond_its_end_may_only_move_back():
@@ -83,10 +86,10 @@ def test_a_joint_beyond_its_end_may_only_move_back():
     beyond[3] = POSITION_UPPER[3] + 0.01
     further, back = np.zeros(7), np.zeros(7)
     further[3], back[3] = 0.1, -0.1
-    assert violates(measured(beyond), further)
-    assert not violates(measured(beyond), back)
-    assert not violates(measured(beyond), np.zeros(7))
-    assert violates(measured(POSITION_LOWER - 0.01), -np.ones(7))
+    assert violates(measured(beyond), further, LIMITS)
+    assert not violates(measured(beyond), back, LIMITS)
+    assert not violates(measured(beyond), np.zeros(7), LIMITS)
+    assert violates(measured(POSITION_LOWER - 0.01), -np.ones(7), LIMITS)
 
 
 def test_the_desired_position_is_the_next_ticks():

@@ -1,0 +1,126 @@
+"""`ArmDriver`: serves `PANDA_COMMAND` with any arm that obeys velocities.
+
+The channels' names are those of drake-franka-driver, whose messages serve arms
+of any number of joints. Its rules for commands hold here, too.
+"""
+
+import dataclasses as dc
+from typing import Protocol
+
+import numpy as np
+from drake import lcmt_panda_status
+from pydrake.lcm import DrakeLcmInterface
+
+from remosplat_drake.hardware.drivers.panda_commands import ArmCommands
+from remosplat_drake.hardware.wire.channels import PANDA_COMMAND, PANDA_STATUS
+from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
+
+AT_REST = 1e-3
+"""Speed below which a joint counts as at rest [rad/s]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class ArmReport:
+    """What an arm of n joints tells of itself.
+
+    Attributes:
+        q: Joint positions, shape (n,) [rad].
+        v: Joint rates, shape (n,) [rad/s].
+        time: The arm's own clock [s].
+        mode: A value of lcmt_panda_status.robot_mode.
+        problem: Why it obeys no more; empty while it does.
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    time: float
+    mode: int = lcmt_panda_status.kMove
+    problem: str = ""
+
+
+class ArmLink(Protocol):
+    """What `ArmDriver` needs of an arm: joint rates in, reports out."""
+
+    def command(self, velocity: np.ndarray) -> None:
+        """Asks for joint rates, shape (n,) [rad/s]."""
+        ...
+
+    def fetch(self) -> ArmReport | None:
+        """Returns the latest report; None if it is known already."""
+        ...
+
+    def close(self) -> None:
+        """Leaves the arm, which rests."""
+        ...
+
+
+class ArmDriver:
+    """Hears commands, hands them on and publishes statuses."""
+
+    def __init__(
+        self,
+        lcm: DrakeLcmInterface,
+        link: ArmLink,
+        joints: int,
+        inbox: CommandSource | None = None,
+    ):
+        """Subscribes; nothing is asked of the arm before a command comes.
+
+        Args:
+            lcm: The LCM network.
+            link: The arm.
+            joints: Number of its joints.
+            inbox: Where commands come from; None obeys everybody.
+        """
+        self._lcm, self._link = lcm, link
+        self._inbox = inbox or Inbox(lcm, [PANDA_COMMAND])
+        self._commands = ArmCommands(joints)
+        self._joints = joints
+
+    def step(self, now: int) -> ArmReport | None:
+        """Hears commands, hands on the latest and publishes a new status.
+
+        Args:
+            now: Wall clock [us].
+
+        Returns:
+            What the arm told, if anything is new.
+        """
+        for _, data in self._inbox.fetch():
+            self._commands.receive(data)
+        if self._commands.received:
+            self._link.command(self._commands.velocity(now))
+        return self._tell(now)
+
+    def brake(self, now: int) -> bool:
+        """Asks for rest; returns whether the arm rests."""
+        self._link.command(np.zeros(self._joints))
+        report = self._tell(now)
+        return report is not None and bool(np.abs(report.v).max() < AT_REST)
+
+    def _tell(self, now: int) -> ArmReport | None:
+        report = self._link.fetch()
+        if report is not None:
+            status = arm_status(report, now)
+            self._lcm.Publish(PANDA_STATUS, status.encode())
+        return report
+
+
+def arm_status(report: ArmReport, now: int) -> lcmt_panda_status:
+    """Makes the status message of a report.
+
+    Args:
+        report: What the arm told.
+        now: Wall clock [us].
+    """
+    status, zeros = lcmt_panda_status(), [0.0] * len(report.q)
+    status.utime, status.num_joints = now, len(report.q)
+    status.joint_position = status.joint_position_desired = report.q.tolist()
+    status.joint_velocity = status.joint_velocity_desired = report.v.tolist()
+    status.joint_acceleration_desired = zeros
+    status.joint_torque = status.joint_torque_desired = zeros
+    status.joint_torque_external = zeros
+    status.control_command_success_rate = float(not report.problem)
+    status.robot_mode = report.mode
+    status.robot_utime = round(1e6 * report.time)
+    return status

@@ -1,0 +1,95 @@
+"""`UrArm`: a Universal Robots arm, through ur_rtde's `speedJ`."""
+
+import numpy as np
+from drake import lcmt_panda_status
+
+from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
+from remosplat_drake.hardware.drivers.arm_driver import ArmReport
+
+FREQUENCY = 500.0
+"""How often the controller tells its state, an e-Series [Hz]."""
+
+WATCHDOG = 10.0
+"""How often the controller wants to be told something: where it is not, its
+program ends and the arm brakes [Hz]."""
+
+DECELERATION = 10.0
+"""Deceleration of the last stop [rad/s^2]."""
+
+_PAUSED = "its program has ended"
+
+
+class UrArm:
+    """Commands and states of one arm; an `ArmLink`.
+
+    Whoever dies takes the arm's motion along: the controller's watchdog ends
+    the program that nobody tells anything.
+    """
+
+    def __init__(self, host: str, acceleration: float):
+        """Uploads ur_rtde's program and waits until it runs.
+
+        Args:
+            host: Name or address of the controller.
+            acceleration: How fast the leading joint follows a command
+                [rad/s^2].
+
+        Raises:
+            RemoSplatError: ur_rtde is not installed, or the controller does
+                not answer or runs no program: it wants remote control.
+        """
+        try:
+            from rtde_control import RTDEControlInterface
+            from rtde_receive import RTDEReceiveInterface
+        except ImportError as error:
+            raise MissingExtraError("a Universal Robots arm", "ur") from error
+        self._acceleration = acceleration
+        self._told = -1.0
+        try:
+            self._receive = RTDEReceiveInterface(host, FREQUENCY)
+            self._control = RTDEControlInterface(host, FREQUENCY)
+            self._control.setWatchdog(WATCHDOG)
+        except (RuntimeError, OSError) as error:
+            text = " ".join(str(error).split())
+            raise RemoSplatError(f"{host}: {text}") from error
+
+    def command(self, velocity: np.ndarray) -> None:
+        """Asks for joint rates, shape (6,) [rad/s]."""
+        if self._control.isProgramRunning():
+            self._control.speedJ(velocity.tolist(), self._acceleration, 0.0)
+
+    def fetch(self) -> ArmReport | None:
+        """Returns the latest report; None if it is known already."""
+        receive = self._receive
+        time = receive.getTimestamp()
+        if time == self._told:
+            return None
+        self._told = time
+        mode, problem = self._mode()
+        return ArmReport(
+            np.array(receive.getActualQ()),
+            np.array(receive.getActualQd()),
+            time,
+            mode,
+            problem,
+        )
+
+    def _mode(self) -> tuple[int, str]:
+        """The mode as libfranka would name it, and why the arm is stopped."""
+        if self._receive.isEmergencyStopped():
+            return lcmt_panda_status.kUserStopped, "emergency stop"
+        if self._receive.isProtectiveStopped():
+            return lcmt_panda_status.kReflex, "protective stop"
+        if not self._control.isProgramRunning():
+            return lcmt_panda_status.kOther, _PAUSED
+        return lcmt_panda_status.kMove, ""
+
+    def close(self) -> None:
+        """Brakes and ends the program."""
+        try:
+            if self._control.isProgramRunning():
+                self._control.speedStop(DECELERATION)
+                self._control.stopScript()
+        finally:
+            self._control.disconnect()
+            self._receive.disconnect()

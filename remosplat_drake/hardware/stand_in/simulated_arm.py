@@ -1,0 +1,166 @@
+"""`SimulatedArm`: an arm and its driver, without the rigid bodies."""
+
+import dataclasses as dc
+from enum import IntEnum
+
+import numpy as np
+from drake import lcmt_panda_status
+
+from remosplat_drake.hardware.drivers.panda_commands import ArmCommands
+from remosplat_drake.hardware.drivers.panda_limits import TICK, JointCommand
+
+COLLISION_TORQUE = 20.0
+"""External torque on a joint that makes the arm stop [N m, N for slides]: the
+threshold in libfranka's own examples."""
+
+
+class RobotMode(IntEnum):
+    """Values of lcmt_panda_status.robot_mode, as libfranka numbers them."""
+
+    OTHER = 0
+    IDLE = 1
+    MOVE = 2
+    GUIDING = 3
+    REFLEX = 4
+    USER_STOPPED = 5
+    RECOVERY = 6
+
+
+@dc.dataclass(frozen=True, eq=False)
+class ArmMeasurement:
+    """What the sensors of an arm of n joints measure, each of shape (n,).
+
+    Attributes:
+        position: Joint positions [rad].
+        velocity: Joint rates [rad/s].
+        torque: Motor torques [N m].
+        external: Torques on the joints by what touches the arm [N m].
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    torque: np.ndarray
+    external: np.ndarray
+
+
+@dc.dataclass(frozen=True, eq=False)
+class ArmLimits:
+    """What an arm of n joints can do, each of shape (n,).
+
+    Attributes:
+        lower: Lower ends of the joints' ranges [rad, m].
+        upper: Upper ends [rad, m].
+        velocity: Greatest joint rates [rad/s, m/s].
+        acceleration: Greatest rates of their change [rad/s^2, m/s^2].
+    """
+
+    lower: np.ndarray
+    upper: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+
+
+class SimulatedArm:
+    """An arm and its driver: commands in, joint rates and statuses out.
+
+    A collision or a joint at the end of its range is a reflex: the arm brakes
+    and stays where it is, whatever it is told, until `recover`.
+
+    Attributes:
+        commands: The driver's latest velocity command.
+        mode: The arm's mode; it obeys commands in `MOVE` only.
+        success_rate: Share of the latest packets that reached the arm, as
+            statuses report it.
+    """
+
+    def __init__(self, limits: ArmLimits):
+        """Starts in velocity control, at rest.
+
+        Args:
+            limits: What the arm can do.
+        """
+        n = len(limits.lower)
+        self.commands = ArmCommands(n)
+        self.mode = RobotMode.MOVE
+        self.success_rate = 1.0
+        self._limits = limits
+        self._command = JointCommand(np.zeros(n), np.zeros(n))
+        self._ticks = 0
+
+    def stop(self, mode: RobotMode) -> None:
+        """Makes the arm brake and ignore commands, in the given mode."""
+        self.mode = mode
+
+    def recover(self) -> None:
+        """Returns to velocity control, as automatic error recovery does."""
+        self.mode = RobotMode.MOVE
+
+    def step(self, now: int, measured: ArmMeasurement) -> np.ndarray:
+        """Advances the arm's command by one millisecond.
+
+        Args:
+            now: The driver's wall clock [us].
+            measured: What the arm's sensors measure now.
+
+        Returns:
+            Joint rates, shape (n,) [rad/s].
+        """
+        target = self.commands.velocity(now)
+        limits = self._limits
+        if self.mode == RobotMode.MOVE and violates(measured, target, limits):
+            self.stop(RobotMode.REFLEX)
+        if self.mode != RobotMode.MOVE:
+            target = np.zeros(len(target))
+        self._command = self._next(target)
+        self._ticks += 1
+        return self._command.velocity
+
+    def _next(self, target: np.ndarray) -> JointCommand:
+        """The command after this one: as near as accelerations allow."""
+        limits, before = self._limits, self._command.velocity
+        target = np.clip(target, -limits.velocity, limits.velocity)
+        step = limits.acceleration * TICK
+        change = np.clip(target - before, -step, step)
+        return JointCommand(before + change, change / TICK)
+
+    def status(self, now: int, measured: ArmMeasurement) -> lcmt_panda_status:
+        """Makes the status message, filled as drake-franka-driver fills it."""
+        message = lcmt_panda_status()
+        message.utime = now
+        message.num_joints = len(measured.position)
+        message.joint_position = measured.position.tolist()
+        desired = measured.position + TICK * self._command.velocity
+        message.joint_position_desired = desired.tolist()
+        message.joint_velocity = measured.velocity.tolist()
+        message.joint_velocity_desired = self._command.velocity.tolist()
+        message.joint_acceleration_desired = self._command.acceleration.tolist()
+        torque = measured.torque.tolist()
+        message.joint_torque = torque
+        message.joint_torque_desired = torque
+        message.joint_torque_external = measured.external.tolist()
+        moving = self.mode == RobotMode.MOVE
+        message.control_command_success_rate = moving * self.success_rate
+        message.robot_mode = int(self.mode)
+        message.robot_utime = round(1e6 * TICK * self._ticks)
+        return message
+
+
+def violates(
+    measured: ArmMeasurement, target: np.ndarray, limits: ArmLimits
+) -> bool:
+    """Tells whether the arm would stop by a reflex.
+
+    It does at a collision, and where a joint beyond its position limit is
+    told to go on; it may move back.
+
+    Args:
+        measured: What the arm's sensors measure.
+        target: Commanded joint rates, shape (n,) [rad/s].
+        limits: What the arm can do.
+    """
+    q = measured.position
+    beyond = ((q < limits.lower) & (target < 0)) | (
+        (q > limits.upper) & (target > 0)
+    )
+    collision = np.abs(measured.external) > COLLISION_TORQUE
+    return bool((beyond | collision).any())

@@ -1,0 +1,127 @@
+"""`UrRules`: how a Universal Robots controller obeys ur_rtde's script.
+
+The script of ur_rtde is a loop on the controller: it reads a command from an
+integer register, carries it out, and says in another that it is done and, once
+the command is withdrawn, that it is ready; speeds are a stream that nobody
+answers. Here is that loop with the commands
+that a velocity controller needs, beside the controller's own stops.
+"""
+
+import math
+from enum import IntEnum
+
+import numpy as np
+
+JOINTS = 6
+"""Number of the arm's joints."""
+
+READY, DONE = 1, 2
+"""What the script says: ready for a command, and done with one."""
+
+STOP_DECELERATION = 20.0
+"""Deceleration of protective and emergency stops [rad/s^2]."""
+
+
+class Command(IntEnum):
+    """Commands to the script, by the numbers that ur_rtde gives them."""
+
+    NONE = 0
+    SPEED_J = 9
+    SPEED_STOP = 15
+    SET_WATCHDOG = 35
+    STOP_SCRIPT = 255
+
+
+class SafetyMode(IntEnum):
+    """Values of safety_mode."""
+
+    NORMAL = 1
+    PROTECTIVE_STOP = 3
+    ROBOT_EMERGENCY_STOP = 7
+
+
+class UrRules:
+    """Registers in, joint rates out, a cycle of the controller at a time.
+
+    Attributes:
+        safety_mode: The controller's safety mode.
+        is_running: Whether the script runs.
+        state: What the script says in its output register.
+        velocity: Joint rates that the controller commands, (6,) [rad/s].
+    """
+
+    def __init__(self):
+        """Starts with the brakes released, at rest, without a script."""
+        self.safety_mode = SafetyMode.NORMAL
+        self.is_running = False
+        self.state = 0
+        self.velocity = np.zeros(JOINTS)
+        self._target = np.zeros(JOINTS)
+        self._acceleration = STOP_DECELERATION
+        self._silence, self._longest = 0.0, math.inf
+
+    def start_script(self) -> None:
+        """Begins the script, as it is uploaded."""
+        if self.safety_mode == SafetyMode.NORMAL:
+            self.is_running, self.state = True, READY
+            self._silence, self._longest = 0.0, math.inf
+
+    def stop(self, mode: SafetyMode) -> None:
+        """Makes the arm brake; it ends the script."""
+        self.safety_mode = mode
+        self._end(STOP_DECELERATION)
+
+    def recover(self) -> None:
+        """Unlocks the stop; the script has to be uploaded again."""
+        self.safety_mode = SafetyMode.NORMAL
+
+    def _end(self, deceleration: float) -> None:
+        self.is_running, self.state = False, 0
+        self._target = np.zeros(JOINTS)
+        self._acceleration = deceleration
+
+    def step(
+        self,
+        dt: float,
+        command: int,
+        values: list[float],
+        is_fresh: bool,
+    ) -> None:
+        """Runs a cycle.
+
+        Args:
+            dt: Length of the cycle [s].
+            command: The command in the script's input register.
+            values: The script's input registers of floats, six at least.
+            is_fresh: Whether the registers were written since the last cycle.
+        """
+        self._silence = 0.0 if is_fresh else self._silence + dt
+        if self.is_running and self._silence > self._longest:
+            self._end(STOP_DECELERATION)
+        if self.is_running:
+            self._obey(command, values)
+        change = self._target - self.velocity
+        largest = np.abs(change).max()
+        # In a straight line, so that the fastest axis keeps the acceleration.
+        share = self._acceleration * dt / max(largest, 1e-12)
+        self.velocity = self.velocity + min(share, 1.0) * change
+
+    def _obey(self, command: int, values: list[float]) -> None:
+        if command == Command.NONE:
+            self.state = READY
+        elif command == Command.SPEED_J and self.state == READY:
+            # A stream: each replaces the one before, and none is answered.
+            self._target = np.array(values[:JOINTS])
+            self._acceleration = values[JOINTS]
+        elif self.state == READY:
+            self._execute(command, values)
+
+    def _execute(self, command: int, values: list[float]) -> None:
+        self.state = DONE
+        if command == Command.SPEED_STOP:
+            self._target = np.zeros(JOINTS)
+            self._acceleration = values[0]
+        elif command == Command.SET_WATCHDOG:
+            self._longest = 1.0 / max(values[0], 1e-3)
+        elif command == Command.STOP_SCRIPT:
+            self._end(STOP_DECELERATION)

@@ -1,0 +1,236 @@
+"""Any arm behind the wire: Universal Robots' RTDE and ros2_control, for real.
+
+The processes are the driver's and the robot's; ur_rtde itself speaks to the
+stand-in of the controller.
+"""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from patience import PATIENCE
+from pydrake.lcm import DrakeLcm
+from robot_process import Client, running
+
+from remosplat_drake.acceptance.hardware_processes import free_url
+from remosplat_drake.commands.main import main
+from remosplat_drake.hardware.drivers.arm_driver import ArmDriver, ArmReport
+from remosplat_drake.hardware.stand_in.simulated_arm import RobotMode
+
+RATES = np.array([0.2, 0.0, 0.0, 0.1, 0.0, -0.3])
+NOW = 1_700_000_000_000_000
+
+
+class Arm:
+    """An arm that obeys at once."""
+
+    def __init__(self):
+        self.asked: list[np.ndarray] = []
+        self.report = ArmReport(np.zeros(6), np.zeros(6), 2.0)
+
+    def command(self, velocity: np.ndarray) -> None:
+        self.asked.append(velocity)
+        self.report = ArmReport(np.zeros(6), velocity, 2.0)
+
+    def fetch(self) -> ArmReport:
+        return self.report
+
+    def close(self) -> None:
+        pass
+
+
+def test_commands_expire_and_statuses_tell_what_the_arm_does():
+    wire, arm = DrakeLcm("memq://"), Arm()
+    client = Client(wire, lambda: NOW)
+    driver = ArmDriver(wire, arm, joints=6)
+    driver.step(NOW)
+    assert not arm.asked, "nothing is asked before a command comes"
+    client.send_arm(RATES)
+    driver.step(NOW)
+    np.testing.assert_array_equal(arm.asked[-1], RATES)
+    driver.step(NOW + 200_000)
+    assert not arm.asked[-1].any()
+    client.listen()
+    np.testing.assert_array_equal(client.arm[1].joint_velocity, RATES)
+    assert client.latest.robot_mode == RobotMode.MOVE
+    assert client.time == 2.0
+    client.send_arm(np.ones(7))
+    driver.step(NOW)
+    assert not arm.asked[-1].any(), "seven rates are no command to six joints"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["ur", "--robot", "ur5e"], "host: ur wants the controller's"),
+        (["ur", "h", "--robot", "panda"], "panda has 7 joints, a UR has 6"),
+        (["ros2", "h", "--robot", "panda"], "ros2 has topics, no host"),
+        (["ur", "h", "--robot", "ur5"], "did you mean 'ur5e'"),
+    ],
+)
+def test_what_makes_no_sense_is_told_in_one_line(arguments, message, capsys):
+    assert main(["arm-driver", *arguments]) == 2
+    assert message in capsys.readouterr().err
+
+
+ROBOT = Path(__file__).with_name("rtde_robot.py")
+
+
+@contextlib.contextmanager
+def controller(record: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """A controller on an address of this computer that nobody else has."""
+    pid = os.getpid()
+    address = f"127.1.{pid // 250 % 250 + 1}.{pid % 250 + 1}"
+    command = [sys.executable, str(ROBOT), address, str(record)]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        try:
+            yield address, process
+        finally:
+            process.terminate()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("end", ["protective stop", "silence", "killed"])
+def test_a_universal_robots_arm_is_driven_and_always_comes_to_rest(
+    tmp_path, end
+):
+    pytest.importorskip("rtde_control", reason="needs the extra ur")
+    url, record = free_url(), tmp_path / "motion.npy"
+    with controller(record) as (address, robot):
+        with running(
+            *("arm-driver", "ur", address, "--robot", "ur5e"),
+            *("--lcm-url", url),
+        ) as driver:
+            client = Client(url)
+            client.wait_for(lambda: bool(client.arm))
+            start = np.array(client.latest.joint_position)
+
+            def moves() -> bool:
+                assert driver.poll() is None
+                way = np.array(client.latest.joint_position) - start
+                return way[0] > 0.1
+
+            client.drive(moves, RATES)
+            way = np.array(client.latest.joint_position) - start
+            np.testing.assert_allclose(way / way[0], RATES / 0.2, atol=0.05)
+            if end == "protective stop":
+                robot.send_signal(signal.SIGUSR1)
+                client.wait_for(
+                    lambda: client.latest.robot_mode == RobotMode.REFLEX
+                )
+                assert driver.wait(PATIENCE) == 2
+                assert driver.stderr is not None
+                assert "protective stop" in driver.stderr.read()
+            elif end == "silence":
+                client.wait_for(
+                    lambda: np.abs(client.latest.joint_velocity).max() < 1e-3
+                )
+                driver.terminate()
+                assert driver.wait(PATIENCE) == 0
+            else:
+                driver.kill()
+                time.sleep(1.0)  # Of the controller's clock: nobody tells it.
+        robot.terminate()
+        assert robot.wait(PATIENCE) == 0
+    motion = np.load(record)
+    assert np.abs(motion[:, 8:]).max() > 0.29
+    assert not motion[-1, 8:].any()
+
+
+@pytest.mark.slow
+def test_an_arm_behind_ros2_control_is_driven():
+    pytest.importorskip("cyclonedds", reason="needs the extra ros2")
+    from cyclonedds.domain import DomainParticipant
+    from cyclonedds.pub import DataWriter
+    from cyclonedds.sub import DataReader
+    from cyclonedds.topic import Topic
+
+    from remosplat_drake.hardware.drivers import ros2_messages as ros
+
+    participant, domain = DomainParticipant(79), "79"
+    states = DataWriter(
+        participant, Topic(participant, "rt/joint_states", ros.JointState)
+    )
+    commands = DataReader(
+        participant,
+        Topic(
+            participant,
+            "rt/velocity_controller/commands",
+            ros.Float64MultiArray,
+        ),
+    )
+    names = [
+        *("wrist_3_joint", "shoulder_pan_joint", "shoulder_lift_joint"),
+        *("elbow_joint", "wrist_1_joint", "wrist_2_joint", "gripper"),
+    ]
+    q, v = np.arange(7.0), np.zeros(7)
+    url = free_url()
+    with running(
+        *("arm-driver", "ros2", "--robot", "ur5e", "--lcm-url", url),
+        *("--domain", domain),
+    ) as driver:
+        client = Client(url)
+
+        def tell() -> None:
+            nonlocal q
+            assert driver.poll() is None
+            for sample in commands.take(N=50):
+                rates = list(sample.data)
+                v[:6] = rates[-1:] + rates[:-1]
+            q = q + 0.01 * v
+            states.write(
+                ros.JointState(
+                    name=names, position=q.tolist(), velocity=v.tolist()
+                )
+            )
+
+        def heard() -> bool:
+            tell()
+            return bool(client.arm)
+
+        client.wait_for(heard)
+        # In the description's order, whatever the broadcaster's is.
+        np.testing.assert_allclose(
+            client.latest.joint_position, [1, 2, 3, 4, 5, 0]
+        )
+
+        def obeys() -> bool:
+            tell()
+            return np.allclose(client.latest.joint_velocity, RATES)
+
+        client.drive(obeys, RATES)
+
+        def rests() -> bool:
+            tell()
+            return not np.any(client.latest.joint_velocity)
+
+        client.wait_for(rests)
+
+
+def test_joint_states_are_read_by_another_decoder():
+    pytest.importorskip("cyclonedds", reason="needs the extra ros2")
+    typesys = pytest.importorskip("rosbags.typesys")
+    from remosplat_drake.hardware.drivers import ros2_messages as ros
+
+    store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+    message = ros.JointState(name=["a", "b"], position=[1, 2], velocity=[3, 4])
+    read = store.deserialize_cdr(
+        message.serialize(), "sensor_msgs/msg/JointState"
+    )
+    assert (read.name, list(read.velocity)) == (["a", "b"], [3, 4])
+    array = ros.Float64MultiArray(data=[0.5, -1.0])
+    read = store.deserialize_cdr(
+        array.serialize(), "std_msgs/msg/Float64MultiArray"
+    )
+    assert list(read.data) == [0.5, -1.0]
