@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     from remosplat_drake.signals.distance_field import (
         DistanceField as DistanceField,
     )
+    from remosplat_drake.signals.target import Target as Target
     from remosplat_drake.splat.formats import read_splat as read_splat
     from remosplat_drake.splat.gaussian_splat import (
         GaussianSplat as GaussianSplat,
@@ -99,6 +100,7 @@ _MODULES = {
     "GuidanceSelector": "controller.guidance.guidance_selector",
     "SafetySupervisor": "safety.supervisor_system",
     "TargetSequence": "task.target_sequence",
+    "Target": "signals.target",
     "MeshcatPage": "visualization.page",
     "AddViews": "visualization.views",
     # The application.

@@ -16,8 +16,9 @@ FACE = frozenset(
     AddViews Application Clearances Config DepthRasterization DistanceField
     DistanceOracle GaussianSplat GroundTruth GuidanceSelector Ingredient
     MeshcatPage ReactiveController ReactiveLaw ReactiveProgram RemoSplatError
-    RobotModel SafetySupervisor Scenario SphereToEllipsoid TargetSequence Tick
-    build default_ingredients load_robot load_scenario read_scene read_splat run
+    RobotModel SafetySupervisor Scenario SphereToEllipsoid Target TargetSequence
+    Tick build default_ingredients load_robot load_scenario read_scene
+    read_splat run
     """.split()
 )
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import remosplat_drake as rs
-from remosplat_drake.app.scenario import PoseConfig
+from remosplat_drake.app.target_config import TargetConfig
 
 FILE = Path(__file__).parent / "planar_arm" / "planar_arm.yaml"
 SCENE = "package://remosplat_drake/models/scenes/table/scene.json"
@@ -30,7 +30,7 @@ def main() -> None:
     scenario.robot.base_pose = None
     X_WE = robot.end_effector_pose(np.array([0.9, -1.2]))
     scenario.targets = [
-        PoseConfig(
+        TargetConfig(
             translation=X_WE[:3, 3].tolist(), rotation=X_WE[:3, :3].tolist()
         )
     ]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from remosplat_drake.app.scenario import FREE, OBSTACLE, WARN, Scenario
-from remosplat_drake.app.world import World, target_poses
+from remosplat_drake.app.world import World, scenario_targets
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle.map_summary import (
@@ -181,8 +181,10 @@ def target_places(scenario: Scenario, world: World) -> dict[str, np.ndarray]:
         [m].
     """
     return {
-        f"target {i}": X_WT.translation()
-        for i, X_WT in enumerate(target_poses(scenario, world.truth), start=1)
+        f"target {i}": target.X_WT[:3, 3]
+        for i, target in enumerate(
+            scenario_targets(scenario, world.truth), start=1
+        )
     }
 
 

@@ -9,22 +9,20 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 from annotated_types import Interval, Len
-from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import ModelDirective
 from pydrake.systems.analysis import SimulatorConfig
 from pydrake.systems.sensors import CameraConfig
 
+from remosplat_drake.app.pose_config import PoseConfig
+from remosplat_drake.app.target_config import TargetConfig
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FileError, RemoSplatError, unknown_name
 from remosplat_drake.base.ranges import (
     Config,
-    Cosine,
     JointPosition,
     OneOf,
     Position,
-    RollPitchYawDeg,
     Seed,
     check_ranges,
     field_types,
@@ -77,43 +75,6 @@ DEFAULT_SCENARIO = "TableReach"
 FREE, WARN, OBSTACLE = "free", "warn", "obstacle"
 UNKNOWN = (FREE, WARN, OBSTACLE)
 """Choices of what space counts as that no camera has seen."""
-
-
-@dc.dataclass
-class PoseConfig(Config):
-    """A pose; its rotation is given as angles or as a matrix, not both."""
-
-    # Position x, y, z of the frame's origin [m].
-    translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
-    # Roll, pitch and yaw, as in Drake's `RollPitchYaw`; absent: no rotation,
-    # or `rotation` [deg].
-    rpy_deg: RollPitchYawDeg | None = None
-    # The three rows of the rotation matrix, in place of `rpy_deg`.
-    rotation: (
-        Annotated[list[Annotated[list[Cosine], Len(3, 3)]], Len(3, 3)] | None
-    ) = None
-
-    def check(self) -> Iterator[tuple[str, str]]:
-        """Checks that one rotation at most is given, and that it is one.
-
-        `rpy_deg` and `rotation` exclude each other, and the rows of
-        `rotation` must be orthonormal and right-handed.
-
-        Yields:
-            The name of a field and what is wrong with it.
-        """
-        if self.rotation is None:
-            return
-        if self.rpy_deg is not None:
-            yield "rpy_deg", "give `rpy_deg` or `rotation`, not both"
-        matrix = np.array(self.rotation)
-        deviation = np.abs(matrix @ matrix.T - np.eye(3)).max()
-        if deviation > 1e-3 or np.linalg.det(matrix) < 0:
-            yield (
-                "rotation",
-                "is not a rotation matrix (rows must be orthonormal"
-                " and right-handed)",
-            )
 
 
 @dc.dataclass
@@ -215,9 +176,9 @@ class Scenario(Config):
 
     scene: SceneConfig = dc.field(default_factory=SceneConfig)
     robot: RobotConfig = dc.field(default_factory=RobotConfig)
-    # Target poses of the end effector in W, one after the other; absent:
+    # What the end effector shall reach in W, one after the other; absent:
     # where the truth file says. Or targets of one's own, like `oracle`.
-    targets: Annotated[list[PoseConfig], Len(0, 10_000)] | TargetsMaker = (
+    targets: Annotated[list[TargetConfig], Len(0, 10_000)] | TargetsMaker = (
         dc.field(default_factory=list)
     )
     arrival: ArrivalConfig = dc.field(default_factory=ArrivalConfig)
@@ -289,11 +250,12 @@ class Scenario(Config):
         return self.wrist_camera
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks Drake's structs and the control period.
+        """Checks Drake's structs, the control period and the last target.
 
         Drake's camera and simulator settings must be ones that the library
         can follow, and with verification the control period must not be
-        longer than `LONGEST_VERIFIED`.
+        longer than `LONGEST_VERIFIED`. The last target must be one that is
+        held.
 
         Yields:
             The name of a field and what is wrong with it.
@@ -309,6 +271,12 @@ class Scenario(Config):
                 "control_period",
                 f"must be at most {LONGEST_VERIFIED} with controller.verify,"
                 f" got {self.control_period}",
+            )
+        listed = self.targets if isinstance(self.targets, list) else []
+        if listed and listed[-1].pass_within is not None:
+            yield (
+                f"targets[{len(listed) - 1}].pass_within",
+                "the last target is held, not passed",
             )
 
 
@@ -411,26 +379,3 @@ def check_scenario(scenario: Scenario) -> None:
         RemoSplatError: A value is out of range; the text names its field.
     """
     check_ranges(scenario, scenario.source)
-
-
-def make_transform(
-    config: PoseConfig, where: str, field: str
-) -> RigidTransform:
-    """Makes the rigid transform that a pose in a scenario stands for.
-
-    Args:
-        config: The pose.
-        where: The scenario that errors blame, as file and name.
-        field: Name of the pose's field, for errors.
-
-    Raises:
-        FieldError: A list has the wrong length, both rotations are given, or
-            the matrix is not a rotation.
-    """
-    check_ranges(config, where, field)
-    R = RotationMatrix()
-    if config.rpy_deg is not None:
-        R = RotationMatrix(RollPitchYaw(np.radians(config.rpy_deg)))
-    if config.rotation is not None:
-        R = RotationMatrix.ProjectToRotationMatrix(np.array(config.rotation))
-    return RigidTransform(R, config.translation)

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 from pydrake.math import RigidTransform
 
-from remosplat_drake.app.scenario import Scenario, make_transform
+from remosplat_drake.app.pose_config import make_transform
+from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.mapping.known_space import with_free

@@ -400,6 +400,7 @@ def make_result(
             scenario.control_period,
             world.truth_field,
             world.seen and world.seen.field,
+            [report.line_deviation for report in recorder.reports],
         ),
         standing=standing,
         standings=standings,

@@ -16,7 +16,7 @@ from pydrake.systems.framework import (
 )
 
 from remosplat_drake.app.scenario import Scenario
-from remosplat_drake.app.world import World, target_poses
+from remosplat_drake.app.world import World, scenario_targets
 from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.controller.guidance.guidance_selector import (
     GuidanceSelector,
@@ -41,6 +41,7 @@ from remosplat_drake.safety.supervision import SupervisorLaw
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.scene.moving.mover_track import MoverTrack
 from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.signals.target_ports import connect_target
 from remosplat_drake.standing.standing_system import StandingSystem
 from remosplat_drake.station.base_uncertainty import BaseUncertainty
 from remosplat_drake.station.connections import AddMeasuredVelocity
@@ -48,7 +49,12 @@ from remosplat_drake.station.mover_source import MoverSource
 from remosplat_drake.station.simulated_station import MakeSimulatedStation
 from remosplat_drake.task.arrival import has_arrived
 from remosplat_drake.task.target_sequence import TargetSequence
-from remosplat_drake.task.targets import Targets, TargetsMaker, check_targets
+from remosplat_drake.task.targets import (
+    Targets,
+    TargetsMaker,
+    check_targets,
+    target_port,
+)
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.safety_panel import SafetyPanel
 
@@ -134,8 +140,8 @@ def AddTargets(
         return AddOwnTargets(
             builder, scenario, world, scenario.targets, configuration
         )
-    X_WTs = target_poses(scenario, world.truth)
-    if not X_WTs:
+    listed = scenario_targets(scenario, world.truth)
+    if not listed:
         raise FieldError(
             scenario.source, "targets", "none given, here or in scene.truth"
         )
@@ -143,7 +149,7 @@ def AddTargets(
         builder,
         configuration=configuration,
         robot=world.robot,
-        X_WTs=X_WTs,
+        X_WTs=listed,
         arrival=scenario.arrival,
         period=scenario.control_period,
     )
@@ -241,7 +247,7 @@ def AddController(
         law=law,
         oracle=oracle,
         configuration=configuration,
-        target=targets.GetOutputPort("target"),
+        target=target_port(targets),
     )
 
 
@@ -289,9 +295,8 @@ def AddGuidance(
         period=period,
         process=process,
     )
-    target = targets.GetOutputPort("target")
     builder.Connect(configuration, selector.GetInputPort("configuration"))
-    builder.Connect(target, selector.GetInputPort("target"))
+    connect_target(builder, target_port(targets), selector)
     return selector
 
 

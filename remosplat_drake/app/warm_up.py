@@ -16,7 +16,8 @@ from pydrake.systems.analysis import Simulator
 from rich.console import Console
 
 from remosplat_drake.app.diagram import build
-from remosplat_drake.app.scenario import OBSTACLE, PoseConfig, Scenario
+from remosplat_drake.app.scenario import OBSTACLE, Scenario
+from remosplat_drake.app.target_config import TargetConfig
 from remosplat_drake.app.world import World
 from remosplat_drake.base import resources
 from remosplat_drake.base.atomic_file import atomic_write
@@ -92,7 +93,7 @@ def compile_kernels(
     scenario.wrist_camera = None
     scenario.controller.guidance.asynchronous = False
     p_WE = world.robot.end_effector_pose(world.q0)[:3, 3]
-    scenario.targets = [PoseConfig(translation=(p_WE + _AWAY).tolist())]
+    scenario.targets = [TargetConfig(translation=(p_WE + _AWAY).tolist())]
     splat_W, truth = _obstacle(world)
     for field in _fields(scenario, world, live_map, splat_W, truth):
         beside = World(world.robot, splat_W, truth, field, world.q0)

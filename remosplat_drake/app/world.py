@@ -4,15 +4,16 @@ import dataclasses as dc
 from pathlib import Path
 
 import numpy as np
-from pydrake.math import RigidTransform
 
-from remosplat_drake.app.scenario import OBSTACLE, Scenario, make_transform
+from remosplat_drake.app.pose_config import make_transform
+from remosplat_drake.app.scenario import OBSTACLE, Scenario
 from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.app.seen_space import (
     SeenSpace,
     load_seen_space,
     seen_file,
 )
+from remosplat_drake.app.target_config import make_target
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.base.ranges import check_ranges
@@ -25,6 +26,7 @@ from remosplat_drake.scene.directives import read_directives
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.target import Target
 from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -129,10 +131,10 @@ def _true_scene(scenario: Scenario, field: str) -> PrimitiveScene | None:
     )
 
 
-def target_poses(
+def scenario_targets(
     scenario: Scenario, truth: PrimitiveScene | None
-) -> list[RigidTransform]:
-    """Returns the target poses X_WT of a scenario, or else of its true scene.
+) -> list[Target]:
+    """Returns the targets of a scenario, or else that of its true scene.
 
     The list is empty where the scenario has a system of its own that hands
     out targets during the run.
@@ -143,14 +145,14 @@ def target_poses(
             it.
 
     Raises:
-        FieldError: A pose is unusable.
+        FieldError: A target is unusable.
     """
     if not isinstance(scenario.targets, list):
         return []
     if not scenario.targets and truth is not None and truth.X_WE_target:
-        return [truth.X_WE_target]
+        return [Target.of(truth.X_WE_target)]
     return [
-        make_transform(target, scenario.source, f"targets[{i}]")
+        make_target(target, scenario.source, f"targets[{i}]")
         for i, target in enumerate(scenario.targets)
     ]
 

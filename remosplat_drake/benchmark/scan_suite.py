@@ -6,7 +6,7 @@ from typing import Annotated
 
 from annotated_types import Interval
 
-from remosplat_drake.app.scenario import PoseConfig, make_transform
+from remosplat_drake.app.pose_config import PoseConfig, make_transform
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, FileError, unknown_name
 from remosplat_drake.base.ranges import Config, Position, Seed

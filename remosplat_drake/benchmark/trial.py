@@ -8,9 +8,10 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.app.diagram import build
-from remosplat_drake.app.scenario import PoseConfig, Scenario
+from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.app.simulation import run
+from remosplat_drake.app.target_config import TargetConfig
 from remosplat_drake.app.world import World
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.version import __version__
@@ -242,8 +243,8 @@ def _drive(
     return trajectory, NO_EFFORT
 
 
-def _pose(X: RigidTransform) -> PoseConfig:
-    return PoseConfig(
+def _pose(X: RigidTransform) -> TargetConfig:
+    return TargetConfig(
         X.translation().tolist(), rotation=X.rotation().matrix().tolist()
     )
 

@@ -10,6 +10,7 @@ from remosplat_drake.controller.planning.goal_configurations import (
 )
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.thing import UNSEEN
 
 REACHABLE = "reachable"
@@ -46,7 +47,7 @@ def find_reach(
     field: DistanceField,
     stopping: float,
     q: np.ndarray,
-    X_WT: np.ndarray,
+    target: Target,
 ) -> Reach:
     """Looks for a configuration at a target; equal calls give equal answers.
 
@@ -57,12 +58,12 @@ def find_reach(
         field: The map.
         stopping: Distance that the robot keeps from the scene [m].
         q: Where the robot is, shape (n_q,) [rad, m].
-        X_WT: Pose of the target T in the world W, shape (4, 4).
+        target: What the end effector shall reach.
     """
     space = planner.free_space(q, field, stopping)
     goals = goal_configurations(
         space,
-        X_WT,
+        target,
         np.clip(q, space.lower, space.upper),
         seeds=_SEEDS,
         most=1,

@@ -31,6 +31,7 @@ from remosplat_drake.cockpit.scene import CockpitScene
 from remosplat_drake.cockpit.surface_point import find_surface, target_before
 from remosplat_drake.cockpit.web_server import open_server
 from remosplat_drake.cockpit.wrist_pictures import wrist_pictures
+from remosplat_drake.signals.target import Target
 
 _BEAT = 0.2
 """Time between two signs of life [s]."""
@@ -267,9 +268,10 @@ class Page:
         return None if panel is None else panel.operator
 
     def _reach(self, X_WT: np.ndarray) -> Reach:
-        job = self._job
+        job, field = self._job, self._picture.field
+        target = Target(X_WT).without(*job.config.free)
         return find_reach(
-            job.planner, self._picture.field, job.stopping, self._look.q, X_WT
+            job.planner, field, job.stopping, self._look.q, target
         )
 
     def _show_pictures(self) -> None:

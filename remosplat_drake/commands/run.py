@@ -244,6 +244,10 @@ def _facts(
     ]
     if metrics.unseen_clearance_min is not None:
         facts.append(("unseen space", _unseen(metrics)))
+    most, mean = metrics.line_deviation_max, metrics.line_deviation_mean
+    if most is not None and mean is not None:
+        beside = f"max {1e3 * most:.1f} mm, mean {1e3 * mean:.1f} mm"
+        facts.append(("beside the line", beside))
     facts += [
         (
             "path",

@@ -7,11 +7,11 @@ import yaml
 from rich.console import Console
 
 from remosplat_drake.app.map_knowledge import find_map_error
+from remosplat_drake.app.pose_config import make_transform
 from remosplat_drake.app.scenario import (
     Scenario,
     check_scenario,
     load_scenario,
-    make_transform,
     shipped_scenarios,
     split_spec,
 )

@@ -125,7 +125,7 @@ class CompiledLaw:
             self._arrays,
             self._robot.arrays,
             tick.state.arrays,
-            np.array(tick.X_WT, order="C"),
+            tick.target.arrays,
             rows,
             near_arrays(self.near, tick.state.X_WL),
             np.array(tick.u_previous, float),

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from remosplat_drake.controller.servo import servo_twist
-from remosplat_drake.robot.pose_error import pose_error
+from remosplat_drake.controller.servo import target_twist
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.tick_report import TickReport
 
@@ -32,8 +31,10 @@ def end_effector_velocities(
         shape (6,) [rad/s, m/s].
     """
     state = robot.state(report.q)
-    error = pose_error(state.X_WE, report.X_WT)
-    desired = np.concatenate(servo_twist(error, gain, max_speed))
+    target, error = report.target, report.target.error(state.X_WE)
+    desired = np.concatenate(
+        target_twist(state.X_WE, target, error, gain, max_speed)
+    )
     J = np.concatenate([state.Jw_WE, state.Jv_WE])
     return desired, J @ executed
 

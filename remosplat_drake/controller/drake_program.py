@@ -15,18 +15,18 @@ class DrakeProgram:
 
     Attributes:
         prog: The `MathematicalProgram` itself.
-        x: All decision variables, u then delta, shape (n_u + 6,).
         u: Decision variables of the command, shape (n_u,).
-        delta: Decision variables of the slack of the end-effector twist,
-            angular above translational, shape (6,).
+        delta: Decision variables of the slack of the end-effector twist, one
+            for each direction that is tracked, shape (r,); none until a
+            finished program is filled in.
         extended: Whether an ingredient may have added terms to `prog` itself,
             of which the plain data know nothing.
     """
 
     def __init__(self, n_u: int, *, extended: bool):
         self.prog = MathematicalProgram()
-        self.x = self.prog.NewContinuousVariables(n_u + 6, "x")
-        self.u, self.delta = self.x[:n_u], self.x[n_u:]
+        self.u = self.prog.NewContinuousVariables(n_u, "u")
+        self.delta = self.u[:0]
         self.extended = extended
 
 
@@ -60,13 +60,16 @@ def fill(drake: DrakeProgram, program: ProgramData) -> None:
 
 
 def _add_tracking(drake: DrakeProgram, tracking: Tracking) -> None:
-    prog = drake.prog
+    prog, r = drake.prog, len(tracking.V)
+    drake.delta = prog.NewContinuousVariables(r, "delta")
     prog.AddLinearEqualityConstraint(
-        np.hstack([tracking.J, np.eye(6)]), tracking.V, drake.x
+        np.hstack([tracking.J, np.eye(r)]),
+        tracking.V,
+        np.concatenate([drake.u, drake.delta]),
     ).evaluator().set_description(tracking.name)
     prog.AddBoundingBoxConstraint(
         -tracking.limit, tracking.limit, drake.delta
     ).evaluator().set_description("slack limit")
     prog.AddQuadraticCost(
-        tracking.price * np.eye(6), np.zeros(6), drake.delta, is_convex=True
+        tracking.price * np.eye(r), np.zeros(r), drake.delta, is_convex=True
     ).evaluator().set_description("slack")

@@ -41,12 +41,11 @@ class Tracking:
 
     Attributes:
         name: The name of this tracking in the program.
-        J: Jacobian of the end effector in W, angular above translational,
-            shape (6, n_u).
-        V: The wanted twist V_WE, angular above translational, shape (6,)
-            [rad/s, m/s].
+        J: Jacobian of the end effector in W, angular above translational, in
+            the r directions that are tracked, shape (r, n_u).
+        V: The wanted twist V_WE in these, shape (r,) [rad/s, m/s].
         price: Weight of the squared slack delta in the cost.
-        limit: Bounds on |delta|, shape (6,) [rad/s, m/s].
+        limit: Bounds on |delta|, shape (r,) [rad/s, m/s].
     """
 
     name: str
@@ -59,7 +58,8 @@ class Tracking:
 class ProgramData:
     """Costs, bounds and rows in the command u and the slack delta.
 
-    The command has n_u entries, the slack of the end-effector twist six.
+    The command has n_u entries, the slack one for each direction in which the
+    end effector's twist is tracked, six at most.
 
     Args:
         velocity_limit: Bounds on |u| to begin with, shape (n_u,) [rad/s, m/s].

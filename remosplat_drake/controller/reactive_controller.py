@@ -5,7 +5,6 @@ from time import perf_counter
 
 import numpy as np
 from pydrake.common.value import Value
-from pydrake.math import RigidTransform
 from pydrake.systems.framework import (
     BasicVector,
     Context,
@@ -21,6 +20,10 @@ from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.optional_input import value_or_none
+from remosplat_drake.signals.target_ports import (
+    TargetPorts,
+    connect_target,
+)
 from remosplat_drake.signals.tick_report import TickReport
 
 
@@ -34,7 +37,8 @@ class ReactiveController(LeafSystem):
         - configuration
         - clearances
         - distance_field
-        - target
+        - target (unless aim)
+        - aim (unless target)
         - selection (optional)
         - velocity_executed (optional)
         - motion (optional)
@@ -45,9 +49,11 @@ class ReactiveController(LeafSystem):
 
     The command is state, updated every control period: a plant that steps
     faster does not solve more programs, and station and controller form no
-    algebraic loop. `report` is the `TickReport` of the latest tick; viewers
-    and loggers read it instead of asking the oracle again. `selection` is a
-    `GuidanceSelector`'s; without it the controller goes straight.
+    algebraic loop. `target` takes the pose X_WT of a plain target, a
+    `RigidTransform`, and `aim` a `Target`. `report` is the `TickReport` of the
+    latest tick; viewers and loggers read it instead of asking the oracle again.
+    `selection` is a `GuidanceSelector`'s; without it the controller goes
+    straight.
     `velocity_executed` is what a supervisor made of the command; without it
     the controller takes its own to be executed. `motion` is the `Motion` of a
     robot that does not obey at once; `configuration` and `clearances` are then
@@ -94,9 +100,7 @@ class ReactiveController(LeafSystem):
         self._field_input = self.DeclareAbstractInputPort(
             "distance_field", Value[object]()
         )
-        self._target_input = self.DeclareAbstractInputPort(
-            "target", Value(RigidTransform())
-        )
+        self._target = TargetPorts.declare(self)
         self._selection_input = self.DeclareAbstractInputPort(
             "selection", Value(Selection(DIRECT))
         )
@@ -139,8 +143,9 @@ class ReactiveController(LeafSystem):
                 ports `clearances` and `distance_field`.
             configuration: The port of the measured q, n_q entries; None
                 leaves the input unconnected.
-            target: The port of the target pose X_WT, a `RigidTransform`; None
-                leaves the input unconnected.
+            target: The port of the target, a `Target` or the pose X_WT of a
+                plain one as a `RigidTransform`; None leaves the inputs
+                unconnected.
 
         Returns:
             The controller, which is now part of the diagram.
@@ -155,7 +160,7 @@ class ReactiveController(LeafSystem):
                 configuration, controller.GetInputPort("configuration")
             )
         if target is not None:
-            builder.Connect(target, controller.GetInputPort("target"))
+            connect_target(builder, target, controller)
         return controller
 
     def _calc_command(self, context: Context, output: BasicVector):
@@ -172,7 +177,7 @@ class ReactiveController(LeafSystem):
             self._law,
             context.get_time(),
             self._configuration_input.Eval(context),
-            self._target_input.Eval(context).GetAsMatrix4(),
+            self._target.read(context),
             clearances,
             self._field_input.Eval(context),
             self._executed(context),

@@ -25,10 +25,12 @@ from remosplat_drake.controller.program_data import (
     Rows,
     Tracking,
 )
+from remosplat_drake.controller.servo import error_scale
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.near_movers import NearMovers
+from remosplat_drake.signals.target import Target
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -38,8 +40,8 @@ class Tick:
     Attributes:
         robot: The robot, with its limits and kinematics.
         state: Kinematics at the measured configuration q.
-        X_WT: Pose of the target T in the world W, shape (4, 4).
-        error: The pose error from the end effector E to the target T.
+        target: What the end effector E shall reach.
+        error: The pose error from E to the target, in what that asks for.
         clearances: The distances of the robot's spheres to the map that lie
             within the influence distance.
         u_previous: The command that is being executed, shape (n_u,).
@@ -61,7 +63,7 @@ class Tick:
 
     robot: RobotModel
     state: RobotState
-    X_WT: np.ndarray
+    target: Target
     error: PoseError
     clearances: Clearances
     u_previous: np.ndarray
@@ -71,12 +73,18 @@ class Tick:
     near_movers: NearMovers | None = None
 
     @property
+    def X_WT(self) -> np.ndarray:
+        """Pose of the target T in the world W, shape (4, 4)."""
+        return self.target.X_WT
+
+    @property
     def error_scale(self) -> float:
         """The paper's error e: L1 distance to the target, at least 1e-3 [m].
 
-        Costs divide by it; the bound keeps them finite at the target.
+        Costs divide by it; the bound keeps them finite at the target. See
+        `servo.error_scale`.
         """
-        return max(self.error.distance_l1, 1e-3)
+        return error_scale(self.error.p_ET_E, self.target.arrays)
 
     @cached_property
     def approach_rates(self) -> np.ndarray:
@@ -252,14 +260,14 @@ class ReactiveProgram(ProgramData):
                     arrays.kept[span],
                     Labels(part, robot, arrays.about[span]),
                 )
-        _, tracker, accelerates = arrays.count.tolist()
+        _, tracker, accelerates, tracked = arrays.count.tolist()
         if tracker:
             program.tracking = Tracking(
                 ingredients[tracker - 1].term,
-                arrays.J,
-                arrays.V,
+                arrays.J[:tracked],
+                arrays.V[:tracked],
                 float(arrays.price[0]),
-                arrays.limit,
+                arrays.limit[:tracked],
             )
         program.has_acceleration_bounds = bool(accelerates)
         program.arrays = arrays
@@ -339,16 +347,17 @@ class ReactiveProgram(ProgramData):
     ) -> None:
         """Tracks the end effector's twist: J u + delta = V with a slack delta.
 
-        The slack costs price |delta|^2 / 2. A program tracks one twist.
+        The slack costs price |delta|^2 / 2. A program tracks one twist, in as
+        many directions as there are rows: all six, or fewer.
 
         Args:
             name: Name of this tracking, for messages and Drake's bindings.
             J: Jacobian of the end effector in W, angular above
-                translational, shape (6, n_u).
+                translational, shape (6, n_u); or r directions of it.
             V: The wanted twist V_WE, angular above translational, shape (6,)
-                [rad/s, m/s].
+                [rad/s, m/s]; or the same directions of it, shape (r,).
             price: Weight of the squared slack in the cost.
-            limit: Bounds on |delta|, shape (6,) [rad/s, m/s].
+            limit: Bounds on |delta|, shape (r,) [rad/s, m/s].
 
         Raises:
             TermError: A twist is tracked already, or J has another shape.
@@ -357,7 +366,7 @@ class ReactiveProgram(ProgramData):
             raise TermError(
                 f"{name!r}: there is tracking {self.tracking.name!r} already"
             )
-        self._check("tracking", name, False, J, (6, self.n_u))
+        self._check("tracking", name, False, J, (len(V), self.n_u))
         self.tracking = Tracking(name, J, V, price, limit)
 
     def _check(

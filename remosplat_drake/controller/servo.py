@@ -5,10 +5,24 @@ import numpy as np
 from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.vectors import norm
 from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.robot.target_arrays import place_on_line
+from remosplat_drake.signals.target import Target
+
+LINE_WIDTH = 0.02
+"""Distance beside a line at which an end effector goes no further along it
+[m]: it first comes back."""
+
+LINE_SCALE = 0.05
+"""The error e that costs divide by on a line [m]: as if the target were always
+so near."""
+
+LINE_STIFFNESS = 50.0
+"""How much more a line prices what leads off it than what is too slow: beside
+an obstacle, the end effector slows down and does not slide along it."""
 
 
 def servo_twist(
-    error: PoseError, gain: float, max_speed: float
+    error: PoseError, gain: float, max_speed: float, onward: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Computes the desired twist of E in W, proportional to the pose error.
 
@@ -18,13 +32,40 @@ def servo_twist(
         error: The pose error from the end effector E to the target T.
         gain: The paper's proportional gain beta [1/s].
         max_speed: Bound on the translational speed [m/s].
+        onward: How much way there is behind the target, for which the
+            translational part keeps its speed [m].
 
     Returns:
         The angular velocity, shape (3,) [rad/s], and the translational
         velocity, shape (3,) [m/s], both in W.
     """
-    gain = servo_speed(error.p_ET_W, gain, max_speed)
-    return gain * error.rotation_W, gain * error.p_ET_W
+    turning, going = servo_gains(error.p_ET_W, gain, max_speed, onward)
+    return turning * error.rotation_W, going * error.p_ET_W
+
+
+def target_twist(
+    X_WE: np.ndarray,
+    target: Target,
+    error: PoseError,
+    gain: float,
+    max_speed: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Computes the twist of E in W that a target wants.
+
+    Args:
+        X_WE: Pose of the end effector, shape (4, 4).
+        target: The target.
+        error: Its error at X_WE.
+        gain: The paper's proportional gain beta [1/s].
+        max_speed: Bound on the translational speed [m/s].
+
+    Returns:
+        The angular velocity, shape (3,) [rad/s], and the translational
+        velocity, shape (3,) [m/s], both in W.
+    """
+    if target.line is None:
+        return servo_twist(error, gain, max_speed, target.onward)
+    return line_twist(X_WE, target.arrays, gain, max_speed)
 
 
 @helper
@@ -38,3 +79,93 @@ def servo_speed(p_ET_W, gain, max_speed):
     """
     speed = gain * norm(p_ET_W)
     return gain * max_speed / speed if speed > max_speed else gain
+
+
+@helper
+def servo_gains(p_ET_W, gain, max_speed, onward):
+    """Computes the gains on rotation and translation to a target [1/s].
+
+    Args:
+        p_ET_W: Translation to the target, shape (3,) [m].
+        gain: The gain without a bound [1/s].
+        max_speed: Bound on the translational speed [m/s].
+        onward: How much way there is behind the target [m].
+    """
+    slowed = servo_speed(p_ET_W, gain, max_speed)
+    if onward == 0.0:
+        return slowed, slowed
+    left = norm(p_ET_W)
+    speed = min(gain * (left + onward), max_speed)
+    return slowed, speed / max(left, 1e-6)
+
+
+@helper
+def line_twist(X_WE, target, gain, max_speed):
+    """Computes the twist that follows a line: along it, and back to it.
+
+    Args:
+        X_WE: Pose of the end effector, shape (4, 4).
+        target: The `TargetArrays`, with a line.
+        gain: The proportional gain beta [1/s].
+        max_speed: Bound on the translational speed, and on that back to the
+            line [m/s].
+
+    Returns:
+        The angular velocity, shape (3,) [rad/s], and the translational
+        velocity, shape (3,) [m/s], both in W.
+    """
+    along_W, left, p_ES_W, rotation_W, turn_W = place_on_line(X_WE, target)
+    speed = min(target.speed, max_speed, gain * (left + target.onward))
+    speed *= max(1.0 - norm(p_ES_W) / LINE_WIDTH, 0.0)
+    back = servo_speed(p_ES_W, gain, max_speed)
+    w, v = np.empty(3), np.empty(3)
+    for c in range(3):
+        w[c] = speed * turn_W[c] + back * rotation_W[c]
+        v[c] = speed * along_W[c] + back * p_ES_W[c]
+    return w, v
+
+
+@helper
+def error_scale(p_ET_E, target) -> float:
+    """Computes the paper's error e, which costs divide by [m].
+
+    It is the L1 distance to the target and on to what comes behind it, and at
+    least a millimetre: the costs stay finite at the target.
+
+    Args:
+        p_ET_E: Translation to the target in E, shape (3,) [m].
+        target: The `TargetArrays`.
+    """
+    if target.speed > 0.0:
+        return LINE_SCALE
+    left = abs(p_ET_E[0]) + abs(p_ET_E[1]) + abs(p_ET_E[2])
+    return max(left + target.onward, 1e-3)
+
+
+def tracked_directions(target: Target, along_W: np.ndarray) -> np.ndarray:
+    """Returns the directions in which a target's twist is tracked.
+
+    A target without a line and with equal weights is tracked in W's own; else
+    there is a row for each direction that is not free, as long as the root of
+    its weight. A line makes the rows longer that lead off it.
+
+    Args:
+        target: The target.
+        along_W: Direction of its line, shape (3,); zero without one.
+
+    Returns:
+        Rows to multiply twists in W with, angular above translational, shape
+        (r, 6).
+    """
+    if target.is_plain:
+        return np.eye(6)
+    R_TW = np.asarray(target.X_WT)[:3, :3].T
+    rows = np.zeros((6, 6))
+    rows[:3, :3] = rows[3:, 3:] = R_TW
+    rows *= np.sqrt(target.weights)[:, None]
+    if target.line is not None:
+        stiff = np.eye(6) * np.sqrt(LINE_STIFFNESS)
+        off = 1.0 - np.sqrt(LINE_STIFFNESS)
+        stiff[3:, 3:] += off * np.outer(along_W, along_W)
+        rows = rows @ stiff
+    return rows[target.weights > 0.0]

@@ -16,13 +16,13 @@ from remosplat_drake.controller.verification.verify import (
     Verdict,
     verified_command,
 )
-from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotState
 from remosplat_drake.scene.mover import MoverArrays, Movers
 from remosplat_drake.signals.binding import COLLISION, NONE_BINDS, Binding
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.near_movers import NearMovers
+from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.tick_report import TickReport
 
 
@@ -30,7 +30,7 @@ def run_tick(
     law: ReactiveLaw,
     time: float,
     q: np.ndarray,
-    X_WT: np.ndarray,
+    target: Target | np.ndarray,
     clearances: Clearances,
     field: DistanceField,
     u_previous: np.ndarray,
@@ -46,7 +46,8 @@ def run_tick(
         time: Time of the tick [s].
         q: Configuration to plan from, measured or where all commands in flight
             lead, shape (n_q,) [rad, m].
-        X_WT: Pose of the target T in the world W, shape (4, 4).
+        target: What the end effector shall reach, or the pose X_WT of a plain
+            target, shape (4, 4).
         clearances: The oracle's distances and directions at q.
         field: The map, which verification asks along the command's path.
         u_previous: The command being executed, shape (n_u,).
@@ -57,17 +58,18 @@ def run_tick(
         movers: What moves; None if nothing is known to.
 
     Returns:
-        The command, and how it came about. Where q or X_WT is not finite, or
-        the clearances are not known, it is a step of the braking ramp.
+        The command, and how it came about. Where q or the target is not
+        finite, or the clearances are not known, it is a step of the braking
+        ramp.
     """
-    start = perf_counter()
+    start, target = perf_counter(), Target.of(target)
     problem = _unknown_surroundings(q, clearances)
     if problem:
-        return _blind_report(law, time, q, X_WT, u_previous, problem)
+        return _blind_report(law, time, q, target, u_previous, problem)
     clearances = clearances.within(law.collision.influence)
     state = state or law.robot.state(q)
     after_kinematics = perf_counter()
-    if np.isfinite(X_WT).all():
+    if target.is_known:
         near, sphere_tube = None, None
         if movers is not None and len(movers):
             near = NearMovers.find(
@@ -80,8 +82,8 @@ def run_tick(
         tick = Tick(
             law.robot,
             state,
-            X_WT,
-            pose_error(state.X_WE, X_WT),
+            target,
+            target.error(state.X_WE),
             clearances,
             u_previous,
             law.dt,
@@ -124,8 +126,9 @@ def run_tick(
         clearances=clearances,
         kept=kept,
         tight=tight,
-        X_WT=X_WT,
+        target=target,
         binding=binding,
+        line_deviation=target.line_deviation(state.X_WE),
         objection=verdict.objection,
         timings={
             "kinematics": after_kinematics - start,
@@ -150,7 +153,7 @@ def _blind_report(
     law: ReactiveLaw,
     time: float,
     q: np.ndarray,
-    X_WT: np.ndarray,
+    target: Target,
     u_previous: np.ndarray,
     reason: str,
 ) -> TickReport:
@@ -167,7 +170,7 @@ def _blind_report(
         clearances=Clearances.none(),
         kept=none,
         tight=none,
-        X_WT=X_WT,
+        target=target,
     )
 
 

@@ -1,6 +1,7 @@
 """Metrics of a run, such as smallest clearance and path length."""
 
 import dataclasses as dc
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -32,6 +33,9 @@ class RunMetrics:
         control_rate: 1 / tick_p50 [Hz]; 0 where ticks were not timed.
         statuses: Number of ticks by the name of their status.
         scaled_ticks: Number of ticks whose command verification reduced.
+        line_deviation_max: How far the end effector was beside the lines that
+            targets ask for, at most [m]; None if they ask for none.
+        line_deviation_mean: The same, as the mean over the ticks on lines [m].
         unseen_clearance_min: Smallest distance to space that no camera has
             seen [m], negative inside; None if nobody knows what was seen.
         unseen_ticks: Number of configurations that reached into such space.
@@ -50,6 +54,8 @@ class RunMetrics:
     control_rate: float
     statuses: dict[str, int]
     scaled_ticks: int
+    line_deviation_max: float | None = None
+    line_deviation_mean: float | None = None
     unseen_clearance_min: float | None = None
     unseen_ticks: int = 0
 
@@ -60,6 +66,7 @@ def run_metrics(
     dt: float,
     truth: DistanceField | None,
     unseen: DistanceField | None = None,
+    line_deviation: Sequence[float] = (),
 ) -> RunMetrics:
     """Computes the metrics of a finished run.
 
@@ -69,11 +76,15 @@ def run_metrics(
         dt: Control period [s].
         truth: The true scene; None where it is unknown.
         unseen: Space that no camera has seen; None where that is unknown.
+        line_deviation: How far the end effector was beside the line of each
+            tick [m]; NaN where there was none.
     """
     p_WE = np.array([robot.end_effector_pose(q)[:3, 3] for q in trajectory.q])
     true_min, true_mean = _summary(clearances_to(truth, trajectory, robot))
     to_unseen = clearances_to(unseen, trajectory, robot)
     oracle_min, oracle_mean = _summary(trajectory.clearance)
+    beside = np.array(line_deviation)
+    beside = beside[np.isfinite(beside)]
     p50, p99 = _percentiles(trajectory.timings.get("total"))
     return RunMetrics(
         duration=len(trajectory) * dt,
@@ -91,6 +102,8 @@ def run_metrics(
         control_rate=1.0 / p50 if p50 > 0 else 0.0,
         statuses=status_counts(trajectory),
         scaled_ticks=int((trajectory.scale < 1.0).sum()),
+        line_deviation_max=float(beside.max()) if len(beside) else None,
+        line_deviation_mean=float(beside.mean()) if len(beside) else None,
         unseen_clearance_min=_summary(to_unseen)[0],
         unseen_ticks=int((to_unseen < 0).sum()),
     )

@@ -28,6 +28,7 @@ from remosplat_drake.signals.supervisor_state import (
     STOPPED,
     STOPPING,
 )
+from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.tick_report import STATUSES, TickReport
 
 FORMAT = "remosplat run log"
@@ -215,7 +216,7 @@ class RunLog:
             clearances=clearances,
             kept=np.zeros(len(clearances), bool),
             tight=closest,
-            X_WT=np.vstack([row["X_WT"], [0.0, 0.0, 0.0, 1.0]]),
+            target=Target(np.vstack([row["X_WT"], [0.0, 0.0, 0.0, 1.0]])),
         )
 
 

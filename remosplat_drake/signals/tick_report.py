@@ -6,6 +6,7 @@ import numpy as np
 
 from remosplat_drake.signals.binding import NONE_BINDS, Binding
 from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.target import Target
 
 OPTIMAL = "optimal"
 """Status of a tick whose quadratic program was solved as it stands."""
@@ -43,9 +44,11 @@ class TickReport:
             others are implied by the velocity bounds.
         tight: Which rows hold with equality at the program's optimum, before
             verification, shape (m,), bool (the active constraints).
-        X_WT: Pose of the target at this tick, shape (4, 4).
+        target: What the end effector should reach at this tick.
         binding: All rows that hold with equality at the program's optimum, of
             whatever kind, and what pushes against them.
+        line_deviation: How far the end effector is beside the line that the
+            target asks for [m]; NaN where it asks for none.
         objection: What verification has against that optimum: `COLLISION`,
             `JOINT_LIMIT`, `SELF_COLLISION` or `MOVER`; empty if nothing.
         timings: Wall-clock time of each phase [s]: guidance (of the period
@@ -61,13 +64,19 @@ class TickReport:
     clearances: Clearances
     kept: np.ndarray
     tight: np.ndarray
-    X_WT: np.ndarray
+    target: Target
     binding: Binding = NONE_BINDS
+    line_deviation: float = float("nan")
     objection: str = ""
     timings: dict[str, float] = dc.field(default_factory=dict)
 
     def __deepcopy__(self, memo) -> "TickReport":
         return self
+
+    @property
+    def X_WT(self) -> np.ndarray:
+        """Pose of the target at this tick, shape (4, 4)."""
+        return self.target.X_WT
 
     @staticmethod
     def before_first(n_q: int, n_u: int) -> "TickReport":
@@ -88,5 +97,5 @@ class TickReport:
             clearances=Clearances.none(),
             kept=none,
             tight=none,
-            X_WT=np.full((4, 4), np.nan),
+            target=Target(np.full((4, 4), np.nan)),
         )

@@ -15,6 +15,7 @@ from remosplat_drake.signals.supervisor_state import (
     UNARMED,
     SupervisorState,
 )
+from remosplat_drake.signals.target import Target
 from remosplat_drake.standing.hold import Hold
 from remosplat_drake.task.target_sequence import TargetProgress
 
@@ -38,6 +39,9 @@ class Situation:
 
     Attributes:
         error: The error from the end effector to the present target.
+        target: That target; None: a pose.
+        beside_line: How far the end effector is beside the target's line [m];
+            NaN without one.
         is_there: Whether the end effector has arrived at the target.
         hold: What holds the robot; None while it moves.
         no_nearer_for: Time since the robot last came nearer to the target [s].
@@ -48,6 +52,8 @@ class Situation:
     """
 
     error: PoseError
+    target: Target | None = None
+    beside_line: float = math.nan
     is_there: bool = False
     hold: Hold | None = None
     no_nearer_for: float = 0.0
@@ -77,7 +83,9 @@ def how_things_stand(now: Situation, robot: RobotDescription) -> Standing:
     if now.is_there:
         return Standing(stands.REACHED, f"at {_target(now)}", distance)
     if now.hold is None:
-        text = f"moving to {_target(now)}, {_away(now.error)} away"
+        text = f"{_on_the_way(now)}, {_away(now)} away"
+        if math.isfinite(now.beside_line):
+            text += f", {1e3 * now.beside_line:.0f} mm beside the line"
         if now.no_nearer_for >= CIRCLING:
             text += f", no nearer for {now.no_nearer_for:.0f} s"
         return Standing(stands.MOVING, text, distance)
@@ -116,7 +124,7 @@ def _stopped(supervision: SupervisorState, now: Situation) -> Standing:
         return Standing(stands.WAITING, reason, distance)
     text = f"stopped: {reason}; waiting for an operator"
     if math.isfinite(distance):
-        text += f", {_away(now.error)} from {_target(now)}"
+        text += f", {_away(now)} from {_target(now)}"
     text += "".join(f"; {more}" for more in (supervision.refusal,) if more)
     return Standing(stands.STOPPED, text, distance)
 
@@ -124,7 +132,7 @@ def _stopped(supervision: SupervisorState, now: Situation) -> Standing:
 def _held(now: Situation, hold: Hold, robot: RobotDescription) -> Standing:
     way = _way(now.selection)
     part = robot.called(hold.link) if hold.link else "robot"
-    text = f"{_what_holds(hold, part)}, {_away(now.error)} from {_target(now)}"
+    text = f"{_what_holds(hold, part)}, {_away(now)} from {_target(now)}"
     advice = _ADVICE.get(hold.cause, "")
     text += advice and f": {advice}"
     text += way and f"; {way}"
@@ -162,12 +170,30 @@ def _gap(clearance: float) -> str:
     return f"{1e3 * abs(clearance):.0f} mm {where}"
 
 
-def _away(error: PoseError) -> str:
-    """How far the target is: "0.52 m", or nearby "12 mm and 4 deg"."""
+def _on_the_way(now: Situation) -> str:
+    target = now.target
+    if target is not None and target.line is not None:
+        return f"on the line to {_target(now)}"
+    if target is not None and target.passed_within is not None:
+        return f"moving past {_target(now)}"
+    return f"moving to {_target(now)}"
+
+
+def _away(now: Situation) -> str:
+    """How far the target is: "0.52 m", or nearby "12 mm and 4 deg".
+
+    What it does not ask for is not spoken of.
+    """
+    error, target = now.error, now.target
     if not error.distance < _NEAR:
         return f"{error.distance:.2f} m"
-    angle = math.degrees(error.angle)
-    return f"{1e3 * error.distance:.0f} mm and {angle:.0f} deg"
+    place = f"{1e3 * error.distance:.0f} mm"
+    angle = f"{math.degrees(error.angle):.0f} deg"
+    if target is not None and not target.asks_to_turn:
+        return place
+    if target is not None and not target.asks_for_place:
+        return angle
+    return f"{place} and {angle}"
 
 
 def _target(now: Situation) -> str:

@@ -1,6 +1,7 @@
 """`StandingSystem`: says on a port how things stand with the robot."""
 
 import dataclasses as dc
+from functools import partial
 
 import numpy as np
 from pydrake.common.value import Value
@@ -14,7 +15,6 @@ from pydrake.systems.framework import (
 )
 
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.optional_input import value_or_none
@@ -92,7 +92,7 @@ class StandingSystem(LeafSystem):
         super().__init__()
         self.set_name("standing")
         self._robot = robot
-        self._arrival = arrival
+        self._arrived = partial(has_arrived, config=arrival)
         self._floor_height = floor_height
         self._truth = truth
         self._period = period
@@ -174,18 +174,22 @@ class StandingSystem(LeafSystem):
         memory, time = self._memory(context), context.get_time()
         q = np.array(self._configuration_input.Eval(context))
         report = self._report_input.Eval(context)
-        error = pose_error(self._robot.end_effector_pose(q), report.X_WT)
-        is_there = has_arrived(error, self._arrival)
+        target = report.target
+        X_WE = self._robot.end_effector_pose(q)
+        error = target.error(X_WE)
+        is_there = target.is_reached(error, self._arrived)
         supervision = value_or_none(self._supervision_input, context)
         may_rest = is_there or not (supervision is None or supervision.runs)
         still = observe(
-            memory.stillness, time, q, report.X_WT, error, may_rest=may_rest
+            memory.stillness, time, q, target, error, may_rest=may_rest
         )
         hold = None
         if time - still.since >= PAUSE:
             hold = self._hold(context, report, memory.standing)
         situation = Situation(
             error=error,
+            target=target,
+            beside_line=target.line_deviation(X_WE),
             is_there=is_there,
             hold=hold,
             no_nearer_for=time - still.nearest_at,

@@ -5,6 +5,7 @@ import dataclasses as dc
 import numpy as np
 
 from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.signals.target import Target
 
 STILL = 0.01
 """Change of a configuration variable that is no progress [m, rad]: a command
@@ -14,6 +15,10 @@ _NEARER = 0.01
 """By how much a robot that comes nearer does so [m]."""
 
 
+_ARM = 0.3
+"""Length by which an angle is weighed where no place is asked for [m]."""
+
+
 @dc.dataclass(frozen=True, eq=False)
 class Stillness:
     """What is remembered of the robot's motion; copying returns itself.
@@ -21,14 +26,15 @@ class Stillness:
     Attributes:
         q: Configuration that the robot has not left since, shape (n_q,).
         since: Time at which it came there, or last had a reason to rest [s].
-        X_WT: Pose of the target that is meant, shape (4, 4).
-        nearest: Least distance to that target so far [m].
+        target: The target that is meant.
+        nearest: Least distance to that target so far; of one that only asks
+            to turn, the angle to it as long as an arm [m].
         nearest_at: Time at which it was reached [s].
     """
 
     q: np.ndarray
     since: float
-    X_WT: np.ndarray
+    target: Target
     nearest: float
     nearest_at: float
 
@@ -40,7 +46,7 @@ def observe(
     before: Stillness | None,
     time: float,
     q: np.ndarray,
-    X_WT: np.ndarray,
+    target: Target,
     error: PoseError,
     *,
     may_rest: bool,
@@ -51,20 +57,19 @@ def observe(
         before: What was remembered; None at the first look.
         time: Present time [s].
         q: Measured configuration, shape (n_q,).
-        X_WT: Pose of the present target, shape (4, 4).
+        target: The present target.
         error: The error from the end effector to it.
         may_rest: Whether the robot has every reason to stand still, at its
             target for example; that time does not count.
     """
+    left = error.distance if target.asks_for_place else _ARM * error.angle
     if before is None or time < before.since:
-        return Stillness(q, time, X_WT, error.distance, time)
+        return Stillness(q, time, target, left, time)
     now = before
     # What is not finite has not stayed where it was.
     if may_rest or not np.abs(q - before.q).max() <= STILL:
         now = dc.replace(now, q=q, since=time)
-    is_new = not np.array_equal(X_WT, before.X_WT)
-    if is_new or error.distance < before.nearest - _NEARER:
-        now = dc.replace(
-            now, X_WT=X_WT, nearest=error.distance, nearest_at=time
-        )
+    is_new = not target.equals(before.target)
+    if is_new or left < before.nearest - _NEARER:
+        now = dc.replace(now, target=target, nearest=left, nearest_at=time)
     return now

@@ -1,8 +1,10 @@
-"""`TargetSequence`: hands out target poses, one after the other."""
+"""`TargetSequence`: hands out targets, one after the other."""
 
 import dataclasses as dc
 from collections.abc import Sequence
+from functools import partial
 
+import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import (
@@ -13,8 +15,9 @@ from pydrake.systems.framework import (
     State,
 )
 
-from remosplat_drake.robot.pose_error import PoseError, pose_error
+from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.target import Target
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 
@@ -40,7 +43,7 @@ class TargetProgress:
 
 
 class TargetSequence(LeafSystem):
-    """Hands out target poses, each until the end effector has reached it.
+    """Hands out targets, each until the end effector has reached it.
 
     .. pydrake_system::
 
@@ -49,15 +52,21 @@ class TargetSequence(LeafSystem):
         - configuration
         output_ports:
         - target
+        - aim
         - progress
 
-    `configuration` takes the measured q, `target` gives the present pose X_WT
-    as a `RigidTransform`, `progress` a `TargetProgress`. After the last
-    target it keeps handing that one out. Arrival is judged once a period.
+    `configuration` takes the measured q, `aim` gives the present `Target`,
+    `target` its pose X_WT alone as a `RigidTransform`, and `progress` a
+    `TargetProgress`. After the last target it keeps handing that one out.
+    Arrival is judged once a period. A line starts where the end effector is
+    when its turn comes; a target that is passed is told how far it is from
+    there to where the end effector stops.
 
     Args:
         robot: The robot, for its kinematics.
-        X_WTs: Target poses of the end effector, at least one.
+        X_WTs: What the end effector shall reach, at least one: poses, or
+            `Target`s where less is asked, or more. A line's start is that
+            of the motion, whatever the target says.
         arrival: The success rule; None: within 20 mm and 2 degrees.
         period: Time between two judgements of arrival [s].
 
@@ -73,26 +82,36 @@ class TargetSequence(LeafSystem):
         self,
         *,
         robot: RobotModel,
-        X_WTs: Sequence[RigidTransform],
+        X_WTs: Sequence[RigidTransform | Target],
         arrival: ArrivalConfig | None = None,
         period: float = 0.01,
     ):
         super().__init__()
         self.set_name("targets")
         self._robot = robot
-        self._X_WTs = list(X_WTs)
-        self._arrival = arrival or ArrivalConfig()
+        self._targets = with_ways_onward([Target.of(x) for x in X_WTs])
+        self._arrival = partial(has_arrived, config=arrival or ArrivalConfig())
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
         )
         self._progress_index = self.DeclareAbstractState(
-            Value(TargetProgress(0, len(self._X_WTs)))
+            Value(TargetProgress(0, len(self._targets)))
         )
+        # Where the end effector was when the present target's turn came.
+        self._start_index = self.DeclareAbstractState(Value[object](None))
+        tickets = {
+            self.abstract_state_ticket(self._progress_index),
+            self.abstract_state_ticket(self._start_index),
+            self._configuration_input.ticket(),
+        }
         self.DeclareAbstractOutputPort(
             "target",
             Value(RigidTransform()).Clone,
             self._calc_target,
             {self.abstract_state_ticket(self._progress_index)},
+        )
+        self.DeclareAbstractOutputPort(
+            "aim", Value[object]().Clone, self._calc_aim, tickets
         )
         self.DeclareStateOutputPort("progress", self._progress_index)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._judge)
@@ -127,24 +146,60 @@ class TargetSequence(LeafSystem):
         Args:
             context: The system's own context.
         """
-        X_WE = self._robot.end_effector_pose(
-            self._configuration_input.Eval(context)
-        )
-        return pose_error(X_WE, self._target(context).GetAsMatrix4())
+        return self._listed(context).error(self._end_effector(context))
 
-    def _target(self, context: Context) -> RigidTransform:
+    def _end_effector(self, context: Context) -> np.ndarray:
+        q = self._configuration_input.Eval(context)
+        return self._robot.end_effector_pose(q)
+
+    def _listed(self, context: Context) -> Target:
         index = self.progress(context).index
-        return self._X_WTs[min(index, len(self._X_WTs) - 1)]
+        return self._targets[min(index, len(self._targets) - 1)]
+
+    def _start(self, context: Context) -> np.ndarray:
+        cell = int(self._start_index)
+        start = context.get_abstract_state(cell).get_value()
+        return self._end_effector(context) if start is None else start
 
     def _calc_target(self, context: Context, output: AbstractValue):
-        output.set_value(self._target(context))
+        output.set_value(RigidTransform(self._listed(context).X_WT))
+
+    def _calc_aim(self, context: Context, output: AbstractValue):
+        target = self._listed(context)
+        if target.line is not None:
+            line = dc.replace(target.line, X_WA=self._start(context))
+            target = dc.replace(target, line=line)
+        output.set_value(target)
 
     def _judge(self, context: Context, state: State):
-        progress = self.progress(context)
-        if progress.finished or not has_arrived(
-            self.error(context), self._arrival
+        start = state.get_mutable_abstract_state(int(self._start_index))
+        X_WE = self._end_effector(context)
+        if start.get_value() is None and np.isfinite(X_WE).all():
+            start.set_value(X_WE)
+        progress, target = self.progress(context), self._listed(context)
+        if progress.finished or not target.is_reached(
+            target.error(X_WE), self._arrival
         ):
             return
+        progress = dc.replace(progress, index=progress.index + 1)
         state.get_mutable_abstract_state(int(self._progress_index)).set_value(
-            dc.replace(progress, index=progress.index + 1)
+            progress
         )
+        if not progress.finished:
+            start.set_value(X_WE)
+
+
+def with_ways_onward(targets: Sequence[Target]) -> list[Target]:
+    """Tells targets that are passed how far it is from there to a stop.
+
+    Args:
+        targets: The targets, in their order.
+    """
+    result: list[Target] = []
+    for target in reversed(targets):
+        onward = 0.0
+        if target.passed_within is not None and result:
+            way = result[-1].X_WT[:3, 3] - target.X_WT[:3, 3]
+            onward = float(np.linalg.norm(way)) + result[-1].onward
+        result.append(dc.replace(target, onward=onward))
+    return result[::-1]

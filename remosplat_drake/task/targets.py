@@ -19,13 +19,17 @@ PORTS = ("configuration",), ("target",)
 """Names of the input and the output ports of targets: the measured q, shape
 (n_q,), and the target pose X_WT, a `RigidTransform`."""
 
+AIM = "aim"
+"""Name of a further output port, a `Target`, for who asks for less than a pose,
+or for more; it then counts in place of `target`."""
+
 
 class Targets(Protocol):
     """A system that says where the end effector shall go.
 
     `TargetSequence` is one, and so is any `LeafSystem` with the ports `PORTS`
-    and the two methods below. Its `target` must not depend on what the
-    controller does within the same tick.
+    and the two methods below. It may have the port `AIM`, too. What it hands
+    out must not depend on what the controller does within the same tick.
     """
 
     def progress(self, context: Context) -> TargetProgress:
@@ -75,6 +79,16 @@ class TargetsMaker(Protocol):
             period: The control period [s].
         """
         ...
+
+
+def target_port(targets: Targets) -> OutputPort:
+    """Returns the port that says most about the present target.
+
+    Args:
+        targets: The system.
+    """
+    is_full = targets.HasOutputPort(AIM)
+    return targets.GetOutputPort(AIM if is_full else "target")
 
 
 def check_targets(targets: Any, name: str) -> None:

@@ -6,6 +6,8 @@ import numpy as np
 
 from remosplat_drake.camera.mount import CameraMount
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.target import Target
+from remosplat_drake.signals.target_state import HOLD, SCAN, TargetState
 from remosplat_drake.teleop.teleop_config import TeleopConfig
 
 
@@ -53,3 +55,14 @@ class MotionLaw:
         if mount is not None:
             X_EC = np.linalg.inv(X_WE) @ mount.pose(q0)
         return MotionLaw(config, X_WE, dt, X_EC, frames)
+
+    def target(self, state: TargetState) -> Target:
+        """Returns what the end effector shall reach.
+
+        Args:
+            state: The teleoperated target.
+        """
+        target = Target.of(state.X_WT)
+        if state.mode in (HOLD, SCAN):
+            return target
+        return target.without(*self.config.free)

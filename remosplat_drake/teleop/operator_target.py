@@ -11,11 +11,12 @@ from pydrake.systems.framework import (
     State,
 )
 
-from remosplat_drake.robot.pose_error import PoseError, pose_error
+from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.signals.supervisor_state import SupervisorState
+from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.target_state import TargetState
 from remosplat_drake.task.target_sequence import TargetProgress
 from remosplat_drake.teleop.motion_law import MotionLaw
@@ -35,14 +36,15 @@ class OperatorTarget(LeafSystem):
         - supervision (optional)
         output_ports:
         - target
+        - aim
         - state
         - map_requests
 
     It stands in the place of a `TargetSequence` that never ends.
     `configuration` takes the measured q, `command` an `OperatorCommand`;
-    `target` gives the pose X_WT as a `RigidTransform`, `state` the
-    `TargetState`. The outgoing `map_requests` are those that come in and the
-    frames that scans want.
+    `aim` gives the `Target`, `target` its pose X_WT alone as a
+    `RigidTransform`, and `state` the `TargetState`. The outgoing `map_requests`
+    are those that come in and the frames that scans want.
 
     `supervision` takes a `SupervisorState`. While the robot is stopped the
     target stays with it, so that a release does not send the robot off to
@@ -81,6 +83,9 @@ class OperatorTarget(LeafSystem):
         tickets = {ticket, self._configuration_input.ticket()}
         self.DeclareAbstractOutputPort(
             "target", Value(RigidTransform()).Clone, self._calc_target, tickets
+        )
+        self.DeclareAbstractOutputPort(
+            "aim", Value[object]().Clone, self._calc_aim, tickets
         )
         self.DeclareAbstractOutputPort(
             "state", Value(nowhere).Clone, self._calc_state, tickets
@@ -144,7 +149,10 @@ class OperatorTarget(LeafSystem):
         Args:
             context: The system's own context.
         """
-        return pose_error(self._end_effector(context), self.state(context).X_WT)
+        return self._target(context).error(self._end_effector(context))
+
+    def _target(self, context: Context) -> Target:
+        return self._law.target(self.state(context))
 
     def _end_effector(self, context: Context) -> np.ndarray:
         q = self._configuration_input.Eval(context)
@@ -157,6 +165,9 @@ class OperatorTarget(LeafSystem):
 
     def _calc_target(self, context: Context, output: AbstractValue):
         output.set_value(RigidTransform(self.state(context).X_WT))
+
+    def _calc_aim(self, context: Context, output: AbstractValue):
+        output.set_value(self._target(context))
 
     def _calc_state(self, context: Context, output: AbstractValue):
         output.set_value(self.state(context))

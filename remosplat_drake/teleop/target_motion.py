@@ -136,6 +136,10 @@ def _begin_scan(
         return hold(state, X_WE, "no wrist camera to scan with")
     if not np.isfinite(X_WE).all():
         return hold(state, X_WE, "no scan: the robot's pose is unknown")
+    # What has been free until now starts from where the hand has it.
+    target = law.target(state)
+    if target.free:
+        state = dc.replace(state, X_WT=target.nearest_pose(X_WE))
     poses = scan_poses(X_WE, law.X_EC, law.frames, law.config.scan)
     return _next_view(law, state, poses, len(poses))
 

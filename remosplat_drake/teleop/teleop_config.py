@@ -5,12 +5,18 @@ from collections.abc import Iterator
 from typing import Annotated
 
 import numpy as np
-from annotated_types import Interval
+from annotated_types import Interval, Len
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.base.ranges import Config, Position, RollPitchYawDeg
+from remosplat_drake.base.ranges import (
+    Config,
+    OneOf,
+    Position,
+    RollPitchYawDeg,
+)
 from remosplat_drake.hardware.hardware_config import ChannelName, check_lcm_url
+from remosplat_drake.signals.target import DIRECTIONS, weights_problem
 
 
 @dc.dataclass
@@ -113,6 +119,12 @@ class TeleopConfig(Config):
     workspace_upper: Position = dc.field(
         default_factory=lambda: [5.0, 5.0, 2.0]
     )
+    # Directions of the target that are left to the robot while the operator
+    # moves it, as in a scenario's `targets`: [rz] for a tool that may turn
+    # about its own axis. Who holds or scans asks for all.
+    free: Annotated[
+        list[Annotated[str, OneOf(DIRECTIONS, "direction")]], Len(0, 6)
+    ] = dc.field(default_factory=list)
     # Poses that an operator can pick, by the names on their buttons.
     poses: dict[str, SavedPose] = dc.field(default_factory=dict)
     # The gamepad at the page.
@@ -126,7 +138,15 @@ class TeleopConfig(Config):
     pose_stream: PoseStreamConfig | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Yields errors where the workspace is empty or a pose outside it."""
+        """Yields errors where fields do not fit each other.
+
+        The workspace must hold something, the saved poses among it, and not
+        all directions can be free.
+        """
+        asked = [float(name not in self.free) for name in DIRECTIONS]
+        problem = weights_problem(np.array(asked))
+        if problem:
+            yield "free", problem
         lower, upper = self.workspace_lower, self.workspace_upper
         for axis, low, high in zip("xyz", lower, upper, strict=True):
             if not low < high:

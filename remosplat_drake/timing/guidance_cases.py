@@ -30,9 +30,9 @@ from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
-from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.target import Target
 from remosplat_drake.task.arrival import has_arrived
 from remosplat_drake.timing.measuring import Case
 
@@ -54,7 +54,7 @@ class _Task:
     law: ReactiveLaw
     rule: SelectionRule
     q0: np.ndarray
-    X_WT: np.ndarray
+    target: Target
 
 
 def guidance_cases() -> list[Case]:
@@ -109,14 +109,14 @@ def _rollout_steps(task: _Task) -> Iterator[None]:
     """The rollouts of all candidates from the start, again and again."""
     rule = task.rule
     while True:
-        for guidance in rule.candidates(task.q0, task.X_WT, task.field)[0]:
+        for guidance in rule.candidates(task.q0, task.target, task.field)[0]:
             rollout = Rollout(guidance, task.q0, np.zeros(task.robot.n_u))
             while rollout.status == RUNNING:
                 rollout = step_rollout(
                     rule.law,
                     rollout,
                     task.field,
-                    task.X_WT,
+                    task.target,
                     rule.arrived,
                     rule.horizon,
                 )
@@ -139,7 +139,7 @@ def _periods(task: _Task, budget: int) -> Iterator[None]:
                 time=time,
                 q=q,
                 u=u,
-                X_WT=task.X_WT,
+                target=task.target,
                 field=field,
                 budget=budget,
             )
@@ -147,9 +147,9 @@ def _periods(task: _Task, budget: int) -> Iterator[None]:
                 robot.spheres_at(q), law.collision.influence
             )
             u = run_tick(
-                law, time, q, task.X_WT, clearances, field, u, guidance
+                law, time, q, task.target, clearances, field, u, guidance
             ).command
             q = robot.advance(q, u, dt)
-            error = pose_error(robot.end_effector_pose(q), task.X_WT)
+            error = task.target.error(robot.end_effector_pose(q))
             arrived, time = rule.arrived(error), time + dt
             yield

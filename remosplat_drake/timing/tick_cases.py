@@ -12,7 +12,6 @@ from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.reactive_program import Tick
 from remosplat_drake.controller.solvers import ACTIVE_SET
 from remosplat_drake.controller.tick import run_tick
-from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.timing.measuring import Case
 
 _EVERY = 4
@@ -51,7 +50,7 @@ def tick_cases(
                 law,
                 0.0,
                 tick.state.q,
-                tick.X_WT,
+                tick.target,
                 world.field.clearances(spheres, reach),
                 world.field,
                 tick.u_previous,
@@ -111,8 +110,8 @@ def _recorded_ticks(scenario: Scenario, world: World) -> list[Tick]:
             Tick(
                 world.robot,
                 state,
-                report.X_WT,
-                pose_error(state.X_WE, report.X_WT),
+                report.target,
+                report.target.error(state.X_WE),
                 report.clearances,
                 before.command,
                 scenario.control_period,

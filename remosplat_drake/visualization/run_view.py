@@ -3,7 +3,6 @@
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import Rgba
-from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
 from remosplat_drake.robot.robot_model import RobotModel
@@ -12,8 +11,8 @@ from remosplat_drake.visualization.clearance_lines import ClearanceLines
 from remosplat_drake.visualization.growing_path import GrowingPath
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
-from remosplat_drake.visualization.shapes import draw_triad
 from remosplat_drake.visualization.sphere_view import SphereView
+from remosplat_drake.visualization.target_view import TargetView
 
 TARGET = f"{ROOT}/target"
 PATHS = f"{ROOT}/paths"
@@ -64,8 +63,7 @@ class RunView(LeafSystem):
         self._base_trace = GrowingPath(page.meshcat, f"{PATHS}/base", _BLUE)
         self._report: TickReport | None = None
         self._time = -np.inf
-        draw_triad(page.meshcat, TARGET)
-        page.meshcat.SetProperty(TARGET, "visible", False)
+        self._target = TargetView(page.meshcat, TARGET)
         self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
         self.DeclareForcedPublishEvent(self._publish)
 
@@ -100,16 +98,7 @@ class RunView(LeafSystem):
             self._base_trace.append(np.array([*q[:2], _TRACE_HEIGHT]), time)
 
     def _draw_report(self, report: TickReport, time: float):
-        meshcat = self._page.meshcat
         self._lines.draw(report, time)
         status = report.status.replace("_", " ")
         self._page.set_status(status)
-        known = bool(np.isfinite(report.X_WT).all())
-        meshcat.SetProperty(TARGET, "visible", known, time_in_recording=time)
-        if known:
-            R_WT = RotationMatrix.ProjectToRotationMatrix(report.X_WT[:3, :3])
-            meshcat.SetTransform(
-                TARGET,
-                RigidTransform(R_WT, report.X_WT[:3, 3]),
-                time_in_recording=time,
-            )
+        self._target.update(report.target, time)

@@ -9,7 +9,7 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.acceptance.delayed_loop import DelayedRobot, run_delayed
 from remosplat_drake.app.scenario import load_scenario
-from remosplat_drake.app.world import load_world, target_poses
+from remosplat_drake.app.world import load_world, scenario_targets
 from remosplat_drake.controller.controller_config import (
     ReactiveControllerConfig,
 )
@@ -104,7 +104,7 @@ def test_with_wide_tubes_a_robot_still_slides_along_a_table(frankie):
             np.zeros(9),
         ),
         world.field,
-        target_poses(scenario, world.truth)[0].GetAsMatrix4(),
+        scenario_targets(scenario, world.truth)[0].X_WT,
         ActuatorModel.make(frankie.assumed_actuators),
         20.0,
     )

@@ -323,6 +323,38 @@ BAD_FIELDS = {
         "{controller: {solver: clarable}}",
         ["--scenario-text:1", "controller.solver", "clarable", "clarabel"],
     ),
+    "unknown direction": (
+        "{targets: [{free: [yaw]}]}",
+        ["targets[0].free[0]", "'yaw'", "rz"],
+    ),
+    "two free turns": (
+        "{targets: [{free: [rx, rz]}]}",
+        ["targets[0].free", "none, one or all"],
+    ),
+    "nothing asked for": (
+        "{targets: [{free: [rx, ry, rz, x, y, z]}]}",
+        ["targets[0].free", "must ask for something"],
+    ),
+    "weight of an unknown direction": (
+        "{targets: [{weights: {w: 2}}]}",
+        ["targets[0].weights", "'w'", "rz"],
+    ),
+    "weight of what is free": (
+        "{targets: [{free: [x], weights: {x: 2}}]}",
+        ["targets[0].weights.x", "is free"],
+    ),
+    "no weight": (
+        "{targets: [{weights: {x: 0}}]}",
+        ["targets[0].weights.x", "positive"],
+    ),
+    "last target passed": (
+        "{targets: [{pass_within: 0.1}]}",
+        ["targets[0].pass_within", "the last target is held"],
+    ),
+    "line without speed": (
+        "{targets: [{line_speed: 0}]}",
+        ["targets[0].line_speed", "positive"],
+    ),
     "negative period": (
         "{control_period: -0.01}",
         ["--scenario-text:1", "control_period", "[0.001, 1]"],

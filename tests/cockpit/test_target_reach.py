@@ -19,6 +19,7 @@ from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.signals.target import Target
 
 STOPPING = 0.02
 
@@ -45,7 +46,9 @@ def scene(*boxes: Box) -> SignedDistanceField:
 
 
 def ask(planner, field, X_WT):
-    return find_reach(planner, field, STOPPING, planner.robot.q_home, X_WT)
+    return find_reach(
+        planner, field, STOPPING, planner.robot.q_home, Target(X_WT)
+    )
 
 
 def test_what_is_free_can_be_reached(planner, X_WT):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from remosplat_drake.controller.reactive_program import Tick
-from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.target import Target
 
 
 @pytest.fixture(scope="session")
@@ -26,8 +26,8 @@ def make_tick():
         return Tick(
             robot=robot,
             state=state,
-            X_WT=X_WT,
-            error=pose_error(state.X_WE, X_WT),
+            target=Target.of(X_WT),
+            error=Target.of(X_WT).error(state.X_WE),
             clearances=clearances,
             u_previous=np.zeros(robot.n_u)
             if u_previous is None

@@ -35,10 +35,10 @@ from remosplat_drake.controller.reactive_program import (
     Tick,
     build_program,
 )
-from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.signals import tick_report
 from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.target import Line, Target
 
 
 @pytest.fixture(scope="module")
@@ -71,18 +71,39 @@ def some_tick(robot: RobotModel, seed: int) -> Tick:
     X_WT[:3, 3] = state.X_WE[:3, 3] + rng.normal(size=3) * rng.choice(
         [0, 1e-4, 1]
     )
+    target = some_target(state.X_WE, X_WT, rng)
     tube = rng.uniform(0, 0.01, len(robot.spheres))
     return Tick(
         robot,
         state,
-        X_WT,
-        pose_error(state.X_WE, X_WT),
+        target,
+        target.error(state.X_WE),
         clearances,
         rng.normal(size=robot.n_u) * rng.choice([0.0, 0.1, 5.0]),
         0.01,
         some_guidance(robot, q, rng),
         tube if rng.random() < 0.5 else None,
     )
+
+
+def some_target(X_WE, X_WT, rng) -> Target:
+    """A plain target half the time; else with a line, weights or a way on."""
+    target = Target(X_WT)
+    if rng.random() < 0.5:
+        return target
+    if rng.random() < 0.5:
+        weights = rng.choice([0.0, 0.2, 1.0, 5.0], 6)
+        if np.count_nonzero(weights[:3]) == 1:
+            weights[:3] = 0.0
+        if weights.any():
+            target = dc.replace(target, weights=weights)
+    if rng.random() < 0.5:
+        X_WA = X_WE.copy()
+        X_WA[:3, 3] += rng.normal(size=3) * rng.choice([0, 0.01, 1])
+        target = dc.replace(target, line=Line(X_WA, 0.1))
+    if rng.random() < 0.5:
+        target = dc.replace(target, passed_within=0.05, onward=0.7)
+    return target
 
 
 def some_guidance(robot, q, rng) -> Guidance:

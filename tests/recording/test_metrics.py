@@ -119,3 +119,14 @@ def test_a_run_without_a_tick_has_numbers_too(frankie):
     assert metrics.duration == metrics.path_length == metrics.tick_p50 == 0
     assert metrics.control_rate == 0
     assert metrics.clearance_mean is None
+
+
+def test_only_ticks_on_a_line_can_be_beside_it(frankie):
+    q = [[0, 0, 0, *frankie.home]] * 4
+    trajectory = trajectory_of(q, n_u=9)
+    beside = [np.nan, 0.001, 0.003]
+    metrics = run_metrics(trajectory, frankie, DT, None, line_deviation=beside)
+    assert metrics.line_deviation_max == 0.003
+    assert metrics.line_deviation_mean == 0.002
+    metrics = run_metrics(trajectory, frankie, DT, None)
+    assert metrics.line_deviation_max is None

@@ -19,6 +19,7 @@ from remosplat_drake.recording.run_log import (
 )
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.supervisor_state import RUNNING
+from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.tick_report import RELAXED, TickReport
 
 N_Q, N_U, PERIOD = 3, 2, 0.1
@@ -41,7 +42,7 @@ def report(k: int, **fields) -> TickReport:
         "status": RELAXED,
         "scale": 0.5,
         "clearances": clearances(0.4, 0.1),
-        "X_WT": X_WT,
+        "target": Target(X_WT),
     }
     return dc.replace(TickReport.before_first(N_Q, N_U), **{**values, **fields})
 

@@ -8,6 +8,7 @@ from remosplat_drake.controller.planning.kernels.inverse_kinematics import (
 )
 from remosplat_drake.robot.robot_description import shipped_robots
 from remosplat_drake.robot.robot_model import load_robot
+from remosplat_drake.signals.target import Target
 
 
 @pytest.mark.parametrize("name", [*shipped_robots(), "three_link"])
@@ -19,7 +20,9 @@ def test_the_end_effector_is_where_the_tree_has_it(name, three_link):
         q = rng.uniform(-2.0, 2.0, robot.n_q)
         X_WT = robot.end_effector_pose(q)
         bounds = np.full(robot.n_q, -9.0), np.full(robot.n_q, 9.0)
-        found, error = reach_from(chain, X_WT, *bounds, q[None], 0, 1e-9)
+        found, error = reach_from(
+            chain, Target(X_WT).arrays, *bounds, q[None], 0, 1e-9
+        )
         assert error[0] < 1e-12
         np.testing.assert_array_equal(found[0], q)
 

@@ -9,6 +9,7 @@ from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import SupervisorState
+from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.tick_report import OPTIMAL, TickReport
 
 DT = 0.01
@@ -64,7 +65,7 @@ def make_report(
         clearances=clearances(clearance, revision),
         kept=none,
         tight=none,
-        X_WT=X_WT,
+        target=Target(X_WT),
     )
 
 

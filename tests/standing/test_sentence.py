@@ -14,6 +14,7 @@ from remosplat_drake.signals import supervisor_state as modes
 from remosplat_drake.signals import thing as things
 from remosplat_drake.signals.standing import Standing
 from remosplat_drake.signals.supervisor_state import SupervisorState
+from remosplat_drake.signals.target import Target
 from remosplat_drake.standing.hold import Hold
 from remosplat_drake.standing.sentence import (
     CIRCLING,
@@ -51,6 +52,20 @@ SENTENCES = {
     "moving to the target, 41 mm and 12 deg away": Situation(error(0.041, 12)),
     "moving to the target, 0.52 m away, no nearer for 12 s": dc.replace(
         FAR, no_nearer_for=CIRCLING + 2
+    ),
+    "moving past target 2 of 2, 0.52 m away": dc.replace(
+        SECOND, target=Target(np.eye(4), passed_within=0.1)
+    ),
+    "on the line to the target, 0.52 m away, 3 mm beside the line": dc.replace(
+        FAR,
+        target=Target(np.eye(4)).on_line(np.eye(4), 0.1),
+        beside_line=0.003,
+    ),
+    "moving to the target, 41 mm away": Situation(
+        error(0.041), Target(np.eye(4)).without("rx", "ry", "rz")
+    ),
+    "moving to the target, 12 deg away": Situation(
+        error(0.0, 12), Target(np.eye(4)).without("x", "y", "z")
     ),
     "reached": dc.replace(FAR, progress=TargetProgress(1, 1)),
     "reached all 2": dc.replace(FAR, progress=TargetProgress(2, 2)),

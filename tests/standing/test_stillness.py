@@ -3,6 +3,7 @@
 import numpy as np
 
 from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.signals.target import Target
 from remosplat_drake.standing.stillness import STILL, Stillness, observe
 
 HERE = np.eye(4)
@@ -18,7 +19,9 @@ def look(
 ) -> Stillness:
     p = np.array([distance, 0.0, 0.0])
     error = PoseError(p, np.zeros(3), p)
-    return observe(before, time, np.array([q]), X_WT, error, may_rest=may_rest)
+    return observe(
+        before, time, np.array([q]), Target(X_WT), error, may_rest=may_rest
+    )
 
 
 def test_who_trembles_stands_still():

@@ -5,8 +5,13 @@ import pytest
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
+from remosplat_drake.signals.target import Target
 from remosplat_drake.task.arrival import ArrivalConfig
-from remosplat_drake.task.target_sequence import TargetProgress, TargetSequence
+from remosplat_drake.task.target_sequence import (
+    TargetProgress,
+    TargetSequence,
+    with_ways_onward,
+)
 
 PERIOD = 0.1
 
@@ -85,3 +90,67 @@ def test_progress_is_exported(stage):
     stage.hold(stage.Q_A, 2)
     port = stage.system.GetOutputPort("progress")
     assert port.Eval(stage.context) == TargetProgress(1, 2)
+
+
+class TestWays:
+    """Lines begin where the tip is, and what is passed knows the way on."""
+
+    def sequence(self, robot, *targets) -> tuple[TargetSequence, Simulator]:
+        system = TargetSequence(robot=robot, X_WTs=targets, period=PERIOD)
+        return system, Simulator(system)
+
+    def aim(self, system, context) -> Target:
+        return system.GetOutputPort("aim").Eval(context)
+
+    def test_the_way_behind_what_is_passed_ends_at_a_stop(self):
+        def at(x, **how):
+            X_WT = np.eye(4)
+            X_WT[0, 3] = x
+            return Target(X_WT, **how)
+
+        targets = [
+            at(0.0, passed_within=0.1),
+            at(1.0, passed_within=0.1),
+            at(3.0),
+            at(9.0, passed_within=0.1),
+        ]
+        ways = [target.onward for target in with_ways_onward(targets)]
+        assert ways == [3.0, 2.0, 0.0, 0.0]
+
+    def test_a_line_begins_where_its_turn_comes(self, three_link):
+        poses = [
+            three_link.end_effector_pose(q) for q in (Stage.Q_A, Stage.Q_B)
+        ]
+        line = Target(poses[1]).on_line(poses[1], 0.1)
+        system, simulator = self.sequence(
+            three_link, Target(poses[0], passed_within=0.2), line
+        )
+        context = simulator.get_mutable_context()
+        assert self.aim(system, context).onward > 0.0
+        q = Stage.Q_A + np.array([0.0, 0.02, 0.0])
+        system.GetInputPort("configuration").FixValue(context, q)
+        simulator.AdvanceTo(1.5 * PERIOD)
+        begun = self.aim(system, context)
+        assert begun.line is not None
+        np.testing.assert_allclose(
+            begun.line.X_WA, three_link.end_effector_pose(q)
+        )
+        # It stays there while the tip goes on.
+        system.GetInputPort("configuration").FixValue(context, Stage.Q_A)
+        simulator.AdvanceTo(3.5 * PERIOD)
+        assert self.aim(system, context).equals(begun)
+
+    def test_a_line_at_once_begins_at_the_start(self, three_link):
+        X_WT = three_link.end_effector_pose(Stage.Q_B)
+        system, simulator = self.sequence(
+            three_link, Target(X_WT).on_line(X_WT, 0.1)
+        )
+        context = simulator.get_mutable_context()
+        system.GetInputPort("configuration").FixValue(context, Stage.Q_A)
+        at_once = self.aim(system, context)
+        assert at_once.line is not None
+        np.testing.assert_allclose(
+            at_once.line.X_WA, three_link.end_effector_pose(Stage.Q_A)
+        )
+        simulator.AdvanceTo(PERIOD)
+        assert self.aim(system, context).equals(at_once)

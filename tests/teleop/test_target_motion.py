@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.signals.target_state import (
@@ -368,3 +369,32 @@ def test_a_state_is_not_copied():
     state = TargetState.at_rest(np.eye(4))
     assert state.__deepcopy__({}) is state
     assert pytest.approx(0) == state.V_WT
+
+
+def test_what_is_free_is_free_while_the_target_moves():
+    law = MotionLaw(TeleopConfig(free=["rz"]), pose(0, 0, 0), DT)
+    for mode, free in (
+        (FOLLOW, ("rz",)),
+        (VELOCITY, ("rz",)),
+        (GO, ("rz",)),
+        (HOLD, ()),
+        (SCAN, ()),
+    ):
+        state = dc.replace(TargetState.at_rest(pose(1, 2, 3)), mode=mode)
+        assert law.target(state).free == free
+
+
+def test_a_scan_begins_as_the_hand_is_turned():
+    config = dc.replace(CONFIG, free=["rz"])
+    hand = Hand(config=config)
+    hand.state = dc.replace(
+        hand.state, mode=GO, X_WT=pose(0, 0, 0.5, rpy_deg=(0, 0, 90))
+    )
+    state = hand.say(scans=1)
+    assert state.mode == SCAN
+    assert pose_error(state.X_WT, pose(0, 0, 0.5)).angle < 0.1
+
+
+def test_not_all_directions_can_be_left_to_the_robot():
+    with pytest.raises(FieldError, match="none, one or all"):
+        TeleopConfig(free=["rx", "ry"])

@@ -8,6 +8,7 @@ from pydrake.common.value import Value
 
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.live_plots import LivePlots, RollingTrace
 
@@ -76,7 +77,9 @@ def report_of(frankie, distance: float) -> TickReport:
         np.array([0]), np.array([distance]), np.eye(3)[:1], np.zeros((1, 3))
     )
     before = TickReport.before_first(frankie.n_q, frankie.n_u)
-    return dc.replace(before, time=1.0, q=q, X_WT=X_WT, clearances=clearances)
+    return dc.replace(
+        before, time=1.0, q=q, target=Target(X_WT), clearances=clearances
+    )
 
 
 def test_both_plots_say_how_it_is(show, frankie):

@@ -13,6 +13,7 @@ from pydrake.systems.framework import DiagramBuilder
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.tick_report import OPTIMAL, RELAXED, TickReport
 from remosplat_drake.visualization.clearance_lines import TIGHT
 from remosplat_drake.visualization.page_style import toggle
@@ -47,7 +48,7 @@ def make_report(robot, field, q, time=0.0):
         clearances=clearances,
         kept=np.ones(len(clearances), bool),
         tight=clearances.distance == clearances.minimum(),
-        X_WT=RigidTransform([1.1, 0.0, 0.7]).GetAsMatrix4(),
+        target=Target.of(RigidTransform([1.1, 0.0, 0.7])),
     )
 
 
@@ -83,6 +84,34 @@ def test_before_the_first_tick_there_is_no_target(page, frankie, q, is_visible):
         page, frankie, q, TickReport.before_first(frankie.n_q, frankie.n_u)
     )
     assert not is_visible(page.meshcat, TARGET)
+
+
+def test_what_a_target_leaves_free_is_drawn_as_long_as_it_does(
+    page, frankie, q, is_visible
+):
+    def shown(target) -> set[str]:
+        show(q, dc.replace(report, target=target), 0.1)
+        marks = ("rx", "rz", "ball", "x", "50mm")
+        return {
+            mark
+            for mark in marks
+            if page.meshcat.HasPath(f"{TARGET}/marks/{mark}")
+            and is_visible(page.meshcat, f"{TARGET}/marks/{mark}")
+        }
+
+    report = make_report(frankie, SignedDistanceField(SCENE), q)
+    show = make_dut(page, frankie, q, report)
+    target = report.target
+    assert shown(target) == set()
+    assert shown(target.without("rz", "x")) == {"rz", "x"}
+    assert shown(target.without("rx", "ry", "rz")) == {"ball"}
+    passed = target.passed(0.05)
+    assert shown(passed) == {"50mm"}
+    line = target.on_line(np.eye(4), 0.1)
+    assert shown(line) == set()
+    assert is_visible(page.meshcat, f"{TARGET}_lines/1")
+    assert shown(target) == set()
+    assert not is_visible(page.meshcat, f"{TARGET}_lines/1")
 
 
 def test_looking_asks_no_oracle(page, frankie, q):

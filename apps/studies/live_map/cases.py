@@ -156,7 +156,7 @@ def measure_unknown(
                 law,
                 report.time,
                 report.q,
-                report.X_WT,
+                report.target,
                 clearances,
                 asked,
                 before.command,

@@ -18,9 +18,10 @@ from apps.studies.map_bound.judge import (
 )
 from apps.studies.map_bound.trial import Mapped, make_map
 from remosplat_drake.app.diagram import build
-from remosplat_drake.app.scenario import PoseConfig, Scenario
+from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.app.simulation import run
+from remosplat_drake.app.target_config import TargetConfig
 from remosplat_drake.app.world import World
 from remosplat_drake.benchmark.methods import load_methods
 from remosplat_drake.benchmark.metrics import between_ticks
@@ -196,7 +197,7 @@ def _driven(
     scenario: Scenario, robot: RobotModel, mapped: Mapped, X_WE: np.ndarray
 ) -> np.ndarray:
     """Configurations of a run towards a pose, at ticks and between."""
-    target = PoseConfig(X_WE[:3, 3].tolist(), rotation=X_WE[:3, :3].tolist())
+    target = TargetConfig(X_WE[:3, 3].tolist(), rotation=X_WE[:3, :3].tolist())
     scenario = dc.replace(scenario, targets=[target])
     start = mapped.sight.scene.X_WB_start
     assert start is not None

@@ -5,7 +5,6 @@ from time import perf_counter
 
 import numpy as np
 from pydrake.common.value import Value
-from pydrake.math import RigidTransform
 from pydrake.systems.framework import (
     Context,
     DiagramBuilder,
@@ -26,6 +25,7 @@ from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.controller.guidance.stall_cycling import cycle_when_stalled
 from remosplat_drake.controller.guidance.worker import PresentState
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.target_ports import TargetPorts
 from remosplat_drake.signals.tick_report import TickReport
 
 
@@ -37,7 +37,8 @@ class GuidanceSelector(LeafSystem):
         name: GuidanceSelector
         input_ports:
         - configuration
-        - target
+        - target (unless aim)
+        - aim (unless target)
         - distance_field
         - report
         output_ports:
@@ -47,6 +48,8 @@ class GuidanceSelector(LeafSystem):
     not depend on how fast the machine is. The `Selection` it hands out may
     come late without harm: safety does not rest on it. So rollouts may use
     a coarser field than control does, see `DistanceField.for_look_ahead`.
+
+    A line is followed as it is: to one, nothing is looked for.
 
     With a `LookAheadProcess` it only passes on what that has decided, and
     runs depend on the machine. When the process is lost, the selector
@@ -84,9 +87,7 @@ class GuidanceSelector(LeafSystem):
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
         )
-        self._target_input = self.DeclareAbstractInputPort(
-            "target", Value(RigidTransform())
-        )
+        self._target = TargetPorts.declare(self)
         self._field_input = self.DeclareAbstractInputPort(
             "distance_field", Value[object]()
         )
@@ -109,7 +110,7 @@ class GuidanceSelector(LeafSystem):
     ) -> "GuidanceSelector":
         """Adds a selector and connects it to a controller and its oracle.
 
-        The inputs `configuration` and `target` are left to the caller.
+        `configuration` and the target are left to the caller.
 
         Args:
             builder: The builder of the diagram.
@@ -148,7 +149,7 @@ class GuidanceSelector(LeafSystem):
             context.get_time(),
             self._configuration_input.Eval(context),
             self._report_input.Eval(context).command,
-            self._target_input.Eval(context).GetAsMatrix4(),
+            self._target.read(context),
         )
         field = self._field_input.Eval(context).for_look_ahead
         if self._process is not None:
@@ -185,9 +186,9 @@ def updated(
         now: The robot's present state.
         field: The map.
     """
-    if not (np.isfinite(now.q).all() and np.isfinite(now.X_WT).all()):
+    if not (np.isfinite(now.q).all() and now.target.is_known):
         return selection
-    selection = on_the_same_world(rule, selection, field.revision, now.X_WT)
+    selection = on_the_same_world(rule, selection, field.revision, now.target)
     selection = process.update(selection, now, field)
     if process.missing:
         selection = cycle_when_stalled(

@@ -6,8 +6,6 @@ from multiprocessing.connection import Connection
 from threading import Thread
 from time import perf_counter
 
-import numpy as np
-
 from remosplat_drake.base.array_pipe import send_arrays
 from remosplat_drake.base.child_process import ChildProcess
 from remosplat_drake.controller.guidance.rule_transfer import (
@@ -22,6 +20,7 @@ from remosplat_drake.controller.guidance.worker import (
     serve,
 )
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.target import Target
 
 START_TIME = 60.0
 """Time that the process may take to start [s]."""
@@ -76,7 +75,7 @@ class LookAheadProcess:
         self._sender: Thread | None = None
         self._unanswered = 0
         self._asked_at = 0.0
-        self._sent: tuple[str, np.ndarray] | None = None
+        self._sent: tuple[str, Target] | None = None
         self.close = weakref.finalize(self, self._child.end, patience=0.5)
         self._wait_until_ready()
 
@@ -140,10 +139,10 @@ class LookAheadProcess:
     def _send(self, now: PresentState, field: DistanceField) -> None:
         known = self._sent
         new_map = known is None or known[0] != field.revision
-        new_target = known is None or not np.array_equal(known[1], now.X_WT)
+        new_target = known is None or not known[1].equals(now.target)
         if self._unanswered and not (new_map or new_target):
             return
-        self._sent = field.revision, now.X_WT
+        self._sent = field.revision, now.target
         self._unanswered += 1
         self._asked_at = perf_counter()
         if not new_map:
@@ -164,9 +163,9 @@ class LookAheadProcess:
 def _is_about(
     selection: Selection, now: PresentState, field: DistanceField
 ) -> bool:
-    return selection.revision == field.revision and np.array_equal(
-        np.asarray(selection.X_WT), now.X_WT
-    )
+    target = selection.target
+    is_same = target is not None and target.equals(now.target)
+    return is_same and selection.revision == field.revision
 
 
 def _send_both(

@@ -14,6 +14,7 @@ from remosplat_drake.controller.guidance.guidance import (
 )
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.target import Target
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -23,7 +24,7 @@ class Situation:
     Attributes:
         robot: The robot, with its limits and kinematics.
         q: The robot's present configuration, shape (n_q,) [rad, m].
-        X_WT: Pose of the target T in the world W, shape (4, 4).
+        target: What the end effector shall reach.
         field: The map, as rollouts know it.
         tiers: Stopping distances in the order in which they may be tried,
             largest first [m].
@@ -31,9 +32,14 @@ class Situation:
 
     robot: RobotModel
     q: np.ndarray
-    X_WT: np.ndarray
+    target: Target
     field: DistanceField
     tiers: tuple[float, ...]
+
+    @property
+    def X_WT(self) -> np.ndarray:
+        """Pose of the target T in the world W, shape (4, 4)."""
+        return self.target.X_WT
 
 
 class GuidancePlanner(Protocol):

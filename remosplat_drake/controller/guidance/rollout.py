@@ -2,6 +2,7 @@
 
 import dataclasses as dc
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -12,8 +13,9 @@ from remosplat_drake.controller.guidance.kernels.rollout_step import (
 )
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick import run_tick
-from remosplat_drake.robot.pose_error import pose_error
+from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.target import Target
 
 RUNNING, REACHED, STALLED, HORIZON = "running", "reached", "stalled", "horizon"
 """Statuses of a rollout: the last three are ends."""
@@ -75,8 +77,8 @@ def step_rollout(
     law: ReactiveLaw,
     rollout: Rollout,
     field: DistanceField,
-    X_WT: np.ndarray,
-    arrived,
+    target: Target | np.ndarray,
+    arrived: Callable[[PoseError], bool],
     horizon: float,
 ) -> Rollout:
     """Simulates one step further, by the very tick that drives the robot.
@@ -85,22 +87,24 @@ def step_rollout(
         law: The control law, with the rollout's step as its period.
         rollout: The rollout so far.
         field: The map.
-        X_WT: Pose of the target T in the world W, shape (4, 4).
+        target: What the end effector shall reach, or the pose X_WT of a plain
+            target, shape (4, 4).
         arrived: Function that tells whether a `PoseError` counts as arrival.
         horizon: Longest simulated time [s].
 
     Returns:
         The rollout after the step.
     """
-    step = _compiled_step(law, rollout, field, X_WT)
-    u, q, X_WE = step or _step(law, rollout, field, X_WT)
-    error = pose_error(X_WE, X_WT)
+    target = Target.of(target)
+    step = _compiled_step(law, rollout, field, target)
+    u, q, X_WE = step or _step(law, rollout, field, target)
+    error = target.error(X_WE)
     time = rollout.time + law.dt
     # Without a path, who only turns has nowhere to go.
     n_moves = law.robot.n_base - (rollout.guidance.path is None)
     stands = _stands(law, u, n_moves)
     still = rollout.still + law.dt if stands else 0.0
-    if arrived(error):
+    if target.is_reached(error, arrived):
         status = REACHED
     elif still >= _STALL_TIME - 1e-9:
         status = STALLED
@@ -122,7 +126,7 @@ def step_rollout(
 
 
 def _step(
-    law: ReactiveLaw, rollout: Rollout, field: DistanceField, X_WT: np.ndarray
+    law: ReactiveLaw, rollout: Rollout, field: DistanceField, target: Target
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Simulates a tick: its command, and q and X_WE after it."""
     robot, state = law.robot, law.robot.state(rollout.q)
@@ -130,7 +134,7 @@ def _step(
         law,
         rollout.time,
         rollout.q,
-        X_WT,
+        target,
         field.clearances(state.spheres, law.collision.influence),
         field,
         rollout.u,
@@ -142,7 +146,7 @@ def _step(
 
 
 def _compiled_step(
-    law: ReactiveLaw, rollout: Rollout, field: DistanceField, X_WT: np.ndarray
+    law: ReactiveLaw, rollout: Rollout, field: DistanceField, target: Target
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """Simulates the same tick in one call; None where that cannot be."""
     loop, maps, compiled = law.loop, field.compiled_rows, field.compiled
@@ -155,8 +159,8 @@ def _compiled_step(
         law.robot.arrays,
         maps,
         compiled,
+        target.arrays,
         # Copies, since numba compiles for arrays that may be written.
-        np.array(X_WT, order="C"),
         np.array(rollout.q, float),
         np.array(rollout.u, float),
         guidance_arrays(rollout.guidance, law.robot.n_q),

@@ -27,6 +27,7 @@ from remosplat_drake.controller.planning.plan import (
 )
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.target import Target
 
 IDLE = 1.0
 """Time for which a guidance that arrives is trusted before it is checked
@@ -75,7 +76,7 @@ class Selection:
             an arrival, shape (n_q,), else None; once the robot has moved on
             from it, the next round starts before `idle_until`.
         revision: Revision of the map that the round looks at.
-        X_WT: Pose of the target that the round goes for, shape (4, 4).
+        target: The target that the round goes for.
         missing: Why nothing is simulated although it should be, for people;
             empty if it is.
         seconds: Wall-clock time of the latest update [s].
@@ -98,7 +99,7 @@ class Selection:
     idle_until: float = -np.inf
     hopeless_at: np.ndarray | None = None
     revision: str = ""
-    X_WT: np.ndarray | None = None
+    target: Target | None = None
     missing: str = ""
     seconds: float = 0.0
 
@@ -127,7 +128,7 @@ def advance_selection(
     time: float,
     q: np.ndarray,
     u: np.ndarray,
-    X_WT: np.ndarray,
+    target: Target | np.ndarray,
     field: DistanceField,
     budget: int,
     interrupted: Callable[[], bool] = lambda: False,
@@ -145,7 +146,8 @@ def advance_selection(
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
         u: Command being executed, shape (n_u,).
-        X_WT: Pose of the target T in the world W, shape (4, 4).
+        target: What the end effector shall reach, or the pose X_WT of a plain
+            target, shape (4, 4).
         field: The map.
         budget: Number of rollout steps that may be spent.
         interrupted: Function that tells whether a search of a path, which may
@@ -153,12 +155,15 @@ def advance_selection(
 
     Returns:
         The selection after these steps; the same object if there was nothing
-        to do, or q or X_WT is not finite.
+        to do, or q or the target is not finite.
     """
-    if not (np.isfinite(q).all() and np.isfinite(X_WT).all()):
+    target = Target.of(target)
+    if not (np.isfinite(q).all() and target.is_known):
         return selection
     before = selection
-    selection = on_the_same_world(rule, selection, field.revision, X_WT)
+    selection = on_the_same_world(rule, selection, field.revision, target)
+    if target.line is not None:
+        return selection  # A line is followed, not gone round.
     if selection is not before:
         still = rule.still_open(selection.guidance, q, field)
         selection = dc.replace(selection, guidance=still)
@@ -173,7 +178,7 @@ def advance_selection(
             rule.law,
             selection.running,
             field,
-            X_WT,
+            target,
             rule.arrived,
             rule.horizon_of(selection.running.guidance),
         )
@@ -187,7 +192,7 @@ def advance_selection(
 
 
 def on_the_same_world(
-    rule: SelectionRule, selection: Selection, revision: str, X_WT: np.ndarray
+    rule: SelectionRule, selection: Selection, revision: str, target: Target
 ) -> Selection:
     """Returns the selection, or a fresh one for a new target or a new map.
 
@@ -195,10 +200,10 @@ def on_the_same_world(
         rule: The rule, which names the guidance to start with.
         selection: The selection so far.
         revision: Revision of the present map.
-        X_WT: Pose of the present target, shape (4, 4).
+        target: The present target.
     """
-    known = selection.X_WT
-    if known is None or not np.array_equal(known, X_WT):
+    known = selection.target
+    if known is None or not known.equals(target):
         guidance, reason = rule.start, "new target"
     elif selection.revision != revision:
         guidance, reason = selection.guidance, "new map"
@@ -213,7 +218,7 @@ def on_the_same_world(
         effort=selection.effort,
         roadmap=roadmap,
         revision=revision,
-        X_WT=X_WT,
+        target=target,
     )
 
 
@@ -238,8 +243,8 @@ def _file(
                 f"{rollout.guidance.name} arrives",
                 time + IDLE,
             )
-        assert selection.X_WT is not None
-        candidates = rule.candidates(q, selection.X_WT, field)
+        assert selection.target is not None
+        candidates = rule.candidates(q, selection.target, field)
         waiting, tier = (), -1
     else:
         candidates = selection.candidates
@@ -273,7 +278,7 @@ def _planned(
     motions, plans = rule.motions, selection.plans
     if motions is None or selection.failures >= motions.config.attempts:
         return selection, ()
-    assert selection.X_WT is not None
+    assert selection.target is not None
     guidance, effort, found = None, selection.effort, selection.found
     # What is remembered is no news to who has tried it or failed beside it.
     again = selection.failures or found
@@ -281,7 +286,7 @@ def _planned(
     while guidance is None and len(plans) < len(rule.tiers):
         guidance, plan = rule.planned(
             q,
-            selection.X_WT,
+            selection.target,
             field,
             len(plans),
             selection.failures,
@@ -350,7 +355,7 @@ def _end_round(
         found=selection.found,
         roadmap=selection.roadmap,
         revision=selection.revision,
-        X_WT=selection.X_WT,
+        target=selection.target,
     )
 
 

@@ -21,6 +21,7 @@ from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.solvers import make_solver
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.target import Target
 
 _TIME_ON_PATH = 4.0
 """Time that a rollout gets for each radian or metre of a path [s]."""
@@ -50,22 +51,22 @@ class SelectionRule:
     motions: MotionPlanner | None = None
 
     def candidates(
-        self, q: np.ndarray, X_WT: np.ndarray, field: DistanceField
+        self, q: np.ndarray, target: Target, field: DistanceField
     ) -> tuple[tuple[Guidance, ...], ...]:
         """Asks the planner for candidates, a tuple for each tier.
 
         Args:
             q: Present configuration, shape (n_q,) [rad, m].
-            X_WT: Pose of the target T in the world W, shape (4, 4).
+            target: What the end effector shall reach.
             field: The map.
         """
-        situation = Situation(self.law.robot, q, X_WT, field, self.tiers)
+        situation = Situation(self.law.robot, q, target, field, self.tiers)
         return tuple(map(tuple, self.planner.propose(situation)))
 
     def planned(
         self,
         q: np.ndarray,
-        X_WT: np.ndarray,
+        target: Target,
         field: DistanceField,
         tier: int,
         attempt: int,
@@ -76,7 +77,7 @@ class SelectionRule:
 
         Args:
             q: Present configuration, shape (n_q,) [rad, m].
-            X_WT: Pose of the target T in the world W, shape (4, 4).
+            target: What the end effector shall reach.
             field: The map.
             tier: Index of the tier.
             attempt: Number of rounds of searches before this one.
@@ -90,7 +91,7 @@ class SelectionRule:
         assert self.motions is not None
         stopping = self.tiers[tier]
         plan = self.motions.plan(
-            q, X_WT, field, stopping, attempt, interrupted, roadmap
+            q, target, field, stopping, attempt, interrupted, roadmap
         )
         if plan.path is None:
             return None, plan

@@ -10,8 +10,8 @@ from remosplat_drake.controller.guidance.selection import (
     SelectionRule,
     on_the_same_world,
 )
-from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.target import Target
 
 STALL_SPEED = 0.03
 """Speed below which an end effector that has not arrived is stuck [m/s]."""
@@ -27,7 +27,7 @@ def cycle_when_stalled(
     time: float,
     q: np.ndarray,
     u: np.ndarray,
-    X_WT: np.ndarray,
+    target: Target | np.ndarray,
     field: DistanceField,
 ) -> Selection:
     """Keeps the guidance while the end effector moves, else takes the next.
@@ -39,24 +39,28 @@ def cycle_when_stalled(
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
         u: Command being executed, shape (n_u,).
-        X_WT: Pose of the target T in the world W, shape (4, 4).
+        target: What the end effector shall reach, or the pose X_WT of a plain
+            target, shape (4, 4).
         field: The map.
     """
-    if not (np.isfinite(q).all() and np.isfinite(X_WT).all()):
+    target = Target.of(target)
+    if not (np.isfinite(q).all() and target.is_known):
         return selection
-    selection = on_the_same_world(rule, selection, field.revision, X_WT)
+    selection = on_the_same_world(rule, selection, field.revision, target)
+    if target.line is not None:
+        return selection  # It is followed, however slowly.
     state = rule.law.robot.state(q)
     speed = np.linalg.norm(state.Jv_WE @ u)
     fresh = not np.isfinite(selection.idle_until)
     if (
         fresh
         or speed >= STALL_SPEED
-        or rule.arrived(pose_error(state.X_WE, X_WT))
+        or target.is_reached(target.error(state.X_WE), rule.arrived)
     ):
         return dc.replace(selection, idle_until=time + STALL_TIME)
     if time < selection.idle_until - 1e-9:
         return selection
-    tiers = rule.candidates(q, X_WT, field)
+    tiers = rule.candidates(q, target, field)
     candidates = list(chain.from_iterable(tiers)) or [rule.start]
     known = selection.guidance in candidates
     i = candidates.index(selection.guidance) + 1 if known else 0

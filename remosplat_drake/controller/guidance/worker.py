@@ -27,6 +27,7 @@ from remosplat_drake.controller.guidance.selection import (
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.target import Target
 
 READY = "ready"
 """Message of the process when it has loaded everything."""
@@ -40,13 +41,13 @@ class PresentState:
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
         u: Command being executed, shape (n_u,).
-        X_WT: Pose of the target T in the world W, shape (4, 4).
+        target: What the end effector shall reach.
     """
 
     time: float
     q: np.ndarray
     u: np.ndarray
-    X_WT: np.ndarray
+    target: Target
 
 
 @dc.dataclass(frozen=True)
@@ -129,7 +130,7 @@ def look_ahead(
             time=now.time,
             q=now.q,
             u=now.u,
-            X_WT=now.X_WT,
+            target=now.target,
             field=field,
             budget=1,
             interrupted=interrupted,
@@ -146,7 +147,7 @@ def _news(before: Selection, after: Selection) -> Selection | None:
         after.guidance is before.guidance
         and after.latest is before.latest
         and after.revision == before.revision
-        and after.X_WT is before.X_WT
+        and after.target is before.target
     ):
         return None
     return dc.replace(

@@ -1,6 +1,7 @@
 """Follow the servo's twist, as far as the slack's price allows."""
 
 import dataclasses as dc
+import math
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ from annotated_types import Interval
 
 from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
+from remosplat_drake.base.vectors import dot
 from remosplat_drake.controller.guidance.deflection import (
     deflected_velocity,
     deflection,
@@ -23,8 +25,15 @@ from remosplat_drake.controller.planning.kernels.path_places import (
     nearest_place,
 )
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
-from remosplat_drake.controller.servo import servo_speed, servo_twist
+from remosplat_drake.controller.servo import (
+    LINE_STIFFNESS,
+    line_twist,
+    servo_gains,
+    target_twist,
+    tracked_directions,
+)
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.target_arrays import place_on_line
 
 LAST_STRETCH = 0.1
 """What is left of a planned path when the servo takes part again, in radians
@@ -50,10 +59,12 @@ class ServoTracking(CompiledIngredient):
 
     The constraint is J_E u + delta = v_E with the cost |delta|^2 / (2 e) of
     the slack delta, as in the holistic controller of Haviland, Sünderhauf and
-    Corke (2022). The tick's guidance bends the translational part of v_E. The
-    price 1/e of the slack grows near the target, so that the end effector
-    first gets there roughly and then exactly. Where guidance has a path, the
-    servo leaves the way to that, but for its last stretch.
+    Corke (2022). What the target leaves free has no row, and the others are
+    weighed as it says. The tick's guidance bends the translational part of
+    v_E, but that on a line. The price 1/e of the slack grows near the target,
+    so that the end effector first gets there roughly and then exactly. Where
+    guidance has a path, the servo leaves the way to that, but for its last
+    stretch.
 
     Args:
         config: Gain and bounds of the servo.
@@ -73,32 +84,38 @@ class ServoTracking(CompiledIngredient):
 
         Args:
             program: The program of the tick.
-            tick: What is known at the tick; the pose error, the clearances
-                and the guidance matter here.
+            tick: What is known at the tick; the target, its error, the
+                clearances and the guidance matter here.
         """
         path = tick.guidance.path
         if path is not None and path.left(tick.state.q) > LAST_STRETCH:
             return
         config = self._config
-        w, v = servo_twist(tick.error, config.gain, config.max_speed)
-        v = deflected_velocity(
-            v,
-            tick.error,
-            tick.clearances,
-            tick.robot.leading_spheres,
-            tick.guidance,
-            self._damper.stopping_for(tick.guidance),
-            config.max_speed,
+        state, target, along_W = tick.state, tick.target, np.zeros(3)
+        w, v = target_twist(
+            state.X_WE, target, tick.error, config.gain, config.max_speed
         )
-        V_WE = np.concatenate([w, v])
-        state = tick.state
+        if target.line is None:
+            v = deflected_velocity(
+                v,
+                tick.error,
+                tick.clearances,
+                tick.robot.leading_spheres,
+                tick.guidance,
+                self._damper.stopping_for(tick.guidance),
+                config.max_speed,
+            )
+        else:
+            along_W = place_on_line(state.X_WE.copy(), target.arrays)[0]
+        rows = tracked_directions(target, along_W)
+        V = rows @ np.concatenate([w, v])
         # Standing still must stay feasible, however fast the servo's twist.
         program.track(
             self.term,
-            J=np.concatenate([state.Jw_WE, state.Jv_WE]),
-            V=V_WE,
+            J=rows @ np.concatenate([state.Jw_WE, state.Jv_WE]),
+            V=V,
             price=1.0 / tick.error_scale,
-            limit=np.maximum(config.slack_limit, np.abs(V_WE)),
+            limit=np.maximum(config.slack_limit, np.abs(V)),
         )
 
     def settings(self, robot: RobotModel) -> "ServoSettings":
@@ -130,22 +147,74 @@ def add_servo_tracking(own, k, tick, program):
         s, apart = nearest_place(path_q, path_s, state.q)
         if path_s[-1] - s + apart > LAST_STRETCH:
             return
-    gain = servo_speed(tick.p_ET_W, own.gain, own.max_speed)
-    v = deflection(
-        gain * tick.p_ET_W,
-        tick.p_ET_W,
-        (tick.sphere, tick.distance, tick.direction_W),
-        tick.robot.leading,
-        guidance.side,
-        given_or(guidance.stopping, own.stopping),
-        own.max_speed,
-    )
-    for r in range(3):
-        program.V[r], program.V[3 + r] = gain * tick.rotation_W[r], v[r]
-        for j in range(len(tick.u_previous)):
-            program.J[r, j] = state.Jw_WE[r, j]
-            program.J[3 + r, j] = state.Jv_WE[r, j]
-    for r in range(6):
+    target = tick.target
+    if target.speed > 0.0:
+        w, v = line_twist(state.X_WE, target, own.gain, own.max_speed)
+        along_W = place_on_line(state.X_WE, target)[0]
+        _track_directions(target, state, w, v, along_W, program)
+    else:
+        turning, going = servo_gains(
+            tick.p_ET_W, own.gain, own.max_speed, target.onward
+        )
+        w = turning * tick.rotation_W
+        v = deflection(
+            going * tick.p_ET_W,
+            tick.p_ET_W,
+            (tick.sphere, tick.distance, tick.direction_W),
+            tick.robot.leading,
+            guidance.side,
+            given_or(guidance.stopping, own.stopping),
+            own.max_speed,
+        )
+        if _all_alike(target.weights):
+            _track(state, w, v, program)
+        else:
+            _track_directions(target, state, w, v, np.zeros(3), program)
+    for r in range(program.count[3]):
         program.limit[r] = max(own.slack_limit, abs(program.V[r]))
     program.price[0] = 1.0 / tick.error_scale
     program.count[1] = k + 1
+
+
+@helper
+def _all_alike(weights):
+    most = 0.0
+    for weight in weights:
+        most = max(most, abs(weight - 1.0))
+    return most == 0.0
+
+
+@helper
+def _track(state, w, v, program):
+    """Tracks a twist in all directions of W."""
+    for r in range(3):
+        program.V[r], program.V[3 + r] = w[r], v[r]
+        for j in range(program.J.shape[1]):
+            program.J[r, j] = state.Jw_WE[r, j]
+            program.J[3 + r, j] = state.Jv_WE[r, j]
+    program.count[3] = 6
+
+
+@helper
+def _track_directions(target, state, w, v, along_W, program):
+    """Tracks a twist in those directions that `tracked_directions` finds."""
+    stiff = math.sqrt(LINE_STIFFNESS) if target.speed > 0.0 else 1.0
+    direction, row = np.empty(3), 0
+    for i in range(6):
+        if target.weights[i] == 0.0:
+            continue
+        root = math.sqrt(target.weights[i])
+        along = 0.0
+        for c in range(3):
+            direction[c] = root * target.X_WT[c, i % 3]
+            along += direction[c] * along_W[c]
+        for c in range(3):
+            direction[c] *= stiff
+            if i >= 3:
+                direction[c] += (1.0 - stiff) * along * along_W[c]
+        J, twist = (state.Jw_WE, w) if i < 3 else (state.Jv_WE, v)
+        program.V[row] = dot(direction, twist)
+        for j in range(J.shape[1]):
+            program.J[row, j] = dot(direction, J[:, j])
+        row += 1
+    program.count[3] = row

@@ -115,7 +115,7 @@ class Parts(NamedTuple):
 
 @kernel
 def assemble(
-    parts, robot, state, X_WT, rows, near, u_previous, dt, tube, guidance
+    parts, robot, state, target, rows, near, u_previous, dt, tube, guidance
 ) -> ProgramArrays:
     """Builds the program of a tick.
 
@@ -123,7 +123,7 @@ def assemble(
         parts: The `Parts`.
         robot: The `RobotArrays`.
         state: The `StateArrays`.
-        X_WT: Pose of the target, shape (4, 4).
+        target: The `TargetArrays`.
         rows: Spheres, distances and directions of the m clearances.
         near: The `NearArrays` of the robot's links.
         u_previous: The command that is being executed, shape (n_u,).
@@ -132,7 +132,7 @@ def assemble(
         guidance: The `GuidanceArrays`.
     """
     tick = make_tick(
-        robot, state, X_WT, rows, near, u_previous, dt, tube, guidance
+        robot, state, target, rows, near, u_previous, dt, tube, guidance
     )
     most = len(rows[0]) + len(near.pair) + 2 * len(parts.joints.gain)
     has = parts.present

@@ -79,13 +79,13 @@ def dense(program):
     if program.count[1]:
         J, V, limit = program.J, program.V, program.limit
         price = program.price[0]
-        for k in range(6):
+        for k in range(program.count[3]):
             for i in range(n_u):
                 c[i] -= price * V[k] * J[k, i]
                 for j in range(n_u):
                     H[i, j] += price * J[k, i] * J[k, j]
         for sign in (1.0, -1.0):
-            for k in range(6):
+            for k in range(program.count[3]):
                 for j in range(n_u):
                     A[row, j] = sign * J[k, j]
                 b[row] = limit[k] + sign * V[k]

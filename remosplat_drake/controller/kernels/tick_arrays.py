@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
-from remosplat_drake.robot.pose_error import error_arrays
+from remosplat_drake.controller.servo import error_scale
 from remosplat_drake.robot.robot_arrays import (
     RobotArrays,
     StateArrays,
@@ -14,6 +14,7 @@ from remosplat_drake.robot.robot_arrays import (
 from remosplat_drake.robot.self_collision.kernels.near_points import (
     near_points,
 )
+from remosplat_drake.robot.target_arrays import TargetArrays, asked_error
 
 
 class GuidanceArrays(NamedTuple):
@@ -68,8 +69,9 @@ class TickArrays(NamedTuple):
     Attributes:
         robot: The robot.
         state: Kinematics at the measured configuration.
-        p_ET_W: Translation from end effector to target, shape (3,) [m].
-        rotation_W: Rotation vector to the target, shape (3,) [rad].
+        target: What the end effector shall reach.
+        p_ET_W: `PoseError.p_ET_W` of the target, shape (3,) [m].
+        rotation_W: `PoseError.rotation_W` of it, shape (3,) [rad].
         error_scale: `Tick.error_scale` [m].
         sphere: Index of the sphere of each of m clearances, shape (m,).
         distance: The clearances, shape (m,) [m].
@@ -84,6 +86,7 @@ class TickArrays(NamedTuple):
 
     robot: RobotArrays
     state: StateArrays
+    target: TargetArrays
     p_ET_W: np.ndarray
     rotation_W: np.ndarray
     error_scale: float
@@ -117,13 +120,14 @@ class ProgramArrays(NamedTuple):
             shape (most,).
         rows: First of each ingredient's rows, and the one after its last,
             shape (k, 2).
-        J: Jacobian of the tracked twist, shape (6, n_u).
+        J: Jacobian of the tracked twist, a row for each direction that is
+            tracked, shape (6, n_u).
         V: The tracked twist, shape (6,) [rad/s, m/s].
         limit: Bounds on its slack, shape (6,) [rad/s, m/s].
         price: Price of the slack, shape (1,).
         count: Number of rows; 0, or one more than the number of the ingredient
-            that tracks a twist; and whether there are acceleration bounds,
-            shape (3,).
+            that tracks a twist; whether there are acceleration bounds; and
+            the number of directions that are tracked, shape (4,).
     """
 
     lower: np.ndarray
@@ -165,14 +169,14 @@ def near_arrays(near, X_WL) -> NearArrays:
 
 @helper
 def make_tick(
-    robot, state, X_WT, rows, near, u_previous, dt, tube, guidance
+    robot, state, target, rows, near, u_previous, dt, tube, guidance
 ) -> TickArrays:
     """Makes the `TickArrays` of a tick.
 
     Args:
         robot: The `RobotArrays`.
         state: The `StateArrays`.
-        X_WT: Pose of the target, shape (4, 4).
+        target: The `TargetArrays`.
         rows: Spheres, distances and directions of the clearances.
         near: The `NearArrays`.
         u_previous: The command that is being executed, shape (n_u,).
@@ -181,7 +185,7 @@ def make_tick(
         guidance: The `GuidanceArrays`.
     """
     sphere, distance, direction_W = rows
-    p_ET_W, rotation_W, p_ET_E = error_arrays(state.X_WE, X_WT)
+    p_ET_W, rotation_W, p_ET_E = asked_error(state.X_WE, target)
     rates = np.zeros((len(sphere), len(u_previous)))
     for i in range(len(sphere)):
         s = sphere[i]
@@ -190,9 +194,10 @@ def make_tick(
     return TickArrays(
         robot,
         state,
+        target,
         p_ET_W,
         rotation_W,
-        max(np.abs(p_ET_E).sum(), 1e-3),
+        error_scale(p_ET_E, target),
         sphere,
         distance,
         direction_W,
@@ -232,7 +237,7 @@ def make_program(velocity_limit, n_parts, most) -> ProgramArrays:
         np.zeros(6),
         np.zeros(6),
         np.zeros(1),
-        np.zeros(3, np.int64),
+        np.zeros(4, np.int64),
     )
 
 

@@ -10,6 +10,7 @@ from remosplat_drake.controller.planning.kernels.inverse_kinematics import (
     reach_from,
 )
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.target import Target
 
 TOLERANCE = 2e-3
 """Largest pose error of a goal configuration, angles weighed by 0.3 m [m].
@@ -60,7 +61,7 @@ class GoalConfigurations:
 
 def goal_configurations(
     space: FreeSpace,
-    X_WT: np.ndarray,
+    target: Target | np.ndarray,
     q: np.ndarray,
     *,
     seeds: int,
@@ -71,18 +72,20 @@ def goal_configurations(
 
     Args:
         space: The free space.
-        X_WT: Pose of the target T in the world W, shape (4, 4).
+        target: What the end effector shall reach, or the pose X_WT of a plain
+            target, shape (4, 4).
         q: Where the robot is, shape (n_q,) [rad, m]; the nearer to it the
             better.
         seeds: Number of configurations to start from.
         most: Largest number of goal configurations.
         rng: Source of the seeds.
     """
+    target = Target.of(target)
     found, free = np.zeros((0, len(q))), np.zeros(0, bool)
     tried = 0
     while tried < seeds and free.sum() < most:
         count = min(_ROUND, seeds - tried)
-        more = _reaching(space, X_WT, q, count, rng, with_own=not tried)
+        more = _reaching(space, target, q, count, rng, with_own=not tried)
         found = np.concatenate([found, more])
         free = np.concatenate([free, [space.is_free(x) for x in more]])
         free = free.astype(bool)
@@ -105,7 +108,7 @@ def goal_configurations(
 
 def _reaching(
     space: FreeSpace,
-    X_WT: np.ndarray,
+    target: Target,
     q: np.ndarray,
     count: int,
     rng: np.random.Generator,
@@ -117,20 +120,20 @@ def _reaching(
     The arm's home and its present configuration are seeds if `with_own`.
     """
     bounds = space.lower, space.upper
-    draws = _draws(space, X_WT, q, _DRAWS * count, rng)
-    _, error = reach(space.robot, X_WT, draws, bounds, steps=0)
+    draws = _draws(space, target, q, _DRAWS * count, rng)
+    _, error = reach(space.robot, target, draws, bounds, steps=0)
     seeds = draws[np.argsort(error, kind="stable")[:count]]
     if with_own:
         own = np.stack([q, q])
         own[1, -len(space.robot.home) :] = space.robot.home
         seeds = np.concatenate([np.clip(own, *bounds), seeds])
-    found, error = reach(space.robot, X_WT, seeds, bounds)
+    found, error = reach(space.robot, target, seeds, bounds)
     return found[error < TOLERANCE]
 
 
 def reach(
     robot: RobotModel,
-    X_WT: np.ndarray,
+    target: Target,
     seeds: np.ndarray,
     bounds: tuple[np.ndarray, np.ndarray],
     steps: int = _STEPS,
@@ -139,7 +142,7 @@ def reach(
 
     Args:
         robot: The robot.
-        X_WT: Pose of the target T in the world W, shape (4, 4).
+        target: What the end effector shall reach.
         seeds: Configurations to start from, shape (k, n_q) [rad, m].
         bounds: Lower and upper bounds of q, shape (n_q,) each [rad, m].
         steps: Largest number of steps from a seed.
@@ -150,7 +153,7 @@ def reach(
     """
     return reach_from(
         robot.chain_to_end_effector,
-        np.ascontiguousarray(X_WT),
+        target.arrays,
         *bounds,
         seeds,
         steps,
@@ -160,14 +163,15 @@ def reach(
 
 def _draws(
     space: FreeSpace,
-    X_WT: np.ndarray,
+    target: Target,
     q: np.ndarray,
     count: int,
     rng: np.random.Generator,
 ) -> np.ndarray:
     """Draws configurations all over the bounds, shape (count, n_q).
 
-    Bases are drawn around the target, more or less turned towards it.
+    Bases are drawn around the target, more or less turned towards it; where
+    ways along it are free, around its place that is nearest to the hand.
     """
     robot = space.robot
     arm = slice(robot.n_q - len(robot.home), None)
@@ -176,10 +180,13 @@ def _draws(
         space.lower[arm], space.upper[arm], (count, len(robot.home))
     )
     if robot.n_base:
+        X_WN = target.X_WT
+        if not target.weights[3:].all():
+            X_WN = target.nearest_pose(robot.end_effector_pose(q))
         away = rng.uniform(*_BASE_DISTANCE, count)
         bearing = rng.uniform(-math.pi, math.pi, count)
-        draws[:, 0] = X_WT[0, 3] - away * np.cos(bearing)
-        draws[:, 1] = X_WT[1, 3] - away * np.sin(bearing)
+        draws[:, 0] = X_WN[0, 3] - away * np.cos(bearing)
+        draws[:, 1] = X_WN[1, 3] - away * np.sin(bearing)
         draws[:, 2] = bearing + rng.uniform(-_BASE_TURN, _BASE_TURN, count)
     return draws
 

@@ -25,6 +25,7 @@ from remosplat_drake.controller.planning.stretches import driven_corners
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.target import Target
 
 _ROAM = 2.0
 """How far beyond start and goals the base may go [m]."""
@@ -53,7 +54,7 @@ class MotionPlanner:
     def plan(
         self,
         q: np.ndarray,
-        X_WT: np.ndarray,
+        target: Target | np.ndarray,
         field: DistanceField,
         stopping: float,
         attempt: int = 0,
@@ -64,7 +65,8 @@ class MotionPlanner:
 
         Args:
             q: Where the robot is, shape (n_q,) [rad, m].
-            X_WT: Pose of the target T in the world W, shape (4, 4).
+            target: What the end effector shall reach, or the pose X_WT of a
+                plain target, shape (4, 4).
             field: The map.
             stopping: Distance that all spheres keep from the scene [m].
             attempt: Number of searches before; another one draws other
@@ -74,14 +76,14 @@ class MotionPlanner:
         """
         started = perf_counter()
         plan = self._plan(
-            q, X_WT, field, stopping, attempt, interrupted, roadmap
+            q, Target.of(target), field, stopping, attempt, interrupted, roadmap
         )
         return dc.replace(plan, seconds=perf_counter() - started)
 
     def _plan(
         self,
         q: np.ndarray,
-        X_WT: np.ndarray,
+        target: Target,
         field: DistanceField,
         stopping: float,
         attempt: int,
@@ -98,7 +100,7 @@ class MotionPlanner:
         start = np.clip(q, space.lower, space.upper)
         goals = goal_configurations(
             space,
-            X_WT,
+            target,
             start,
             seeds=config.seeds,
             most=config.goals,

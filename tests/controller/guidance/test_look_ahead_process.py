@@ -42,6 +42,7 @@ from remosplat_drake.controller.reactive_program import (
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.signals.target import Target
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 ARRIVED = partial(has_arrived, config=ArrivalConfig())
@@ -75,7 +76,7 @@ def stuck(frankie) -> Stuck:
             0.0,
             np.array([*scene.X_WB_start, *frankie.home]),
             np.zeros(frankie.n_u),
-            scene.X_WE_target.GetAsMatrix4(),
+            Target.of(scene.X_WE_target),
         ),
     )
 
@@ -133,11 +134,11 @@ def test_it_decides_what_the_selector_would_decide(shared_process, stuck):
 
 def test_a_new_target_and_a_new_map_are_answered_for(shared_process, stuck):
     until(shared_process, stuck, lambda s: s.latest)
-    X_WT = stuck.now.X_WT.copy()
+    X_WT = stuck.now.target.X_WT.copy()
     X_WT[2, 3] += 0.4
-    elsewhere = dc.replace(stuck.now, X_WT=X_WT)
+    elsewhere = dc.replace(stuck.now, target=Target(X_WT))
     found = until(shared_process, stuck, lambda s: s.latest, now=elsewhere)
-    np.testing.assert_array_equal(found.X_WT, X_WT)
+    np.testing.assert_array_equal(found.target.X_WT, X_WT)
     other = copy.copy(stuck.field)
     other.revision = "another"
     found = until(
@@ -280,7 +281,7 @@ def test_a_process_that_is_killed_while_it_searches_is_missed(frankie, stuck):
     config.guidance.planning.checks = 10_000_000
     law = ReactiveLaw.make(config, frankie, 0.01)
     rule = make_selection_rule(law, config.guidance, ARRIVED)
-    target = stuck.now.X_WT[:3, 3]
+    target = stuck.now.target.X_WT[:3, 3]
     walls = tuple(
         Box(
             RigidTransform([*target[:2] + 2.0 * np.array(side), 0]),

@@ -28,7 +28,7 @@ def advance(rule, selection, toy, *, time=0.0, budget=PLENTY, **changes):
     arguments = {
         "q": toy.q,
         "u": np.zeros(3),
-        "X_WT": toy.X_WT,
+        "target": toy.X_WT,
         "field": toy.field,
         **changes,
     }
@@ -193,7 +193,7 @@ def test_a_new_target_starts_afresh(toy):
     selection = advance(rule, start_selection(rule), toy)
     higher = toy.X_WT.copy()
     higher[2, 3] += 0.3
-    selection = advance(rule, selection, toy, budget=1, X_WT=higher)
+    selection = advance(rule, selection, toy, budget=1, target=higher)
     assert selection.guidance is toy.far
     assert selection.reason == "new target"
     assert not selection.finished
@@ -216,11 +216,11 @@ def test_a_new_map_aborts_the_round_and_keeps_the_guidance(toy):
     assert len(selection.running.path) == 1
 
 
-@pytest.mark.parametrize("name", ["q", "X_WT"])
+@pytest.mark.parametrize("name", ["q", "target"])
 def test_a_lost_measurement_changes_nothing(toy, counted, name):
     rule = toy.rule((toy.far, toy.near))
     selection = advance(rule, start_selection(rule), toy, budget=3)
-    lost = np.full_like(getattr(toy, name), np.nan)
+    lost = np.full_like({"q": toy.q, "target": toy.X_WT}[name], np.nan)
     assert advance(rule, selection, toy, **{name: lost}) is selection
     assert len(counted) == 3
 

@@ -10,6 +10,7 @@ from remosplat_drake.controller.planning.goal_configurations import (
     reach,
 )
 from remosplat_drake.robot.pose_error import pose_error
+from remosplat_drake.signals.target import Target
 
 
 @pytest.fixture(scope="module")
@@ -27,12 +28,12 @@ def free_space(robot, field, q, stopping=0.02) -> FreeSpace:
 
 def test_solutions_reach_the_target(frankie, q_target):
     X_WT = frankie.end_effector_pose(q_target)
-    rng = np.random.default_rng(0)
+    target, rng = Target(X_WT), np.random.default_rng(0)
     bounds = frankie.position_lower, frankie.position_upper
     seeds = np.tile(q_target, (60, 1))
     seeds[:, 3:] += rng.normal(0, 0.7, (60, 7))
     seeds = np.clip(seeds, *bounds)
-    found, error = reach(frankie, X_WT, seeds, bounds)
+    found, error = reach(frankie, target, seeds, bounds)
     assert (error < TOLERANCE).sum() > 20
     assert found[:, :3] == pytest.approx(seeds[:, :3])
     assert ((found >= bounds[0]) & (found <= bounds[1])).all()
@@ -40,6 +41,27 @@ def test_solutions_reach_the_target(frankie, q_target):
         off = pose_error(frankie.end_effector_pose(q), X_WT)
         if off.angle < 3.0:
             assert np.hypot(off.distance, 0.3 * off.angle) == pytest.approx(e)
+
+
+@pytest.mark.parametrize(
+    "free", [("rx", "ry", "rz"), ("rz",), ("x", "ry"), ("x", "y", "z")]
+)
+def test_what_is_free_need_not_be_reached(frankie, q_target, free):
+    target = Target(frankie.end_effector_pose(q_target)).without(*free)
+    rng = np.random.default_rng(1)
+    bounds = frankie.position_lower, frankie.position_upper
+    seeds = np.tile(q_target, (40, 1))
+    seeds[:, 3:] += rng.normal(0, 0.5, (40, 7))
+    seeds = np.clip(seeds, *bounds)
+    found, error = reach(frankie, target, seeds, bounds)
+    assert (error < TOLERANCE).sum() > 20
+    strays = []
+    for q in found[error < TOLERANCE]:
+        X_WE = frankie.end_effector_pose(q)
+        off = target.error(X_WE)
+        assert np.hypot(off.distance, 0.3 * off.angle) < TOLERANCE
+        strays.append(pose_error(X_WE, target.X_WT))
+    assert max(np.hypot(e.distance, 0.3 * e.angle) for e in strays) > 0.05
 
 
 def test_goals_keep_their_distance_and_the_best_comes_first(

@@ -56,7 +56,7 @@ class Run:
             time=self.time,
             q=self.q,
             u=self.u,
-            X_WT=X_WT,
+            target=X_WT,
             field=field,
             budget=200,
         )

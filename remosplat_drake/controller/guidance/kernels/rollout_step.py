@@ -55,7 +55,7 @@ class LoopArrays(NamedTuple):
 
 
 @kernel
-def rollout_step(law, robot, maps, compiled, X_WT, q, u_previous, guidance):
+def rollout_step(law, robot, maps, compiled, target, q, u_previous, guidance):
     """Simulates one step, as `run_tick` decides it.
 
     Args:
@@ -63,7 +63,7 @@ def rollout_step(law, robot, maps, compiled, X_WT, q, u_previous, guidance):
         robot: The `RobotArrays`.
         maps: The map, as `DistanceField.compiled_rows`.
         compiled: The map, as `DistanceField.compiled`.
-        X_WT: Pose of the target, shape (4, 4).
+        target: The `TargetArrays`.
         q: Configuration, shape (n_q,) [rad, m].
         u_previous: The command that is being executed, shape (n_u,).
         guidance: The `GuidanceArrays`.
@@ -79,7 +79,7 @@ def rollout_step(law, robot, maps, compiled, X_WT, q, u_previous, guidance):
         law.parts,
         robot,
         state,
-        X_WT,
+        target,
         rows,
         near_arrays(law.near, state.X_WL),
         u_previous,

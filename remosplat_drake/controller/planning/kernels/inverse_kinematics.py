@@ -9,7 +9,9 @@ import math
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.vectors import dot
 from remosplat_drake.robot.kinematics import REVOLUTE, compose, joint_pose
+from remosplat_drake.robot.target_arrays import asked_rotation, has_free
 
 _LENGTH = 0.3
 """Length by which angles of the pose error are weighed [m]."""
@@ -19,12 +21,12 @@ _LONGEST_STEP = 0.5
 
 
 @kernel
-def reach_from(chain, X_WT, lower, upper, seeds, steps, tolerance):
+def reach_from(chain, target, lower, upper, seeds, steps, tolerance):
     """Solves for configurations that bring E to T, from each of k seeds.
 
     Args:
         chain: The robot's joints as a `SerialChain`.
-        X_WT: Pose of the target T in W, shape (4, 4).
+        target: The `TargetArrays`.
         lower: Lower bounds of q, shape (n_q,) [rad, m].
         upper: Upper bounds of q, shape (n_q,) [rad, m].
         seeds: Configurations to start from, shape (k, n_q); what carries the
@@ -46,12 +48,15 @@ def reach_from(chain, X_WT, lower, upper, seeds, steps, tolerance):
     e = np.empty(6)
     step = np.empty(chain.arm)
     L = np.zeros((6, 6))
+    all_asked = not has_free(target.weights)
     for k in range(len(q)):
         damping = 0.05
         before = np.inf
         for i in range(steps + 1):
             _place(chain, q[k], X_WF, X_WE)
-            _pose_error(X_WE, X_WT, e)
+            _pose_error(X_WE, target.X_WT, e)
+            if not all_asked:
+                _leave_free_error(X_WE, target, e)
             size = 0.0
             for r in range(6):
                 size += e[r] * e[r]
@@ -64,6 +69,9 @@ def reach_from(chain, X_WT, lower, upper, seeds, steps, tolerance):
             damping = min(max(damping, 1e-4), 0.5)
             before = size
             _jacobian(chain, X_WF, X_WE, J)
+            if not all_asked:
+                for j in range(chain.arm):
+                    _leave_free(target, J[:, j])
             _damped_step(J, e, damping, L, step)
             longest = _LONGEST_STEP
             for j in range(chain.arm):
@@ -108,6 +116,27 @@ def _pose_error(X_WE, X_WT, e):
     e[2] = _LENGTH * factor * z
     for r in range(3):
         e[3 + r] = X_WT[r, 3] - X_WE[r, 3]
+
+
+@helper
+def _leave_free_error(X_WE, target, e):
+    """Fills in the weighed error in what is asked, in the axes of T."""
+    turn_W = asked_rotation(X_WE, target.X_WT, target.weights)
+    for c in range(3):
+        e[c] = _LENGTH * turn_W[c]
+    _leave_free(target, e)
+
+
+@helper
+def _leave_free(target, twist):
+    """Turns a twist from W's axes into T's, with zeros where that is free."""
+    for first in (0, 3):
+        x, y, z = twist[first], twist[first + 1], twist[first + 2]
+        for axis in range(3):
+            total = 0.0
+            if target.weights[first + axis] != 0.0:
+                total = dot((x, y, z), target.X_WT[:3, axis])
+            twist[first + axis] = total
 
 
 @helper

@@ -1,0 +1,126 @@
+"""`TargetView`: the target on the page, with what it leaves free."""
+
+import numpy as np
+from pydrake.geometry import Cylinder, Meshcat, Rgba, Sphere
+from pydrake.math import RigidTransform, RotationMatrix
+
+from remosplat_drake.signals.target import DIRECTIONS, Target
+from remosplat_drake.visualization.shapes import (
+    draw_triad,
+    tube_mesh,
+)
+
+_FREE = Rgba(1.0, 0.86, 0.0, 0.9)
+_PASSED = Rgba(1.0, 0.86, 0.0, 0.25)
+_LINE = Rgba(0.95, 0.45, 0.10)
+_RING = 0.09  # Radius of the ring about an axis that may turn [m].
+_ROD = 0.6  # Length of the rod along a way that is free [m].
+
+
+class TargetView:
+    """Draws a target: its axes, and what it leaves free in yellow.
+
+    A ring lies about an axis about which the tool may turn, a ball where it
+    may turn as it likes, a rod along a way that is free, a pale ball round a
+    target that is passed, and an orange line to one that is reached on a line.
+
+    Args:
+        meshcat: The page's Meshcat server.
+        path: Path in the scene tree below which all of it goes.
+    """
+
+    def __init__(self, meshcat: Meshcat, path: str):
+        self._meshcat = meshcat
+        self._path = path
+        self._marks = f"{path}/marks"
+        self._lines = f"{path}_lines"
+        self._shown: set[str] = set()
+        self._drawn: set[str] = set()
+        self._targets = 0
+        self._latest: Target | None = None
+        draw_triad(meshcat, path)
+        meshcat.SetProperty(path, "visible", False)
+
+    def update(self, target: Target, time: float):
+        """Draws a target.
+
+        Args:
+            target: The target; it is hidden while it is not known where it is.
+            time: Time in a recording [s].
+        """
+        known = target.is_known
+        self._meshcat.SetProperty(
+            self._path, "visible", known, time_in_recording=time
+        )
+        if not known:
+            return
+        R_WT = RotationMatrix.ProjectToRotationMatrix(target.X_WT[:3, :3])
+        self._meshcat.SetTransform(
+            self._path,
+            RigidTransform(R_WT, target.X_WT[:3, 3]),
+            time_in_recording=time,
+        )
+        if self._latest is None or not target.equals(self._latest):
+            self._latest = target
+            self._show(self._marks_of(target), time)
+
+    def _marks_of(self, target: Target) -> set[str]:
+        """Draws what is new of a target's marks; returns all their paths."""
+        free = set(target.free)
+        if {"rx", "ry", "rz"} <= free:
+            free -= {"rx", "ry", "rz"}
+            free.add("ball")
+        paths = {f"{self._marks}/{name}" for name in free}
+        for name in free:
+            self._draw_mark(name)
+        if target.passed_within is not None:
+            path = f"{self._marks}/{1e3 * target.passed_within:.0f}mm"
+            self._draw(path, Sphere(target.passed_within), _PASSED)
+            paths.add(path)
+        if target.line is not None:
+            paths |= self._line_of(target)
+        return paths
+
+    def _line_of(self, target: Target) -> set[str]:
+        assert target.line is not None
+        ends = np.stack([target.line.X_WA[:3, 3], target.X_WT[:3, 3]])
+        if not np.linalg.norm(ends[1] - ends[0]) > 1e-3:
+            return set()
+        self._targets += 1
+        path = f"{self._lines}/{self._targets}"
+        vertices, faces = tube_mesh(ends, 0.003)
+        self._meshcat.SetTriangleMesh(path, vertices.T, faces.T, _LINE)
+        return {path}
+
+    def _draw_mark(self, name: str):
+        path = f"{self._marks}/{name}"
+        if path in self._drawn:
+            return
+        if name == "ball":
+            self._draw(path, Sphere(0.022), _FREE)
+            return
+        axis = np.eye(3)[DIRECTIONS.index(name) % 3]
+        across = RotationMatrix.MakeFromOneVector(axis, axis_index=2)
+        if len(name) == 1:
+            self._draw(path, Cylinder(0.003, _ROD), _FREE)
+            self._meshcat.SetTransform(path, RigidTransform(across, [0, 0, 0]))
+            return
+        angle = np.linspace(0.0, 1.9 * np.pi, 40)  # Not quite closed.
+        circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+        vertices, faces = tube_mesh(
+            _RING * circle @ across.matrix().T, radius=0.004
+        )
+        self._drawn.add(path)
+        self._meshcat.SetTriangleMesh(path, vertices.T, faces.T, _FREE)
+
+    def _draw(self, path: str, shape: Cylinder | Sphere, color: Rgba):
+        if path not in self._drawn:
+            self._drawn.add(path)
+            self._meshcat.SetObject(path, shape, color)
+
+    def _show(self, paths: set[str], time: float):
+        for path in self._shown ^ paths:
+            self._meshcat.SetProperty(
+                path, "visible", path in paths, time_in_recording=time
+            )
+        self._shown = paths
