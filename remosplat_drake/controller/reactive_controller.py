@@ -37,8 +37,8 @@ class ReactiveController(LeafSystem):
         - configuration
         - clearances
         - distance_field
-        - target (unless aim)
-        - aim (unless target)
+        - target (optional)
+        - aim (optional)
         - selection (optional)
         - velocity_executed (optional)
         - motion (optional)
@@ -50,9 +50,9 @@ class ReactiveController(LeafSystem):
     The command is state, updated every control period: a plant that steps
     faster does not solve more programs, and station and controller form no
     algebraic loop. `target` takes the pose X_WT of a plain target, a
-    `RigidTransform`, and `aim` a `Target`. `report` is the `TickReport` of the
-    latest tick; viewers and loggers read it instead of asking the oracle again.
-    `selection` is a `GuidanceSelector`'s; without it the controller goes
+    `RigidTransform`, or else `aim` a `Target`. `report` is the `TickReport` of
+    the latest tick; viewers and loggers read it instead of asking the oracle
+    again. `selection` is a `GuidanceSelector`'s; without it the controller goes
     straight.
     `velocity_executed` is what a supervisor made of the command; without it
     the controller takes its own to be executed. `motion` is the `Motion` of a

@@ -37,8 +37,8 @@ class GuidanceSelector(LeafSystem):
         name: GuidanceSelector
         input_ports:
         - configuration
-        - target (unless aim)
-        - aim (unless target)
+        - target (optional)
+        - aim (optional)
         - distance_field
         - report
         output_ports:
@@ -49,7 +49,8 @@ class GuidanceSelector(LeafSystem):
     come late without harm: safety does not rest on it. So rollouts may use
     a coarser field than control does, see `DistanceField.for_look_ahead`.
 
-    A line is followed as it is: to one, nothing is looked for.
+    One of `target`, a pose, and `aim`, a `Target`, is needed. A line is
+    followed as it is: to one, nothing is looked for.
 
     With a `LookAheadProcess` it only passes on what that has decided, and
     runs depend on the machine. When the process is lost, the selector
