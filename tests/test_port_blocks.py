@@ -79,7 +79,9 @@ def parts(system: System) -> Iterator[System]:
 def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
     """A system of each class, by the class' name."""
     scenario = load_scenario(
-        "TableReach", "{mapping: {enabled: true}, movers: [{}]}"
+        "TableReach",
+        "{mapping: {enabled: true}, movers: [{}], cameras: [{}],"
+        " movers_from: cameras}",
     )
     world = load_world(scenario)
     teleoperation = open_teleoperation(

@@ -4,6 +4,7 @@ import pytest
 from runs import load_application, run_scenario
 
 from remosplat_drake.app.scenario import (
+    CAMERAS,
     DEFAULT_SCENARIO,
     find_scenario,
     load_scenario,
@@ -34,7 +35,11 @@ def test_it_reaches_its_targets_and_touches_nothing(name):
     result = run_scenario(name)
     assert result.outcome == REACHED
     assert result.targets_reached == result.targets
-    assert set(result.metrics.statuses) == {"optimal"}
+    expected = {"optimal"}
+    if load_scenario(name).movers_from == CAMERAS:
+        # What comes into view may ask for more than the axes can do at once.
+        expected |= {"acceleration_dropped"}
+    assert set(result.metrics.statuses) <= expected
     assert result.metrics.truth_clearance_min > 0.02
 
 

@@ -163,7 +163,9 @@ def AddControlLoop(
         station,
         armed=not hardware or scenario.hardware.shadow,
     )
-    movers = AddMovers(builder, scenario, station, hardware=hardware)
+    movers = AddMovers(
+        builder, scenario, world, station, odometry, oracle, hardware=hardware
+    )
     if movers is not None:
         for system in filter(None, (controller, supervisor)):
             builder.Connect(movers, system.GetInputPort("movers"))

@@ -17,7 +17,12 @@ from pydrake.systems.sensors import CameraConfig
 from remosplat_drake.app.pose_config import PoseConfig
 from remosplat_drake.app.target_config import TargetConfig
 from remosplat_drake.base import resources
-from remosplat_drake.base.errors import FileError, RemoSplatError, unknown_name
+from remosplat_drake.base.errors import (
+    FieldError,
+    FileError,
+    RemoSplatError,
+    unknown_name,
+)
 from remosplat_drake.base.ranges import (
     Config,
     JointPosition,
@@ -50,6 +55,8 @@ from remosplat_drake.oracle.oracle_config import (
 from remosplat_drake.safety.supervisor_config import SupervisorConfig
 from remosplat_drake.scene.mover import MOST
 from remosplat_drake.scene.moving.mover_track import MoverConfig
+from remosplat_drake.sight.sight_camera_config import SightCameraConfig
+from remosplat_drake.sight.sight_config import SightConfig
 from remosplat_drake.splat.gaussian_splat import LARGEST_SCALE, LEAST_SCALE
 from remosplat_drake.station.station_config import (
     DynamicStation,
@@ -71,6 +78,13 @@ _SPECS = "a NAME that `remosplat scenarios` lists, FILE.yaml or FILE.yaml:NAME"
 DEFAULT_SCENARIO = "TableReach"
 """What `remosplat run` runs when nothing is named."""
 
+
+TRUTH, CAMERAS = "truth", "cameras"
+MOVERS_FROM = (TRUTH, CAMERAS)
+"""Choices of how a simulated robot knows of what moves."""
+
+MOST_CAMERAS = 8
+"""Most cameras that watch for what moves."""
 
 FREE, WARN, OBSTACLE = "free", "warn", "obstacle"
 UNKNOWN = (FREE, WARN, OBSTACLE)
@@ -187,6 +201,15 @@ class Scenario(Config):
     movers: Annotated[list[MoverConfig], Len(0, MOST)] = dc.field(
         default_factory=list
     )
+    # Depth cameras that watch for what moves, in the room or on the robot.
+    cameras: Annotated[list[SightCameraConfig], Len(0, MOST_CAMERAS)] = (
+        dc.field(default_factory=list)
+    )
+    # How these tell things that move from the scene that is known.
+    sight: SightConfig = dc.field(default_factory=SightConfig)
+    # How a simulated robot knows of `movers`: it is told the `truth`, or what
+    # its simulated `cameras` see.
+    movers_from: Annotated[str, OneOf(MOVERS_FROM)] = TRUTH
     # The oracle that measures distances to the map: one of the library's, or
     # one's own as `!package.module:Class {field: value}`.
     oracle: (
@@ -249,8 +272,24 @@ class Scenario(Config):
             return make_wrist_camera(self.wrist_camera)
         return self.wrist_camera
 
+    def sight_camera(self, name: str) -> SightCameraConfig:
+        """Returns one of the cameras that watch for what moves.
+
+        Args:
+            name: Its name.
+
+        Raises:
+            FieldError: There is no such camera.
+        """
+        for camera in self.cameras:
+            if camera.name == name:
+                return camera
+        names = [camera.name for camera in self.cameras]
+        problem = unknown_name("camera", name, names)
+        raise FieldError(self.source, "cameras", problem)
+
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks Drake's structs, the control period and the last target.
+        """Checks Drake's structs, cameras, control period and last target.
 
         Drake's camera and simulator settings must be ones that the library
         can follow, and with verification the control period must not be
@@ -266,6 +305,14 @@ class Scenario(Config):
         if self.simulator is not None:
             for name, problem in simulator_problems(self.simulator):
                 yield joined("simulator", name), problem
+        for field in ("name", "channel_name"):
+            values = [getattr(camera, field) for camera in self.cameras]
+            for i, value in enumerate(values):
+                if value in values[:i]:
+                    where = f"cameras[{i}].{field.removesuffix('_name')}"
+                    yield where, f"must be one of its own, got {value!r} again"
+        if self.movers_from == CAMERAS and not self.cameras:
+            yield "movers_from", "says cameras; give some in `cameras`"
         if self.controller.verify and self.control_period > LONGEST_VERIFIED:
             yield (
                 "control_period",

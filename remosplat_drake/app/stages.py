@@ -15,7 +15,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scenario import TRUTH, Scenario
 from remosplat_drake.app.world import World, scenario_targets
 from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.controller.guidance.guidance_selector import (
@@ -40,6 +40,11 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.safety.supervision import SupervisorLaw
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.scene.moving.mover_track import MoverTrack
+from remosplat_drake.sight.known_scene import KnownScene, surface_points
+from remosplat_drake.sight.simulated.camera_sight import (
+    CameraSight,
+    simulated_sight,
+)
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.signals.target_ports import connect_target
 from remosplat_drake.standing.standing_system import StandingSystem
@@ -303,7 +308,10 @@ def AddGuidance(
 def AddMovers(
     builder: DiagramBuilder,
     scenario: Scenario,
+    world: World,
     station: Diagram,
+    odometry: OutputPort,
+    oracle: DistanceOracle,
     *,
     hardware: bool,
 ) -> OutputPort | None:
@@ -312,7 +320,10 @@ def AddMovers(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
+        world: What the scenario's files hold: what cameras see.
         station: The robot, simulated or real, as a system.
+        odometry: The output port of the q that the station measures.
+        oracle: The system that hands out the map.
         hardware: Whether the station is the real robot.
 
     Returns:
@@ -324,7 +335,38 @@ def AddMovers(
         return None
     tracks = [MoverTrack(config) for config in scenario.movers]
     source = builder.AddSystem(MoverSource(tracks=tracks))
-    return source.GetOutputPort("movers")
+    truth = source.GetOutputPort("movers")
+    if scenario.movers_from == TRUTH:
+        return truth
+    sight = CameraSight.AddToBuilder(
+        builder,
+        sight=simulated_sight(
+            scenario.cameras,
+            world.robot,
+            world.truth,
+            known_scene(scenario, world),
+            scenario.sight,
+            scenario.seed,
+        ),
+        configuration=odometry,
+        truth=truth,
+        distance_field=oracle.GetOutputPort("distance_field"),
+        period=scenario.control_period,
+    )
+    return sight.GetOutputPort("movers")
+
+
+def known_scene(scenario: Scenario, world: World) -> KnownScene:
+    """Makes what cameras that watch for movers know of the scene.
+
+    Args:
+        scenario: The scenario.
+        world: What its files hold.
+    """
+    surface_W = surface_points(world.splat_W, None)
+    if not len(surface_W):
+        surface_W = surface_points(None, world.truth)
+    return KnownScene(world.field, scenario.sight, surface_W)
 
 
 def AddSupervisor(

@@ -91,6 +91,8 @@ def compile_kernels(
     scenario = copy.deepcopy(scenario)
     scenario.station = KinematicStation()
     scenario.wrist_camera = None
+    for camera in scenario.cameras:
+        camera.latency = 0.0  # What they see counts within these few ticks.
     scenario.controller.guidance.asynchronous = False
     p_WE = world.robot.end_effector_pose(world.q0)[:3, 3]
     scenario.targets = [TargetConfig(translation=(p_WE + _AWAY).tolist())]

@@ -46,6 +46,7 @@ class CameraDriver:
         lcm: DrakeLcmInterface,
         config: WristCameraConfig,
         open_camera: Callable[[], Camera],
+        channel: str = WRIST_CAMERA,
     ):
         """Opens the camera.
 
@@ -53,11 +54,12 @@ class CameraDriver:
             lcm: The network of the images.
             config: Size and field of view that listeners expect.
             open_camera: Opens the camera; called again when it was lost.
+            channel: LCM channel of the images.
 
         Raises:
             RemoSplatError: There is no such camera.
         """
-        self._lcm = lcm
+        self._lcm, self._channel = lcm, channel
         self._rectified = Rectifier(config)
         self._open_camera = open_camera
         self._camera: Camera | None = open_camera()
@@ -82,7 +84,7 @@ class CameraDriver:
             return
         self.problem = ""
         data = encode_images(image.rgb, image.depth, to_utime(image.time))
-        self._lcm.Publish(WRIST_CAMERA, data)
+        self._lcm.Publish(self._channel, data)
         self.sent += 1
 
     def close(self) -> None:

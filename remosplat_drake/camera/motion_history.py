@@ -61,11 +61,13 @@ class MotionHistory:
         tracks = [self._arm] if self._base is None else [self._arm, self._base]
         return min(track.newest for track in tracks)
 
-    def at(self, time: float) -> np.ndarray:
+    def at(self, time: float, ahead: float = 0.0) -> np.ndarray:
         """Interpolates the configuration at a time.
 
         Args:
             time: Wall clock of the drivers [s].
+            ahead: For how long after the newest status a motion may be taken to
+                go on [s].
 
         Returns:
             The configuration q, shape (n_q,) [m, rad].
@@ -74,10 +76,10 @@ class MotionHistory:
             RemoSplatError: Arm or base was silent then, or moved through a
                 gap between two statuses.
         """
-        joints = self._arm.at(time)
+        joints = self._arm.at(time, ahead)
         if self._base is None:
             return joints
-        return np.concatenate([self._base.at(time), joints])
+        return np.concatenate([self._base.at(time, ahead), joints])
 
 
 class _Track:
@@ -98,8 +100,10 @@ class _Track:
             self._stamps.append(stamp)
             self._positions.append(positions)
 
-    def at(self, time: float) -> np.ndarray:
+    def at(self, time: float, ahead: float) -> np.ndarray:
         after = max(1, bisect.bisect_left(self._stamps, time))
+        if after > 1 and time <= self.newest + ahead:
+            after = min(after, len(self._stamps) - 1)
         if after >= len(self._stamps) or time < self._stamps[0]:
             raise RemoSplatError(
                 f"{self._name} was silent when the picture was taken"

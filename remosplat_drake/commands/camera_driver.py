@@ -17,6 +17,7 @@ from remosplat_drake.commands.wire import (
     add_wire_argument,
     open_camera_wire,
 )
+from remosplat_drake.hardware.wire.channels import WRIST_CAMERA
 
 EXAMPLES = """
 remosplat camera-driver kitchen.yaml
@@ -35,6 +36,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_wire_argument(parser)
     add_camera_wire_argument(parser)
+    parser.add_argument(
+        "--camera",
+        metavar="NAME",
+        help="one of the scenario's `cameras` (default: the one on the wrist)",
+    )
     parser.add_argument(
         "--serial",
         metavar="NUMBER",
@@ -57,7 +63,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Sends the camera's images until Ctrl-C."""
     check_positive("camera-driver", arguments, "width", "height", "fps")
-    config = load_scenario(arguments.scenario).camera or WristCameraConfig()
+    scenario = load_scenario(arguments.scenario)
+    config, channel = scenario.camera or WristCameraConfig(), WRIST_CAMERA
+    if arguments.camera is not None:
+        camera = scenario.sight_camera(arguments.camera)
+        config, channel = camera.lens, camera.channel_name
     lcm, url = open_camera_wire(arguments)
     open_camera = partial(
         RealSenseCamera,
@@ -66,7 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.fps,
         arguments.serial,
     )
-    driver = CameraDriver(lcm, config, open_camera)
+    driver = CameraDriver(lcm, config, open_camera, channel)
     console = open_console(stderr=True)
     console.print(f"the camera is on {url}; Ctrl-C ends")
     with stop_signals() as request:

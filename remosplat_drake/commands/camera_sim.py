@@ -1,11 +1,13 @@
-"""`remosplat camera-sim`: stand in for the wrist camera of the real robot."""
+"""`remosplat camera-sim`: stand in for a camera of the real robot."""
 
 import argparse
 import os
 import time
 
-from remosplat_drake.app.scenario import load_scenario
-from remosplat_drake.app.world import load_world
+from pydrake.lcm import DrakeLcm
+
+from remosplat_drake.app.scenario import Scenario, load_scenario
+from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.clock import wall_utime
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.camera.camera_sim import (
@@ -24,12 +26,14 @@ from remosplat_drake.commands.wire import (
 from remosplat_drake.hardware.hardware_config import REHEARSAL_URL
 from remosplat_drake.hardware.wire.channels import BASE_STATUS, PANDA_STATUS
 from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.sight.simulated.wire_camera import WireCamera
 
 _YIELD = 10
 
 EXAMPLES = """
 remosplat camera-sim StudioLive
 remosplat camera-sim StudioLive --rate 2
+remosplat camera-sim PersonSeen --camera left --rate 30
 """
 """What `--help` ends with."""
 
@@ -45,6 +49,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_wire_argument(parser, REHEARSAL_URL)
     add_camera_wire_argument(parser)
     parser.add_argument(
+        "--camera",
+        metavar="NAME",
+        help="one of the scenario's `cameras`, with its movers, in place of"
+        " the camera on the wrist",
+    )
+    parser.add_argument(
         "--rate",
         type=positive,
         default=5.0,
@@ -56,15 +66,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Sends images until Ctrl-C, once arm and base have been heard."""
     scenario = load_scenario(arguments.scenario)
+    if arguments.camera is not None:
+        scenario.sight_camera(arguments.camera)  # Before the files are read.
     world = load_world(scenario, blank=True)
     inbox = Inbox(open_wire(arguments.lcm_url), [BASE_STATUS, PANDA_STATUS])
     lcm, url = open_camera_wire(arguments)
-    camera = CameraSim(
-        scenario.camera or WristCameraConfig(),
-        world.robot,
-        world.truth,
-        lcm,
-    )
+    camera = _camera(arguments.camera, scenario, world, lcm)
     heard = HeardConfiguration()
     # Rendering must not delay those who move the robot.
     os.nice(_YIELD)
@@ -75,6 +82,18 @@ def run(arguments: argparse.Namespace) -> int:
             if heard.q is not None:
                 camera.take(heard.q, wall_utime())
     return 0
+
+
+def _camera(
+    name: str | None, scenario: Scenario, world: World, lcm: DrakeLcm
+) -> CameraSim | WireCamera:
+    """The camera on the wrist, or the one of a name."""
+    robot, truth = world.robot, world.truth
+    if name is None:
+        wrist = scenario.camera or WristCameraConfig()
+        return CameraSim(wrist, robot, truth, lcm)
+    tracks = [mover.make(scenario.folder) for mover in scenario.movers]
+    return WireCamera(scenario.sight_camera(name), robot, truth, tracks, lcm)
 
 
 def _listen(inbox: Inbox, heard: HeardConfiguration, duration: float) -> None:

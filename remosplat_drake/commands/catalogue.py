@@ -65,7 +65,8 @@ GROUPS = (
             "base-driver": "drive a mobile base that speaks ROS",
             "camera-driver": "send the images of a RealSense camera",
             "hardware-sim": "stand in for the real robot, behind the same wire",
-            "camera-sim": "stand in for the real robot's wrist camera",
+            "sight": "tell a robot what its cameras see move",
+            "camera-sim": "stand in for a camera of the real robot",
         },
     ),
     Group(

@@ -5,6 +5,8 @@ import dataclasses as dc
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
+from remosplat_drake.sight.kernels.fit_box import fit_box, rounded_volume
+
 MOST_PARTS = 6
 """Most boxes around the points of one thing."""
 
@@ -16,6 +18,9 @@ _FEW = 8
 
 _SHORT = 0.35
 """Boxes that reach no farther from their centres are not, either [m]."""
+
+_LOOKS = 100
+"""About so many points tell where to divide all of them."""
 
 _CUTS = ((2, 0.5), (1, 0.5), (2, 0.25), (2, 0.75))
 """Where points may be divided: along which main axis, and at what share."""
@@ -45,12 +50,8 @@ class RoundedBox:
     @property
     def volume(self) -> float:
         """Its volume [m^3]."""
-        a, b, c = 2 * self.half_extents
-        r = self.radius
-        flat = 2 * r * (a * b + b * c + c * a)
-        return (
-            a * b * c + flat + np.pi * r**2 * (a + b + c) + 4 / 3 * np.pi * r**3
-        )
+        a, b, c = self.half_extents
+        return rounded_volume(a, b, c, self.radius)
 
     def distance(self, p_W: np.ndarray) -> np.ndarray:
         """Returns distances of points (n, 3) from it; negative inside [m]."""
@@ -83,63 +84,44 @@ def enclose(
         for i, (box, members) in enumerate(parts):
             if box.half_extents.max() + box.radius < _SHORT:
                 continue
-            halves = _divided(members, padding)
-            volume = sum(half.volume for half, _ in halves)
-            if halves and volume < _GAIN * box.volume:
-                parts[i : i + 1] = halves
+            low = _division(members, padding)
+            if low is not None:
+                halves = members[low], members[~low]
+                parts[i : i + 1] = [(_one(h, padding), h) for h in halves]
                 break
         else:
             break
     return tuple(box for box, _ in parts)
 
 
-def _divided(
-    pairs: np.ndarray, padding: float
-) -> list[tuple[RoundedBox, np.ndarray]]:
-    """Two boxes around the halves of stretches, divided where it pays most.
+def _division(pairs: np.ndarray, padding: float) -> np.ndarray | None:
+    """Which of the stretches should get a box of their own, shape (n,) bool.
 
-    Empty where there are too few of them.
+    None where two boxes are not worth it.
     """
-    best: list[tuple[RoundedBox, np.ndarray]] = []
     if len(pairs) < _FEW:
-        return best
+        return None
     middle = pairs.mean(axis=1)
     centered = middle - middle.mean(axis=0)
     _, axes = np.linalg.eigh(centered.T @ centered)
-    least = np.inf
+    every = len(pairs) // _LOOKS + 1
+    few = pairs[::every]
+    least = _GAIN * _one(few, padding).volume
+    best = None
     for axis, share in _CUTS:
         along = centered @ axes[:, axis]
-        low = along <= np.quantile(along, share)
-        if low.all():
+        place = np.partition(along, int(share * len(along)))
+        low = along < place[int(share * len(along))]
+        part = low[::every]
+        if part.all() or not part.any():
             continue
-        halves = [(_one(pairs[s], padding), pairs[s]) for s in (low, ~low)]
-        volume = sum(half.volume for half, _ in halves)
+        volume = sum(_one(few[s], padding).volume for s in (part, ~part))
         if volume < least:
-            best, least = halves, volume
+            best, least = low, volume
     return best
 
 
 def _one(pairs: np.ndarray, padding: float) -> RoundedBox:
     """The smaller of a box and a capsule, along the points' main axes."""
-    p_W = pairs.reshape(-1, 3)
-    centered = p_W - p_W.mean(axis=0)
-    _, axes = np.linalg.eigh(centered.T @ centered)
-    if np.linalg.det(axes) < 0:
-        axes[:, 0] = -axes[:, 0]
-    p_M = p_W @ axes
-    lower, upper = p_M.min(axis=0), p_M.max(axis=0)
-    middle, half = (lower + upper) / 2, (upper - lower) / 2
-    box = RoundedBox(axes, axes @ middle, half, padding)
-    capsule = _capsule(p_M - middle, axes, middle, padding)
-    return min(box, capsule, key=lambda shape: shape.volume)
-
-
-def _capsule(p_M, axes, middle, padding) -> RoundedBox:
-    """A capsule along the last axis, which is that of greatest spread."""
-    aside = np.hypot(p_M[:, 0], p_M[:, 1])
-    radius = aside.max(initial=0.0)
-    caps = np.sqrt(np.maximum(radius**2 - aside**2, 0.0))
-    length = max(0.0, float((np.abs(p_M[:, 2]) - caps).max()))
-    return RoundedBox(
-        axes, axes @ middle, np.array([0, 0, length]), radius + padding
-    )
+    R_WM, p_WM, half_extents, radius = fit_box(pairs.reshape(-1, 3), padding)
+    return RoundedBox(R_WM, p_WM, half_extents, radius)

@@ -45,6 +45,9 @@ class KnownScene:
         surface_W: np.ndarray | None = None,
     ):
         self._field = None if field is None else field.surfaces
+        if self._field is not None and not self._field.is_lipschitz:
+            # Depth views of a point take as long as hundreds of distances.
+            self._field = self._field.for_planning
         self.revision = "" if field is None else field.revision
         self.lower = np.array(config.lower, float)
         size = np.subtract(config.upper, config.lower)
@@ -65,7 +68,8 @@ class KnownScene:
         """
         place = np.rint((p_W - self.lower) / NODE).astype(int)
         inside = ((place >= 0) & (place < self.nodes.shape)).all(axis=1)
-        flat = np.ravel_multi_index(tuple(place[inside].T), self.nodes.shape)
+        index = tuple(place[inside].T)
+        flat = np.asarray(np.ravel_multi_index(index, self.nodes.shape))
         kept = self.nodes.reshape(-1)
         unasked = np.unique(flat[kept[flat] == UNASKED])
         if len(unasked):

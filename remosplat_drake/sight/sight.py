@@ -153,11 +153,8 @@ def look(
     if image.time < sight.time:
         return sight
     problem = contradiction(image, scene, config)
-    before = sight.views.get(image.camera)
     if problem:
-        blind = before or View.blind(image, problem)
-        blind = dc.replace(blind, problem=problem)
-        return dc.replace(sight, views={**sight.views, image.camera: blind})
+        return without(sight, image, problem)
     points = find_new(image, spheres, scene, config)
     mine = View(image, points, np.full(len(points), -1), (), image.time)
     others = {
@@ -167,6 +164,21 @@ def look(
     }
     views = {**others, image.camera: mine}
     return _tracked(sight, views, image, scene, config)
+
+
+def without(sight: Sight, image: DepthImage, problem: str) -> Sight:
+    """Notes that an image cannot be used.
+
+    What its camera saw before stays, and from when nothing newer is known.
+
+    Args:
+        sight: What is known so far.
+        image: The image.
+        problem: Why it cannot be used.
+    """
+    view = sight.views.get(image.camera) or View.blind(image, problem)
+    view = dc.replace(view, problem=problem)
+    return dc.replace(sight, views={**sight.views, image.camera: view})
 
 
 def _recent(

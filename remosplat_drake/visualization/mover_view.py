@@ -1,4 +1,4 @@
-"""`MoverView`: what moves, whither, and the room that it may need."""
+"""`MoverView`: what moves, whither, and the cameras that saw it."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -7,6 +7,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
 from remosplat_drake.scene.mover import Mover, Movers
+from remosplat_drake.scene.mover_camera import MoverCamera
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 
@@ -15,6 +16,16 @@ MOVERS = f"{ROOT}/movers"
 AHEAD = 0.3
 """How far ahead a mover is foreseen on the page [s]."""
 
+CAMERAS = f"{ROOT}/mover_cameras"
+
+_LENGTH = 0.25
+"""Depth up to which a camera's picture is drawn [m]."""
+
+_GRAIN = 0.02
+"""A size that changes by less is not worth sending again [m]."""
+
+_SEES = Rgba(0.15, 0.45, 0.85, 1.0)
+_BLIND = Rgba(0.85, 0.1, 0.1, 1.0)
 _COLOR = Rgba(0.93, 0.45, 0.13, 1.0)
 _GHOST = Rgba(0.93, 0.45, 0.13, 0.4)
 _ROOM = Rgba(0.93, 0.45, 0.13, 0.12)
@@ -30,7 +41,8 @@ class MoverView(LeafSystem):
         - movers
 
     A mover is orange. Its ghost is where it will be in `AHEAD` if it goes on
-    as it does, and a pale ball around that holds wherever it can be then.
+    as it does, and a pale ball around that holds wherever it can be then. A
+    camera that watches is a blue pyramid, red while it does not see.
 
     Args:
         page: The page to draw on.
@@ -39,7 +51,8 @@ class MoverView(LeafSystem):
     def __init__(self, *, page: MeshcatPage):
         LeafSystem.__init__(self)
         self._meshcat = page.meshcat
-        self._drawn: dict[str, float] = {}
+        self._drawn: dict[str, np.ndarray] = {}
+        self._cameras: dict[str, tuple] = {}
         self._movers_input = self.DeclareAbstractInputPort(
             "movers", Value[object]()
         )
@@ -61,24 +74,60 @@ class MoverView(LeafSystem):
             del self._drawn[gone]
         for path, mover in zip(names, movers, strict=True):
             self._draw(path, mover, context.get_time())
+        for camera in movers.cameras:
+            self._draw_camera(camera)
 
     def _draw(self, path: str, mover: Mover, time: float):
         meshcat = self._meshcat
-        if path not in self._drawn:
+        room = room_of(mover, AHEAD)
+        size = np.array([*mover.half_extents, mover.radius, room])
+        drawn = self._drawn.get(path, np.full(5, np.inf))
+        changed = np.abs(size - drawn) > _GRAIN
+        if changed[:4].any():
             meshcat.SetObject(f"{path}/body", shape_of(mover), _COLOR)
             meshcat.SetObject(f"{path}/ghost", shape_of(mover), _GHOST)
             meshcat.SetProperty(f"{path}/ghost/<object>", "castShadow", False)
-        room = room_of(mover, AHEAD)
-        # A ball is only sent again where its size has changed to see.
-        if abs(room - self._drawn.get(path, np.inf)) > 0.01:
+        if changed.any():
             meshcat.SetObject(f"{path}/room", Sphere(room), _ROOM)
             meshcat.SetProperty(f"{path}/room/<object>", "castShadow", False)
-            self._drawn[path] = room
+            self._drawn[path] = size
         meshcat.SetTransform(f"{path}/body", mover.X_WM, time_in_recording=time)
         then = mover.after(AHEAD)
         meshcat.SetTransform(f"{path}/ghost", then, time_in_recording=time)
         center = RigidTransform(then.translation())
         meshcat.SetTransform(f"{path}/room", center, time_in_recording=time)
+
+    def _draw_camera(self, camera: MoverCamera):
+        pose = camera.X_WC.GetAsMatrix4().round(3).tobytes()
+        drawn = (pose, bool(camera.problem))
+        if self._cameras.get(camera.name) == drawn:
+            return
+        self._cameras[camera.name] = drawn
+        start, end = pyramid(camera, _LENGTH)
+        color = _BLIND if camera.problem else _SEES
+        path = f"{CAMERAS}/{camera.name}"
+        self._meshcat.SetLineSegments(path, start, end, 2.0, color)
+
+
+def pyramid(
+    camera: MoverCamera, length: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the edges of the space before a camera in W.
+
+    Args:
+        camera: The camera.
+        length: How deep the space is drawn [m].
+
+    Returns:
+        Starts and ends of eight segments, shape (3, 8) each [m].
+    """
+    (left, top), (right, bottom) = camera.least_tangent, camera.greatest_tangent
+    corners = [(left, top), (right, top), (right, bottom), (left, bottom)]
+    corners_C = length * np.array([(x, y, 1.0) for x, y in corners]).T
+    corners_W = camera.X_WC.multiply(corners_C)
+    tip = np.tile(camera.X_WC.translation()[:, None], 4)
+    next_W = np.roll(corners_W, -1, axis=1)
+    return np.hstack([tip, corners_W]), np.hstack([corners_W, next_W])
 
 
 def shape_of(mover: Mover) -> Shape:

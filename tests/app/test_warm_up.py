@@ -99,6 +99,15 @@ def test_no_tick_loads_a_kernel(oracle):
     assert loads_in_ticks(f"oracle: {oracle}", {}) == 0
 
 
+def test_no_tick_of_cameras_that_watch_loads_a_kernel():
+    text = (
+        "{movers_from: cameras, movers: [{waypoints: [{translation:"
+        " [1.1, 0.9, 0.9]}]}], cameras: [{translation: [-0.2, 1.6, 1.7],"
+        " look_at: [1.0, 0.2, 0.7]}]}"
+    )
+    assert loads_in_ticks(text, {}) == 0
+
+
 def test_a_live_map_has_its_kernels_too(monkeypatch):
     """Those of what nobody has seen; its loop is another one."""
     scenario = load_scenario("StudioLive", "scene: {unknown: obstacle}")

@@ -5,6 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from remosplat_drake.sight.enclosure import MOST_PARTS, RoundedBox, enclose
+from remosplat_drake.sight.enclosure_reference import fit
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -21,6 +22,21 @@ def test_every_stretch_lies_within_one_box(seed, n, most):
         np.maximum(box.distance(face_W), box.distance(back_W)) for box in boxes
     ]
     assert np.min(depth, axis=0).max() <= -0.02 + 1e-9
+
+
+@given(seed=seeds, n=st.integers(1, 60))
+@settings(max_examples=60)
+def test_the_kernel_fits_as_its_readable_twin(seed, n):
+    rng = np.random.default_rng(seed)
+    p_W = rng.normal(size=(n, 3)) * [0.1, 0.3, 0.8] + rng.normal(size=3)
+    (box,) = enclose(p_W, p_W, 0.02, most=1)
+    expected = fit(p_W, 0.02)
+    if n > 3:  # Fewer points have no axes of their own.
+        assert np.isclose(box.volume, expected.volume, rtol=1e-6)
+        assert np.allclose(box.p_WM, expected.p_WM, atol=1e-6)
+    assert np.allclose(box.R_WM.T @ box.R_WM, np.eye(3), atol=1e-9)
+    assert np.isclose(np.linalg.det(box.R_WM), 1.0)
+    assert box.distance(p_W).max() <= -0.02 + 1e-9
 
 
 def test_a_body_with_an_arm_gets_two_boxes():

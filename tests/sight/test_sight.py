@@ -12,6 +12,7 @@ from room import (
     NOBODY,
     RIGHT,
     ROOM,
+    K,
     Watch,
     ball,
     camera,
@@ -26,6 +27,8 @@ from remosplat_drake.sight.enclosure import RoundedBox
 from remosplat_drake.sight.kernels.scan import UNASKED
 from remosplat_drake.sight.known_scene import KnownScene, surface_points
 from remosplat_drake.sight.sight import Sight, look
+from remosplat_drake.sight.simulated.camera_sight import coarse_noise
+from remosplat_drake.sight.simulated.simulated_camera import SimulatedCamera
 
 
 def outside(movers, p_W, radius) -> float:
@@ -80,6 +83,10 @@ def test_what_has_gone_leaves_no_ghost():
 
 def test_noise_alone_is_nothing():
     watch = Watch([LEFT, RIGHT])
+    half, noise = np.diag([0.5, 0.5, 1.0]) @ K, coarse_noise(40 / 640)
+    watch.cameras = [
+        SimulatedCamera(str(i), half, (30, 40), ROOM, noise, i) for i in (0, 1)
+    ]
     for i in range(1000):
         _, movers = watch.see(i * FRAME / 2, None, i % 2)
         assert not len(movers)

@@ -21,13 +21,13 @@ def robot():
 
 def cameras():
     return [
-        PlacedCamera(camera("left", 1), lambda q: LEFT),
-        PlacedCamera(camera("right", 2), lambda q: RIGHT),
+        PlacedCamera(camera("left", 1), lambda q: LEFT, FRAME, LATE),
+        PlacedCamera(camera("right", 2), lambda q: RIGHT, FRAME, LATE),
     ]
 
 
 def test_images_count_after_their_latency(robot):
-    sight = SimulatedSight(cameras(), robot, known_room(), CONFIG, FRAME, LATE)
+    sight = SimulatedSight(cameras(), robot, known_room(), CONFIG)
     q = robot.q_home.copy()
     q[0] -= 0.5
     stamps = []

@@ -4,12 +4,15 @@ import numpy as np
 import pytest
 from pydrake.common.value import Value
 from pydrake.geometry import Box, Capsule, Sphere
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 
 from remosplat_drake.scene.mover import Mover, Movers
+from remosplat_drake.scene.mover_camera import MoverCamera
 from remosplat_drake.visualization.mover_view import (
+    CAMERAS,
     MOVERS,
     MoverView,
+    pyramid,
     room_of,
     shape_of,
 )
@@ -65,3 +68,30 @@ def test_the_room_is_what_it_may_need_by_then():
     assert room_of(slow, 0.3) == pytest.approx(0.1 + 0.03)
     long = np.linalg.norm([0.4, 0.02, 1.0])
     assert room_of(DOOR, 0.0) == pytest.approx(long)
+
+
+def test_a_shape_that_changes_is_drawn_anew(show, page):
+    """What cameras see of a thing is never twice the same."""
+    show(BALL)
+    path = f"{MOVERS}/0_ball/body"
+    before = page.meshcat._GetPackedObject(path)
+    show(Mover.sphere("ball", [1, 2, 3], 0.101))
+    assert page.meshcat._GetPackedObject(path) == before
+    show(Mover.sphere("ball", [1, 2, 3], 0.2))
+    assert page.meshcat._GetPackedObject(path) != before
+
+
+def test_cameras_are_drawn_as_they_look(page):
+    X_WC = RigidTransform(RotationMatrix.MakeXRotation(np.pi), [0, 0, 2])
+    camera = MoverCamera("top", X_WC, [-1, -0.5], [1, 0.5], 0.2, 4.0, 0.0)
+    start, end = pyramid(camera, 0.5)
+    assert start[:, :4] == pytest.approx(np.array([[0, 0, 2]] * 4).T)
+    assert end[2] == pytest.approx(1.5)
+    assert np.abs(end[0]).max() == pytest.approx(0.5)
+    assert np.abs(end[1]).max() == pytest.approx(0.25)
+    dut = MoverView(page=page)
+    context = dut.CreateDefaultContext()
+    movers = Movers(0.0, (), (camera,))
+    dut.GetInputPort("movers").FixValue(context, Value[object](movers))
+    dut.ForcedPublish(context)
+    assert page.meshcat.HasPath(f"{CAMERAS}/top")

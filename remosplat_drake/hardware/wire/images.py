@@ -19,6 +19,9 @@ from remosplat_drake.hardware.wire.packets import (
 _MAX_SIDE = 8192
 """Greatest width and height of an image [pixels]."""
 
+_MOST_MILLIMETRES = 65_535
+"""Greatest depth that two bytes hold [mm]."""
+
 _SAVED = 1
 """Level of zlib: higher ones take longer than an image has."""
 
@@ -80,6 +83,30 @@ def encode_images(rgb: np.ndarray, depth: np.ndarray, utime: int) -> bytes:
     return message.encode()
 
 
+def encode_depth(depth: np.ndarray, utime: int) -> bytes:
+    """Encodes a depth image alone, in millimetres, as sensors measure it.
+
+    Args:
+        depth: Depth z, shape (h, w) [m]; 0 where it is unknown, and what is
+            beyond 65 m, inf too, is sent as that.
+        utime: Stamp: wall clock of the Unix epoch [us].
+    """
+    steps = np.rint(1e3 * np.minimum(depth, 1e-3 * _MOST_MILLIMETRES))
+    steps = steps.astype("<u2")
+    message = lcmt_image_array()
+    message.header.utime = utime
+    message.images = [
+        _encoded(
+            steps,
+            lcmt_image.PIXEL_FORMAT_DEPTH,
+            lcmt_image.CHANNEL_TYPE_UINT16,
+        )
+    ]
+    message.images[0].header.utime = utime
+    message.num_images = 1
+    return message.encode()
+
+
 def _encoded(pixels: np.ndarray, pixel_format: int, channel_type: int):
     image = lcmt_image()
     image.height, image.width = pixels.shape[:2]
@@ -113,6 +140,26 @@ def decode_images(data: bytes) -> CameraImages:
     if rgb.shape[:2] != depth.shape:
         raise BrokenMessage("holds colours and depths of different sizes")
     return CameraImages(rgb, depth, from_utime(message.header.utime))
+
+
+def decode_depth(data: bytes) -> tuple[np.ndarray, float]:
+    """Decodes and checks the depth image in a message of a camera.
+
+    Args:
+        data: The encoded packet; colours in it are left alone.
+
+    Returns:
+        Depth z, shape (h, w), float32 [m]; 0 and inf are beyond the camera's
+        range. And when it was taken, by the driver's wall clock [s].
+
+    Raises:
+        BrokenMessage: The packet holds no depth image.
+    """
+    message = decode(lcmt_image_array, data)
+    for image in message.images:
+        if image.pixel_format == lcmt_image.PIXEL_FORMAT_DEPTH:
+            return _depth(image), from_utime(message.header.utime)
+    raise BrokenMessage("holds no depth image")
 
 
 def _color(image: lcmt_image) -> np.ndarray:

@@ -42,7 +42,7 @@ def scene_solids(scene: PrimitiveScene) -> CastSolids:
         for s in solids
     ]
     reach = [
-        np.linalg.norm(half if isinstance(s, Box) else half[1:])
+        float(np.linalg.norm(half if isinstance(s, Box) else half[1:]))
         for s, half in zip(solids, size, strict=True)
     ]
     return _solids(

@@ -21,6 +21,7 @@ from remosplat_drake.sight.simulated.simulated_camera import (
     SimulatedCamera,
     SimulatedImage,
 )
+from remosplat_drake.signals.distance_field import DistanceField
 
 _EARLY = 1e-9
 """By how much rounding may make a time too early [s]."""
@@ -34,25 +35,27 @@ class PlacedCamera:
         camera: The camera.
         pose: Its pose X_WC, shape (4, 4), at a configuration q of the robot;
             a camera that is fixed in the room does not look at q.
+        period: Time between two of its images [s].
+        latency: Time from an image to what is known by it [s].
     """
 
     camera: SimulatedCamera
     pose: Callable[[np.ndarray], np.ndarray]
+    period: float = 1 / 30
+    latency: float = 0.04
 
 
 class SimulatedSight:
     """Cameras around a simulation, and the pipeline behind them.
 
-    Cameras take turns: each sends an image a period, evenly between those of
-    the others. An image counts a latency after it was taken.
+    Cameras take turns: the first images are spread evenly over a period. An
+    image counts a latency after it was taken.
 
     Args:
         cameras: The cameras.
         robot: The robot, which hides things and is hidden itself.
         known: What the map shows.
         config: Errors, margins and bounds.
-        period: Time between two images of a camera [s].
-        latency: Time from an image to what is known by it [s].
 
     Attributes:
         sight: What is known by now.
@@ -66,18 +69,26 @@ class SimulatedSight:
         robot: RobotModel,
         known: KnownScene,
         config: SightConfig,
-        period: float = 1 / 30,
-        latency: float = 0.04,
     ):
         self._cameras = tuple(cameras)
         self._robot, self._known, self._config = robot, known, config
-        self._period, self._latency = period, latency
-        self._due = [i * period / len(cameras) for i in range(len(cameras))]
-        self._sent: deque[tuple[SimulatedImage, Spheres]] = deque()
+        n = len(cameras)
+        self._due = [i * c.period / n for i, c in enumerate(cameras)]
+        self._sent: deque[tuple[float, SimulatedImage, Spheres]] = deque()
         self._shown: dict[str, dict[str, bool]] = {}
         self._movers = Movers(0.0)
         self.sight = Sight()
         self.in_view: dict[str, float] = {}
+
+    def learn(self, field: DistanceField) -> None:
+        """Takes another version of the map, if it is one.
+
+        Args:
+            field: The map.
+        """
+        if field.revision != self._known.revision:
+            surface_W = self._known.surface_W
+            self._known = KnownScene(field, self._config, surface_W)
 
     def at(self, time: float, q: np.ndarray, truth: Movers) -> Movers:
         """Goes on to a time, and tells what is known of movers then.
@@ -97,12 +108,12 @@ class SimulatedSight:
             for i in due:
                 placed = self._cameras[i]
                 shot = placed.camera.take(placed.pose(q), time, truth, spheres)
-                self._sent.append((shot, spheres))
+                self._sent.append((time + placed.latency, shot, spheres))
                 self._note(shot, truth)
-                self._due[i] += self._period
+                self._due[i] += placed.period
         news = False
-        while self._sent and self._is_there(time):
-            shot, spheres = self._sent.popleft()
+        while self._sent and self._sent[0][0] <= time + _EARLY:
+            _, shot, spheres = self._sent.popleft()
             self.sight = look(
                 self.sight, shot.image, spheres, self._known, self._config
             )
@@ -110,10 +121,6 @@ class SimulatedSight:
         if news:
             self._movers = self.sight.movers(self._config)
         return self._movers
-
-    def _is_there(self, time: float) -> bool:
-        taken = self._sent[0][0].image.time
-        return time + _EARLY >= taken + self._latency
 
     def _note(self, shot: SimulatedImage, truth: Movers) -> None:
         """Notes which movers are in a view."""

@@ -1,0 +1,114 @@
+"""`remosplat sight`: tell a robot what its cameras see move."""
+
+import argparse
+import time
+
+from rich.console import Console
+
+from remosplat_drake.app.scenario import Scenario, load_scenario
+from remosplat_drake.app.stages import known_scene
+from remosplat_drake.app.world import load_world
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.stop_signals import StopRequest, stop_signals
+from remosplat_drake.commands.tables import open_console
+from remosplat_drake.commands.wire import announce_wire
+from remosplat_drake.hardware.hardware_config import REHEARSAL_URL
+from remosplat_drake.sight.wire_sight import WireSight
+
+_REPORT = 10.0
+"""Time between two lines on how it goes [s]."""
+
+EXAMPLES = """
+remosplat sight PersonSeen
+remosplat sight PersonSeen --lcm-url 'udpm://239.255.76.67:7667?ttl=1'
+"""
+"""What `--help` ends with."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's flags."""
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): its"
+        " `cameras`, its map, and the robot",
+    )
+    parser.add_argument(
+        "--lcm-url",
+        metavar="URL",
+        help="where the robot's drivers are (default: the scenario's"
+        f" hardware.lcm_url, {REHEARSAL_URL} unless it says otherwise)",
+    )
+    parser.add_argument(
+        "--camera-url",
+        metavar="URL",
+        help="the wire of the images (default: the scenario's"
+        " hardware.camera_url)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Tells what moves until Ctrl-C."""
+    scenario = load_scenario(arguments.scenario)
+    console = open_console(stderr=True)
+    sight = _open(arguments, scenario, console)
+    with stop_signals() as request:
+        names = ", ".join(camera.name for camera in scenario.cameras)
+        console.print(f"listens to {names}; Ctrl-C ends")
+        _watch(sight, console, request)
+    return 0
+
+
+def _open(
+    arguments: argparse.Namespace, scenario: Scenario, console: Console
+) -> WireSight:
+    """Loads the map and joins the wire."""
+    if not scenario.cameras:
+        problem = "are none: say which cameras watch for what moves"
+        raise FieldError(scenario.source, "cameras", problem)
+    hardware = scenario.hardware
+    if arguments.lcm_url:
+        hardware.use_url(arguments.lcm_url)
+    if arguments.camera_url:
+        hardware.camera_url = arguments.camera_url
+    world = load_world(scenario)
+    known = known_scene(scenario, world)
+    announce_wire(hardware.url, console)
+    return WireSight(
+        scenario.cameras, world.robot, known, scenario.sight, hardware
+    )
+
+
+def _watch(sight: WireSight, console: Console, request: StopRequest) -> None:
+    """Looks at images, and says what is wrong with cameras and how it goes."""
+    missing: list[str] = []
+    problems: dict[str, str] = {}
+    latency: list[float] = []
+    due = time.monotonic() + _REPORT
+    while not request.made:
+        if sight.step():
+            latency.append(sight.latency)
+        if sight.missing != missing and (missing := sight.missing):
+            console.print(f"waits for {', '.join(missing)}")
+        for name, problem in sight.problems.items():
+            if problem.split(" for ")[0] != problems.get(name, ""):
+                problems[name] = problem.split(" for ")[0]
+                console.print(f"{name}: {problem or 'sees again'}")
+        if time.monotonic() >= due:
+            due += _REPORT
+            _report(sight, latency, console)
+            latency.clear()
+
+
+def _report(sight: WireSight, latency: list[float], console: Console) -> None:
+    if not latency:
+        console.print("no image that can be used")
+        return
+    latency.sort()
+    middle, late = (latency[int(s * (len(latency) - 1))] for s in (0.5, 0.99))
+    moving = sum(track.is_trusted for track in sight.sight.tracks)
+    console.print(
+        f"{len(latency) / _REPORT:.0f} images a second, {moving} things;"
+        f" told after {1e3 * middle:.0f} ms, 99 % within {1e3 * late:.0f} ms",
+        highlight=False,
+    )

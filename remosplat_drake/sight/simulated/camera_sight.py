@@ -1,0 +1,195 @@
+"""`CameraSight`: movers as the simulated cameras of a scenario see them."""
+
+import dataclasses as dc
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+    State,
+)
+
+from remosplat_drake.capture.rendering.sensor_noise import (
+    PRESETS,
+    SensorNoise,
+)
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.mover import Movers
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.sight.known_scene import KnownScene
+from remosplat_drake.sight.sight_camera_config import SightCameraConfig
+from remosplat_drake.sight.sight_config import SightConfig
+from remosplat_drake.sight.simulated.simulated_camera import SimulatedCamera
+from remosplat_drake.sight.simulated.simulated_sight import (
+    PlacedCamera,
+    SimulatedSight,
+)
+
+NOISE = "realsense_d435"
+"""The noise of simulated cameras."""
+
+COLUMNS = 80
+"""Pixels in a row of their images, at most: that serves, and is quick."""
+
+
+class CameraSight(LeafSystem):
+    """Looks at what truly moves by simulated depth cameras.
+
+    .. pydrake_system::
+
+        name: CameraSight
+        input_ports:
+        - configuration
+        - truth
+        - distance_field
+        output_ports:
+        - movers
+
+    `configuration` is the robot's q, `truth` the `Movers` that are there, and
+    `distance_field` the map that the controller goes by: what has stayed put
+    leaves the movers when a version of the map has it, and not before. Once a
+    period the cameras that are due take an image, with noise, and `movers`
+    are those that the images show which have had the time to arrive.
+
+    Args:
+        sight: The cameras, and what is known by them at the start.
+        n_q: Length of a configuration.
+        period: Time between two looks, the control period [s].
+    """
+
+    def __init__(self, *, sight: SimulatedSight, n_q: int, period: float):
+        super().__init__()
+        self.set_name("camera_sight")
+        self._configuration = self.DeclareVectorInputPort("configuration", n_q)
+        self._truth = self.DeclareAbstractInputPort(
+            "truth", Value[object](Movers(0.0))
+        )
+        self._field = self.DeclareAbstractInputPort(
+            "distance_field", Value[object]()
+        )
+        # A copy of a context has cameras of its own, with noise of their own.
+        self._sight = self.DeclareAbstractState(Value[object](sight))
+        self._known = self.DeclareAbstractState(Value[object](Movers(0.0)))
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._look)
+        self.DeclareAbstractOutputPort(
+            "movers",
+            lambda: Value[object](Movers(0.0)),
+            self._calc_movers,
+            {self.abstract_state_ticket(self._known)},
+        )
+
+    def _look(self, context: Context, state: State) -> None:
+        cell = state.get_mutable_abstract_state(int(self._sight))
+        q = np.array(self._configuration.Eval(context))
+        truth = self._truth.Eval(context)
+        sight: SimulatedSight = cell.get_mutable_value()
+        sight.learn(self._field.Eval(context))
+        movers = sight.at(context.get_time(), q, truth)
+        known = state.get_mutable_abstract_state(int(self._known))
+        known.set_value(movers)
+
+    def _calc_movers(self, context: Context, output: AbstractValue) -> None:
+        known = context.get_abstract_state(int(self._known))
+        output.set_value(known.get_value())
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder,
+        *,
+        sight: SimulatedSight,
+        configuration: OutputPort,
+        truth: OutputPort,
+        distance_field: OutputPort,
+        period: float,
+    ) -> "CameraSight":
+        """Adds the system, and connects its inputs.
+
+        Args:
+            builder: The builder of the diagram.
+            sight: The cameras, and what is known by them at the start.
+            configuration: The output port of the robot's q.
+            truth: The output port of the `Movers` that are there.
+            distance_field: The output port of the map's `DistanceField`.
+            period: Time between two looks [s].
+        """
+        system = builder.AddSystem(
+            CameraSight(sight=sight, n_q=configuration.size(), period=period)
+        )
+        builder.Connect(configuration, system.GetInputPort("configuration"))
+        builder.Connect(truth, system.GetInputPort("truth"))
+        builder.Connect(distance_field, system.GetInputPort("distance_field"))
+        return system
+
+
+def simulated_sight(
+    cameras: Sequence[SightCameraConfig],
+    robot: RobotModel,
+    truth: PrimitiveScene | None,
+    known: KnownScene,
+    config: SightConfig,
+    seed: int,
+) -> SimulatedSight:
+    """Makes the simulated cameras of a scenario.
+
+    Args:
+        cameras: The cameras; images wider than `COLUMNS` are smaller here.
+        robot: The robot that hides things, and may carry cameras.
+        truth: What stands still; None for nothing.
+        known: What the map shows of it.
+        config: Errors, margins and bounds.
+        seed: Seed of the cameras' noise.
+
+    Raises:
+        RemoSplatError: A camera is on no frame of the robot.
+    """
+    return SimulatedSight(
+        [
+            PlacedCamera(
+                _small(camera, truth, seed + i),
+                camera.pose(robot),
+                1 / camera.rate,
+                camera.latency,
+            )
+            for i, camera in enumerate(cameras)
+        ],
+        robot,
+        known,
+        config,
+    )
+
+
+def coarse_noise(share: float) -> SensorNoise:
+    """Returns the noise of images that were made smaller.
+
+    Outlines wander by pixels of the large image, and fray there.
+
+    Args:
+        share: Width of the small image as a share of the large one's.
+    """
+    noise = PRESETS[NOISE]
+    return dc.replace(
+        noise,
+        outline_jitter=share * noise.outline_jitter,
+        outline_loss=share * noise.outline_loss,
+    )
+
+
+def _small(
+    config: SightCameraConfig, truth: PrimitiveScene | None, seed: int
+) -> SimulatedCamera:
+    share = min(1.0, COLUMNS / config.width)
+    size = max(1, round(share * config.height)), round(share * config.width)
+    scale = [size[1] / config.width, size[0] / config.height, 1.0]
+    return SimulatedCamera(
+        config.name,
+        np.diag(scale) @ config.K,
+        size,
+        truth,
+        coarse_noise(share),
+        seed,
+        config.max_depth,
+    )

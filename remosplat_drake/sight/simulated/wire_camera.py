@@ -1,0 +1,66 @@
+"""`WireCamera`: stands in for a camera in the room, on the LCM wire."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.lcm import DrakeLcmInterface
+
+from remosplat_drake.base.clock import MICROSECONDS
+from remosplat_drake.hardware.wire.images import encode_depth
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.moving.track import Track, movers_at
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.sight.sight_camera_config import SightCameraConfig
+from remosplat_drake.sight.simulated.simulated_camera import SimulatedCamera
+
+
+class WireCamera:
+    """Casts depth images of scene, robot and movers, and publishes them.
+
+    Movers begin their ways with the first image.
+
+    Args:
+        config: The camera.
+        robot: The robot, as its spheres.
+        scene: What stands still; None for nothing.
+        tracks: How things move.
+        lcm: Where the images are published.
+    """
+
+    def __init__(
+        self,
+        config: SightCameraConfig,
+        robot: RobotModel,
+        scene: PrimitiveScene | None,
+        tracks: Sequence[Track],
+        lcm: DrakeLcmInterface,
+    ):
+        self._camera = SimulatedCamera(
+            config.name,
+            config.K,
+            (config.height, config.width),
+            scene,
+            far=config.max_depth,
+        )
+        self._channel, self._pose = config.channel_name, config.pose(robot)
+        self._robot, self._tracks, self._lcm = robot, tuple(tracks), lcm
+        self._start: int | None = None
+
+    def take(self, q: np.ndarray, utime: int) -> None:
+        """Casts and publishes one depth image.
+
+        Args:
+            q: The robot's configuration, shape (n_q,).
+            utime: Stamp of the image: wall clock of the Unix epoch [us].
+        """
+        if self._start is None:
+            self._start = utime
+        time = (utime - self._start) / MICROSECONDS
+        shot = self._camera.take(
+            self._pose(q),
+            time,
+            movers_at(self._tracks, time),
+            self._robot.spheres_at(q),
+        )
+        data = encode_depth(shot.image.depth, utime)
+        self._lcm.Publish(self._channel, data)

@@ -1,0 +1,178 @@
+"""`WireSight`: from cameras and statuses on the wire to movers on it.
+
+`remosplat sight` runs it in a process of its own.
+"""
+
+import dataclasses as dc
+import time as clock
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.camera.motion_history import MotionHistory
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.wire.images import decode_depth
+from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.movers import encode_movers
+from remosplat_drake.hardware.wire.packets import BrokenMessage
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.sight.depth_image import DepthImage
+from remosplat_drake.sight.known_scene import KnownScene
+from remosplat_drake.sight.sight import Sight, look, without
+from remosplat_drake.sight.sight_camera_config import SightCameraConfig
+from remosplat_drake.sight.sight_config import SightConfig
+
+_AHEAD = 0.12
+"""By how much statuses may be older than an image: bases send ten a second
+[s]."""
+
+_OLDEST = 0.5
+"""Greatest age of an image, or time by which it is from the future [s]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Camera:
+    config: SightCameraConfig
+    K: np.ndarray
+    pose: Callable[[np.ndarray], np.ndarray]
+
+
+class WireSight:
+    """Hears images and statuses, and tells what moves after every image.
+
+    Nothing is told before every camera has been heard, and an image could be
+    used: who does not see all that there is does not say that nothing is there.
+
+    Args:
+        cameras: The cameras.
+        robot: The robot.
+        known: What the map shows.
+        config: Errors, margins and bounds.
+        hardware: The LCM URLs and the names of the channels.
+
+    Attributes:
+        sight: What is known by now.
+        told: Number of messages that were sent.
+        latency: Time from the latest image's stamp until its message was sent
+            [s].
+        work: Time that this process computed for it [s].
+
+    Raises:
+        RemoSplatError: A camera is on no frame of the robot, or two on one
+            channel.
+    """
+
+    def __init__(
+        self,
+        cameras: Sequence[SightCameraConfig],
+        robot: RobotModel,
+        known: KnownScene,
+        config: SightConfig,
+        hardware: HardwareConfig,
+    ):
+        self._robot, self._known, self._config = robot, known, config
+        self._cameras = {
+            camera.channel_name: _Camera(camera, camera.K, camera.pose(robot))
+            for camera in cameras
+        }
+        self._history = MotionHistory(len(robot.home), robot.n_base > 0)
+        names = hardware.channels
+        self._arm, self._movers = names.arm_status, names.movers
+        self._lcm = hardware.open_lcm()
+        self._statuses = Inbox(self._lcm, [names.arm_status, names.base_status])
+        self._images = Inbox(hardware.open_camera_lcm(), list(self._cameras))
+        self.sight = Sight()
+        self.told = 0
+        self.latency = self.work = 0.0
+
+    @property
+    def missing(self) -> list[str]:
+        """Names of the cameras that have not been heard yet."""
+        names = [camera.config.name for camera in self._cameras.values()]
+        return [name for name in names if name not in self.sight.views]
+
+    @property
+    def problems(self) -> dict[str, str]:
+        """What is wrong with cameras, by their names."""
+        told = self.sight.movers(self._config).cameras
+        return {camera.name: camera.problem for camera in told}
+
+    def step(self, timeout: float = 0.01) -> bool:
+        """Takes in what has come, and tells what moves if an image was there.
+
+        Args:
+            timeout: Longest wait for an image [s].
+
+        Returns:
+            Whether movers were told.
+        """
+        # Of a camera whose images have queued up, only the newest counts.
+        newest = dict(self._images.fetch(timeout))
+        started = clock.thread_time()
+        for channel, data in self._statuses.fetch():
+            if channel == self._arm:
+                self._history.hear_arm(data)
+            else:
+                self._history.hear_base(data)
+        for channel, data in newest.items():
+            self._take(self._cameras[channel], data)
+        if not newest or self.missing or self.sight.time < 0:
+            return False
+        movers = self.sight.movers(self._config)
+        self._lcm.Publish(self._movers, encode_movers(movers))
+        self.told += 1
+        self.latency = clock.time() - movers.stamp
+        self.work = clock.thread_time() - started
+        return True
+
+    def _take(self, camera: _Camera, data: bytes) -> None:
+        """Takes in an image, or notes what is wrong with it."""
+        config = camera.config
+        blank = np.zeros((config.height, config.width), np.float32)
+        X_WC = np.eye(4)
+        stamp = clock.time()
+        problem, depth = "", blank
+        q = np.zeros(self._robot.n_q)
+        try:
+            depth, stamp = decode_depth(data)
+            self._check(config, depth, stamp)
+            q = self._history.at(stamp, _AHEAD)
+            X_WC = camera.pose(q)
+        except (BrokenMessage, RemoSplatError) as error:
+            problem, depth, stamp = str(error), blank, clock.time()
+        image = DepthImage(
+            config.name,
+            stamp,
+            camera.K,
+            X_WC,
+            _within(depth, config),
+            config.min_depth,
+            config.max_depth,
+        )
+        if problem:
+            self.sight = without(self.sight, image, problem)
+            return
+        spheres = self._robot.spheres_at(q)
+        self.sight = look(self.sight, image, spheres, self._known, self._config)
+
+    @staticmethod
+    def _check(
+        config: SightCameraConfig, depth: np.ndarray, stamp: float
+    ) -> None:
+        height, width = depth.shape
+        if (width, height) != (config.width, config.height):
+            raise RemoSplatError(
+                f"sends {width}x{height} pixels; the scenario says"
+                f" {config.width}x{config.height}"
+            )
+        age = clock.time() - stamp
+        if not abs(age) < _OLDEST:
+            when = "old" if age > 0 else "in the future"
+            raise RemoSplatError(f"its images are {abs(age):.3g} s {when}")
+
+
+def _within(depth: np.ndarray, config: SightCameraConfig) -> np.ndarray:
+    """Depths within the camera's range; nearer ones are unknown."""
+    near = np.where(depth >= config.min_depth, depth, np.float32(0))
+    return np.where(near > config.max_depth, np.float32(np.inf), near)
