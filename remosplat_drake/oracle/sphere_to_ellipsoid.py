@@ -12,11 +12,18 @@ from remosplat_drake.oracle.kernels.nearest_splat import (
     query,
     query_parallel,
 )
+from remosplat_drake.oracle.kernels.solid_records import (
+    fill_boxes,
+    fill_records,
+)
 from remosplat_drake.oracle.question import question
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
-from remosplat_drake.splat.bvh import build_hierarchy
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.hierarchy_cache import kept_hierarchy
+
+_NONE = np.zeros(0, np.float32)
+_NONE.flags.writeable = False  # As the arrays of a splat: one kernel for both.
 
 
 class SphereToEllipsoidField(DistanceField):
@@ -204,9 +211,9 @@ def _prepare(
 ) -> dict[str, np.ndarray]:
     """The hierarchy's nodes, and the splats' records in its leaf order."""
     records, index = splat_records(splat_W, min_opacity, n_sigma)
-    p_WK = records[:, :3]
-    half = _half_extents(records, solved=bisection_steps is None)
-    hierarchy = build_hierarchy(p_WK - half, p_WK + half, p_WK[:, 2])
+    boxes = np.empty((len(records), 8))
+    fill_boxes(records, bisection_steps is None, boxes)
+    hierarchy = kept_hierarchy(boxes)
     return {
         "nodes": hierarchy.nodes,
         "records": records[hierarchy.order],
@@ -226,34 +233,15 @@ def splat_records(
         The rows, shape (N, 16), and the splats' rising indices, shape (N,).
     """
     index = np.flatnonzero(splat_W.opacities >= min_opacity)
-    scales = splat_W.scales[index]
-    semi_axes = np.zeros((len(index), 3))
-    semi_axes[:, : scales.shape[1]] = scales
-    semi_axes *= n_sigma
-    order = np.argsort(-semi_axes, axis=1, kind="stable")
-    axes = splat_W.R_GK[index].transpose(0, 2, 1)
     records = np.empty((len(index), 16))
-    records[:, :3] = splat_W.p_GK[index]
-    records[:, 3:12] = np.take_along_axis(
-        axes, order[:, :, None], axis=1
-    ).reshape(-1, 9)
-    records[:, 12:15] = np.take_along_axis(semi_axes, order, axis=1)
-    records[:, 15] = 0.0
-    if splat_W.uncertainty is not None:
-        records[:, 15] = splat_W.uncertainty[index]
+    uncertainty = splat_W.uncertainty
+    fill_records(
+        index,
+        splat_W.p_GK,
+        splat_W.quaternions,
+        splat_W.scales,
+        _NONE if uncertainty is None else uncertainty,
+        float(n_sigma),
+        records,
+    )
     return records, index
-
-
-def _half_extents(records: np.ndarray, solved: bool) -> np.ndarray:
-    """Half edges (N, 3) of the boxes that hold every possible answer [m].
-
-    A converged closest point is on the splat; one from a truncated bisection
-    is somewhere in the box around it that is aligned to its axes. Uncertainty
-    reaches beyond it to all sides.
-    """
-    axes = records[:, 3:12].reshape(-1, 3, 3)
-    extent = np.abs(axes * records[:, 12:15, None])
-    half = np.sqrt(np.sum(extent**2, axis=1)) if solved else extent.sum(axis=1)
-    half += records[:, 15:]
-    # Rounding: a splat's box may be too large, never too small.
-    return half + 1e-12 * (half + np.abs(records[:, :3]))

@@ -112,3 +112,37 @@ def _ratio(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def _none_along(n: np.ndarray, shift: np.ndarray) -> np.ndarray:
     """True where y has no component along any shortest axis."""
     return np.all((shift > 0) | (n == 0), axis=-1)
+
+
+def splat_records(
+    splat_W: GaussianSplat, min_opacity: float, n_sigma: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Packs splats as `sphere_to_ellipsoid.splat_records` does."""
+    index = np.flatnonzero(splat_W.opacities >= min_opacity)
+    scales = splat_W.scales[index]
+    semi_axes = np.zeros((len(index), 3))
+    semi_axes[:, : scales.shape[1]] = scales
+    semi_axes *= n_sigma
+    order = np.argsort(-semi_axes, axis=1, kind="stable")
+    axes = splat_W.R_GK[index].transpose(0, 2, 1)
+    records = np.empty((len(index), 16))
+    records[:, :3] = splat_W.p_GK[index]
+    records[:, 3:12] = np.take_along_axis(
+        axes, order[:, :, None], axis=1
+    ).reshape(-1, 9)
+    records[:, 12:15] = np.take_along_axis(semi_axes, order, axis=1)
+    records[:, 15] = 0.0
+    if splat_W.uncertainty is not None:
+        records[:, 15] = splat_W.uncertainty[index]
+    return records, index
+
+
+def boxes(records: np.ndarray, solved: bool) -> np.ndarray:
+    """Bounds every possible answer of splats, as `fill_boxes` does."""
+    axes = records[:, 3:12].reshape(-1, 3, 3)
+    extent = np.abs(axes * records[:, 12:15, None])
+    half = np.sqrt(np.sum(extent**2, axis=1)) if solved else extent.sum(axis=1)
+    half += records[:, 15:]
+    half += 1e-12 * (half + np.abs(records[:, :3]))
+    p_WK, place = records[:, :3], np.arange(len(records))
+    return np.column_stack([p_WK - half, p_WK + half, p_WK[:, 2], place])

@@ -97,15 +97,12 @@ class GaussianSplat:
                     f" {expected[name]}"
                 )
         for name, values in self.arrays().items():
-            bad = ~np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
-            if bad.any():
-                raise RemoSplatError(
-                    f"{name} of splat {bad.argmax()} is not finite"
-                    f" ({bad.sum()} such splats)"
-                )
-        norms = np.linalg.norm(self.quaternions, axis=1)
+            self._reject(~np.isfinite(values), name, "not finite")
+        # NumPy sums short rows slowly; these are the same sums.
+        w, x, y, z = np.square(self.quaternions).T
+        norms = np.sqrt(w + x + y + z)
         self._reject(np.less(norms, 1e-8), "quaternion", "zero")
-        self._reject(np.any(self.scales <= 0, axis=1), "scale", "not positive")
+        self._reject(self.scales <= 0, "scale", "not positive")
         self._reject(
             (self.opacities <= 0) | (self.opacities > 1),
             "opacity",
@@ -121,6 +118,7 @@ class GaussianSplat:
 
     def _reject(self, bad: np.ndarray, what: str, problem: str):
         if bad.any():
+            bad = bad.reshape(len(bad), -1).any(axis=1)
             raise RemoSplatError(
                 f"{what} of splat {bad.argmax()} is {problem}"
                 f" ({bad.sum()} such splats)"
@@ -181,13 +179,18 @@ class GaussianSplat:
         """A SHA-256 digest of all arrays, in hex."""
         digest = hashlib.sha256()
         for array in self.arrays().values():
-            digest.update(array.tobytes())
+            digest.update(array.data if array.size else b"")
         return digest.hexdigest()[:16]
 
     def select(self, keep: np.ndarray) -> "GaussianSplat":
         """Returns the splats that a boolean mask or index array selects."""
         chosen = {name: array[keep] for name, array in self.arrays().items()}
-        return GaussianSplat(**chosen)
+        return self._with(chosen)
+
+    def _with(self, arrays: dict[str, np.ndarray]) -> "GaussianSplat":
+        """A splat of arrays that were looked through already."""
+        ordered = {k: np.ascontiguousarray(v) for k, v in arrays.items()}
+        return GaussianSplat.restored(ordered)
 
     def joined_with(
         self, other: "GaussianSplat", missing_uncertainty: float | None = None
@@ -254,7 +257,7 @@ class GaussianSplat:
         These colours are the same from everywhere, which is enough for
         distances and for all that this library draws.
         """
-        return dc.replace(self, sh_rest=self.sh_rest[:, :0])
+        return self._with(self.arrays() | {"sh_rest": self.sh_rest[:, :0]})
 
     def transformed(
         self, X_FG: RigidTransform, scale: float = 1.0
@@ -272,6 +275,8 @@ class GaussianSplat:
             RemoSplatError: A splat would become too small or too large for
                 its numbers.
         """
+        if X_FG.IsExactlyIdentity() and scale == 1.0:
+            return self
         R_FG = X_FG.rotation()
         p_FK = scale * self.p_GK.astype(np.float64) @ R_FG.matrix().T
         sh_rest, uncertainty = self.sh_rest, self.uncertainty

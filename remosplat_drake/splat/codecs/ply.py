@@ -219,17 +219,35 @@ def _columns(
             raise FileError(
                 path, f"property {name} has type {dtype.name}; expected float"
             )
-    table = np.empty((len(vertices), len(names)), np.float32)
-    # Blocks of rows stay in the cache while their columns are picked.
-    for start in range(0, len(table), _BLOCK):
-        rows = slice(start, start + _BLOCK)
-        block = vertices[rows]
-        for column, name in enumerate(names):
-            table[rows, column] = block[name]
-        bad = ~np.isfinite(table[rows])
-        if bad.any():
-            row, column = np.argwhere(bad)[0]
-            raise FileError(
-                path, f"row {start + row}: {names[column]} is not finite"
-            )
+    table = _adjacent(vertices, names)
+    if table is None:
+        table = np.empty((len(vertices), len(names)), np.float32)
+        # Blocks of rows stay in the cache while their columns are picked.
+        for start in range(0, len(table), _BLOCK):
+            rows = slice(start, start + _BLOCK)
+            block = vertices[rows]
+            for column, name in enumerate(names):
+                table[rows, column] = block[name]
+    bad = ~np.isfinite(table)
+    if bad.any():
+        row, column = np.argwhere(bad)[0]
+        raise FileError(path, f"row {row}: {names[column]} is not finite")
     return table
+
+
+def _adjacent(
+    vertices: np.ndarray, names: tuple[str, ...]
+) -> np.ndarray | None:
+    """Columns that follow each other in rows of floats; None for others."""
+    fields = vertices.dtype.fields or {}
+    places = {name: place for name, (_, place, *_) in fields.items()}
+    floats = all(vertices.dtype[name] == np.float32 for name in places)
+    if not names or not floats or vertices.dtype.itemsize != 4 * len(places):
+        return None
+    first = places[names[0]] // 4
+    if [places[name] for name in names] != [
+        4 * (first + i) for i in range(len(names))
+    ]:
+        return None
+    rows = np.asarray(vertices).view(np.float32).reshape(len(vertices), -1)
+    return rows[:, first : first + len(names)].copy()
