@@ -12,7 +12,7 @@ from remosplat_drake.benchmark.splat_recipe import (
     load_recipe,
 )
 from remosplat_drake.benchmark.trained_splats import FITS
-from remosplat_drake.oracle.depth_backend import missing_for_cuda
+from remosplat_drake.oracle.backend import missing_for_gsplat
 
 JOBS_PER_GPU = 8
 """Default number of splats at once on a GPU; one alone does not fill it."""
@@ -101,7 +101,7 @@ def _gpus() -> tuple[str, ...]:
     Raises:
         RemoSplatError: There is no GPU, or a package is not installed.
     """
-    problem = missing_for_cuda()
+    problem = missing_for_gsplat()
     if problem:
         raise RemoSplatError(
             f"--train {problem}; --train cpu refines without training"

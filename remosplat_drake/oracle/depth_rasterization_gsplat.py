@@ -35,7 +35,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from remosplat_drake.base.errors import FieldError, RemoSplatError
-from remosplat_drake.oracle.depth_backend import missing_for_cuda
+from remosplat_drake.oracle.backend import missing_for_gsplat
 from remosplat_drake.oracle.depth_rows import nearest_rows
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, DepthSensor
 from remosplat_drake.oracle.kernels import gsplat_views as views
@@ -240,7 +240,7 @@ def _check(splat_W: GaussianSplat, sensor: DepthSensor) -> None:
 
 def _device() -> "torch.device":
     """The CUDA device, once torch and gsplat are known to work there."""
-    problem = missing_for_cuda()
+    problem = missing_for_gsplat()
     if problem:
         raise RemoSplatError(f"cuda depth rasterization {problem}")
     import torch

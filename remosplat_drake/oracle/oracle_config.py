@@ -15,7 +15,7 @@ from remosplat_drake.base.ranges import (
     joined,
     shown,
 )
-from remosplat_drake.oracle.depth_backend import BACKENDS, choose_backend
+from remosplat_drake.oracle.backend import BACKENDS, choose_backend
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
@@ -44,17 +44,25 @@ class SphereToEllipsoid(Config):
     # Number of bisection steps; 0 solves to double precision. The authors'
     # benchmark stopped after 3 steps.
     bisection_steps: Annotated[int, Interval(ge=0, le=100)] = 0
-    # Number of threads of a query; 1 is the steadiest.
+    # Where distances are computed: `cpu`, `cuda`, or `auto`, which is cuda
+    # wherever that can work. On few cores and for one robot the CPU is as fast.
+    backend: Annotated[str, OneOf(BACKENDS, "backend")] = "cpu"
+    # Number of threads of a query on the CPU; 1 is the steadiest.
     threads: Annotated[int, Interval(ge=1, le=256)] = 1
     # What the splats' own uncertainty does, where they know it: `subtract`
     # takes it from every distance, `ignore` leaves them as they are.
     uncertainty: Annotated[str, OneOf(("subtract", "ignore"))] = "subtract"
 
+    def check(self) -> Iterator[tuple[str, str]]:
+        """Checks that bisections are asked of the CPU."""
+        if self.backend == "cuda" and self.bisection_steps:
+            yield "bisection_steps", "must be 0 with `backend: cuda`"
+
     def make(
         self,
         splat_W: GaussianSplat | None = None,
         truth: PrimitiveScene | None = None,
-    ) -> SphereToEllipsoidField:
+    ) -> DistanceField:
         """Builds the field of a splat.
 
         Args:
@@ -63,10 +71,23 @@ class SphereToEllipsoid(Config):
 
         Raises:
             MissingInputError: There is no splat.
+            FieldError: The backend cannot work here.
         """
         del truth  # Unused.
         if splat_W is None:
             raise MissingInputError("SphereToEllipsoid needs scene.splat")
+        asked = "cpu" if self.bisection_steps else self.backend
+        if choose_backend(asked, "SphereToEllipsoid", "backend") == "cuda":
+            from remosplat_drake.oracle.cuda.sphere_to_ellipsoid import (
+                CudaSphereToEllipsoidField,
+            )
+
+            return CudaSphereToEllipsoidField(
+                splat_W,
+                n_sigma=self.n_sigma,
+                min_opacity=self.min_opacity,
+                subtract_uncertainty=self.uncertainty == "subtract",
+            )
         return SphereToEllipsoidField(
             splat_W,
             n_sigma=self.n_sigma,
@@ -99,8 +120,8 @@ class DepthRasterization(Config):
     far: Annotated[float, Interval(gt=0, le=100)] = 0.9
     # Whether only the nearest view of each sphere is answered.
     nearest_only: bool = False
-    # Where views are rendered: `cpu`, `cuda` (gsplat), or `auto`, which is cuda
-    # wherever that can work.
+    # Where views are rendered: `cpu`, `cuda`, or `auto`, which is cuda wherever
+    # that can work.
     backend: Annotated[str, OneOf(BACKENDS, "backend")] = "cpu"
     # Number of threads of a query on the CPU.
     threads: Annotated[int, Interval(ge=1, le=256)] = 1
@@ -141,15 +162,13 @@ class DepthRasterization(Config):
             near=self.near,
             far=self.far,
         )
-        backend = choose_backend(
-            self.backend, splat_W.is_surfel, "DepthRasterization", "backend"
-        )
+        backend = choose_backend(self.backend, "DepthRasterization", "backend")
         if backend == "cuda":
-            from remosplat_drake.oracle.depth_rasterization_gsplat import (
-                GsplatDepthField,
+            from remosplat_drake.oracle.cuda.depth_rasterization import (
+                CudaDepthField,
             )
 
-            return GsplatDepthField(
+            return CudaDepthField(
                 splat_W,
                 sensor,
                 nearest_only=self.nearest_only,

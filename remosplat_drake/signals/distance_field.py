@@ -5,7 +5,9 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
+from remosplat_drake.robot.sphere_batch import SphereBatch
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.clearance_batch import ClearanceBatch
 from remosplat_drake.signals.compiled_map import IN_PLACE, Misplacement
 from remosplat_drake.signals.thing import THE_MAP, Thing
 
@@ -199,6 +201,25 @@ class DistanceField(ABC):
         Returns:
             The rows; a sphere may own none, one or several.
         """
+
+    def clearances_batch(
+        self, batch: SphereBatch, max_distance: float = np.inf
+    ) -> ClearanceBatch:
+        """Measures the clearances of a robot in many configurations.
+
+        Fields on a GPU answer thousands of configurations in one call; others
+        go through them.
+
+        Args:
+            batch: The n robot spheres in c configurations, placed in W.
+            max_distance: Rows at or beyond this distance are left out [m].
+
+        Returns:
+            As many rows a sphere as the sphere with the most rows has.
+        """
+        answers = [self.clearances(each, max_distance) for each in batch]
+        rows = [(a.sphere, a.distance, a.direction_W) for a in answers]
+        return ClearanceBatch.gathered(rows, len(batch.radius))
 
     def thing_at(self, p_W: np.ndarray) -> Thing:
         """Says what is at a place, for people.

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.oracle.depth_backend import missing_for_cuda
+from remosplat_drake.oracle.backend import missing_for_gsplat
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_rasterization_gsplat import GsplatDepthField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
@@ -18,7 +18,7 @@ GSPLAT_OUTLINE = np.sqrt(2 * np.log(255))
 
 @pytest.fixture(autouse=True, scope="module")
 def cuda():
-    problem = missing_for_cuda()
+    problem = missing_for_gsplat()
     if problem:
         pytest.skip(f"the CUDA backend {problem}")
 

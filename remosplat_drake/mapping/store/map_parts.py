@@ -17,6 +17,10 @@ from remosplat_drake.base.array_file import ArrayFile
 from remosplat_drake.base.errors import FileError, RemoSplatError, unknown_name
 from remosplat_drake.base.json_fields import JsonFields
 from remosplat_drake.oracle.composite import CompositeDistanceField
+from remosplat_drake.oracle.cuda.depth_rasterization import CudaDepthField
+from remosplat_drake.oracle.cuda.sphere_to_ellipsoid import (
+    CudaSphereToEllipsoidField,
+)
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
@@ -119,7 +123,7 @@ def _take_field(
     if isinstance(field, UnknownSpaceField):
         belongs = _is_of_coverage(field, scene_map.coverage)
         description = {"kind": _UNKNOWN}
-    elif isinstance(field, (SphereToEllipsoidField, DepthRasterizationField)):
+    elif isinstance(field, tuple(_KINDS)):
         belongs = _is_of_splat(field, scene_map.splat_W)
         kind = _KINDS[type(field)]
         description = {"kind": kind, "settings": field.settings}
@@ -204,20 +208,9 @@ def _solids(
 def _views(
     settings: JsonFields, splat_W: GaussianSplat, prepared: Arrays | None
 ) -> DistanceField:
-    sensor = settings.inner("sensor")
     return DepthRasterizationField(
         splat_W,
-        DepthSensor(
-            resolution=sensor.whole("resolution", 1, 4096),
-            alpha_cutoff=sensor.number("alpha_cutoff"),
-            transmittance=sensor.number("transmittance"),
-            near=sensor.number("near", 1e-6, _LARGEST),
-            far=sensor.number("far", 1e-6, _LARGEST),
-            n_sigma=sensor.number("n_sigma", 1e-3, 1e3),
-            min_alpha=sensor.number("min_alpha"),
-            orientation=sensor.text("orientation"),
-            low_pass_filter=sensor.flag("low_pass_filter"),
-        ),
+        _sensor(settings.inner("sensor")),
         nearest_only=settings.flag("nearest_only"),
         num_threads=settings.whole("num_threads", 1, 1024),
         subtract_uncertainty=settings.flag("subtract_uncertainty"),
@@ -225,13 +218,58 @@ def _views(
     )
 
 
+def _solids_on_cuda(
+    settings: JsonFields, splat_W: GaussianSplat, prepared: Arrays | None
+) -> DistanceField:
+    return CudaSphereToEllipsoidField(
+        splat_W,
+        n_sigma=settings.number("n_sigma", 1e-3, 1e3),
+        min_opacity=settings.number("min_opacity", 0, 1),
+        subtract_uncertainty=settings.flag("subtract_uncertainty"),
+        prepared=prepared,
+    )
+
+
+def _views_on_cuda(
+    settings: JsonFields, splat_W: GaussianSplat, prepared: Arrays | None
+) -> DistanceField:
+    return CudaDepthField(
+        splat_W,
+        _sensor(settings.inner("sensor")),
+        nearest_only=settings.flag("nearest_only"),
+        subtract_uncertainty=settings.flag("subtract_uncertainty"),
+        prepared=prepared,
+    )
+
+
+def _sensor(sensor: JsonFields) -> DepthSensor:
+    return DepthSensor(
+        resolution=sensor.whole("resolution", 1, 4096),
+        alpha_cutoff=sensor.number("alpha_cutoff"),
+        transmittance=sensor.number("transmittance"),
+        near=sensor.number("near", 1e-6, _LARGEST),
+        far=sensor.number("far", 1e-6, _LARGEST),
+        n_sigma=sensor.number("n_sigma", 1e-3, 1e3),
+        min_alpha=sensor.number("min_alpha"),
+        orientation=sensor.text("orientation"),
+        low_pass_filter=sensor.flag("low_pass_filter"),
+    )
+
+
 _MAKERS: dict[
     str, Callable[[JsonFields, GaussianSplat, Arrays | None], DistanceField]
-] = {"sphere_to_ellipsoid": _solids, "depth_rasterization": _views}
+] = {
+    "sphere_to_ellipsoid": _solids,
+    "depth_rasterization": _views,
+    "sphere_to_ellipsoid_cuda": _solids_on_cuda,
+    "depth_rasterization_cuda": _views_on_cuda,
+}
 
 _KINDS = {
     SphereToEllipsoidField: "sphere_to_ellipsoid",
     DepthRasterizationField: "depth_rasterization",
+    CudaSphereToEllipsoidField: "sphere_to_ellipsoid_cuda",
+    CudaDepthField: "depth_rasterization_cuda",
 }
 
 

@@ -110,6 +110,30 @@ def make_rules(sensor: DepthSensor, is_surfel: bool) -> Rules:
 
 def make_footprints(splat_W: GaussianSplat, sensor: DepthSensor) -> Footprints:
     """Prepares what a sensor can see of a splat that is expressed in W."""
+    records, half = footprint_records(splat_W, sensor)
+    center = records[:, :3]
+    hierarchy = build_hierarchy(center - half, center + half, center[:, 2])
+    values = splat_W.uncertainty
+    if values is not None:
+        values = values[records[:, 15].astype(np.int64)]
+    return Footprints(
+        hierarchy.nodes,
+        hierarchy.links,
+        records[hierarchy.order],
+        *leaf_margins(hierarchy, values),
+    )
+
+
+def footprint_records(
+    splat_W: GaussianSplat, sensor: DepthSensor
+) -> tuple[np.ndarray, np.ndarray]:
+    """Computes what a sensor can see of each splat.
+
+    Returns:
+        The records of all m splats that can be seen at all, as in
+        `Footprints`, shape (m, 16), in the order of the splats, and half edges
+        of the boxes around what is seen of each, shape (m, 3) [m].
+    """
     opacity = splat_W.opacities.astype(float)
     with np.errstate(divide="ignore"):
         # alpha >= min_alpha is weight <= 2 ln(opacity / min_alpha).
@@ -117,29 +141,22 @@ def make_footprints(splat_W: GaussianSplat, sensor: DepthSensor) -> Footprints:
             sensor.n_sigma**2, 2 * np.log(opacity / sensor.min_alpha)
         )
     seen = np.flatnonzero(weight_cut >= 0)
-    center, axes = splat_W.p_GK[seen].astype(float), splat_W.R_GK[seen]
+    axes = splat_W.R_GK[seen]
     scales = splat_W.scales[seen].astype(float)
     n_axes = scales.shape[1]
     reach = np.sqrt(weight_cut[seen])
     half = np.linalg.norm(axes[:, :, :n_axes] * scales[:, None], axis=2)
     half *= reach[:, None]
-    hierarchy = build_hierarchy(center - half, center + half, center[:, 2])
     whiten = np.swapaxes(axes, 1, 2).copy()
     whiten[:, :n_axes] /= scales[:, :, None]
     records = np.zeros((len(seen), 16))
-    records[:, 0:3] = center
+    records[:, 0:3] = splat_W.p_GK[seen]
     records[:, 3:12] = whiten.reshape(-1, 9)
     records[:, 12] = opacity[seen]
     records[:, 13] = weight_cut[seen]
     records[:, 14] = reach * scales.max(axis=1, initial=0.0)
     records[:, 15] = seen
-    values = splat_W.uncertainty
-    return Footprints(
-        hierarchy.nodes,
-        hierarchy.links,
-        records[hierarchy.order],
-        *leaf_margins(hierarchy, None if values is None else values[seen]),
-    )
+    return records, half
 
 
 @inlined

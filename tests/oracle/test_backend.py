@@ -1,4 +1,4 @@
-"""Which backend renders depth views: the choice and its errors, on any CPU."""
+"""Which backend answers: the choice and its errors, on any CPU."""
 
 import subprocess
 import sys
@@ -7,12 +7,23 @@ import numpy as np
 import pytest
 
 from remosplat_drake.base.errors import FieldError, RemoSplatError
-from remosplat_drake.oracle import depth_backend
-from remosplat_drake.oracle.depth_backend import choose_backend
+from remosplat_drake.oracle import backend
+from remosplat_drake.oracle.backend import choose_backend
+from remosplat_drake.oracle.cuda.depth_rasterization import (
+    CudaDepthField,
+    check_sensor,
+)
+from remosplat_drake.oracle.cuda.sphere_to_ellipsoid import (
+    CudaSphereToEllipsoidField,
+)
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_rasterization_gsplat import GsplatDepthField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
-from remosplat_drake.oracle.oracle_config import DepthRasterization, make_field
+from remosplat_drake.oracle.oracle_config import (
+    DepthRasterization,
+    SphereToEllipsoid,
+    make_field,
+)
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 
@@ -28,16 +39,16 @@ def _splat(n_scales: int = 2) -> GaussianSplat:
 
 @pytest.fixture
 def without_torch(monkeypatch):
-    monkeypatch.setattr(depth_backend, "find_spec", lambda name: None)
+    monkeypatch.setattr(backend, "find_spec", lambda name: None)
 
 
 @pytest.fixture
 def with_cuda(monkeypatch):
-    monkeypatch.setattr(depth_backend, "missing_for_cuda", lambda: "")
+    monkeypatch.setattr(backend, "missing_for_cuda", lambda: "")
 
 
-def _choose(asked: str, is_surfel: bool = True) -> str:
-    return choose_backend(asked, is_surfel, "s.yaml:S", "oracle.backend")
+def _choose(asked: str) -> str:
+    return choose_backend(asked, "s.yaml:S", "oracle.backend")
 
 
 def test_auto_takes_what_is_there(with_cuda):
@@ -53,14 +64,9 @@ def test_auto_takes_the_cpu_without_torch(without_torch):
     assert _choose("cpu") == "cpu"
 
 
-def test_ellipsoids_are_for_the_cpu(with_cuda):
-    assert _choose("auto", is_surfel=False) == "cpu"
-    with pytest.raises(FieldError, match="2DGS discs only"):
-        _choose("cuda", is_surfel=False)
-
-
-def test_cuda_without_torch_names_the_extra(without_torch):
-    config = DepthRasterization(backend="cuda")
+@pytest.mark.parametrize("kind", [SphereToEllipsoid, DepthRasterization])
+def test_cuda_without_torch_names_the_extra(without_torch, kind):
+    config = kind(backend="cuda")
     with pytest.raises(FieldError) as error:
         make_field(config, _splat(), None, "s.yaml:S")
     assert str(error.value) == (
@@ -90,14 +96,32 @@ def test_gsplat_has_some_thresholds_built_in(sensor):
 def test_the_field_itself_says_what_is_missing(without_torch):
     with pytest.raises(RemoSplatError, match="needs torch"):
         GsplatDepthField(_splat())
+    with pytest.raises(RemoSplatError, match="needs torch"):
+        CudaDepthField(_splat())
+    with pytest.raises(RemoSplatError, match="needs torch"):
+        CudaSphereToEllipsoidField(_splat())
     with pytest.raises(FieldError, match="use the cpu backend"):
         GsplatDepthField(_splat(n_scales=3))
 
 
+@pytest.mark.parametrize(
+    "sensor",
+    [DepthSensor(low_pass_filter=True), DepthSensor(alpha_cutoff=0.9995)],
+)
+def test_kernels_say_what_they_cannot(sensor):
+    with pytest.raises(FieldError, match="use the cpu backend"):
+        check_sensor(sensor)
+
+
+def test_a_solid_of_few_bisections_is_for_the_cpu(with_cuda):
+    with pytest.raises(FieldError, match="bisection_steps: must be 0"):
+        SphereToEllipsoid(backend="cuda", bisection_steps=3)
+
+
 def test_choosing_the_cpu_loads_no_torch():
     program = (
-        "import sys; from remosplat_drake.oracle.depth_backend import *; "
-        "choose_backend('cpu', True, '', ''); print('torch' in sys.modules)"
+        "import sys; from remosplat_drake.oracle.backend import *; "
+        "choose_backend('cpu', '', ''); print('torch' in sys.modules)"
     )
     command = [sys.executable, "-c", program]
     answer = subprocess.run(command, capture_output=True, text=True, check=True)

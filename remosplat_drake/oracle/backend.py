@@ -1,4 +1,4 @@
-"""Choice of the backend for depth views: the CPU, or gsplat on a GPU."""
+"""Choice of the backend that answers: the CPU, or our kernels on a GPU."""
 
 from importlib.util import find_spec
 
@@ -8,13 +8,11 @@ BACKENDS = ("auto", "cpu", "cuda")
 """Valid backends; "auto" is "cuda" wherever that can work."""
 
 
-def choose_backend(asked: str, is_surfel: bool, where: str, field: str) -> str:
-    """Chooses the backend that renders depth views.
+def choose_backend(asked: str, where: str, field: str) -> str:
+    """Chooses the backend that answers how far spheres are from a splat.
 
     Args:
         asked: One of `BACKENDS`; "auto" is "cuda" wherever that can work.
-        is_surfel: Whether the splat has 2DGS discs; the GPU renders no
-            ellipsoids.
         where: The file that errors name.
         field: The field of that file that asked.
 
@@ -28,27 +26,47 @@ def choose_backend(asked: str, is_surfel: bool, where: str, field: str) -> str:
         raise FieldError(where, field, unknown_name("backend", asked, BACKENDS))
     if asked == "cpu":
         return "cpu"
-    problem = missing_for_cuda() if is_surfel else "renders 2DGS discs only"
+    problem = missing_for_cuda()
     if asked == "cuda" and problem:
         raise FieldError(where, field, f"cuda {problem}; valid here: cpu, auto")
     return "cpu" if problem else "cuda"
 
 
 def missing_for_cuda() -> str:
-    """Says what keeps the GPU from rendering; empty if nothing does.
+    """Says what keeps our kernels from running; empty if nothing does.
+
+    Where torch is not installed, this loads nothing.
+    """
+    problem = _missing_for_torch("torch")
+    if problem:
+        return problem
+    from remosplat_drake.oracle.cuda.program import find_compiler
+
+    return "" if find_compiler() else "needs libnvrtc, CUDA's run-time compiler"
+
+
+def missing_for_gsplat() -> str:
+    """Says what keeps gsplat from rendering; empty if nothing does.
 
     Where torch or gsplat is not installed, this loads neither.
     """
-    for package in ("torch", "gsplat"):
+    problem = _missing_for_torch("torch", "gsplat")
+    if problem:
+        return problem
+    # Loads gsplat's kernels; its pure wheel compiles them once.
+    from gsplat.cuda._backend import _C
+
+    if _C is None:
+        return "needs nvcc, with which gsplat compiles its kernels once"
+    return ""
+
+
+def _missing_for_torch(*packages: str) -> str:
+    for package in packages:
         if find_spec(package) is None:
             return f"needs {package}: pip install 'remosplat-drake[gpu]'"
     import torch
 
     if not torch.cuda.is_available():
         return "needs a CUDA device, and torch finds none"
-    # Loads gsplat's kernels; its pure wheel compiles them once.
-    from gsplat.cuda._backend import _C
-
-    if _C is None:
-        return "needs nvcc, with which gsplat compiles its kernels once"
     return ""

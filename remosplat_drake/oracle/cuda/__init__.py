@@ -1,0 +1,1 @@
+"""Distances to splats on a CUDA device: the CPU's answers, in batches."""

@@ -1,0 +1,40 @@
+"""What kernels on a GPU found, as who asked wants it."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from remosplat_drake.oracle.cuda.device import like
+from remosplat_drake.robot.sphere_batch import SphereBatch
+from remosplat_drake.signals.clearance_batch import ClearanceBatch
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+NOTHING = 1e30
+"""Distances from here on stand for none [m]."""
+
+
+def batch_answer(
+    batch: SphereBatch, reach: "Tensor", direction_W: "Tensor"
+) -> ClearanceBatch:
+    """Makes the answer to a batch, of the kind that its centres are.
+
+    Args:
+        batch: The question.
+        reach: Distances from the centres, shape (c, n, k) [m]; `NOTHING` or
+            more where there is none.
+        direction_W: Directions, shape (c, n, k, 3).
+    """
+    import torch
+
+    radius = torch.as_tensor(batch.radius).to(reach.device, reach.dtype)
+    distance = reach - radius[:, None]
+    distance = distance.masked_fill(reach >= NOTHING, torch.inf)
+    distance = like(distance, batch.p_WS)
+    direction_W = like(direction_W, batch.p_WS)
+    if not isinstance(batch.p_WS, np.ndarray) and batch.p_WS.requires_grad:
+        from remosplat_drake.oracle.cuda.differentiable import differentiable
+
+        distance = differentiable(batch.p_WS, distance, direction_W)
+    return ClearanceBatch(distance, direction_W)

@@ -1,0 +1,377 @@
+"""`CudaDepthField`: distances from virtual depth views, exact, on a GPU."""
+
+import ctypes
+import dataclasses as dc
+import math
+from collections.abc import Mapping
+from functools import cached_property, partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.oracle.cuda.answers import batch_answer
+from remosplat_drake.oracle.cuda.clusters import Clusters, make_clusters
+from remosplat_drake.oracle.cuda.device import (
+    DeviceClusters,
+    batch_rows,
+    on_host,
+    sphere_rows,
+    to_device,
+)
+from remosplat_drake.oracle.cuda.program import load_program
+from remosplat_drake.oracle.depth_rows import nearest_rows
+from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV, DepthSensor
+from remosplat_drake.oracle.kernels.footprints import footprint_records
+from remosplat_drake.oracle.question import question
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.robot.sphere_batch import SphereBatch
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.clearance_batch import ClearanceBatch
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+SOURCE = "depth_views.cu"
+"""The kernel's source."""
+
+LIGHT = 2.0**20
+"""Unit in which kernels count the light that is absorbed, log2 of it."""
+
+_BAND, _SMALL_BAND = 3200, 400
+"""Numbers of pixels that a block draws at most, unless one row has more: where
+there are many views, and where they would not keep all blocks busy."""
+
+_THREADS = 256
+_BLOCKS = 4  # On each multiprocessor.
+_ROOM = 16384  # Fragments that a block may list at once.
+_FRAGMENT_BYTES = 12
+_MOST_OPAQUE = 0.999
+
+
+class CudaDepthField(DistanceField):
+    """What `DepthRasterizationField` answers, from a CUDA device.
+
+    Every ray's fragments are composited in their order along it, as
+    `DepthSensor` defines. In single precision: where what a ray absorbs misses
+    a threshold by some 10^-6, another fragment may be the median.
+
+    Args:
+        splat_W: The scene, expressed in W.
+        sensor: The views and what counts as a surface.
+        nearest_only: Answer only the nearest view of each sphere (cheaper).
+        subtract_uncertainty: Whether the splats' uncertainty counts.
+        prepared: The `prepared` of an equal field, to save sorting the splats
+            again. Kernels trust it unchecked.
+
+    Raises:
+        FieldError: The sensor has a low-pass filter, or an `alpha_cutoff` above
+            0.999.
+        RemoSplatError: torch or a CUDA device is missing.
+    """
+
+    is_lipschitz = False
+
+    def __init__(
+        self,
+        splat_W: GaussianSplat,
+        sensor: DepthSensor | None = None,
+        *,
+        nearest_only: bool = False,
+        subtract_uncertainty: bool = True,
+        prepared: Mapping[str, np.ndarray] | None = None,
+    ):
+        self.sensor = sensor or DepthSensor()
+        self.nearest_only = nearest_only
+        self.subtract_uncertainty = subtract_uncertainty
+        self.revision = (
+            f"depth-rasterization-cuda-{splat_W.content_hash}-{self.sensor}"
+            f"-{nearest_only}-{subtract_uncertainty}"
+        )
+        check_sensor(self.sensor)
+        self._splat_W = splat_W
+        if prepared is None:
+            splats = splat_W
+            if not subtract_uncertainty:
+                splats = splat_W.with_uncertainty(None)
+            self._clusters = view_clusters(splats, self.sensor)
+        else:
+            self._clusters = Clusters(**prepared)
+        self._rules, self._rules_of_few = (
+            RulesArgument.of(
+                self.sensor,
+                splat_W.is_surfel,
+                nearest_only,
+                largest_uncertainty(self._clusters),
+                band,
+            )
+            for band in (_BAND, _SMALL_BAND)
+        )
+        self._scene = DeviceClusters(self._clusters)
+        self._blocks = _BLOCKS * self._scene.multiprocessors
+        self._R_DV = to_device(view_rotations(), self._scene.device)
+        self._program = load_program(SOURCE, self._scene.device.index)
+
+    def __reduce__(self):
+        kept = {
+            "nearest_only": self.nearest_only,
+            "subtract_uncertainty": self.subtract_uncertainty,
+            "prepared": self.prepared,
+        }
+        return partial(CudaDepthField, **kept), (self._splat_W, self.sensor)
+
+    @property
+    def settings(self) -> dict:
+        """The constructor's arguments besides the splat, as plain values."""
+        return {
+            "sensor": dc.asdict(self.sensor),
+            "nearest_only": self.nearest_only,
+            "subtract_uncertainty": self.subtract_uncertainty,
+        }
+
+    @property
+    def prepared(self) -> dict[str, np.ndarray]:
+        """The arrays that took time to compute, for the constructor."""
+        return dict(vars(self._clusters))
+
+    @cached_property
+    def for_planning(self) -> SphereToEllipsoidField:
+        """The exact distance to the splats as solids, which is Lipschitz."""
+        return SphereToEllipsoidField(
+            self._splat_W, subtract_uncertainty=self.subtract_uncertainty
+        )
+
+    def clearances(
+        self, spheres: Spheres, max_distance: float = np.inf
+    ) -> Clearances:
+        """Measures the clearances of all spheres, one row a view.
+
+        Args:
+            spheres: The n robot spheres, placed in W.
+            max_distance: Rows at or beyond this distance are left out [m].
+
+        Returns:
+            Up to six rows a sphere, sorted by sphere, then by view.
+
+        Raises:
+            ValueError: A centre is not finite, or a radius or floor is NaN.
+        """
+        asked = question(spheres, max_distance)
+        reach = self._bound(asked[:, 3])
+        rows = sphere_rows(asked[:, :3], reach, asked[:, 4])
+        R_WD = self.sensor.R_WD(spheres.R_WL).reshape(-1, 9).astype(np.float32)
+        device = self._scene.device
+        keys = self._nearest(to_device(rows, device), to_device(R_WD, device))
+        reach, pixel = decoded(keys.cpu().numpy())
+        if self.nearest_only:
+            others = np.ones(reach.shape, bool)
+            others[np.arange(len(reach)), reach.argmin(axis=1)] = False
+            reach[others] = np.inf
+        return nearest_rows(spheres, self.sensor, reach, pixel, self.revision)
+
+    def clearances_batch(
+        self, batch: SphereBatch, max_distance: float = np.inf
+    ) -> ClearanceBatch:
+        """Measures all configurations in one call; see `DistanceField`.
+
+        There are six rows a sphere, one a view.
+        """
+        import torch
+
+        device = self._scene.device
+        reach = self._bound(on_host(batch.radius) + max_distance)
+        rows = batch_rows(batch, reach, device)
+        c, n = batch.p_WS.shape[:2]
+        R_WD = torch.eye(3, device=device).expand(c, n, 3, 3)
+        if self.sensor.orientation == "link":
+            R_WD = torch.as_tensor(batch.R_WL).to(device, torch.float32)
+        R_WD = R_WD.reshape(c * n, 9).contiguous()
+        keys = self._nearest(rows, R_WD)
+        answer = torch.empty((c, n, N_VIEWS, 4), device=device)
+        self._program.launch(
+            "depth_rows",
+            1024,
+            _THREADS,
+            (
+                self._rules,
+                ctypes.c_void_p(R_WD.data_ptr()),
+                ctypes.c_void_p(self._R_DV.data_ptr()),
+                ctypes.c_int(c * n),
+                ctypes.c_void_p(keys.data_ptr()),
+                ctypes.c_void_p(answer.data_ptr()),
+            ),
+        )
+        return batch_answer(batch, answer[..., 0], answer[..., 1:])
+
+    def _bound(self, reach: np.ndarray) -> np.ndarray:
+        """No pixel reaches beyond the corners of the far plane."""
+        return np.minimum(reach, self.sensor.far * math.sqrt(3))
+
+    def _nearest(self, rows: "Tensor", R_WD: "Tensor") -> "Tensor":
+        """Keys of the nearest pixels' ranges, and these pixels, (n, 6)."""
+        import torch
+
+        n, device = len(rows), rows.device
+        # The keys of views, then in half as many bits those of spheres.
+        keys = torch.full((7 * n,), -1, dtype=torch.int64, device=device)
+        if n == 0:
+            return keys.view(0, N_VIEWS)
+        work = torch.zeros(1, dtype=torch.int32, device=device)
+        n_views = N_VIEWS * n
+        few = n_views * self._rules.bands < 8 * self._blocks
+        rules = self._rules_of_few if few else self._rules
+        blocks = min(n_views * rules.bands, self._blocks)
+        fragments = torch.empty(
+            blocks * _ROOM * _FRAGMENT_BYTES, dtype=torch.uint8, device=device
+        )
+        address = keys.data_ptr()
+        self._program.launch(
+            "depth_views",
+            blocks,
+            _THREADS,
+            (
+                self._scene.argument,
+                rules,
+                ctypes.c_void_p(rows.data_ptr()),
+                ctypes.c_void_p(R_WD.data_ptr()),
+                ctypes.c_void_p(self._R_DV.data_ptr()),
+                ctypes.c_int(n),
+                ctypes.c_void_p(address),
+                ctypes.c_void_p(address + keys.element_size() * n_views),
+                ctypes.c_void_p(work.data_ptr()),
+                ctypes.c_void_p(fragments.data_ptr()),
+            ),
+            rules.scratch_bytes,
+        )
+        return keys[:n_views].view(n, N_VIEWS)
+
+
+class RulesArgument(ctypes.Structure):
+    """What the kernel knows of a `DepthSensor`; see depth_views.cu."""
+
+    _fields_ = (
+        ("resolution", ctypes.c_int),
+        ("band_rows", ctypes.c_int),
+        ("bands", ctypes.c_int),
+        ("is_surfel", ctypes.c_int),
+        ("nearest_only", ctypes.c_int),
+        ("median_light", ctypes.c_uint32),
+        ("opaque_light", ctypes.c_uint32),
+        ("most_light", ctypes.c_uint32),
+        ("near", ctypes.c_float),
+        ("far", ctypes.c_float),
+        ("uncertainty", ctypes.c_float),
+        ("room", ctypes.c_uint32),
+    )
+
+    @staticmethod
+    def of(
+        sensor: DepthSensor,
+        is_surfel: bool,
+        nearest_only: bool,
+        uncertainty: float,
+        band: int = _BAND,
+        room: int = _ROOM,
+    ) -> "RulesArgument":
+        """Makes the rules of a sensor that looks at discs or ellipsoids.
+
+        Args:
+            sensor: The views.
+            is_surfel: Whether the splats are discs.
+            nearest_only: Whether only a sphere's nearest view is answered.
+            uncertainty: The splats' largest uncertainty [m].
+            band: Number of pixels that a block draws at most, unless one row
+                has more.
+            room: Number of fragments that a block may list at once.
+        """
+        r = sensor.resolution
+        band_rows = math.ceil(r / math.ceil(r * r / band))
+        median = round(-math.log2(sensor.transmittance) * LIGHT)
+        opaque = round(-math.log2(1 - sensor.alpha_cutoff) * LIGHT)
+        return RulesArgument(
+            resolution=r,
+            band_rows=band_rows,
+            bands=math.ceil(r / band_rows),
+            is_surfel=is_surfel,
+            nearest_only=nearest_only,
+            median_light=median,
+            opaque_light=opaque,
+            # One fragment that is more than opaque makes no difference.
+            most_light=max(median, opaque),
+            near=sensor.near,
+            far=sensor.far,
+            uncertainty=uncertainty,
+            room=room,
+        )
+
+    @property
+    def scratch_bytes(self) -> int:
+        """Memory that a block needs: two numbers and three bits a pixel."""
+        pixels = self.band_rows * self.resolution
+        return 4 * (2 * pixels + 3 * math.ceil(pixels / 32))
+
+
+def check_sensor(sensor: DepthSensor) -> None:
+    """Checks that the kernel can be what a sensor defines.
+
+    Raises:
+        FieldError: It cannot.
+    """
+    if sensor.low_pass_filter:
+        raise FieldError(
+            "depth sensor",
+            "low_pass_filter",
+            "the cuda backend has none; use the cpu backend",
+        )
+    if sensor.alpha_cutoff > _MOST_OPAQUE:
+        raise FieldError(
+            "depth sensor",
+            "alpha_cutoff",
+            f"the cuda backend takes at most {_MOST_OPAQUE}, got"
+            f" {sensor.alpha_cutoff}; use the cpu backend",
+        )
+
+
+def view_clusters(splat_W: GaussianSplat, sensor: DepthSensor) -> Clusters:
+    """Sorts the splats that a sensor can see into clusters."""
+    seen, half = footprint_records(splat_W, sensor)
+    index = seen[:, 15].astype(np.int64)
+    records = np.zeros_like(seen)
+    records[:, :3] = seen[:, :3]
+    records[:, 3] = seen[:, 14]
+    records[:, 4:13] = seen[:, 3:12]
+    records[:, 13:15] = seen[:, 12:14]
+    if splat_W.uncertainty is not None:
+        records[:, 15] = splat_W.uncertainty[index]
+    return make_clusters(records, half + records[:, 15:], index)
+
+
+def largest_uncertainty(clusters: Clusters) -> float:
+    """Returns the largest uncertainty of splats that a sensor can see [m]."""
+    return float(clusters.records[:, 15].max(initial=0.0))
+
+
+def view_rotations() -> np.ndarray:
+    """Returns the views' orientations as the kernel takes them, (6, 9)."""
+    return R_DV.reshape(N_VIEWS, 9).astype(np.float32)
+
+
+def decoded(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Takes the kernel's keys apart.
+
+    Args:
+        keys: Keys of the nearest pixels, shape (n, 6), int64: in the upper half
+            the range, as an integer of the same order; below it the pixel.
+
+    Returns:
+        Ranges [m], inf where nothing is seen, and pixels, -1 there.
+    """
+    bits = (keys >> 32).astype(np.uint32)
+    positive = bits & np.uint32(1 << 31) != 0
+    bits = np.where(positive, bits & np.uint32((1 << 31) - 1), ~bits)
+    seen = keys != -1
+    reach = np.where(seen, bits.astype(np.uint32).view(np.float32), np.inf)
+    pixel = np.where(seen, keys & 0xFFFFFFFF, -1)
+    return reach.astype(float), pixel

@@ -1,0 +1,131 @@
+"""What a CUDA device holds of a splat, and what is asked of it."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.oracle.backend import missing_for_cuda
+from remosplat_drake.oracle.cuda.clusters import (
+    Clusters,
+    ClustersArgument,
+    split_positions,
+)
+from remosplat_drake.robot.sphere_batch import SphereBatch
+
+if TYPE_CHECKING:
+    import torch
+    from torch import Tensor
+
+
+class DeviceClusters:
+    """Copies of `Clusters` on a CUDA device.
+
+    Attributes:
+        device: The device, torch's current one at first.
+        multiprocessors: How many of them it has.
+        records: See `Clusters`; so are the others.
+        argument: What kernels take.
+    """
+
+    def __init__(self, clusters: Clusters):
+        self.device = current_device()
+        import torch
+
+        self.multiprocessors = torch.cuda.get_device_properties(
+            self.device
+        ).multi_processor_count
+        self.records = to_device(clusters.records, self.device)
+        self.clusters = to_device(clusters.clusters, self.device)
+        self.groups = to_device(clusters.groups, self.device)
+        self.order = to_device(clusters.order, self.device)
+        self.argument = ClustersArgument.of(self, lambda t: t.data_ptr())
+
+
+def current_device() -> "torch.device":
+    """Returns torch's current CUDA device.
+
+    Raises:
+        RemoSplatError: torch or a CUDA device is missing.
+    """
+    problem = missing_for_cuda()
+    if problem:
+        raise RemoSplatError(f"the cuda backend {problem}")
+    import torch
+
+    return torch.device("cuda", torch.cuda.current_device())
+
+
+def to_device(array: np.ndarray, device: "torch.device") -> "Tensor":
+    """Copies an array to a device."""
+    import torch
+
+    return torch.from_numpy(np.ascontiguousarray(array)).to(device)
+
+
+def sphere_rows(
+    p_WS: np.ndarray, reach: np.ndarray, ignore_below: np.ndarray
+) -> np.ndarray:
+    """Makes the rows that kernels take for spheres.
+
+    Args:
+        p_WS: Centres, shape (n, 3) [m].
+        reach: Distances from the centres that an answer must undercut, shape
+            (n,) [m].
+        ignore_below: Heights below which nothing is seen, shape (n,) [m].
+
+    Returns:
+        Split positions, reaches and heights, shape (n, 8), float32. A height
+        is rounded up, which leaves out the same splats: theirs are floats.
+    """
+    rows = np.empty((len(p_WS), 8), np.float32)
+    rows[:, :6] = split_positions(p_WS)
+    rows[:, 6] = np.minimum(reach, np.float32(1e30))
+    floor = np.clip(ignore_below, -1e30, 1e30)
+    rows[:, 7] = floor
+    up = np.nextafter(rows[:, 7], np.float32(np.inf))
+    rows[:, 7] = np.where(rows[:, 7] < floor, up, rows[:, 7])
+    return rows
+
+
+def batch_rows(
+    batch: SphereBatch, reach: np.ndarray, device: "torch.device"
+) -> "Tensor":
+    """Makes `sphere_rows` of a batch on a device, shape (c n, 8), float32.
+
+    Args:
+        batch: The spheres.
+        reach: As in `sphere_rows`, for the n spheres of each configuration.
+        device: The device.
+
+    Raises:
+        ValueError: A centre is not finite.
+    """
+    import torch
+
+    p_WS = torch.as_tensor(batch.p_WS).detach().to(device, torch.float64)
+    if not bool(torch.isfinite(p_WS.sum())):
+        raise ValueError("a sphere's centre is not finite")
+    ends = sphere_rows(
+        np.zeros((len(reach), 3)), reach, on_host(batch.ignore_below)
+    )
+    c, n, _ = p_WS.shape
+    rows = torch.empty((c, n, 8), dtype=torch.float32, device=device)
+    rows[..., :3] = p_WS
+    rows[..., 3:6] = p_WS - rows[..., :3]
+    rows[..., 6:] = to_device(ends[:, 6:], device)
+    return rows.view(c * n, 8)
+
+
+def on_host(array) -> np.ndarray:
+    """Returns an array or tensor as an array of doubles."""
+    if isinstance(array, np.ndarray):
+        return array.astype(float)
+    return array.detach().cpu().numpy().astype(float)
+
+
+def like(answer: "Tensor", asked) -> "np.ndarray | Tensor":
+    """Returns a tensor as what was asked with: an array, or on its device."""
+    if isinstance(asked, np.ndarray):
+        return answer.cpu().numpy().astype(float)
+    return answer.to(asked.device, asked.dtype)

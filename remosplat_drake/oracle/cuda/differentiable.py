@@ -1,0 +1,42 @@
+"""Distances that torch can differentiate by the spheres' centres."""
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+def differentiable(
+    p_WS: "Tensor", distance: "Tensor", direction_W: "Tensor"
+) -> "Tensor":
+    """Returns distances with their gradient by the spheres' centres.
+
+    Args:
+        p_WS: Centres, shape (c, n, 3) [m].
+        distance: Distances, shape (c, n, k) [m].
+        direction_W: Directions towards the scene, shape (c, n, k, 3): minus
+            the gradient, zero for rows that do not exist.
+    """
+    return _distance().apply(p_WS, distance, direction_W)
+
+
+@cache
+def _distance():
+    """The function of torch whose values are known already."""
+    import torch
+
+    class Distance(torch.autograd.Function):
+        @staticmethod
+        def forward(ctx, p_WS, distance, direction_W):
+            ctx.save_for_backward(direction_W)
+            return distance.clone()
+
+        @staticmethod
+        def backward(ctx, grad):
+            (direction_W,) = ctx.saved_tensors
+            gone = direction_W.abs().sum(-1) == 0
+            grad = grad.masked_fill(gone, 0.0)
+            return -(grad[..., None] * direction_W).sum(-2), None, None
+
+    return Distance

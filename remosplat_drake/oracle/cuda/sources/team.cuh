@@ -1,0 +1,70 @@
+// Teams of lanes, and what they share.
+//
+// A team works on one thing at a time: a warp on a GPU, a single lane where
+// the same sources are compiled for a CPU. That is how tests run these kernels
+// without a GPU (tests/oracle/cuda_on_host.py), so nothing here may lean on a
+// team having more than one lane.
+
+#pragma once
+
+#ifdef __CUDACC__
+
+#define LANES 32
+#define KERNEL extern "C" __global__ void
+#define CROWDED(threads, blocks) __launch_bounds__(threads, blocks)
+#define HELPER static __device__ __forceinline__
+#define SHARED __shared__
+#define SCRATCH(name) extern __shared__ __align__(16) unsigned int name[]
+
+typedef unsigned int u32;
+typedef unsigned long long u64;
+
+HELPER int lane() { return threadIdx.x % LANES; }
+HELPER int thread() { return threadIdx.x; }
+HELPER int threads() { return blockDim.x; }
+HELPER int block() { return blockIdx.x; }
+HELPER int blocks() { return gridDim.x; }
+HELPER void meet() { __syncthreads(); }
+HELPER u32 lanes_where(bool yes) { return __ballot_sync(~0u, yes); }
+HELPER float from_lane(float value, int who) {
+  return __shfl_sync(~0u, value, who);
+}
+HELPER int from_lane(int value, int who) {
+  return __shfl_sync(~0u, value, who);
+}
+HELPER float across(float value, int step) {
+  return __shfl_xor_sync(~0u, value, step);
+}
+HELPER int across(int value, int step) {
+  return __shfl_xor_sync(~0u, value, step);
+}
+HELPER u32 across(u32 value, int step) {
+  return __shfl_xor_sync(~0u, value, step);
+}
+HELPER u32 float_bits(float value) { return __float_as_uint(value); }
+HELPER float bits_float(u32 bits) { return __uint_as_float(bits); }
+HELPER int first_of(u32 mask) { return __ffs(mask) - 1; }
+HELPER int first_of(u64 mask) { return __ffsll(mask) - 1; }
+
+#endif
+
+#define CLUSTER 32
+#define INFINITE 3.0e38f
+
+HELPER int team() { return thread() / LANES; }
+HELPER int teams() { return threads() / LANES; }
+
+// Floats as integers of the same order, for atomicMin.
+HELPER u32 key_of(float value) {
+  u32 bits = float_bits(value);
+  return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
+}
+
+HELPER float value_of(u32 key) {
+  return bits_float(key & 0x80000000u ? key & 0x7fffffffu : ~key);
+}
+
+// A number of the block that other threads change.
+HELPER u32 latest(const u32 &value) {
+  return *const_cast<const volatile u32 *>(&value);
+}

@@ -1,0 +1,62 @@
+"""`ClearanceBatch`: distances in many configurations of a robot at once."""
+
+import dataclasses as dc
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+
+@dc.dataclass(frozen=True, eq=False)
+class ClearanceBatch:
+    """Distances of n spheres in c configurations, up to k rows a sphere.
+
+    The arrays are NumPy's or torch's, as the question's were. Rows are those
+    of `Clearances`; where there is none the distance is inf and the direction
+    zero.
+
+    Attributes:
+        distance: Distance from a sphere's surface to the scene, shape
+            (c, n, k) [m]; negative where it penetrates. A tensor's gradient by
+            the spheres' centres is minus the direction.
+        direction_W: Unit vectors from the spheres' centres towards the scene,
+            in W, shape (c, n, k, 3).
+    """
+
+    distance: Any
+    direction_W: Any
+
+    def __len__(self) -> int:
+        return len(self.distance)
+
+    def minimum(self) -> Any:
+        """Returns the smallest distance of each configuration, (c,) [m].
+
+        It is inf where there is no row at all.
+        """
+        flat = self.distance.reshape(len(self), -1)
+        return flat.min(1) if isinstance(flat, np.ndarray) else flat.amin(1)
+
+    @staticmethod
+    def gathered(
+        answers: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], n: int
+    ) -> "ClearanceBatch":
+        """Puts the clearances of c configurations together.
+
+        Args:
+            answers: Sphere, distance and direction of all rows of each
+                configuration, see `Clearances`.
+            n: Number of the robot's spheres.
+        """
+        counts = [np.bincount(row[0], minlength=n) for row in answers]
+        most = max((int(count.max(initial=0)) for count in counts), default=0)
+        distance = np.full((len(answers), n, max(most, 1)), np.inf)
+        direction_W = np.zeros((*distance.shape, 3))
+        for c, (sphere, d, n_W) in enumerate(answers):
+            order = np.argsort(sphere, kind="stable")
+            sphere = sphere[order]
+            first = np.cumsum(counts[c]) - counts[c]
+            place = np.arange(len(sphere)) - first[sphere]
+            distance[c, sphere, place] = d[order]
+            direction_W[c, sphere, place] = n_W[order]
+        return ClearanceBatch(distance, direction_W)
