@@ -5,8 +5,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from remosplat_drake.recording.mover_contacts import (
+    Contact,
+    MoverJudgement,
+    judge_movers,
+)
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.distance_field import DistanceField
 
 
@@ -39,6 +45,11 @@ class RunMetrics:
         unseen_clearance_min: Smallest distance to space that no camera has
             seen [m], negative inside; None if nobody knows what was seen.
         unseen_ticks: Number of configurations that reached into such space.
+        mover_distance_min: Smallest true distance to anything that moves [m];
+            None where nothing does.
+        mover_contacts: All contacts with what moves, by whose doing they were.
+        waited: Time in which no part of the robot moved [s]; None where
+            nothing else does.
     """
 
     duration: float
@@ -58,6 +69,9 @@ class RunMetrics:
     line_deviation_mean: float | None = None
     unseen_clearance_min: float | None = None
     unseen_ticks: int = 0
+    mover_distance_min: float | None = None
+    mover_contacts: tuple[Contact, ...] = ()
+    waited: float | None = None
 
 
 def run_metrics(
@@ -85,6 +99,7 @@ def run_metrics(
     oracle_min, oracle_mean = _summary(trajectory.clearance)
     beside = np.array(line_deviation)
     beside = beside[np.isfinite(beside)]
+    moving = _judged(trajectory, robot, dt)
     p50, p99 = _percentiles(trajectory.timings.get("total"))
     return RunMetrics(
         duration=len(trajectory) * dt,
@@ -106,7 +121,27 @@ def run_metrics(
         line_deviation_mean=float(beside.mean()) if len(beside) else None,
         unseen_clearance_min=_summary(to_unseen)[0],
         unseen_ticks=int((to_unseen < 0).sum()),
+        mover_distance_min=_summary(moving.distance)[0] if moving else None,
+        mover_contacts=moving.contacts if moving else (),
+        waited=moving.waited if moving else None,
     )
+
+
+def _judged(
+    trajectory: Trajectory, robot: RobotModel, dt: float
+) -> MoverJudgement | None:
+    """Judges a run by the movers of its ticks; None where nothing moved.
+
+    Between two ticks they go on as they did at the first one.
+    """
+    if not trajectory.movers or not len(trajectory):
+        return None
+
+    def at(time: float) -> Movers:
+        k = int(np.searchsorted(trajectory.time, time + 1e-9, "right")) - 1
+        return trajectory.movers[max(k, 0)].predicted(time)
+
+    return judge_movers(robot, trajectory.time, trajectory.q, at, dt)
 
 
 def status_counts(trajectory: Trajectory) -> dict[str, int]:

@@ -13,8 +13,14 @@ from zipfile import BadZipFile, ZipFile
 import numpy as np
 
 from remosplat_drake.base.atomic_file import atomic_write
-from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.base.reading import reads_file
+from remosplat_drake.recording.mover_log import (
+    PREFIX,
+    from_arrays,
+    to_arrays,
+)
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.tick_report import TickReport
 
 _DAMAGES = (
@@ -55,6 +61,7 @@ class Trajectory:
             beyond its influence.
         timings: Wall-clock times by the phase of a tick, shape (T,) each
             [s].
+        movers: What moved at each tick, T of them; empty where nothing did.
     """
 
     time: np.ndarray
@@ -64,6 +71,7 @@ class Trajectory:
     scale: np.ndarray
     clearance: np.ndarray
     timings: dict[str, np.ndarray]
+    movers: tuple[Movers, ...] = ()
 
     def __len__(self) -> int:
         return len(self.time)
@@ -74,6 +82,7 @@ def make_trajectory(
     q_end: np.ndarray,
     n_u: int,
     executed: Iterable[np.ndarray] | None = None,
+    movers: Iterable[Movers] = (),
 ) -> Trajectory:
     """Stacks tick reports into a trajectory.
 
@@ -83,6 +92,7 @@ def make_trajectory(
         n_u: Length of a command.
         executed: The commands as a supervisor let them pass, T of them,
             shape (n_u,) each; None: those of the reports were executed.
+        movers: What moved at each of them; empty where nothing did.
     """
     phases = sorted({phase for report in reports for phase in report.timings})
     q = [report.q for report in reports] + [q_end]
@@ -99,13 +109,15 @@ def make_trajectory(
             phase: np.array([r.timings.get(phase, np.nan) for r in reports])
             for phase in phases
         },
+        movers=tuple(movers),
     )
 
 
 def save_trajectory(trajectory: Trajectory, path: Path) -> None:
     """Writes a trajectory as a NumPy .npz archive, atomically.
 
-    Arrays have the names of the fields; timings have `timing_` before theirs.
+    Arrays have the names of the fields; timings have `timing_` before theirs,
+    and what moved is in those that begin with `mover_`.
 
     Raises:
         FileError: The file cannot be written.
@@ -113,8 +125,9 @@ def save_trajectory(trajectory: Trajectory, path: Path) -> None:
     arrays = {
         field.name: getattr(trajectory, field.name)
         for field in dc.fields(trajectory)
-        if field.name != "timings"
+        if field.name not in ("timings", "movers")
     }
+    arrays |= to_arrays(trajectory.movers)
     timings = {f"timing_{k}": v for k, v in trajectory.timings.items()}
     with atomic_write(path, "wb") as file:
         np.savez_compressed(file, **arrays, **timings)  # pyright: ignore
@@ -142,9 +155,13 @@ def load_trajectory(path: Path) -> Trajectory:
         for key in list(arrays)
         if key.startswith("timing_")
     }
+    moving = {
+        key: arrays.pop(key) for key in list(arrays) if key.startswith(PREFIX)
+    }
     try:
-        trajectory = Trajectory(**arrays, timings=timings)
-    except TypeError as error:
+        movers = from_arrays(moving)
+        trajectory = Trajectory(**arrays, timings=timings, movers=movers)
+    except (*_DAMAGES, IndexError, RemoSplatError) as error:
         raise FileError(path, "is not a recorded trajectory") from error
     if not _is_consistent(trajectory):
         raise FileError(path, "is not a recorded trajectory")
@@ -182,6 +199,8 @@ def _is_consistent(trajectory: Trajectory) -> bool:
     t = trajectory
     one = [t.time, t.status, t.scale, t.clearance, *t.timings.values()]
     if any(array.shape != t.time.shape for array in one) or t.time.ndim != 1:
+        return False
+    if t.movers and len(t.movers) != len(t):
         return False
     tables = t.q.ndim == t.u.ndim == 2
     numbers = [a for a in (*one, t.q, t.u) if a is not t.status]

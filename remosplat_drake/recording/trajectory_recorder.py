@@ -12,6 +12,7 @@ from pydrake.systems.framework import (
 )
 
 from remosplat_drake.recording.trajectory import Trajectory, make_trajectory
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.tick_report import TickReport
 
 
@@ -25,10 +26,11 @@ class TrajectoryRecorder(LeafSystem):
         - configuration
         - report
         - velocity_executed (optional)
+        - movers (optional)
 
     It publishes once a control period and keeps each new `TickReport`, and
-    with it what a supervisor made of its command (`velocity_executed`);
-    another simulation starts over.
+    with it what a supervisor made of its command (`velocity_executed`), and
+    the `Movers`; another simulation starts over.
 
     Args:
         n_q: Length of the configuration.
@@ -50,6 +52,7 @@ class TrajectoryRecorder(LeafSystem):
         self._keep = np.inf if keep is None else keep
         self.reports: deque[TickReport] = deque()
         self._executed: deque[np.ndarray] = deque()
+        self._movers: deque[Movers] = deque()
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", n_q
         )
@@ -58,6 +61,9 @@ class TrajectoryRecorder(LeafSystem):
         )
         self._executed_input = self.DeclareVectorInputPort(
             "velocity_executed", n_u
+        )
+        self._movers_input = self.DeclareAbstractInputPort(
+            "movers", Value[object]()
         )
         self.DeclareInitializationPublishEvent(self._forget)
         self.DeclarePeriodicPublishEvent(period, 0.0, self._record)
@@ -69,6 +75,7 @@ class TrajectoryRecorder(LeafSystem):
         configuration: OutputPort,
         report: OutputPort,
         executed: OutputPort | None = None,
+        movers: OutputPort | None = None,
         **arguments,
     ) -> "TrajectoryRecorder":
         """Adds a recorder to a diagram, and connects it.
@@ -79,11 +86,14 @@ class TrajectoryRecorder(LeafSystem):
             report: The controller's `TickReport`.
             executed: The command u that the station gets, where it may
                 differ from the controller's.
+            movers: The `Movers`, where anything moves.
             **arguments: The arguments of `TrajectoryRecorder`.
         """
         recorder = builder.AddSystem(TrajectoryRecorder(**arguments))
         builder.Connect(configuration, recorder.GetInputPort("configuration"))
         builder.Connect(report, recorder.GetInputPort("report"))
+        if movers is not None:
+            builder.Connect(movers, recorder.GetInputPort("movers"))
         if executed is not None:
             builder.Connect(
                 executed, recorder.GetInputPort("velocity_executed")
@@ -103,11 +113,14 @@ class TrajectoryRecorder(LeafSystem):
         """
         self._record(context)
         q_end = np.array(self._configuration_input.Eval(context))
-        return make_trajectory(self.reports, q_end, self._n_u, self._executed)
+        return make_trajectory(
+            self.reports, q_end, self._n_u, self._executed, self._movers
+        )
 
     def _forget(self, context: Context):
         self.reports.clear()
         self._executed.clear()
+        self._movers.clear()
 
     def _record(self, context: Context):
         report = self._report_input.Eval(context)
@@ -117,9 +130,13 @@ class TrajectoryRecorder(LeafSystem):
                 u = np.array(self._executed_input.Eval(context))
             self.reports.append(report)
             self._executed.append(u)
+            if self._movers_input.HasValue(context):
+                self._movers.append(self._movers_input.Eval(context))
             self._forget_older_than(report.time - self._keep)
 
     def _forget_older_than(self, time: float):
         while self.reports[0].time < time:
             self.reports.popleft()
             self._executed.popleft()
+            if self._movers:
+                self._movers.popleft()

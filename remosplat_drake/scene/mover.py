@@ -221,6 +221,18 @@ class Movers:
         """
         return self._arrays._replace(age=abs(float(time) - self.stamp))
 
+    def predicted(self, time: float) -> "Movers":
+        """Returns the movers at another time, if each keeps its twist.
+
+        Args:
+            time: The time [s].
+        """
+        ahead = time - self.stamp
+        if ahead == 0.0:
+            return self
+        moved = [dc.replace(m, X_WM=m.after(ahead)) for m in self.movers]
+        return dc.replace(self, stamp=time, movers=moved)
+
     @cached_property
     def _arrays(self) -> MoverArrays:
         return _arrays(self.movers)

@@ -2,12 +2,13 @@
 
 import numpy as np
 from pydrake.common.value import Value
-from pydrake.geometry import Box, Capsule, Rgba, Shape, Sphere
+from pydrake.geometry import Rgba, Sphere
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.scene.mover_camera import MoverCamera
+from remosplat_drake.scene.mover_shape import shape_of
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 
@@ -128,20 +129,6 @@ def pyramid(
     tip = np.tile(camera.X_WC.translation()[:, None], 4)
     next_W = np.roll(corners_W, -1, axis=1)
     return np.hstack([tip, corners_W]), np.hstack([corners_W, next_W])
-
-
-def shape_of(mover: Mover) -> Shape:
-    """Returns a shape that looks like a mover: rounded edges become sharp.
-
-    Args:
-        mover: A sphere, a capsule along z, or a box.
-    """
-    x, y, z = mover.half_extents
-    if x == y == z == 0.0:
-        return Sphere(mover.radius)
-    if x == y == 0.0:
-        return Capsule(mover.radius, 2.0 * z)
-    return Box(*(2.0 * (mover.half_extents + mover.radius)))
 
 
 def room_of(mover: Mover, ahead: float) -> float:

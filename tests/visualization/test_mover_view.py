@@ -8,13 +8,13 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.scene.mover_camera import MoverCamera
+from remosplat_drake.scene.mover_shape import shape_of
 from remosplat_drake.visualization.mover_view import (
     CAMERAS,
     MOVERS,
     MoverView,
     pyramid,
     room_of,
-    shape_of,
 )
 
 BALL = Mover.sphere("ball", [1, 2, 3], 0.1, v_WM=[0.5, 0, 0])

@@ -12,7 +12,7 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Interval, Len
-from scipy.interpolate import CubicSpline, PchipInterpolator
+from scipy.interpolate import CubicSpline
 
 from remosplat_drake.base.ranges import AngleDeg, Config, Coordinate, Position
 
@@ -136,10 +136,10 @@ def _walk(
     speed = np.linalg.norm(way(now, 1), axis=1)
     step = np.diff(times, prepend=times[0])
     phase = np.cumsum(2.0 * np.pi * speed * step / (STRIDE * height))
-    heading = PchipInterpolator(knots, np.unwrap(_headings(walk, p)))
+    heading = _smooth_steps(knots, np.unwrap(_headings(walk, p)), now)
     # Limbs come to rest where the person does.
     share = speed**2 / (speed**2 + (0.5 * WALKING_SPEED) ** 2)
-    return way(now), heading(now), phase, share
+    return way(now), heading, phase, share
 
 
 def _headings(walk: Sequence[Step], p: np.ndarray) -> np.ndarray:
@@ -234,6 +234,15 @@ def _bent_arm(
     out -= along * (out @ along)
     out /= np.linalg.norm(out)
     return shoulder + ahead * along + aside * out, hand
+
+
+def _smooth_steps(
+    knots: np.ndarray, values: np.ndarray, times: np.ndarray
+) -> np.ndarray:
+    """From value to value, at rest at each."""
+    k = np.clip(np.searchsorted(knots, times, "right") - 1, 0, len(knots) - 2)
+    x = (times - knots[k]) / (knots[k + 1] - knots[k])
+    return values[k] + _smooth(x) * (values[k + 1] - values[k])
 
 
 def _smooth(x: np.ndarray) -> np.ndarray:

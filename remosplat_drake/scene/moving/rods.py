@@ -96,7 +96,7 @@ class Rods:
 
     def _greatest(self, looks: int) -> tuple[np.ndarray, np.ndarray]:
         """The greatest speeds and accelerations of the ends of the axes."""
-        times = np.linspace(*self._span, looks)[:-1]
+        times = np.linspace(self._span[0], self._span[1] - _STEP, looks)
         now, then = (
             self._end_velocities(times),
             self._end_velocities(times + _STEP),

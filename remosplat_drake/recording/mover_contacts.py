@@ -1,0 +1,290 @@
+"""Contacts with movers, judged by the truth, and told apart by whose they are.
+
+A robot that stands may be touched, and one that retreats may be caught up
+with. What it must not do is touch by moving towards somebody.
+"""
+
+import dataclasses as dc
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.mover import MoverArrays, Movers
+
+TOWARDS, RETREATING, RESTING = "towards", "retreating", "resting"
+"""What a link did that was touched: it moved towards the mover, the robot's
+fault; it moved away or along; or it stood."""
+
+KINDS = (TOWARDS, RETREATING, RESTING)
+"""All kinds of contact, the worst first."""
+
+LEAST_SPEED = 1e-3
+"""Speed up to which a sphere stands, and does not approach [m/s]."""
+
+WAITING_SPEED = 0.01
+"""Speed of its fastest sphere up to which a robot waits [m/s]."""
+
+SHORTEST = 5e-4
+"""Time between two looks that is not divided any more [s]."""
+
+
+@dc.dataclass(frozen=True)
+class Contact:
+    """A link and a mover that touch for a while.
+
+    Attributes:
+        start: When they first touched [s].
+        end: When they last touched [s].
+        link: Name of the link.
+        mover: Name of the mover.
+        kind: The worst of `KINDS` meanwhile.
+        depth: How deep at most they were in each other [m].
+    """
+
+    start: float
+    end: float
+    link: str
+    mover: str
+    kind: str
+    depth: float
+
+
+@dc.dataclass(frozen=True, eq=False)
+class MoverJudgement:
+    """What became of a robot and of what moved around it.
+
+    Attributes:
+        contacts: All contacts, in the order in which they began.
+        distance: Least true distance of the robot to any mover at each tick
+            and at the end, shape (T + 1,) [m]; infinite without movers.
+        waited: Time in which no part of the robot moved [s].
+    """
+
+    contacts: tuple[Contact, ...]
+    distance: np.ndarray
+    waited: float
+
+    def count(self, kind: str) -> int:
+        """Returns how many contacts are of one of `KINDS`."""
+        return sum(contact.kind == kind for contact in self.contacts)
+
+    @property
+    def worst(self) -> str:
+        """The worst kind of contact; empty without any."""
+        return next((kind for kind in KINDS if self.count(kind)), "")
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Look:
+    """Robot and movers at an instant.
+
+    Attributes:
+        time: When [s].
+        p_WS: Centres of n spheres in W, shape (n, 3) [m].
+        p_WM: Origins of k movers in W, shape (k, 3) [m].
+        distance: Distances of their surfaces, shape (k, n) [m].
+        towards_W: Unit vectors from spheres to movers, shape (k, n, 3).
+        stretch: How far a mover's points are from its origin, shape (k,) [m].
+        R_WM: The movers' orientations, shape (k, 3, 3).
+        names: The movers' names.
+    """
+
+    time: float
+    p_WS: np.ndarray
+    p_WM: np.ndarray
+    distance: np.ndarray
+    towards_W: np.ndarray
+    stretch: np.ndarray
+    R_WM: np.ndarray
+    names: tuple[str, ...]
+
+
+def judge_movers(
+    robot: RobotModel,
+    time: np.ndarray,
+    q: np.ndarray,
+    movers: Callable[[float], Movers],
+    dt: float,
+) -> MoverJudgement:
+    """Judges a run by where movers truly were.
+
+    It looks at every tick, and between two looks as often again as it takes to
+    know that nothing has touched there, or since when: two surfaces at
+    distances d0 and d1 that move by at most s against each other in between do
+    not touch if d0 + d1 > s.
+
+    Args:
+        robot: The robot, for its spheres.
+        time: Times of T ticks [s].
+        q: Configurations at the ticks and at the end, shape (T + 1, n_q);
+            between two the robot goes straight from one to the other.
+        movers: Says what moves, and where it is, at any time [s]; as many and
+            in the same order each time.
+        dt: Control period [s].
+    """
+    judge = _Judge(robot, movers)
+    ticks = np.append(time, time[-1] + dt) if len(time) else np.zeros(1)
+    looks = [judge.look(ticks[0], q[0])]
+    distance = [looks[0].distance.min(initial=np.inf)]
+    waited = 0.0
+    for k in range(len(time)):
+        start = looks[-1]
+        looks += judge.fill(ticks, q, k, start)
+        moved = np.linalg.norm(looks[-1].p_WS - start.p_WS, axis=1).max()
+        waited += dt if moved <= WAITING_SPEED * dt else 0.0
+        distance.append(looks[-1].distance.min(initial=np.inf))
+    return MoverJudgement(
+        tuple(_contacts(robot, looks)), np.array(distance), waited
+    )
+
+
+class _Judge:
+    """Looks at robot and movers at any time of a run."""
+
+    def __init__(self, robot: RobotModel, movers: Callable[[float], Movers]):
+        self._robot, self._movers = robot, movers
+
+    def look(self, time: float, q: np.ndarray) -> _Look:
+        """Looks at an instant."""
+        spheres = self._robot.spheres_at(q)
+        movers = self._movers(time)
+        at = movers.at(movers.stamp)
+        distance, towards_W = distances(at, spheres.p_WS, spheres.radius)
+        return _Look(
+            time,
+            np.array(spheres.p_WS),
+            at.p_WM,
+            distance,
+            towards_W,
+            np.linalg.norm(at.half_extents, axis=1),
+            at.R_WM,
+            tuple(mover.name for mover in movers),
+        )
+
+    def fill(
+        self, ticks: np.ndarray, q: np.ndarray, k: int, before: _Look
+    ) -> list[_Look]:
+        """Looks at the end of tick k, and in between where it must be."""
+
+        def at(time: float) -> _Look:
+            x = (time - ticks[k]) / (ticks[k + 1] - ticks[k])
+            return self.look(time, q[k] + x * (q[k + 1] - q[k]))
+
+        return _between(before, at(ticks[k + 1]), at)
+
+
+def _between(
+    before: _Look, after: _Look, at: Callable[[float], _Look]
+) -> list[_Look]:
+    """The looks after the first one, up to and with the second one."""
+    if after.time - before.time <= SHORTEST or _is_known(before, after):
+        return [after]
+    middle = at(0.5 * (before.time + after.time))
+    return [*_between(before, middle, at), *_between(middle, after, at)]
+
+
+def _is_known(before: _Look, after: _Look) -> bool:
+    """Whether all that touches between two looks does so all the time."""
+    if not before.distance.size:
+        return True
+    sphere = np.linalg.norm(after.p_WS - before.p_WS, axis=1)
+    shift = np.linalg.norm(after.p_WM - before.p_WM, axis=1)
+    # A turn by an angle a is off the identity by sqrt(8) sin(a / 2).
+    off = np.linalg.norm(after.R_WM - before.R_WM, axis=(1, 2))
+    turn = 2.0 * np.arcsin(np.minimum(off / np.sqrt(8.0), 1.0))
+    travel = sphere[None, :] + (shift + turn * before.stretch)[:, None]
+    # The path is a little longer than the way.
+    clear = before.distance + after.distance > 1.1 * travel
+    touching = np.maximum(before.distance, after.distance) < 0.0
+    return bool((clear | touching).all())
+
+
+def distances(
+    movers: MoverArrays, p_WS: np.ndarray, radius: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Computes how far spheres and movers are from each other now.
+
+    Args:
+        movers: k movers.
+        p_WS: Centres of n spheres in W, shape (n, 3) [m].
+        radius: Their radii, shape (n,) [m].
+
+    Returns:
+        Signed distances of their surfaces, shape (k, n) [m], and the unit
+        vectors from the spheres towards the movers' nearest points in W,
+        shape (k, n, 3); a centre within a core is nearest to its nearest face,
+        and what is towards the mover leads inward.
+    """
+    p_WS = np.asarray(p_WS, float)
+    p_MS = np.einsum("kji,knj->kni", movers.R_WM, p_WS - movers.p_WM[:, None])
+    size = movers.half_extents[:, None]
+    out = np.abs(p_MS) - size
+    sign = np.where(p_MS >= 0.0, 1.0, -1.0)
+    outside = np.maximum(out, 0.0) * sign
+    far = np.linalg.norm(outside, axis=2)
+    face = np.take_along_axis(
+        np.eye(3)[None], out.argmax(axis=2, keepdims=True), axis=1
+    )
+    inside = far == 0.0
+    away_M = np.where(
+        inside[..., None],
+        sign * face,
+        outside / np.where(inside, 1.0, far)[..., None],
+    )
+    depth = np.where(inside, out.max(axis=2, initial=-np.inf), far)
+    distance = depth - movers.radius[:, None] - np.asarray(radius)[None, :]
+    return distance, -np.einsum("kij,knj->kni", movers.R_WM, away_M)
+
+
+def _contacts(robot: RobotModel, looks: list[_Look]) -> list[Contact]:
+    """The contacts of links and movers, from look to look."""
+    links = np.array(robot.spheres.links)
+    open_: dict[tuple[str, int], Contact] = {}
+    closed: list[Contact] = []
+    for i, look in enumerate(looks):
+        seen = {}
+        if (look.distance < 0.0).any():
+            # What it did until then; at the very start, from then on.
+            a, b = looks[max(i - 1, 0)], looks[max(i, min(1, len(looks) - 1))]
+            v_WS = (b.p_WS - a.p_WS) / max(b.time - a.time, 1e-12)
+            seen = dict(_touches(look, links, v_WS))
+        for key in [key for key in open_ if key not in seen]:
+            closed.append(open_.pop(key))
+        for key, now in seen.items():
+            open_[key] = _merged(open_[key], now) if key in open_ else now
+    closed += open_.values()
+    return sorted(closed, key=lambda contact: contact.start)
+
+
+def _touches(
+    look: _Look, links: np.ndarray, v_WS: np.ndarray
+) -> Iterator[tuple[tuple[str, int], Contact]]:
+    """What touches at an instant, by link and number of the mover."""
+    mover, sphere = np.nonzero(look.distance < 0.0)
+    ahead = np.einsum("ni,ni->n", look.towards_W[mover, sphere], v_WS[sphere])
+    speed = np.linalg.norm(v_WS[sphere], axis=1)
+    kind = np.where(ahead > LEAST_SPEED, 0, np.where(speed > LEAST_SPEED, 1, 2))
+    for j in np.unique(mover):
+        for link in np.unique(links[sphere[mover == j]]):
+            these = (mover == j) & (links[sphere] == link)
+            yield (
+                (str(link), int(j)),
+                Contact(
+                    look.time,
+                    look.time,
+                    str(link),
+                    look.names[j],
+                    KINDS[kind[these].min()],
+                    float(-look.distance[mover[these], sphere[these]].min()),
+                ),
+            )
+
+
+def _merged(before: Contact, now: Contact) -> Contact:
+    return dc.replace(
+        before,
+        end=now.end,
+        kind=min(before.kind, now.kind, key=KINDS.index),
+        depth=max(before.depth, now.depth),
+    )

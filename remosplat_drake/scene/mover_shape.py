@@ -1,0 +1,19 @@
+"""The shapes of movers as Drake has them."""
+
+from pydrake.geometry import Box, Capsule, Shape, Sphere
+
+from remosplat_drake.scene.mover import Mover
+
+
+def shape_of(mover: Mover) -> Shape:
+    """Returns a shape that looks like a mover: rounded edges become sharp.
+
+    Args:
+        mover: A sphere, a capsule along z, or a box.
+    """
+    x, y, z = mover.half_extents
+    if x == y == z == 0.0:
+        return Sphere(mover.radius)
+    if x == y == 0.0:
+        return Capsule(mover.radius, 2.0 * z)
+    return Box(*(2.0 * (mover.half_extents + mover.radius)))
