@@ -94,7 +94,11 @@ def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
         teleoperation=dc.replace(teleoperation, operator=ToldOperator()),
         cockpit=CockpitProcess(lambda issued: None),
     )
-    dynamic = load_scenario("TableReach", "{station: !DynamicStation {}}")
+    dynamic = load_scenario(
+        "TableReach",
+        "{station: !DynamicStation {}, movers: [{}, !OtherRobot {}],"
+        " mover_sensing: !StandingMovers {}}",
+    )
     stream = PoseStreamConfig(lcm_url="memq://")
     axes = ActuatorModel.make([Actuator()] * 9)
     roots = [

@@ -22,6 +22,7 @@ from remosplat_drake.app.stages import (
     AddGuidance,
     AddLocalization,
     AddMovers,
+    AddMoverSensor,
     AddOracle,
     AddStanding,
     AddSupervisor,
@@ -43,6 +44,7 @@ from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.standing.standing_system import StandingSystem
 from remosplat_drake.station.connections import AddConfiguration, ConnectCommand
+from remosplat_drake.station.merged_movers import MergedMovers
 from remosplat_drake.task.targets import Targets
 
 
@@ -68,8 +70,10 @@ class ControlLoop:
         supervisor: The safety supervisor between controller and station; None
             if the scenario wants none.
         standing: The system that says how things stand, in one sentence.
-        movers: The output port of the `Movers`; None where nothing is known to
-            move.
+        movers: The output port of the `Movers` that are known, or of the true
+            ones where nobody tells the robot; None where nothing moves.
+        true_movers: The output port of the true `Movers` of a simulation, or of
+            what is heard of a real robot's; None where nothing moves.
     """
 
     scenario: Scenario
@@ -86,6 +90,7 @@ class ControlLoop:
     supervisor: SafetySupervisor | None
     standing: StandingSystem
     movers: OutputPort | None
+    true_movers: OutputPort | None
 
     @property
     def report(self) -> OutputPort:
@@ -115,6 +120,7 @@ def AddControlLoop(
     *,
     hardware: bool,
     ingredients: Sequence[Ingredient] = (),
+    others: Callable[..., Sequence[OutputPort]] = lambda *_: (),
 ) -> ControlLoop:
     """Adds the stages and closes the loop.
 
@@ -127,6 +133,9 @@ def AddControlLoop(
         hardware: Whether the station is the real robot; nothing else differs.
         ingredients: Costs and constraints of the control law, besides the
             scenario's.
+        others: Function that adds the other robots, given the output ports of
+            q, of the executed command and of the true `Movers` (or None); it
+            returns the output ports of what they are to this one.
 
     Raises:
         RemoSplatError: The station cannot be made, or there is no target.
@@ -163,12 +172,20 @@ def AddControlLoop(
         station,
         armed=not hardware or scenario.hardware.shadow,
     )
-    movers = AddMovers(
-        builder, scenario, world, station, odometry, oracle, hardware=hardware
+    truth = AddMovers(builder, scenario, station, hardware=hardware)
+    executed = (supervisor or controller).GetOutputPort("velocity_commanded")
+    around = others(configuration, executed, truth)
+    truth = MergedMovers.AddToBuilder(
+        builder, [*filter(None, [truth]), *around]
     )
-    if movers is not None:
+    known = truth
+    if not hardware:
+        known = AddMoverSensor(
+            builder, scenario, world, odometry, oracle, truth
+        )
+    if known is not None:
         for system in filter(None, (controller, supervisor)):
-            builder.Connect(movers, system.GetInputPort("movers"))
+            builder.Connect(known, system.GetInputPort("movers"))
     standing = AddStanding(
         builder,
         scenario,
@@ -194,7 +211,8 @@ def AddControlLoop(
         selector,
         supervisor,
         standing,
-        movers,
+        known or truth,
+        truth,
     )
     carried_out = loop.executed
     if not hardware:

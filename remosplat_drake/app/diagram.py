@@ -15,6 +15,7 @@ from remosplat_drake.app.cockpit_stages import (
     AddCockpitView,
 )
 from remosplat_drake.app.control_loop import AddControlLoop, ControlLoop
+from remosplat_drake.app.other_robots import AddOtherRobots, with_right_of_way
 from remosplat_drake.app.scenario import OBSTACLE, Scenario
 from remosplat_drake.app.stages import AddPanel, AddRecorder, AddTargets
 from remosplat_drake.app.teleop_stages import (
@@ -102,6 +103,7 @@ def build(
     # A field may have been assigned since it was read.
     check_ranges(scenario, scenario.source)
     world = world or load_world(scenario)
+    scenario = with_right_of_way(scenario)
     builder = DiagramBuilder()
     panel = AddPanel(builder, scenario, world.robot, page, hardware=hardware)
     operator = None
@@ -128,6 +130,9 @@ def build(
         add_targets,
         hardware=hardware,
         ingredients=ingredients,
+        others=partial(AddOtherRobots, builder, scenario, world)
+        if not hardware
+        else lambda *_: (),
     )
     if panel is not None and loop.supervisor is not None:
         panel.ConnectTo(
@@ -149,6 +154,7 @@ def build(
         loop.configuration,
         loop.controller,
         loop.executed,
+        loop.true_movers,
         keep=None if teleoperation is None else KEPT,
     )
     live_map = log = None

@@ -14,7 +14,9 @@ from pydrake.multibody.parsing import ModelDirective
 from pydrake.systems.analysis import SimulatorConfig
 from pydrake.systems.sensors import CameraConfig
 
+from remosplat_drake.app.other_robot_config import OtherRobot
 from remosplat_drake.app.pose_config import PoseConfig
+from remosplat_drake.app.recorded_movers import RecordedMovers
 from remosplat_drake.app.target_config import TargetConfig
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import (
@@ -54,10 +56,18 @@ from remosplat_drake.oracle.oracle_config import (
 )
 from remosplat_drake.safety.supervisor_config import SupervisorConfig
 from remosplat_drake.scene.mover import MOST
+from remosplat_drake.scene.moving.door import SwingingDoor
 from remosplat_drake.scene.moving.mover_track import MoverConfig
+from remosplat_drake.scene.moving.person import Person
 from remosplat_drake.sight.sight_camera_config import SightCameraConfig
 from remosplat_drake.sight.sight_config import SightConfig
 from remosplat_drake.splat.gaussian_splat import LARGEST_SCALE, LEAST_SCALE
+from remosplat_drake.station.mover_sensing import (
+    KnownMovers,
+    MoverSensing,
+    StandingMovers,
+    UnknownMovers,
+)
 from remosplat_drake.station.station_config import (
     DynamicStation,
     KinematicStation,
@@ -196,11 +206,18 @@ class Scenario(Config):
         dc.field(default_factory=list)
     )
     arrival: ArrivalConfig = dc.field(default_factory=ArrivalConfig)
-    # What moves by itself, in simulation: the robot is told exactly where each
-    # is, and how fast it goes. Its splat does not show them.
-    movers: Annotated[list[MoverConfig], Len(0, MOST)] = dc.field(
-        default_factory=list
-    )
+    # What moves by itself, in simulation: rounded boxes, `!Person`,
+    # `!SwingingDoor`, `!RecordedMovers`, `!OtherRobot`. The splat does not show
+    # them.
+    movers: Annotated[
+        list[MoverConfig | Person | SwingingDoor | RecordedMovers | OtherRobot],
+        Len(0, MOST),
+    ] = dc.field(default_factory=list)
+    # How the robot gets to know of them in simulation without cameras: one of
+    # the library's ways, or one's own, like `oracle`.
+    mover_sensing: (
+        KnownMovers | StandingMovers | UnknownMovers | MoverSensing
+    ) = dc.field(default_factory=KnownMovers)
     # Depth cameras that watch for what moves, in the room or on the robot.
     cameras: Annotated[list[SightCameraConfig], Len(0, MOST_CAMERAS)] = (
         dc.field(default_factory=list)

@@ -15,6 +15,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
+from remosplat_drake.app.other_robot_config import OtherRobot
 from remosplat_drake.app.scenario import TRUTH, Scenario
 from remosplat_drake.app.world import World, scenario_targets
 from remosplat_drake.base.errors import FieldError, RemoSplatError
@@ -39,7 +40,7 @@ from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.safety.supervision import SupervisorLaw
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
-from remosplat_drake.scene.moving.mover_track import MoverTrack
+from remosplat_drake.scene.moving.track import Track, movers_at
 from remosplat_drake.sight.known_scene import KnownScene, surface_points
 from remosplat_drake.sight.simulated.camera_sight import (
     CameraSight,
@@ -50,6 +51,8 @@ from remosplat_drake.signals.target_ports import connect_target
 from remosplat_drake.standing.standing_system import StandingSystem
 from remosplat_drake.station.base_uncertainty import BaseUncertainty
 from remosplat_drake.station.connections import AddMeasuredVelocity
+from remosplat_drake.station.mover_sensing import KnownMovers
+from remosplat_drake.station.mover_sensor_system import MoverSensorSystem
 from remosplat_drake.station.mover_source import MoverSource
 from remosplat_drake.station.simulated_station import MakeSimulatedStation
 from remosplat_drake.task.arrival import has_arrived
@@ -90,6 +93,7 @@ def MakeStation(scenario: Scenario, world: World, hardware: bool) -> Diagram:
             scene=world.truth,
             q0=world.q0,
             wrist_camera=camera,
+            movers=list(movers_at(tracks_of(scenario), 0.0)),
         )
     except RemoSplatError as error:
         raise RemoSplatError(f"{scenario.source}: {error}") from error
@@ -308,10 +312,7 @@ def AddGuidance(
 def AddMovers(
     builder: DiagramBuilder,
     scenario: Scenario,
-    world: World,
     station: Diagram,
-    odometry: OutputPort,
-    oracle: DistanceOracle,
     *,
     hardware: bool,
 ) -> OutputPort | None:
@@ -320,10 +321,7 @@ def AddMovers(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        world: What the scenario's files hold: what cameras see.
         station: The robot, simulated or real, as a system.
-        odometry: The output port of the q that the station measures.
-        oracle: The system that hands out the map.
         hardware: Whether the station is the real robot.
 
     Returns:
@@ -331,13 +329,88 @@ def AddMovers(
     """
     if station.HasOutputPort(ports.MOVERS):
         return station.GetOutputPort(ports.MOVERS)
-    if hardware or not scenario.movers:
+    tracks = tracks_of(scenario)
+    if hardware or not tracks:
         return None
-    tracks = [MoverTrack(config) for config in scenario.movers]
     source = builder.AddSystem(MoverSource(tracks=tracks))
-    truth = source.GetOutputPort("movers")
-    if scenario.movers_from == TRUTH:
+    movers = source.GetOutputPort("movers")
+    if station.HasInputPort(ports.MOVERS):
+        builder.Connect(movers, station.GetInputPort(ports.MOVERS))
+    return movers
+
+
+def tracks_of(scenario: Scenario) -> list[Track]:
+    """Returns how a scenario's movers move, but for other robots.
+
+    Args:
+        scenario: The scenario.
+
+    Raises:
+        RemoSplatError: A file that a mover names cannot be used.
+    """
+    makers = [m for m in scenario.movers if not isinstance(m, OtherRobot)]
+    return [maker.make(scenario.folder) for maker in makers]
+
+
+def AddMoverSensor(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+    oracle: DistanceOracle,
+    truth: OutputPort | None,
+) -> OutputPort | None:
+    """Adds what the robot of a simulation gets to know of what moves.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        world: What the scenario's files hold.
+        configuration: The output port of the measured q, n_q entries.
+        oracle: The system that hands out the map, which cameras know.
+        truth: The output port of the true `Movers`; None where nothing moves.
+
+    Returns:
+        The output port of the known `Movers`; None where nothing is ever
+        known.
+    """
+    if truth is None:
+        return None
+    if scenario.movers_from != TRUTH:
+        return AddCameraSight(
+            builder, scenario, world, configuration, oracle, truth
+        )
+    if isinstance(scenario.mover_sensing, KnownMovers):
         return truth
+    sensor = scenario.mover_sensing.make(world.robot, world.truth)
+    if sensor is None:
+        return None
+    return MoverSensorSystem.AddToBuilder(
+        builder, sensor=sensor, truth=truth, configuration=configuration
+    )
+
+
+def AddCameraSight(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+    oracle: DistanceOracle,
+    truth: OutputPort,
+) -> OutputPort:
+    """Adds the simulated cameras that watch for what moves.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        world: What the scenario's files hold.
+        configuration: The output port of the measured q, n_q entries.
+        oracle: The system that hands out the map.
+        truth: The output port of the true `Movers`.
+
+    Returns:
+        The output port of the `Movers` that they see.
+    """
     sight = CameraSight.AddToBuilder(
         builder,
         sight=simulated_sight(
@@ -348,7 +421,7 @@ def AddMovers(
             scenario.sight,
             scenario.seed,
         ),
-        configuration=odometry,
+        configuration=configuration,
         truth=truth,
         distance_field=oracle.GetOutputPort("distance_field"),
         period=scenario.control_period,
@@ -473,6 +546,7 @@ def AddRecorder(
     configuration: OutputPort,
     controller: ReactiveController,
     executed: OutputPort,
+    movers: OutputPort | None = None,
     keep: float | None = None,
 ) -> TrajectoryRecorder:
     """Adds the recorder of configurations, tick reports and commands.
@@ -484,6 +558,7 @@ def AddRecorder(
         configuration: The output port of the measured q, n_q entries.
         controller: The controller whose reports are kept.
         executed: The output port of the command u that the station gets.
+        movers: The output port of the `Movers`; None where nothing moves.
         keep: Age at which reports are forgotten, for runs without an end [s];
             None keeps all.
     """
@@ -492,6 +567,7 @@ def AddRecorder(
         configuration=configuration,
         report=controller.GetOutputPort("report"),
         executed=executed,
+        movers=movers,
         n_q=robot.n_q,
         n_u=robot.n_u,
         period=scenario.control_period,

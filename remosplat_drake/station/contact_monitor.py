@@ -9,6 +9,7 @@ from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import Context, LeafSystem
 
 from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.station.mover_bodies import MOVERS
 
 
 @dc.dataclass(frozen=True)
@@ -19,10 +20,13 @@ class ContactReport:
         scene: Pairs of a robot's link and a geometry of the scene that touch,
             sorted, each once.
         robot: Pairs of the robot's links that touch, sorted, each once.
+        movers: Pairs of a robot's link and the name of what moves that touch,
+            sorted, each once.
     """
 
     scene: tuple[tuple[str, str], ...] = ()
     robot: tuple[tuple[str, str], ...] = ()
+    movers: tuple[tuple[str, str], ...] = ()
 
     def __deepcopy__(self, memo) -> "ContactReport":
         return self
@@ -53,6 +57,10 @@ class ContactMonitor(LeafSystem):
             inspector: Inspector of the scene graph that holds its geometry.
         """
         super().__init__()
+        self._movers = set()
+        if plant.HasModelInstanceNamed(MOVERS):
+            instance = plant.GetModelInstanceByName(MOVERS)
+            self._movers = set(map(int, plant.GetBodyIndices(instance)))
         self._world = int(plant.world_body().index())
         self._body_name = {
             i: plant.get_body(BodyIndex(i)).name()
@@ -76,7 +84,7 @@ class ContactMonitor(LeafSystem):
 
     def _calc(self, context: Context, output: Value) -> None:
         results = self._input.Eval(context)
-        scene, robot = set(), set()
+        scene, robot, movers = set(), set(), set()
         for i in range(results.num_point_pair_contacts()):
             info = results.point_pair_contact_info(i)
             pair = info.point_pair()
@@ -84,6 +92,12 @@ class ContactMonitor(LeafSystem):
                 (int(info.bodyA_index()), pair.id_A),
                 (int(info.bodyB_index()), pair.id_B),
             ]
+            moving = [b for b, _ in sides if b in self._movers]
+            if moving:
+                (link,) = (b for b, _ in sides if b not in moving)
+                name = self._body_name[moving[0]].partition(": ")[2]
+                movers.add((self._body_name[link], name))
+                continue
             links = sorted(
                 self._body_name[body]
                 for body, _ in sides
@@ -99,5 +113,9 @@ class ContactMonitor(LeafSystem):
             )
             scene.add((links[0], obstacle))
         output.set_value(
-            ContactReport(tuple(sorted(scene)), tuple(sorted(robot)))
+            ContactReport(
+                tuple(sorted(scene)),
+                tuple(sorted(robot)),
+                tuple(sorted(movers)),
+            )
         )

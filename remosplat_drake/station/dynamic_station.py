@@ -1,6 +1,7 @@
 """The dynamic station: rigid bodies, motors with torque limits, contact."""
 
 import dataclasses as dc
+from collections.abc import Sequence
 
 import numpy as np
 from pydrake.geometry import SceneGraph
@@ -9,17 +10,24 @@ from pydrake.multibody.plant import (
     MultibodyPlant,
     MultibodyPlantConfig,
 )
+from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.mover import Mover
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.station.contact_monitor import ContactMonitor
 from remosplat_drake.station.export import export_ports
 from remosplat_drake.station.hand import HandGeometry, hand_geometry
 from remosplat_drake.station.motors import Motors, make_motors, set_motor_gains
+from remosplat_drake.station.mover_bodies import (
+    MoverDriver,
+    add_mover_bodies,
+    let_pass,
+)
 from remosplat_drake.station.robot_visuals import add_robot_visuals
 from remosplat_drake.station.scene_geometry import add_scene_geometry
 from remosplat_drake.station.state_reader import StateReader
@@ -34,6 +42,7 @@ def make_dynamic_station(
     scene: PrimitiveScene | None,
     q0: np.ndarray,
     wrist_camera: StationCamera | None,
+    movers: Sequence[Mover] = (),
 ) -> Diagram:
     """Builds a station with dynamics and contact.
 
@@ -46,16 +55,18 @@ def make_dynamic_station(
         scene: The solids in the scene; None for none.
         q0: Configuration to start from, shape (n_q,).
         wrist_camera: The wrist camera; None for none.
+        movers: What moves, as it is at the start; the robot feels it.
 
     Returns:
         A diagram with the ports of `signals.station_ports` and, as ground
-        truth, `cheat.contact` and `cheat.query_object`.
+        truth, `cheat.contact` and `cheat.query_object`. Where anything moves
+        it has the input port `movers`, for as many `Movers` in this order.
 
     Raises:
         RemoSplatError: A setting is unusable.
     """
     builder = DiagramBuilder()
-    body = add_dynamic_body(builder, config, robot, scene, q0)
+    body = add_dynamic_body(builder, config, robot, scene, q0, movers)
     plant, scene_graph = body.plant, body.scene_graph
     driver = VelocityDriver(
         plant=plant,
@@ -68,6 +79,8 @@ def make_dynamic_station(
         "state_reader", StateReader(plant=plant, robot=robot, hand=body.hand)
     )
     builder.Connect(plant.get_state_output_port(), reader.get_input_port())
+    if body.movers:
+        MoverDriver.AddToBuilder(builder, plant, body.movers)
     camera = None
     if wrist_camera is not None:
         camera = wrist_camera.AddToStation(builder, plant, scene_graph)
@@ -87,12 +100,14 @@ class DynamicBody:
         scene_graph: Scene graph with the plant's geometry.
         hand: Geometry of the gripper.
         motors: The motors, whose gains the plant's actuators have.
+        movers: The bodies of what moves by itself.
     """
 
     plant: MultibodyPlant
     scene_graph: SceneGraph
     hand: HandGeometry
     motors: Motors
+    movers: Sequence[RigidBody] = ()
 
 
 def add_dynamic_body(
@@ -101,6 +116,7 @@ def add_dynamic_body(
     robot: RobotModel,
     scene: PrimitiveScene | None,
     q0: np.ndarray,
+    movers: Sequence[Mover] = (),
 ) -> DynamicBody:
     """Adds the plant of a dynamic station, without drivers or sensors.
 
@@ -110,6 +126,7 @@ def add_dynamic_body(
         robot: The robot.
         scene: The solids in the scene; None for none.
         q0: Configuration to start from, shape (n_q,).
+        movers: What moves, as it is at the start.
 
     Raises:
         RemoSplatError: A setting is unusable.
@@ -134,8 +151,10 @@ def add_dynamic_body(
     set_motor_gains(plant, motors)
     _couple_fingers(plant, hand)
     _set_start(plant, robot, q0)
+    bodies = add_mover_bodies(plant, movers)
     plant.Finalize()
-    return DynamicBody(plant, scene_graph, hand, motors)
+    let_pass(plant, scene_graph, bodies)
+    return DynamicBody(plant, scene_graph, hand, motors, bodies)
 
 
 def _couple_fingers(plant: MultibodyPlant, hand: HandGeometry) -> None:

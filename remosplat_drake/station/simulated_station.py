@@ -1,10 +1,13 @@
 """`MakeSimulatedStation`: a simulated robot behind every station's ports."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from pydrake.systems.framework import Diagram
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.mover import Mover
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.station.dynamic_station import make_dynamic_station
 from remosplat_drake.station.kinematic_station import make_kinematic_station
@@ -24,6 +27,7 @@ def MakeSimulatedStation(
     scene: PrimitiveScene | None,
     q0: np.ndarray,
     wrist_camera: StationCamera | None = None,
+    movers: Sequence[Mover] = (),
 ) -> Diagram:
     """Builds a station: the robot behind one set of ports.
 
@@ -36,6 +40,8 @@ def MakeSimulatedStation(
             [m, rad].
         wrist_camera: The wrist camera, a `WristCameraConfig` for example;
             None leaves the camera and its ports out.
+        movers: What moves, as it is at the start: a dynamic station has it as
+            bodies, and an input port `movers` for what becomes of them.
 
     Returns:
         A diagram with the ports of `signals.station_ports`, and with ground
@@ -54,7 +60,9 @@ def MakeSimulatedStation(
     if isinstance(config, KinematicStation):
         return make_kinematic_station(config, robot, scene, q0, wrist_camera)
     if isinstance(config, DynamicStation):
-        return make_dynamic_station(config, robot, scene, q0, wrist_camera)
+        return make_dynamic_station(
+            config, robot, scene, q0, wrist_camera, movers
+        )
     station = config.make(robot, scene, q0, wrist_camera)
     check_station(
         station,

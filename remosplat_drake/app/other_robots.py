@@ -1,0 +1,196 @@
+"""The other robots of a simulation: control loops beside the application's.
+
+Each is a diagram of its own with one input, what moves around it, and one
+output, what it is to others.
+"""
+
+import copy
+from functools import partial
+
+from pydrake.common.value import Value
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.primitives import PassThrough
+
+from remosplat_drake.app.control_loop import AddControlLoop
+from remosplat_drake.app.other_robot_config import OURS, THEIRS, OtherRobot
+from remosplat_drake.app.scenario import Scenario, load_scenario, split_spec
+from remosplat_drake.app.stages import AddTargets
+from remosplat_drake.app.world import World, load_world
+from remosplat_drake.scene.mover import Movers
+from remosplat_drake.station.merged_movers import MergedMovers
+from remosplat_drake.station.robot_movers import RobotMovers
+
+
+class DrivenRobot(Diagram):
+    """A robot with all that drives it, as a part of another simulation.
+
+    Its input `movers` are the `Movers` around it, its output `movers` those
+    that it is to others.
+
+    Attributes:
+        loop: The stages that drive it.
+    """
+
+    def __init__(self, config: OtherRobot, scenario: Scenario):
+        """Builds the stages.
+
+        Args:
+            config: The robot.
+            scenario: The scenario that drives it.
+
+        Raises:
+            RemoSplatError: A file is unusable, or there is no target.
+        """
+        super().__init__()
+        world = load_world(scenario)
+        builder = DiagramBuilder()
+        around = builder.AddNamedSystem(
+            "around", PassThrough(Value[object](Movers(0.0)))
+        )
+        self.loop = AddControlLoop(
+            builder,
+            scenario,
+            world,
+            partial(AddTargets, builder, scenario, world),
+            hardware=False,
+            others=lambda *_: [around.get_output_port()],
+        )
+        movers = AddOwnMovers(
+            builder,
+            config,
+            world,
+            self.loop.configuration,
+            self.loop.executed,
+            config.name,
+        )
+        builder.ExportInput(around.get_input_port(), "movers")
+        builder.ExportOutput(movers, "movers")
+        builder.BuildInto(self)
+        self.set_name(config.name)
+
+
+def AddOwnMovers(
+    builder: DiagramBuilder,
+    config: OtherRobot,
+    world: World,
+    configuration: OutputPort,
+    executed: OutputPort,
+    name: str,
+) -> OutputPort:
+    """Adds what a robot is to another one, and returns its movers.
+
+    Args:
+        builder: The builder of the diagram.
+        config: How the two are told of each other.
+        world: What the robot's scenario holds.
+        configuration: The output port of its q.
+        executed: The output port of the command that it carries out.
+        name: What people call it.
+    """
+    return RobotMovers.AddToBuilder(
+        builder,
+        configuration=configuration,
+        velocity=executed,
+        robot=world.robot,
+        name=name,
+        max_speed=config.max_speed,
+        max_acceleration=config.max_acceleration,
+    )
+
+
+def other_robots(scenario: Scenario) -> list[OtherRobot]:
+    """Returns the other robots of a scenario.
+
+    Args:
+        scenario: The scenario.
+    """
+    return [m for m in scenario.movers if isinstance(m, OtherRobot)]
+
+
+def AddOtherRobots(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+    executed: OutputPort,
+    movers: OutputPort | None,
+) -> list[OutputPort]:
+    """Adds the other robots of a scenario, which keep off ours and all else.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        world: What its files hold.
+        configuration: The output port of our robot's q.
+        executed: The output port of the command that it carries out.
+        movers: The output port of the other true `Movers`; None for none.
+
+    Returns:
+        The output ports of what they are to ours.
+
+    Raises:
+        RemoSplatError: A robot's scenario cannot be used.
+    """
+    robots = {
+        config.name: builder.AddSystem(
+            DrivenRobot(config, scenario_of(config, scenario))
+        )
+        for config in other_robots(scenario)
+    }
+    for config in other_robots(scenario):
+        ours = AddOwnMovers(
+            builder, config, world, configuration, executed, "the first robot"
+        )
+        around = [
+            other.GetOutputPort("movers")
+            for name, other in robots.items()
+            if name != config.name
+        ]
+        merged = MergedMovers.AddToBuilder(
+            builder, [*filter(None, [ours, movers]), *around]
+        )
+        assert merged is not None
+        builder.Connect(merged, robots[config.name].GetInputPort("movers"))
+    return [robot.GetOutputPort("movers") for robot in robots.values()]
+
+
+def scenario_of(config: OtherRobot, scenario: Scenario) -> Scenario:
+    """Reads the scenario that drives another robot.
+
+    It ticks with ours, and yields where the right of way is ours.
+
+    Args:
+        config: The robot.
+        scenario: Our scenario.
+
+    Raises:
+        RemoSplatError: There is no such scenario, or it cannot be used.
+    """
+    spec = config.scenario
+    if split_spec(spec) is not None:
+        # A file that is named beside ours.
+        spec = str(scenario.folder / spec)
+    other = load_scenario(spec)
+    other.movers = []
+    other.control_period = scenario.control_period
+    return _keep_off(other, config) if config.right_of_way == OURS else other
+
+
+def with_right_of_way(scenario: Scenario) -> Scenario:
+    """Returns our scenario, in which we yield to whom the way belongs.
+
+    Args:
+        scenario: Our scenario.
+    """
+    for config in other_robots(scenario):
+        if config.right_of_way == THEIRS:
+            scenario = _keep_off(scenario, config)
+    return scenario
+
+
+def _keep_off(scenario: Scenario, config: OtherRobot) -> Scenario:
+    yielding = copy.deepcopy(scenario)
+    movers = yielding.controller.movers
+    movers.separation = max(movers.separation, config.yielding)
+    movers.influence = max(movers.influence, movers.separation + 0.5)
+    return yielding

@@ -1,0 +1,136 @@
+"""`RecordedMovers`: what a run left behind moves again, in a scenario."""
+
+import dataclasses as dc
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval, Len
+
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.ranges import Config
+from remosplat_drake.recording.trajectory import Trajectory, load_trajectory
+from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.scene.mover import Mover
+from remosplat_drake.station.robot_movers import link_movers, link_shapes
+
+
+@dc.dataclass
+class RecordedMovers(Config):
+    """What moved in a run, or the robot of that run itself.
+
+    After its end they stand.
+    """
+
+    # The `trajectory.npz` of a run, beside this file.
+    file: Annotated[str, Len(1)] = "trajectory.npz"
+    # The robot of that run, by name or file, whose links are then what moves;
+    # empty: what moved around it.
+    robot: str = ""
+    # What people call that robot.
+    name: str = "recorded robot"
+    # No point of its links ever moves faster, as far as the robot is told
+    # [m/s].
+    max_speed: Annotated[float, Interval(gt=0, le=100)] = 1.5
+    # No point of its links ever accelerates more, as far as the robot is told
+    # [m/s^2].
+    max_acceleration: Annotated[float, Interval(gt=0, le=1000)] = 6.0
+
+    def make(self, folder: Path) -> "RecordedTrack | RecordedRobot":
+        """Reads the recording.
+
+        Args:
+            folder: The folder that the file's name refers to.
+
+        Raises:
+            RemoSplatError: The file is no recording, nothing moved in it, or
+                it is another robot's.
+        """
+        path = folder / self.file
+        trajectory = load_trajectory(path)
+        if not len(trajectory):
+            raise FileError(path, "has no ticks")
+        if not self.robot:
+            if not trajectory.movers:
+                raise FileError(
+                    path,
+                    "nothing moved in that run; `robot` makes its robot move",
+                )
+            return RecordedTrack(trajectory)
+        robot = load_robot(self.robot)
+        n = trajectory.q.shape[1]
+        if robot.n_q != n:
+            problem = f"is of a robot with {n} positions, not {robot.n_q}"
+            raise FileError(path, problem)
+        return RecordedRobot(self, robot, trajectory)
+
+
+def _tick(trajectory: Trajectory, time: float) -> tuple[int, float]:
+    """The tick that a time lies in, and the time since it began."""
+    since = trajectory.time - trajectory.time[0]
+    k = int(np.searchsorted(since, time + 1e-9, "right")) - 1
+    k = min(max(k, 0), len(trajectory) - 1)
+    return k, time - float(since[k])
+
+
+class RecordedTrack:
+    """What moved around the robot of a run.
+
+    Args:
+        trajectory: The run.
+    """
+
+    def __init__(self, trajectory: Trajectory):
+        self._trajectory = trajectory
+
+    def movers(self, time: float) -> list[Mover]:
+        """Returns them as they were so long after that run began.
+
+        Args:
+            time: Time since the run began [s].
+        """
+        k, late = _tick(self._trajectory, time)
+        movers = self._trajectory.movers[k]
+        if k == len(self._trajectory) - 1:
+            none = np.zeros(3)
+            return [dc.replace(m, v_WM=none, w_WM=none) for m in movers]
+        return list(movers.predicted(movers.stamp + late))
+
+
+class RecordedRobot:
+    """The links of a run's robot.
+
+    Args:
+        config: What it is called, and its bounds.
+        robot: The robot.
+        trajectory: The run.
+    """
+
+    def __init__(
+        self, config: RecordedMovers, robot: RobotModel, trajectory: Trajectory
+    ):
+        self._config, self._robot = config, robot
+        self._trajectory = trajectory
+        self._shapes = link_shapes(robot)
+
+    def movers(self, time: float) -> list[Mover]:
+        """Returns its links as they were so long after that run began.
+
+        Args:
+            time: Time since the run began [s].
+        """
+        k, late = _tick(self._trajectory, time)
+        q, u = self._trajectory.q[k], self._trajectory.u[k]
+        if k == len(self._trajectory) - 1:
+            q, u, late = self._trajectory.q[-1], np.zeros_like(u), 0.0
+        if late > 0.0:
+            q = self._robot.advance(q, u, late)
+        return link_movers(
+            self._robot,
+            self._shapes,
+            q,
+            u,
+            name=self._config.name,
+            max_speed=self._config.max_speed,
+            max_acceleration=self._config.max_acceleration,
+        )

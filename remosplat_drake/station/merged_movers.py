@@ -1,0 +1,77 @@
+"""`MergedMovers`: all that moves, from several who tell a part of it."""
+
+from collections.abc import Sequence
+from itertools import chain
+
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+)
+
+from remosplat_drake.scene.mover import Movers
+
+
+def merge_movers(parts: Sequence[Movers]) -> Movers:
+    """Puts movers of one time together; were they not, the oldest would count.
+
+    Args:
+        parts: What each of several knows; at least one.
+    """
+    return Movers(
+        min(part.stamp for part in parts),
+        list(chain(*parts)),
+        list(chain(*(part.cameras for part in parts))),
+        next((part.problem for part in parts if part.problem), ""),
+    )
+
+
+class MergedMovers(LeafSystem):
+    """Puts the movers of several ports together.
+
+    .. pydrake_system::
+
+        name: MergedMovers
+        input_ports:
+        - movers_0 ...
+        output_ports:
+        - movers
+
+    Args:
+        count: Number of input ports.
+    """
+
+    def __init__(self, *, count: int):
+        super().__init__()
+        for i in range(count):
+            self.DeclareAbstractInputPort(f"movers_{i}", Value[object]())
+        self.DeclareAbstractOutputPort(
+            "movers", lambda: Value[object](Movers(0.0)), self._calc_movers
+        )
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder, parts: Sequence[OutputPort]
+    ) -> OutputPort | None:
+        """Puts ports together in a diagram.
+
+        Args:
+            builder: The builder of the diagram.
+            parts: Output ports of `Movers`.
+
+        Returns:
+            The port of all; the only one as it is, None for none.
+        """
+        if len(parts) < 2:
+            return parts[0] if parts else None
+        system = builder.AddSystem(MergedMovers(count=len(parts)))
+        for i, part in enumerate(parts):
+            builder.Connect(part, system.get_input_port(i))
+        return system.get_output_port()
+
+    def _calc_movers(self, context: Context, output: AbstractValue):
+        ports = range(self.num_input_ports())
+        parts = [self.get_input_port(i).Eval(context) for i in ports]
+        output.set_value(merge_movers(parts))

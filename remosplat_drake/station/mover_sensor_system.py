@@ -1,0 +1,90 @@
+"""`MoverSensorSystem`: what a simulated robot knows of what moves."""
+
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+    State,
+)
+
+from remosplat_drake.scene.mover import Movers
+from remosplat_drake.station.mover_sensing import MoverSensor
+
+NOTHING = Movers(0.0)
+
+
+class MoverSensorSystem(LeafSystem):
+    """Looks at the true movers, and tells what a sensor finds.
+
+    .. pydrake_system::
+
+        name: MoverSensorSystem
+        input_ports:
+        - truth
+        - configuration
+        output_ports:
+        - movers
+
+    `truth` are the true `Movers`, `configuration` is the robot's true q, and
+    `movers` are those that are known. A sensor with a period looks once in
+    each, and in between what it found is known.
+
+    Args:
+        sensor: The sensor, which belongs to this system alone.
+        n_q: Length of the configuration.
+    """
+
+    def __init__(self, *, sensor: MoverSensor, n_q: int):
+        super().__init__()
+        self._sensor = sensor
+        self._truth = self.DeclareAbstractInputPort("truth", Value[object]())
+        self._configuration = self.DeclareVectorInputPort("configuration", n_q)
+        if not sensor.period:
+            self.DeclareAbstractOutputPort(
+                "movers", Value[object](NOTHING).Clone, self._calc_movers
+            )
+            return
+        self._cell = self.DeclareAbstractState(Value[object](NOTHING))
+        self.DeclareInitializationUnrestrictedUpdateEvent(self._look)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            sensor.period, sensor.period, self._look
+        )
+        self.DeclareStateOutputPort("movers", self._cell)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder,
+        *,
+        sensor: MoverSensor,
+        truth: OutputPort,
+        configuration: OutputPort,
+    ) -> OutputPort:
+        """Adds the system to a diagram, and returns what is known.
+
+        Args:
+            builder: The builder of the diagram.
+            sensor: The sensor.
+            truth: The output port of the true `Movers`.
+            configuration: The output port of the true q.
+        """
+        system = builder.AddNamedSystem(
+            "mover_sensor",
+            MoverSensorSystem(sensor=sensor, n_q=configuration.size()),
+        )
+        builder.Connect(truth, system.GetInputPort("truth"))
+        builder.Connect(configuration, system.GetInputPort("configuration"))
+        return system.GetOutputPort("movers")
+
+    def _sense(self, context: Context) -> Movers:
+        return self._sensor.sense(
+            self._truth.Eval(context), self._configuration.Eval(context)
+        )
+
+    def _look(self, context: Context, state: State):
+        cell = state.get_mutable_abstract_state(int(self._cell))
+        cell.set_value(self._sense(context))
+
+    def _calc_movers(self, context: Context, output: AbstractValue):
+        output.set_value(self._sense(context))

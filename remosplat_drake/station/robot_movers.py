@@ -1,0 +1,196 @@
+"""`RobotMovers`: a robot as what moves around another one."""
+
+import dataclasses as dc
+
+import numpy as np
+from pydrake.common.value import AbstractValue, Value
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+)
+
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.mover import Mover, Movers
+
+_STEP = 1e-4
+"""Time over which the motion of links is looked at [s]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class LinkShape:
+    """A rounded box that encloses all spheres of a link.
+
+    Attributes:
+        link: Name of the link.
+        body: Number of its body in the robot's tree.
+        X_LM: Pose of the box in the link's frame, shape (4, 4).
+        half_extents: Half side lengths of the box, shape (3,) [m].
+        radius: Radius around it [m].
+    """
+
+    link: str
+    body: int
+    X_LM: np.ndarray
+    half_extents: np.ndarray
+    radius: float
+
+
+def link_shapes(robot: RobotModel) -> list[LinkShape]:
+    """Encloses the spheres of each link in one rounded box.
+
+    Its core is the box of the spheres' centres along their principal axes,
+    its radius the greatest of theirs.
+
+    Args:
+        robot: The robot.
+    """
+    shapes = []
+    for link in dict.fromkeys(robot.spheres.links):
+        spheres = robot.spheres.on_link(link)
+        p_LS = np.asarray(spheres.p_LS, float)
+        middle = p_LS.mean(axis=0)
+        _, _, axes = np.linalg.svd(p_LS - middle, full_matrices=True)
+        R_LM = axes.T * np.array([1.0, 1.0, np.sign(np.linalg.det(axes))])
+        p_M = (p_LS - middle) @ R_LM
+        low, high = p_M.min(axis=0), p_M.max(axis=0)
+        X_LM = np.eye(4)
+        X_LM[:3, :3] = R_LM
+        X_LM[:3, 3] = middle + R_LM @ (0.5 * (low + high))
+        shapes.append(
+            LinkShape(
+                link,
+                robot.tree.index(link),
+                X_LM,
+                0.5 * (high - low),
+                float(np.max(spheres.radius)),
+            )
+        )
+    return shapes
+
+
+def link_movers(
+    robot: RobotModel,
+    shapes: list[LinkShape],
+    q: np.ndarray,
+    u: np.ndarray,
+    *,
+    name: str,
+    max_speed: float,
+    max_acceleration: float,
+) -> list[Mover]:
+    """Returns the links of a robot as movers.
+
+    Args:
+        robot: The robot.
+        shapes: The shapes of its links.
+        q: Its configuration, shape (n_q,).
+        u: The velocities that it is commanded, shape (n_u,).
+        name: What people call the robot.
+        max_speed: No point of a link is ever faster [m/s].
+        max_acceleration: No point of a link ever accelerates more [m/s^2].
+    """
+    before, now, after = (
+        robot.body_poses(robot.advance(q, u, step) if step else q)
+        for step in (-_STEP, 0.0, _STEP)
+    )
+    movers = []
+    for shape in shapes:
+        X_WM = now[shape.body] @ shape.X_LM
+        back, ahead = (X[shape.body] @ shape.X_LM for X in (before, after))
+        turn = (ahead[:3, :3] - back[:3, :3]) @ X_WM[:3, :3].T / (2 * _STEP)
+        movers.append(
+            Mover(
+                f"{name}'s {shape.link}",
+                RigidTransform(
+                    RotationMatrix.ProjectToRotationMatrix(X_WM[:3, :3]),
+                    X_WM[:3, 3],
+                ),
+                shape.half_extents,
+                shape.radius,
+                (ahead[:3, 3] - back[:3, 3]) / (2 * _STEP),
+                np.array([turn[2, 1], turn[0, 2], turn[1, 0]]),
+                max_speed,
+                max_acceleration,
+            )
+        )
+    return movers
+
+
+class RobotMovers(LeafSystem):
+    """Says where a robot's links are, and how they move by its command.
+
+    .. pydrake_system::
+
+        name: RobotMovers
+        input_ports:
+        - configuration
+        - velocity
+        output_ports:
+        - movers
+
+    `configuration` is the robot's q, `velocity` the command u that it carries
+    out, and `movers` are the `Movers` that it is to another robot.
+
+    Args:
+        robot: The robot.
+        name: What people call it.
+        max_speed: No point of a link is ever faster [m/s].
+        max_acceleration: No point of a link ever accelerates more [m/s^2].
+    """
+
+    def __init__(
+        self,
+        *,
+        robot: RobotModel,
+        name: str,
+        max_speed: float,
+        max_acceleration: float,
+    ):
+        super().__init__()
+        self._robot, self._shapes = robot, link_shapes(robot)
+        self._told = {
+            "name": name,
+            "max_speed": max_speed,
+            "max_acceleration": max_acceleration,
+        }
+        self._configuration = self.DeclareVectorInputPort(
+            "configuration", robot.n_q
+        )
+        self._velocity = self.DeclareVectorInputPort("velocity", robot.n_u)
+        self.DeclareAbstractOutputPort(
+            "movers", lambda: Value[object](Movers(0.0)), self._calc_movers
+        )
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder,
+        *,
+        configuration: OutputPort,
+        velocity: OutputPort,
+        **arguments,
+    ) -> OutputPort:
+        """Adds the system to a diagram, and returns its movers.
+
+        Args:
+            builder: The builder of the diagram.
+            configuration: The output port of the robot's q.
+            velocity: The output port of the command that it carries out.
+            **arguments: The arguments of `RobotMovers`.
+        """
+        system = builder.AddSystem(RobotMovers(**arguments))
+        builder.Connect(configuration, system.GetInputPort("configuration"))
+        builder.Connect(velocity, system.GetInputPort("velocity"))
+        return system.GetOutputPort("movers")
+
+    def _calc_movers(self, context: Context, output: AbstractValue):
+        movers = link_movers(
+            self._robot,
+            self._shapes,
+            np.array(self._configuration.Eval(context)),
+            np.array(self._velocity.Eval(context)),
+            **self._told,
+        )
+        output.set_value(Movers(context.get_time(), movers))

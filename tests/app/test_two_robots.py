@@ -1,0 +1,104 @@
+"""Two robots in one simulation: who has the right of way goes first."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+
+from remosplat_drake.app.diagram import build
+from remosplat_drake.app.other_robot_config import OtherRobot
+from remosplat_drake.app.other_robots import DrivenRobot
+from remosplat_drake.app.scenario import Scenario, load_scenario
+from remosplat_drake.app.world import load_world
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.recording.mover_contacts import distances
+from remosplat_drake.scene.mover import Movers
+
+# Cheap ones: the true scene, without looking ahead.
+CHEAP = "oracle: !GroundTruth {}, controller: {guidance: {enabled: false}}"
+
+
+def load(folder, right_of_way: str) -> Scenario:
+    shipped = load_scenario("TwoRobots")
+    truth = shipped.scene.truth
+    target = "{translation: [1.0, 0.0, 0.9], rpy_deg: [180, 0, 0]}"
+    away = "{translation: [0.8, -0.9, 0.9], rpy_deg: [180, 0, 0]}"
+    (folder / "two.yaml").write_text(
+        f"First: {{scene: {{truth: '{truth}'}}, {CHEAP},\n"
+        "  control_period: 0.02, robot: {base_pose: [0, 0.8, 0]},\n"
+        f"  targets: [{target}], movers: [!OtherRobot {{name: Bert,\n"
+        f"  scenario: 'two.yaml:Bert', right_of_way: {right_of_way}}}]}}\n"
+        f"Bert: {{scene: {{truth: '{truth}'}}, {CHEAP},\n"
+        "  robot: {base_pose: [0, -0.8, 0]},\n"
+        f"  targets: [{target}, {away}]}}\n"
+    )
+    return load_scenario(str(folder / "two.yaml") + ":First")
+
+
+class Both:
+    """Two robots, looked at from outside."""
+
+    def __init__(self, scenario: Scenario):
+        self.app = build(scenario, load_world(scenario))
+        self.simulator = Simulator(self.app.diagram)
+        (self.other,) = (
+            s
+            for s in self.app.diagram.GetSystems()
+            if isinstance(s, DrivenRobot)
+        )
+
+    def context(self, system):
+        return system.GetMyContextFromRoot(self.simulator.get_context())
+
+    def progress(self) -> tuple[int, int]:
+        ours, theirs = (
+            targets.progress(self.context(targets)).index
+            for targets in (self.app.targets, self.other.loop.targets)
+        )
+        return ours, theirs
+
+    def distance(self) -> float:
+        """From our spheres to the other one's links."""
+        port = self.app.movers
+        assert port is not None
+        movers: Movers = port.Eval(self.context(port.get_system()))
+        q = self.app.configuration
+        spheres = self.app.world.robot.spheres_at(
+            q.Eval(self.context(q.get_system()))
+        )
+        gap, _ = distances(
+            movers.at(movers.stamp), spheres.p_WS, spheres.radius
+        )
+        return float(gap.min())
+
+    def run(self, limit: float) -> tuple[list[tuple[int, int]], float]:
+        """Progresses that occur, and the least distance."""
+        seen, least = [], np.inf
+        for time in np.arange(0.1, limit, 0.1):
+            self.simulator.AdvanceTo(time)
+            least = min(least, self.distance())
+            if not seen or seen[-1] != self.progress():
+                seen.append(self.progress())
+            if seen[-1] == (1, 2):
+                break
+        return seen, least
+
+
+def test_the_one_that_yields_comes_second(tmp_path):
+    seen, least = Both(load(tmp_path, "theirs")).run(40.0)
+    assert seen[0] == (0, 0) and seen[-1][0] == 1
+    # The other one was there before us.
+    assert all(theirs >= 1 for ours, theirs in seen if ours)
+    assert least > 0.02
+
+
+def test_without_a_right_of_way_they_wait_for_each_other(tmp_path):
+    seen, least = Both(load(tmp_path, "nobodys")).run(20.0)
+    assert seen == [(0, 0)]
+    assert least > 0.02
+
+
+def test_a_scenario_that_is_not_there_is_named(tmp_path):
+    scenario = load(tmp_path, "ours")
+    scenario.movers = [OtherRobot(scenario="Nobody")]
+    with pytest.raises(RemoSplatError, match="Nobody"):
+        build(scenario, load_world(scenario))
