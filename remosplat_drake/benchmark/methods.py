@@ -54,6 +54,7 @@ GROUPS = {
         "ellipsoid-guided",
         "depth-guided",
     ),
+    "moving": ("movers-known", "movers-standing", "movers-unknown"),
     "mbm": ("sdf-reactive-mbm", "sdf-guided-mbm"),
     "variants": (
         "sdf-hard-rows",

@@ -10,6 +10,10 @@ from remosplat_drake.benchmark.cells import (
     format_rate,
     rate_interval,
 )
+from remosplat_drake.benchmark.moving_table import (
+    moving_document,
+    moving_table,
+)
 from remosplat_drake.benchmark.paper_results import PAPER_TRIALS
 from remosplat_drake.benchmark.result import RULES
 from remosplat_drake.benchmark.summary import Comparison, Row, gather
@@ -24,6 +28,8 @@ def overview_table(comparison: Comparison) -> Table:
     Args:
         comparison: The methods to show.
     """
+    if comparison.is_moving:
+        return moving_table(comparison)
     rows = []
     for row in comparison.rows:
         paper = comparison.paper.get(row.method)
@@ -116,6 +122,7 @@ def _method(row: Row, comparison: Comparison) -> dict:
             name: float(np.median(times)) if len(times) else None
             for name, times in ticks.items()
         },
+        "moving": moving_document(row) if comparison.is_moving else None,
         "paper": paper and {"trials": PAPER_TRIALS, "reached": paper.successes},
     }
 

@@ -13,6 +13,7 @@ from remosplat_drake.benchmark.cells import (
     format_rate,
 )
 from remosplat_drake.benchmark.motion_table import motion_table
+from remosplat_drake.benchmark.moving_table import moving_table
 from remosplat_drake.benchmark.paper_results import PAPER_TRIALS, PaperRow
 from remosplat_drake.benchmark.result import RULE_TITLES, RULES, TrialResult
 from remosplat_drake.benchmark.robot_table import robot_table
@@ -42,6 +43,8 @@ def report_tables(results: Sequence[TrialResult]) -> list[Table]:
             tables += [outcome_table(comparison)]
             continue
         first_table = scan_table if comparison.is_scan else main_table
+        if comparison.is_moving:
+            tables.append(moving_table(comparison))
         tables += [first_table(comparison, rule) for rule in RULES]
         if comparison.is_motion:
             tables.append(motion_table(comparison, RULES[0]))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.strict_json import parse_json
+from remosplat_drake.recording.mover_contacts import KINDS
 
 SUCCESS = "success"
 COLLISION = "collision"
@@ -73,6 +74,29 @@ class Judgement:
 
 
 @dc.dataclass(frozen=True)
+class MovingResult:
+    """What became of the robot and of what moved around it, by the truth.
+
+    Attributes:
+        movers: Number of things that moved, each part counted.
+        contacts: Number of contacts of a link and a mover, by their kind
+            (`recording.mover_contacts`).
+        distance: Least distance of the robot to any mover [m].
+        waited: Time in which no part of the robot moved [s].
+    """
+
+    movers: int
+    contacts: dict[str, int]
+    distance: float
+    waited: float
+
+    @property
+    def worst(self) -> str:
+        """The worst kind of contact; empty without any."""
+        return next((kind for kind in KINDS if self.contacts.get(kind)), "")
+
+
+@dc.dataclass(frozen=True)
 class WallTimes:
     """Wall-clock times of a trial, which are not repeatable.
 
@@ -128,6 +152,7 @@ class TrialResult:
         self_distance: Smallest distance between two links of the robot that are
             watched, by the hulls of their shapes, at ticks; negative where they
             overlap, and None where none are watched [m].
+        moving: What became of things that moved; None where nothing did.
     """
 
     key: str
@@ -152,6 +177,7 @@ class TrialResult:
     joint_time: float | None = None
     first_checks: int | None = None
     self_distance: float | None = None
+    moving: MovingResult | None = None
 
     def judged(self, rule: str) -> Judgement | None:
         """Returns the judgement by one of `RULES`; None after a crash."""
@@ -195,6 +221,8 @@ def from_line(line: str, where: str) -> TrialResult:
                 fields[rule] = Judgement(**fields[rule])
         if fields["times"] is not None:
             fields["times"] = WallTimes(**fields["times"])
+        if fields.get("moving") is not None:
+            fields["moving"] = MovingResult(**fields["moving"])
         return TrialResult(**fields)
     except (ValueError, KeyError, TypeError) as error:
         raise FileError(

@@ -9,6 +9,7 @@ from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FileError, RemoSplatError, unknown_name
 from remosplat_drake.benchmark import motion_bench_maker
 from remosplat_drake.benchmark.motion_bench_maker import motion_problems
+from remosplat_drake.benchmark.moving_case import MOVING, MovingCase
 from remosplat_drake.benchmark.reaching_task import BenchmarkCase
 from remosplat_drake.benchmark.robot_suite import SUITE as ROBOTS
 from remosplat_drake.benchmark.robot_suite import robot_cases
@@ -28,8 +29,29 @@ PUBLISHED_FOLDERS = {"table": "table_new", "bookshelf": "bookshelf_cage"}
 """Folders of the published scenes, by family."""
 
 
+METHODS = "paper,sdf-guided,ellipsoid-guided"
+"""Methods that are compared by default: the paper's, and guided control with
+true distances and on splats."""
+
+ROBOTS_METHOD = "robots-guided"
+"""The same for random targets of any robot."""
+
+MOVING_METHODS = "moving,drake-ik:movers-unknown"
+"""The same where things move: ours, and Drake's, which knows none of them."""
+
 MBM = "mbm"
 """Kind of the suite of MotionBenchMaker's problems."""
+
+
+def default_methods(name: str) -> str:
+    """Returns the methods that a suite compares by default.
+
+    Args:
+        name: Name of the suite.
+    """
+    if name == ROBOTS:
+        return ROBOTS_METHOD
+    return MOVING_METHODS if name.partition(":")[0] == MOVING else METHODS
 
 
 def suite_robots(name: str, robot: str = "") -> list[str]:
@@ -80,7 +102,9 @@ def load_cases(
     Args:
         name: "robots" for random targets (`robot_cases`), "scan:NAME" for
             scanned scenes (`scan_cases`), "mbm:DIR" for MotionBenchMaker's
-            problems (`motion_problems`), else a name that `load_suite` takes.
+            problems (`motion_problems`), "moving" or "moving:NAME" for the
+            generated scenes or others that `load_suite` takes, with movers,
+            else such a name.
         count: How many scenes of each family; scanned scenes are all taken.
         splat_folders: Folders of trained splats; scanned scenes use those
             that their suite names.
@@ -96,6 +120,11 @@ def load_cases(
         return robot_cases([robot], count)
     if kind == "scan":
         return scan_cases(place)
+    if kind == MOVING:
+        cases = load_suite(
+            place or "generated", count, splat_folders, trained_only
+        )
+        return [MovingCase.of(case) for case in cases]
     if kind == MBM and place:
         problems = motion_problems(Path(place), count, robot)
         folders = tuple(str(folder) for folder in splat_folders)
@@ -131,8 +160,8 @@ def load_suite(
     else:
         raise RemoSplatError(
             f"--suite: unknown suite {name!r}; valid: generated,"
-            " generated:FAMILY,..., published:DIR, mbm:DIR, scan:NAME[:DATA],"
-            " robots"
+            " generated:FAMILY,..., published:DIR, moving[:SUITE], mbm:DIR,"
+            " scan:NAME[:DATA], robots"
         )
     folders = tuple(str(folder) for folder in splat_folders)
     chosen = []

@@ -111,6 +111,11 @@ class Comparison:
         return set(self.families()) <= set(PAPER_SCANS)
 
     @property
+    def is_moving(self) -> bool:
+        """Whether other things move in the scenes."""
+        return any(t.moving for row in self.rows for t in row.trials)
+
+    @property
     def is_motion(self) -> bool:
         """Whether the scenes are MotionBenchMaker's problems."""
         return self.suite.startswith(motion_bench_maker.SUITE)
@@ -124,7 +129,7 @@ class Comparison:
     def paper(self) -> dict[str, PaperRow]:
         """Rows of the paper's Table I that belong beside these, by method."""
         ours = self.is_scan or self.is_motion or self.is_robots
-        return {} if ours else PAPER_TABLE_I
+        return {} if ours or self.is_moving else PAPER_TABLE_I
 
     def common(self, rule: str) -> np.ndarray:
         """Returns which scenes every row solves, shape (n,) bool."""

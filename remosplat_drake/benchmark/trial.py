@@ -21,6 +21,7 @@ from remosplat_drake.benchmark.custom_controller import (
     load_controller,
 )
 from remosplat_drake.benchmark.methods import Method
+from remosplat_drake.benchmark.moving_case import MovingCase
 from remosplat_drake.benchmark.reaching_task import (
     NO_SPLAT,
     BenchmarkCase,
@@ -34,15 +35,18 @@ from remosplat_drake.benchmark.result import (
     SUCCESS,
     TIMEOUT,
     Judgement,
+    MovingResult,
     TrialResult,
     WallTimes,
 )
 from remosplat_drake.controller.planning.plan import NO_EFFORT, SearchEffort
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.recording.metrics import path_length, status_counts
+from remosplat_drake.recording.mover_contacts import KINDS, judge_movers
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.moving.track import movers_at
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.tick_report import BRAKING, RELAXED
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -86,6 +90,7 @@ class Trial:
             self.method.fingerprint,
             self.case.name,
             *self._scene_parts(),
+            *_moving_parts(self.case),
             self.seed,
         )
         return hashlib.sha256(repr(parts).encode()).hexdigest()[:20]
@@ -102,6 +107,16 @@ class Trial:
             task.arm_start,
             splat,
         )
+
+
+def _moving_parts(case: BenchmarkCase) -> tuple:
+    """What moves in a case; nothing where its scene cannot be used."""
+    if not isinstance(case, MovingCase):
+        return ()
+    try:
+        return (repr(case.movers()),)
+    except RemoSplatError:
+        return ()
 
 
 def describe(trial: Trial, error: str = "") -> TrialResult:
@@ -145,6 +160,8 @@ def run_trial(trial: Trial) -> TrialResult:
     splat_W, origin = None, NO_SPLAT
     if trial.method.needs_splat:
         splat_W, origin = trial.case.splat()
+    if isinstance(trial.case, MovingCase):
+        scenario.movers = list(trial.case.movers())
     world = _make_world(trial.method, scenario, task, splat_W)
     problem = start_problem(world.robot, world.q0, task.truth_field)
     if problem:
@@ -162,7 +179,30 @@ def run_trial(trial: Trial) -> TrialResult:
         joint_time=_joint_time(world, task),
         first_checks=None if effort.first_path is None else effort.first_checks,
         self_distance=met.self_distance(world.robot, trajectory.q),
+        moving=_judge_movers(trial, scenario, world, trajectory),
         **judgements,
+    )
+
+
+def _judge_movers(
+    trial: Trial, scenario: Scenario, world: World, trajectory: Trajectory
+) -> MovingResult | None:
+    """Judges a run by what moved; None where nothing did."""
+    if not isinstance(trial.case, MovingCase):
+        return None
+    tracks = trial.case.tracks()
+    judged = judge_movers(
+        world.robot,
+        trajectory.time,
+        trajectory.q,
+        lambda time: movers_at(tracks, time),
+        scenario.control_period,
+    )
+    return MovingResult(
+        len(movers_at(tracks, 0.0)),
+        {kind: judged.count(kind) for kind in KINDS},
+        float(judged.distance.min()),
+        judged.waited,
     )
 
 

@@ -37,7 +37,10 @@ from remosplat_drake.benchmark.splat_record import (
 )
 from remosplat_drake.benchmark.splat_table import splat_table
 from remosplat_drake.benchmark.suites import (
-    ROBOTS,
+    METHODS,
+    MOVING_METHODS,
+    ROBOTS_METHOD,
+    default_methods,
     interleave_families,
     load_cases,
     suite_robots,
@@ -65,13 +68,6 @@ to run."""
 
 HEADING = "Benchmark"
 
-METHODS = "paper,sdf-guided,ellipsoid-guided"
-"""Methods that are compared by default: the paper's, and guided control with
-true distances and on splats."""
-
-ROBOTS_METHOD = "robots-guided"
-"""The same for random targets of any robot."""
-
 EXAMPLES = """
 remosplat benchmark --scenes 20 --output results/first
 remosplat benchmark --methods my_controller:make,sdf-hard --scenes 2
@@ -92,11 +88,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--suite",
         default="generated",
-        metavar="generated|published:DIR|mbm:DIR|scan:NAME|robots",
-        help="our own scenes (default), the published ones in DIR,"
-        " MotionBenchMaker's problems in DIR, targets in scans: scan:demo,"
-        " scan:FILE.yaml, scan:redkitchen:DATA, or random targets for any"
-        " robot in two scenes each",
+        metavar="generated|published:DIR|moving[:SUITE]|mbm:DIR|scan:NAME"
+        "|robots",
+        help="our own scenes (default), the published ones in DIR, either with"
+        " movers that cross the way, MotionBenchMaker's problems in DIR,"
+        " targets in scans: scan:demo, scan:FILE.yaml, scan:redkitchen:DATA,"
+        " or random targets for any robot in two scenes each",
     )
     parser.add_argument(
         "--robot",
@@ -111,8 +108,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="A,B,...",
         help="names, FILE or FILE:NAME of benchmark/methods.yaml's kind, your"
         " own controller as MODULE:FUNCTION (see custom_controller.py), or"
-        f" groups: {', '.join(GROUPS)} (default: {METHODS}; for robots:"
-        f" {ROBOTS_METHOD})",
+        f" groups: {', '.join(GROUPS)} (default: {METHODS}; for moving:"
+        f" {MOVING_METHODS}; for robots: {ROBOTS_METHOD})",
     )
     parser.add_argument(
         "--spheres",
@@ -209,8 +206,8 @@ def _trials(
     arguments: argparse.Namespace, folders: tuple[Path, ...]
 ) -> list[Trial]:
     """All trials, scene by scene: who interrupts has compared all in some."""
-    usual = ROBOTS_METHOD if arguments.suite == ROBOTS else METHODS
-    names = (arguments.methods or usual).split(",")
+    chosen = arguments.methods or default_methods(arguments.suite)
+    names = chosen.split(",")
     trials: list[Trial] = []
     for robot in suite_robots(arguments.suite, arguments.robot):
         methods = load_methods(

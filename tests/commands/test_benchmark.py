@@ -10,7 +10,7 @@ from rich.text import Text
 
 from remosplat_drake.benchmark.methods import GROUPS, load_methods
 from remosplat_drake.benchmark.result import read_results
-from remosplat_drake.benchmark.suites import PUBLISHED_FOLDERS
+from remosplat_drake.benchmark.suites import PUBLISHED_FOLDERS, default_methods
 from remosplat_drake.commands.command_parser import CommandParser
 from remosplat_drake.commands.main import main
 from remosplat_drake.generation.scene_generators import generate
@@ -86,7 +86,8 @@ def test_a_terminal_shows_one_table_that_fits(scenes, capsys, monkeypatch):
 
 def test_guided_control_stands_beside_the_papers_by_default():
     arguments = CommandParser("benchmark").parse_args([])
-    names = [m.name for m in load_methods(arguments.methods.split(","))]
+    chosen = default_methods(arguments.suite).split(",")
+    names = [m.name for m in load_methods(chosen)]
     assert {*GROUPS["paper"], "sdf-guided", "ellipsoid-guided"} == {*names}
 
 

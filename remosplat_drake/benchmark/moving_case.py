@@ -1,0 +1,45 @@
+"""`MovingCase`: a scene of solids in which other things move by themselves."""
+
+import dataclasses as dc
+from collections.abc import Sequence
+from pathlib import Path
+
+from remosplat_drake.benchmark.scene_case import SceneCase
+from remosplat_drake.generation.moving_scenes import (
+    MOVING_VERSION,
+    draw_movers,
+)
+from remosplat_drake.scene.moving.mover_track import MoverConfig
+from remosplat_drake.scene.moving.person import Person
+from remosplat_drake.scene.moving.track import Track
+
+MOVING = "moving"
+"""Kind of the suite of scenes in which things move."""
+
+
+@dc.dataclass(frozen=True)
+class MovingCase(SceneCase):
+    """A scene, and what moves in it, drawn for its name."""
+
+    @staticmethod
+    def of(case: SceneCase) -> "MovingCase":
+        """Makes a scene of another suite move.
+
+        Args:
+            case: The scene, which stands.
+        """
+        fields = {f.name: getattr(case, f.name) for f in dc.fields(case)}
+        suite = f"{case.suite} with movers v{MOVING_VERSION}"
+        return MovingCase(**{**fields, "suite": suite})
+
+    def movers(self) -> Sequence[MoverConfig | Person]:
+        """Draws what moves.
+
+        Raises:
+            RemoSplatError: The scene's file cannot be used.
+        """
+        return draw_movers(self.truth(), self.seed)
+
+    def tracks(self) -> list[Track]:
+        """Returns how it moves."""
+        return [mover.make(Path()) for mover in self.movers()]

@@ -1,0 +1,115 @@
+"""The table of a study with movers: who was touched, and whose doing it was."""
+
+import numpy as np
+
+from remosplat_drake.base.table import Table
+from remosplat_drake.benchmark.cells import (
+    format_median,
+    format_rare,
+    format_rate,
+)
+from remosplat_drake.benchmark.summary import Comparison, Row
+from remosplat_drake.recording.mover_contacts import (
+    RESTING,
+    RETREATING,
+    TOWARDS,
+)
+
+RULE = "text"
+"""The success rule of the table."""
+
+NOTES = (
+    "Scenes by the worst contact in them, judged by the true movers between"
+    " ticks, too. Towards: a link moved towards what it touched, the robot's"
+    " fault; retreating: a link that moved away or along was caught up with;"
+    " at rest: the robot stood. Reached: the target, without having touched"
+    " anything towards it, and nothing that stands. Reachable: some method of"
+    " the table arrived, whatever it touched. Waited, time: medians, of the"
+    " scenes that were reached."
+)
+
+
+def moving_table(comparison: Comparison) -> Table:
+    """Makes the table, one method a row.
+
+    Args:
+        comparison: The methods to show, whose trials have movers.
+    """
+    return Table(
+        f"{comparison.title}: with movers",
+        (
+            "method",
+            "reached [%]",
+            "of reachable [%]",
+            "towards",
+            "retreating",
+            "at rest",
+            "collisions with the scene",
+            "least distance [mm]",
+            "waited [s]",
+            "time [s]",
+            "tick [ms]",
+        ),
+        tuple(_row(row, reachable(comparison)) for row in comparison.rows),
+        NOTES,
+    )
+
+
+def reached(row: Row) -> np.ndarray:
+    """Returns in which trials the target was reached without a fault."""
+    return row.successes(RULE) & (worst_contacts(row) != TOWARDS)
+
+
+def worst_contacts(row: Row) -> np.ndarray:
+    """Returns the worst kind of contact of each trial; empty for none."""
+    return np.array(
+        [t.moving.worst if t.moving else "" for t in row.trials], str
+    )
+
+
+def reachable(comparison: Comparison) -> np.ndarray:
+    """Returns in which scenes any of the methods has arrived."""
+    arrived = [row.successes(RULE) for row in comparison.rows]
+    return np.logical_or.reduce(arrived)
+
+
+def _row(row: Row, reachable: np.ndarray) -> tuple[str, ...]:
+    good, worst = reached(row), worst_contacts(row)
+    judged = [t.moving for t in row.trials if t.moving is not None]
+    least = min((m.distance for m in judged), default=None)
+    waited = np.array(
+        [
+            t.moving.waited
+            for t, g in zip(row.trials, good, strict=True)
+            if g and t.moving is not None
+        ]
+    )
+    return (
+        row.method,
+        format_rate(int(good.sum()), len(row)),
+        format_rate(int((good & reachable).sum()), int(reachable.sum())),
+        format_rare(int((worst == TOWARDS).sum()), len(row)),
+        str(int((worst == RETREATING).sum())),
+        str(int((worst == RESTING).sum())),
+        str(row.collisions()),
+        "–" if least is None else f"{1e3 * least:.0f}",
+        format_median(waited, 1),
+        format_median(row.values("duration", RULE, good), 1),
+        format_median(1e3 * row.times("tick_p50"), 1),
+    )
+
+
+def moving_document(row: Row) -> dict:
+    """Gathers a method's numbers for `benchmark --json`.
+
+    Args:
+        row: The trials of a method, with movers.
+    """
+    good, worst = reached(row), worst_contacts(row)
+    return {
+        "reached": int(good.sum()),
+        **{
+            kind: int((worst == kind).sum())
+            for kind in (TOWARDS, RETREATING, RESTING)
+        },
+    }
