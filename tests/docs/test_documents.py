@@ -261,9 +261,19 @@ def test_every_tag_is_one_of_a_scenario(document):
             field = "station"
         elif tag == "CameraConfig":
             field, content = "wrist_camera", "{X_PB: {base_frame: camera}}"
+        elif tag in ("KnownMovers", "StandingMovers", "UnknownMovers"):
+            field = "mover_sensing"
+        elif tag in MOVERS:
+            scenario = load_scenario(override=f"{{movers: [!{tag} {{}}]}}")
+            assert [type(m).__name__ for m in scenario.movers] == [tag]
+            continue
         text = f"{{{field}: !{tag} {content}}}"
         scenario = load_scenario(override=text)
         assert type(getattr(scenario, field)).__name__ == tag
+
+
+MOVERS = ("Person", "SwingingDoor", "RecordedMovers", "OtherRobot")
+"""Tags of things that move."""
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda d: d.name)
