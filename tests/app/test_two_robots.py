@@ -83,6 +83,7 @@ class Both:
         return seen, least
 
 
+@pytest.mark.slow
 def test_the_one_that_yields_comes_second(tmp_path):
     seen, least = Both(load(tmp_path, "theirs")).run(40.0)
     assert seen[0] == (0, 0) and seen[-1][0] == 1
@@ -91,6 +92,7 @@ def test_the_one_that_yields_comes_second(tmp_path):
     assert least > 0.02
 
 
+@pytest.mark.slow
 def test_without_a_right_of_way_they_wait_for_each_other(tmp_path):
     seen, least = Both(load(tmp_path, "nobodys")).run(20.0)
     assert seen == [(0, 0)]
