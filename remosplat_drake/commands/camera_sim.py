@@ -7,6 +7,7 @@ import time
 from pydrake.lcm import DrakeLcm
 
 from remosplat_drake.app.scenario import Scenario, load_scenario
+from remosplat_drake.app.stages import tracks_of
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.clock import wall_utime
 from remosplat_drake.base.stop_signals import stop_signals
@@ -92,7 +93,7 @@ def _camera(
     if name is None:
         wrist = scenario.camera or WristCameraConfig()
         return CameraSim(wrist, robot, truth, lcm)
-    tracks = [mover.make(scenario.folder) for mover in scenario.movers]
+    tracks = tracks_of(scenario)
     return WireCamera(scenario.sight_camera(name), robot, truth, tracks, lcm)
 
 
