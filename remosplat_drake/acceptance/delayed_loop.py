@@ -141,7 +141,7 @@ def run_delayed(
             q_plan = _extrapolated(law.robot, q, v, robot.times[-1] - stamp)
         else:
             way = modelled_way(model, known, stamp)
-            known = known.with_measurement(q, way, robot.n_base)
+            known = known.with_measurement(q, way, law.robot.n_base)
             motion = predict(law.robot, model, known, q, stamp, robot.times[-1])
             q_plan = motion.q_planned
             share = max(_share(motion), 0.0 if math.isnan(share) else share)

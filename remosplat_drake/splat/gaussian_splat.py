@@ -118,10 +118,10 @@ class GaussianSplat:
 
     def _reject(self, bad: np.ndarray, what: str, problem: str):
         if bad.any():
-            bad = bad.reshape(len(bad), -1).any(axis=1)
+            which = np.flatnonzero(bad.reshape(len(bad), -1).any(axis=1))
             raise RemoSplatError(
-                f"{what} of splat {bad.argmax()} is {problem}"
-                f" ({bad.sum()} such splats)"
+                f"{what} of splat {which[0]} is {problem}"
+                f" ({len(which)} such splats)"
             )
 
     @staticmethod

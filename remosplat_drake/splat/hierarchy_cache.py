@@ -39,7 +39,7 @@ def kept_hierarchy(boxes: np.ndarray) -> BoundingVolumeHierarchy:
     """
     if len(boxes) < LEAST_BOXES:
         return hierarchy_of(boxes)
-    digest = hashlib.sha256(np.ascontiguousarray(boxes)).hexdigest()[:32]
+    digest = hashlib.sha256(np.ascontiguousarray(boxes).data).hexdigest()[:32]
     path = cache_folder() / f"{digest}.bvh"
     kept = _read(path, len(boxes))
     if kept is not None:

@@ -45,6 +45,13 @@ _SPLAT = tuple(field.name for field in dc.fields(GaussianSplat))
 _OPTIONAL = "uncertainty"
 _COMPOSITE, _UNKNOWN = "composite", "unknown_space"
 
+_OfSplat = (
+    SphereToEllipsoidField
+    | DepthRasterizationField
+    | CudaSphereToEllipsoidField
+    | CudaDepthField
+)
+
 _MOST_PARTS = 8
 """Greatest number of a composite's parts; none of them is a composite."""
 
@@ -123,7 +130,7 @@ def _take_field(
     if isinstance(field, UnknownSpaceField):
         belongs = _is_of_coverage(field, scene_map.coverage)
         description = {"kind": _UNKNOWN}
-    elif isinstance(field, tuple(_KINDS)):
+    elif isinstance(field, _OfSplat):
         belongs = _is_of_splat(field, scene_map.splat_W)
         kind = _KINDS[type(field)]
         description = {"kind": kind, "settings": field.settings}
