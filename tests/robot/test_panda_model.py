@@ -61,8 +61,9 @@ def test_only_the_foot_stands_on_the_table():
 
 def test_what_frankie_includes_is_shipped_once():
     models = resources.models_dir()
-    for name in ("panda.urdf", "panda_hand.urdf", "collision"):
-        assert [p.parent.name for p in models.glob(f"*/{name}")] == ["panda"]
+    for name in ("panda.urdf", "panda_hand.urdf", "collision/panda_hand_0.obj"):
+        holders = [f.relative_to(models) for f in models.glob(f"*/{name}")]
+        assert [f.parts[0] for f in holders] == ["panda"]
     meshes = {
         name: load_visuals(models / name / "visuals.yaml")
         for name in ("frankie", "panda")

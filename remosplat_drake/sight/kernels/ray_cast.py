@@ -8,8 +8,9 @@ from remosplat_drake.scene.kernels.solid_distance import (
     cylinder_distance,
 )
 
-_STEPS = 64
-"""Most steps along a ray; each goes as far as nothing can be hit."""
+_STEPS = 1000
+"""Most steps along a ray; each goes as far as nothing can be hit. Rays that
+pass millimetres beside a face take many."""
 
 _HIT = 2e-4
 """Distance from a surface at which a ray has hit it [m]."""

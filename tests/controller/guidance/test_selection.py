@@ -19,6 +19,7 @@ from remosplat_drake.controller.guidance.selection import (
     advance_selection,
     start_selection,
 )
+from remosplat_drake.signals.target import Target
 
 PLENTY = 1000
 
@@ -135,7 +136,7 @@ def test_from_a_lower_tier_the_first_is_tried_first(toy):
     selection = dc.replace(
         start_selection(rule),
         guidance=stuck,
-        X_WT=toy.X_WT,
+        target=Target.of(toy.X_WT),
         revision=toy.field.revision,
     )
     selection = advance(rule, selection, toy)
