@@ -9,10 +9,7 @@ import numpy as np
 from remosplat_drake.base.packed import Packed
 from remosplat_drake.controller.controller_config import default_ingredients
 from remosplat_drake.controller.guidance.guidance import Guidance
-from remosplat_drake.controller.ingredients import (
-    MoverDamper,
-    SelfCollisionDamper,
-)
+from remosplat_drake.controller.ingredients import SelfCollisionDamper
 from remosplat_drake.controller.kernels.assemble import (
     PARTS,
     Parts,
@@ -32,14 +29,16 @@ from remosplat_drake.controller.reactive_program import (
     Tick,
 )
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.kernels.mover_reach import MoverArrays
+from remosplat_drake.scene.mover import Movers
 
 
 class CompiledLaw:
     """The ingredients of a law, as programs are built of them.
 
     One kernel adds the library's own, several times faster than these would by
-    `AddToProgram`; what is from outside adds itself afterwards, and so does the
-    `MoverDamper` where something moves. Settings are read when the law is made.
+    `AddToProgram`; what is from outside adds itself afterwards. Settings are
+    read when the law is made.
 
     Attributes:
         outside: The ingredients that no kernel adds: those from outside, and
@@ -55,17 +54,14 @@ class CompiledLaw:
         """
         self._robot = robot
         own: dict[type, CompiledIngredient] = {}
-        outside, moving = [], []
+        outside = []
         for part in ingredients:
             kind = type(part)
-            if kind is MoverDamper:
-                moving.append(part)
-            elif kind in PARTS and kind not in own:
+            if kind in PARTS and kind not in own:
                 own[kind] = cast(CompiledIngredient, part)
             else:
                 outside.append(part)
         self.outside: Sequence[Ingredient] = tuple(outside)
-        self._moving = tuple(moving)
         present = np.array([kind in own for kind in PARTS])
         others = {type(part): part for part in default_ingredients(robot)}
         self._parts = [
@@ -102,12 +98,9 @@ class CompiledLaw:
                 shape.
         """
         arrays = self._assemble(tick)
-        program = ReactiveProgram.from_arrays(arrays, self._parts, self._robot)
-        further = self.outside
-        if tick.near_movers is not None:
-            further = (*self._moving, *further)
-        if further:
-            program.extend(further, tick)
+        program = ReactiveProgram.from_arrays(arrays, self._parts, tick)
+        if self.outside:
+            program.extend(self.outside, tick)
         return program
 
     def _assemble(self, tick: Tick) -> ProgramArrays:
@@ -127,6 +120,7 @@ class CompiledLaw:
             tick.state.arrays,
             tick.target.arrays,
             rows,
+            mover_arrays(tick.movers, tick.time),
             near_arrays(self.near, tick.state.X_WL),
             np.array(tick.u_previous, float),
             float(tick.dt),
@@ -136,6 +130,19 @@ class CompiledLaw:
 
 
 _OWN = PARTS.index(SelfCollisionDamper)
+
+
+_STILL = Movers(0.0)
+
+
+def mover_arrays(movers: Movers | None, time: float) -> MoverArrays:
+    """Returns what moves as kernels take it, where nothing does as well.
+
+    Args:
+        movers: What moves; None if nothing is known to.
+        time: The present time [s].
+    """
+    return _STILL.at(0.0) if movers is None else movers.at(time)
 
 
 def guidance_arrays(guidance: Guidance, n_q: int) -> GuidanceArrays:

@@ -189,7 +189,9 @@ def default_ingredients(
         ing.JointLimitDamper(config.joint_limits),
         ing.CollisionDamper(config.collision),
         ing.SelfCollisionDamper(config.self_collision, robot),
-        ing.ActiveCollisionCost(config.active_collision, config.collision),
+        ing.ActiveCollisionCost(
+            config.active_collision, config.collision, config.movers
+        ),
         ing.ManipulabilityCost(config.manipulability),
         ing.BaseOrientationCost(config.base_orientation),
         ing.PathTracking(config.path_tracking),

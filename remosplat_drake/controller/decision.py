@@ -21,6 +21,13 @@ from remosplat_drake.signals.binding import (
     SELF_COLLISION,
 )
 
+YIELD_ORDER = (MOVER, JOINT_LIMIT, SELF_COLLISION)
+"""Names of the rows that yield first in an infeasible program, in this order.
+
+Those before the scene, and of ingredients of one's own, come last. Costs yield
+to all rows, and verification to nothing.
+"""
+
 
 class Solver(Protocol):
     """Finds the optimum of the convex quadratic program of a tick."""
@@ -75,11 +82,11 @@ def decide(
     """Solves the program of a tick, falling back where it has no optimum.
 
     The program is tried as it stands, then without acceleration bounds, then
-    with negative right-hand sides of its rows raised to zero as well: first
-    those before what moves, then those before joint limits, then those before
-    the robot itself, and then
-    those before the scene and of ingredients of one's own. Last comes a step of
-    the braking ramp. A fallback never goes unnamed. Where the law is strict,
+    with negative right-hand sides of its rows raised to zero as well, in
+    `YIELD_ORDER`: first those before what moves, then those before joint
+    limits, then those before the robot itself, and then those before the scene
+    and of ingredients of one's own. Last comes a step of the braking ramp. A
+    fallback never goes unnamed. Where the law is strict,
     acceleration bounds are never left out. Verification, and with it the joint
     limits themselves, yields to nothing.
 
@@ -92,12 +99,19 @@ def decide(
             builds it.
         strict: Whether every command keeps to the acceleration bounds.
     """
-    program = program or build_program(tick, ingredients)
+    whole = program = program or build_program(tick, ingredients)
+
+    def weakened(*, acceleration: bool, relax: frozenset[str] = frozenset()):
+        less = whole.weakened(use_acceleration=acceleration, relax=relax)
+        return less or build_program(
+            tick, ingredients, use_acceleration=acceleration, relax=relax
+        )
+
     u = solve(program, solver)
     if u is not None:
         return Decision(u, tick_report.OPTIMAL, "", program)
     if program.has_acceleration_bounds and not strict:
-        program = build_program(tick, ingredients, use_acceleration=False)
+        program = weakened(acceleration=False)
         u = solve(program, solver)
         if u is not None:
             return Decision(
@@ -107,9 +121,7 @@ def decide(
                 program,
             )
     for names in _yielding(program):
-        program = build_program(
-            tick, ingredients, use_acceleration=strict, relax=names
-        )
+        program = weakened(acceleration=strict, relax=names)
         u = solve(program, solver)
         if u is not None:
             reason = f"infeasible; yielded: {', '.join(program.yielded)}"
@@ -127,7 +139,7 @@ def _yielding(program: ReactiveProgram) -> Iterator[frozenset[str]]:
     retreats = {
         name for name, rows in program.rows.items() if (rows.b < 0.0).any()
     }
-    dampers = {MOVER}, {JOINT_LIMIT}, {SELF_COLLISION}
+    dampers = [{name} for name in YIELD_ORDER]
     names: set[str] = set()
     for more in (*dampers, retreats.difference(*dampers)):
         if more & retreats:

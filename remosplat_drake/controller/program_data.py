@@ -34,6 +34,11 @@ class Rows:
         said = self.label(i)
         return (said,) if isinstance(said, str) else said
 
+    def yielding(self, name: str) -> list[str]:
+        """Says which rows demand a retreat, under a name for all of them."""
+        rows = np.flatnonzero(self.b < 0).tolist()
+        return [f"{name}[{' and '.join(self.about(i))}]" for i in rows]
+
 
 @dc.dataclass(frozen=True, eq=False)
 class Tracking:

@@ -195,6 +195,7 @@ class ReactiveLaw:
                 compiled.near,
                 self._own.arrays.values,
                 float(self._own.stopping),
+                float(self.movers.separation),
             )
             self._loop = Packed(loop)
         return self._loop

@@ -28,6 +28,7 @@ from remosplat_drake.controller.program_data import (
 from remosplat_drake.controller.servo import error_scale
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.near_movers import NearMovers
 from remosplat_drake.signals.target import Target
@@ -50,8 +51,8 @@ class Tick:
         sphere_tube: By how much each sphere may be off its predicted path, at
             the speeds of the command that is being executed, shape (n,) [m];
             None where the robot obeys at once.
-        near_movers: What moves near the robot; None if nothing is known to
-            move.
+        movers: What moves; None if nothing is known to.
+        time: The time of the tick [s].
 
     Example:
         >>> import remosplat_drake as rs
@@ -70,7 +71,22 @@ class Tick:
     dt: float
     guidance: Guidance = DIRECT
     sphere_tube: np.ndarray | None = None
-    near_movers: NearMovers | None = None
+    movers: Movers | None = None
+    time: float = 0.0
+
+    def near_movers(self, within: float, ahead: float = 0.0) -> NearMovers:
+        """Finds what moves near the robot as it stands.
+
+        Args:
+            within: Pairs of a sphere and a mover at or beyond this distance
+                are left out [m].
+            ahead: How far ahead movers are looked at [s]: then they are where
+                their twists lead them.
+        """
+        if self.movers is None:
+            return NearMovers.none()
+        movers = self.movers.moved_on(ahead, ahead) if ahead else self.movers
+        return NearMovers.find(movers, self.time, self.state.spheres, within)
 
     @property
     def X_WT(self) -> np.ndarray:
@@ -149,7 +165,7 @@ class Named(Protocol):
 
     term: str
 
-    def about(self, robot: RobotModel, number: int) -> str | tuple[str, ...]:
+    def about(self, tick: Tick, number: int) -> str | tuple[str, ...]:
         """Says what a row is about; see `CompiledIngredient`."""
         ...
 
@@ -160,17 +176,17 @@ class Labels:
 
     Attributes:
         part: The ingredient that they are of.
-        robot: The robot.
+        tick: What is known at the tick.
         number: What the kernel has noted of each row, shape (m,).
     """
 
     part: Named
-    robot: RobotModel
+    tick: Tick
     number: np.ndarray
 
     def __call__(self, i: int) -> str | tuple[str, ...]:
         """Says what row i is about."""
-        return self.part.about(self.robot, int(self.number[i]))
+        return self.part.about(self.tick, int(self.number[i]))
 
 
 class TermError(RemoSplatError, ValueError):
@@ -225,6 +241,7 @@ class ReactiveProgram(ProgramData):
         self.relax = relax
         self.yielded: list[str] = []
         self.arrays: ProgramArrays | None = None
+        self._source: tuple[Sequence[Named], Tick] | None = None
         self._drake: DrakeProgram | None = None
         self._is_finished = False
 
@@ -232,7 +249,7 @@ class ReactiveProgram(ProgramData):
     def from_arrays(
         arrays: ProgramArrays,
         ingredients: Sequence[Named],
-        robot: RobotModel,
+        tick: Tick,
     ) -> "ReactiveProgram":
         """Makes a finished program of the terms that kernels have added.
 
@@ -240,9 +257,9 @@ class ReactiveProgram(ProgramData):
             arrays: The terms.
             ingredients: The ingredients, in the kernels' order; their terms
                 have different names.
-            robot: The robot that is driven.
+            tick: What is known at the tick.
         """
-        program = ReactiveProgram(robot.velocity_limit)
+        program = ReactiveProgram(tick.robot.velocity_limit)
         program.lower, program.upper = arrays.lower, arrays.upper
         has, spans = arrays.has.tolist(), arrays.rows.tolist()
         for k, part in enumerate(ingredients):
@@ -258,7 +275,7 @@ class ReactiveProgram(ProgramData):
                     arrays.A[span],
                     arrays.b[span],
                     arrays.kept[span],
-                    Labels(part, robot, arrays.about[span]),
+                    Labels(part, tick, arrays.about[span]),
                 )
         _, tracker, accelerates, tracked = arrays.count.tolist()
         if tracker:
@@ -270,8 +287,46 @@ class ReactiveProgram(ProgramData):
                 arrays.limit[:tracked],
             )
         program.has_acceleration_bounds = bool(accelerates)
-        program.arrays = arrays
+        program.arrays, program._source = arrays, (ingredients, tick)
         program._is_finished = True
+        return program
+
+    def weakened(
+        self, *, use_acceleration: bool = True, relax: Container[str] = ()
+    ) -> "ReactiveProgram | None":
+        """Returns the program with less demanded, as `build_program` builds it.
+
+        None where it is not what kernels have added alone: then it must be
+        built anew.
+
+        Args:
+            use_acceleration: Whether acceleration bounds stay.
+            relax: Names of the sets of rows whose negative right-hand sides
+                are raised to zero.
+        """
+        if self.arrays is None or self._source is None:
+            return None
+        (parts, tick), arrays = self._source, self.arrays
+        b, count = arrays.b.copy(), arrays.count.copy()
+        if not use_acceleration:
+            count[2] = 0
+            free = {"lower": arrays.free_lower, "upper": arrays.free_upper}
+            arrays = arrays._replace(**free)
+        yielded = []
+        for name, rows in self.rows.items():
+            if name in relax:
+                yielded += rows.yielding(name)
+        for part, (first, last) in zip(
+            parts, arrays.rows.tolist(), strict=True
+        ):
+            if part.term in relax:
+                b[first:last] = np.maximum(b[first:last], 0.0)
+        arrays = arrays._replace(b=b, count=count, kept=arrays.kept.copy())
+        program = ReactiveProgram.from_arrays(arrays, parts, tick)
+        program.use_acceleration, program.relax = use_acceleration, relax
+        program.yielded = yielded
+        m = count[0]
+        arrays.kept[:m] = program.can_bind(arrays.A[:m], b[:m])
         return program
 
     def add_linear_cost(self, name: str, c: np.ndarray) -> None:
@@ -330,9 +385,7 @@ class ReactiveProgram(ProgramData):
         )
         rows = Rows(A, b, np.ones(len(b), bool), label)
         if name in self.relax:
-            for i in np.flatnonzero(b < 0).tolist():
-                said = " and ".join(rows.about(i))
-                self.yielded.append(f"{name}[{said}]")
+            self.yielded += rows.yielding(name)
             rows = dc.replace(rows, b=np.maximum(b, 0.0))
         self.rows[name] = rows
 

@@ -11,6 +11,10 @@ from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.reactive_program import Tick
 from remosplat_drake.controller.verification.committed import committed
+from remosplat_drake.controller.verification.protective_separation import (
+    Monitoring,
+    protective_separation,
+)
 from remosplat_drake.controller.verification.verify import (
     Surroundings,
     Verdict,
@@ -21,7 +25,7 @@ from remosplat_drake.scene.mover import MoverArrays, Movers
 from remosplat_drake.signals.binding import COLLISION, NONE_BINDS, Binding
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.motion import Motion
-from remosplat_drake.signals.near_movers import NearMovers
+from remosplat_drake.signals.separation import Separation
 from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.tick_report import TickReport
 
@@ -70,11 +74,7 @@ def run_tick(
     state = state or law.robot.state(q)
     after_kinematics = perf_counter()
     if target.is_known:
-        near, sphere_tube = None, None
-        if movers is not None and len(movers):
-            near = NearMovers.find(
-                movers, time, state.spheres, law.movers.influence
-            )
+        sphere_tube = None
         if motion is not None:
             sphere_tube = law.robot.sphere_tube(
                 motion.model.tube, np.abs(u_previous)
@@ -89,7 +89,8 @@ def run_tick(
             law.dt,
             guidance,
             sphere_tube,
-            near,
+            movers,
+            time,
         )
         program = law.program(tick)
         after_build = perf_counter()
@@ -111,6 +112,7 @@ def run_tick(
         motion,
         _movers_at(movers, time, motion),
     )
+    separation = _separation(law, state, verdict.command, time, motion, movers)
     end = perf_counter()
     program, binding = decision.program, NONE_BINDS
     if program is not None:
@@ -130,6 +132,7 @@ def run_tick(
         binding=binding,
         line_deviation=target.line_deviation(state.X_WE),
         objection=verdict.objection,
+        separation=separation,
         timings={
             "kinematics": after_kinematics - start,
             "build": after_build - after_kinematics,
@@ -214,8 +217,32 @@ def _movers_at(
     """Returns what moves, as it is known when a command begins to act."""
     if movers is None or not len(movers):
         return None
+    seen = movers.at(time)
     start = time if motion is None else motion.start
-    return movers.at(time)._replace(age=movers.at(time).age + start - time)
+    return seen._replace(age=seen.age + start - time)
+
+
+def _separation(
+    law: ReactiveLaw,
+    state: RobotState,
+    u: np.ndarray,
+    time: float,
+    motion: Motion | None,
+    movers: Movers | None,
+) -> Separation | None:
+    """Returns where the protective separation distance is kept least."""
+    if movers is None or not len(movers):
+        return None
+    robot, delay, tube = law.robot, 0.0, np.zeros(len(law.robot.spheres))
+    if motion is not None:
+        delay = motion.start - time
+        tube = robot.sphere_tube(motion.model.tube, np.abs(u))
+    monitoring = Monitoring.make(
+        u, robot.acceleration_limit, law.dt, law.movers.separation, delay
+    )
+    return protective_separation(
+        state, movers, time, u, monitoring, tube
+    ).least(robot.spheres.links, movers)
 
 
 def _row_flags(

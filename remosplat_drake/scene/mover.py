@@ -9,13 +9,13 @@ import dataclasses as dc
 import math
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RigidTransform, RotationMatrix
 
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.scene.kernels.mover_reach import MoverArrays
 from remosplat_drake.scene.mover_camera import MoverCamera
 
 MOST = 200
@@ -85,6 +85,13 @@ class Mover:
     def __deepcopy__(self, memo) -> "Mover":
         return self
 
+    @property
+    def speed(self) -> float:
+        """Bounds the present speed of all points of its core [m/s]."""
+        far = np.linalg.norm(self.half_extents)
+        turning = np.linalg.norm(self.w_WM) * far
+        return float(np.linalg.norm(self.v_WM) + turning)
+
     def after(self, time: float) -> RigidTransform:
         """Predicts its pose in W, if it goes on with its twist.
 
@@ -147,32 +154,6 @@ class Mover:
 _BOUNDS = ("max_speed", "max_acceleration", "velocity_error", "position_error")
 
 
-class MoverArrays(NamedTuple):
-    """k movers as kernels take them.
-
-    Attributes:
-        half_extents: Half side lengths of their cores, shape (k, 3) [m].
-        radius: Radii around these, shape (k,) [m].
-        R_WM: Orientations at the stamp, shape (k, 3, 3).
-        p_WM: Origins of their frames at the stamp, shape (k, 3) [m].
-        v_WM: Velocities of these, shape (k, 3) [m/s].
-        w_WM: Angular velocities, shape (k, 3) [rad/s].
-        bounds: For each its greatest speed [m/s], its greatest acceleration
-            [m/s^2], and the errors of its velocity [m/s] and of its position
-            [m], shape (k, 4).
-        age: Time since the stamp [s].
-    """
-
-    half_extents: np.ndarray
-    radius: np.ndarray
-    R_WM: np.ndarray
-    p_WM: np.ndarray
-    v_WM: np.ndarray
-    w_WM: np.ndarray
-    bounds: np.ndarray
-    age: float
-
-
 @dc.dataclass(frozen=True, eq=False)
 class Movers:
     """All that is known to move; copying returns the object itself.
@@ -232,6 +213,25 @@ class Movers:
             return self
         moved = [dc.replace(m, X_WM=m.after(ahead)) for m in self.movers]
         return dc.replace(self, stamp=time, movers=moved)
+
+    def moved_on(self, time: float, longest: float) -> "Movers":
+        """Moves them on, as they would be measured later.
+
+        They keep their twists for a while, and rest afterwards. The stamp
+        stays: seen from the same time, what is known of them is as old and as
+        sure as it is now.
+
+        Args:
+            time: How much later [s].
+            longest: For how long they move on [s].
+        """
+        rests = time > longest
+        none = {"v_WM": np.zeros(3), "w_WM": np.zeros(3)} if rests else {}
+        moved = [
+            dc.replace(m, X_WM=m.after(min(time, longest)), **none)
+            for m in self.movers
+        ]
+        return dc.replace(self, movers=moved)
 
     @cached_property
     def _arrays(self) -> MoverArrays:

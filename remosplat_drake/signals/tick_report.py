@@ -6,6 +6,7 @@ import numpy as np
 
 from remosplat_drake.signals.binding import NONE_BINDS, Binding
 from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.separation import Separation
 from remosplat_drake.signals.target import Target
 
 OPTIMAL = "optimal"
@@ -51,6 +52,9 @@ class TickReport:
             target asks for [m]; NaN where it asks for none.
         objection: What verification has against that optimum: `COLLISION`,
             `JOINT_LIMIT`, `SELF_COLLISION` or `MOVER`; empty if nothing.
+        separation: How near what moves is, beside the protective separation
+            distance: where least is left of it, or most is lacking. None where
+            nothing moves.
         timings: Wall-clock time of each phase [s]: guidance (of the period
             before), oracle, kinematics, build, solve, verify, total.
     """
@@ -68,6 +72,7 @@ class TickReport:
     binding: Binding = NONE_BINDS
     line_deviation: float = float("nan")
     objection: str = ""
+    separation: Separation | None = None
     timings: dict[str, float] = dc.field(default_factory=dict)
 
     def __deepcopy__(self, memo) -> "TickReport":

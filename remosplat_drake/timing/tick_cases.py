@@ -3,6 +3,9 @@
 from collections.abc import Callable, Iterator
 from itertools import cycle, pairwise
 
+import numpy as np
+from pydrake.math import RigidTransform
+
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.simulation import run
@@ -12,7 +15,17 @@ from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.reactive_program import Tick
 from remosplat_drake.controller.solvers import ACTIVE_SET
 from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.timing.measuring import Case
+
+_BYSTANDERS = 5
+"""Number of things that move around the robot where any do."""
+
+_AWAY = 0.9
+"""How far away these are [m]."""
+
+_SPEED = 0.5
+"""How fast they walk [m/s]."""
 
 _EVERY = 4
 """Number of ticks of the run for each tick that is timed."""
@@ -43,7 +56,9 @@ def tick_cases(
     programs = cycle([law.program(tick) for tick in ticks])
     reach = scenario.controller.collision.influence
 
-    def whole_tick(law: ReactiveLaw) -> Callable[[Tick], object]:
+    def whole_tick(
+        law: ReactiveLaw, movers: Movers | None = None
+    ) -> Callable[[Tick], object]:
         def body(tick: Tick) -> object:
             spheres = world.robot.spheres_at(tick.state.q)
             return run_tick(
@@ -54,9 +69,12 @@ def tick_cases(
                 world.field.clearances(spheres, reach),
                 world.field,
                 tick.u_previous,
+                movers=movers,
             )
 
         return body
+
+    movers = _bystanders(ticks)
 
     n = len(world.robot.spheres)
     return [
@@ -88,7 +106,29 @@ def tick_cases(
             f"{group}: whole, verified, active set",
             _over(ticks, whole_tick(laws["active set"])),
         ),
+        Case(
+            f"{group}: whole, verified, {_BYSTANDERS} movers",
+            _over(ticks, whole_tick(law, movers)),
+        ),
+        Case(
+            f"{group}: whole, verified, active set, {_BYSTANDERS} movers",
+            _over(ticks, whole_tick(laws["active set"], movers)),
+        ),
     ]
+
+
+def _bystanders(ticks: list[Tick]) -> Movers:
+    """People who walk round where the end effector is on the average."""
+    center = np.mean([tick.state.X_WE[:3, 3] for tick in ticks], axis=0)
+    people = []
+    for angle in np.linspace(0.0, 2.0 * np.pi, _BYSTANDERS, endpoint=False):
+        outwards = np.array([np.cos(angle), np.sin(angle), 0.0])
+        along = np.array([-np.sin(angle), np.cos(angle), 0.0])
+        X_WM = RigidTransform(center + _AWAY * outwards)
+        people.append(
+            Mover.capsule("somebody", X_WM, 0.4, 0.2, v_WM=_SPEED * along)
+        )
+    return Movers(0.0, people)
 
 
 def _over(

@@ -95,8 +95,15 @@ def loads_in_ticks(text: str, environment: dict[str, str]) -> int:
     ],
 )
 def test_no_tick_loads_a_kernel(oracle):
-    """Past the things on the table, with look-ahead, as far as the target."""
-    assert loads_in_ticks(f"oracle: {oracle}", {}) == 0
+    """Past the things on the table, with look-ahead, as far as the target.
+
+    Somebody comes by, who is not what the kernels were compiled with.
+    """
+    assert loads_in_ticks(f"{{oracle: {oracle}, movers: {ADA}}}", {}) == 0
+
+
+ADA = """[{name: Ada, radius: 0.2, half_extents: [0, 0, 0.5], waypoints: [
+  {time: 1, translation: [1, 2, 1]}, {time: 4, translation: [1, -2, 1]}]}]"""
 
 
 def test_no_tick_of_cameras_that_watch_loads_a_kernel():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydrake.math import RigidTransform, RotationMatrix
 
 from remosplat_drake.controller.active_set import OPTIMAL, solve_dense
 from remosplat_drake.controller.binding import find_binding
@@ -14,6 +15,7 @@ from remosplat_drake.controller.controller_config import (
     default_ingredients,
     gain_set,
 )
+from remosplat_drake.controller.decision import YIELD_ORDER
 from remosplat_drake.controller.decision import decide as decide_in_python
 from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.ingredients import (
@@ -36,7 +38,9 @@ from remosplat_drake.controller.reactive_program import (
     build_program,
 )
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals import tick_report
+from remosplat_drake.signals.binding import MOVER
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.target import Line, Target
 
@@ -73,6 +77,7 @@ def some_tick(robot: RobotModel, seed: int) -> Tick:
     )
     target = some_target(state.X_WE, X_WT, rng)
     tube = rng.uniform(0, 0.01, len(robot.spheres))
+    movers = some_movers(rng, state.spheres.p_WS)
     return Tick(
         robot,
         state,
@@ -83,7 +88,28 @@ def some_tick(robot: RobotModel, seed: int) -> Tick:
         0.01,
         some_guidance(robot, q, rng),
         tube if rng.random() < 0.5 else None,
+        movers if rng.random() < 0.5 else None,
+        rng.uniform(0.0, 0.2),
     )
+
+
+def some_movers(rng, p_WS) -> Movers:
+    """Up to three rounded boxes around the robot, which move and turn."""
+    movers = []
+    for name in ("Ada", "Bob", "door")[: rng.integers(4)]:
+        about = p_WS[rng.integers(len(p_WS))] + rng.uniform(-0.8, 0.8, 3)
+        turned = RotationMatrix(np.linalg.qr(rng.normal(size=(3, 3)))[0])
+        movers.append(
+            Mover(
+                name,
+                RigidTransform(turned, about),
+                rng.uniform(0, 0.2, 3) * rng.integers(0, 2, 3),
+                rng.uniform(0.01, 0.1),
+                rng.uniform(-1, 1, 3),
+                rng.uniform(-1, 1, 3) * rng.integers(0, 2),
+            )
+        )
+    return Movers(0.0, movers)
 
 
 def some_target(X_WE, X_WT, rng) -> Target:
@@ -192,6 +218,32 @@ def test_the_kernel_adds_what_the_ingredients_add(
         ours, theirs = (find_binding(p, u) for p in (program, reference))
         assert ours.rows == theirs.rows
         np.testing.assert_allclose(ours.push, theirs.push, atol=1e-6)
+
+
+@pytest.mark.parametrize("acceleration", [False, True])
+@pytest.mark.parametrize("relax", [(), (MOVER,), YIELD_ORDER])
+def test_less_is_demanded_without_building_anew(frankie, acceleration, relax):
+    law, yielded = ReactiveLaw(frankie, default_ingredients(frankie)), 0
+    for seed in range(40):
+        tick = some_tick(frankie, seed)
+        less = law.program(tick).weakened(
+            use_acceleration=acceleration, relax=relax
+        )
+        reference = build_program(
+            tick, law.ingredients, use_acceleration=acceleration, relax=relax
+        )
+        assert less is not None
+        assert_equal_programs(less, reference)
+        assert less.yielded == reference.yielded
+        yielded += len(less.yielded)
+    assert bool(yielded) == bool(relax)
+
+
+def test_what_has_more_than_kernels_know_is_built_anew(frankie):
+    tick = some_tick(frankie, 0)
+    law = ReactiveLaw(frankie, [*default_ingredients(frankie), SlowElbow()])
+    assert law.program(tick).weakened() is None
+    assert build_program(tick, law.ingredients).weakened() is None
 
 
 @pytest.mark.parametrize("strict", [False, True])

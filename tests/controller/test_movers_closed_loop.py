@@ -12,114 +12,21 @@ from pydrake.systems.primitives import (
     ConstantValueSource,
     ConstantVectorSource,
 )
+from wandering import EMPTY, RADIUS, make_law, wander_about
 
 import remosplat_drake as rs
-from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.ingredients import (
     MoverDamper,
     MoverDamperConfig,
 )
-from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.reactive_program import build_program
 from remosplat_drake.controller.tick import run_tick
-from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Mover, Movers
-from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.binding import MOVER
 from remosplat_drake.signals.distance_field import Clearances
-from remosplat_drake.signals.near_movers import NearMovers
-
-DT = 0.01
-RADIUS = 0.1
-FASTEST, MOST = 1.0, 3.0
-EMPTY = SignedDistanceField(PrimitiveScene())
 
 
-def make_law(robot: RobotModel) -> ReactiveLaw:
-    config = gain_set("tuned")
-    config.solver, config.guidance.enabled = "active_set", False
-    return ReactiveLaw.make(config, robot, DT)
-
-
-class Wanderer:
-    """A ball that accelerates as it likes, within its bounds."""
-
-    def __init__(self, rng, p_W):
-        self._rng = rng
-        self.p_W, self.v_W = np.array(p_W, float), np.zeros(3)
-
-    def wander(self, goal_W):
-        """Goes on for a tick: towards something, and anywhere."""
-        push = goal_W - self.p_W + self._rng.normal(size=3) * 0.5
-        a = MOST * push / max(np.linalg.norm(push), 1e-9)
-        v = self.v_W + a * DT
-        v *= min(1.0, FASTEST / np.linalg.norm(v))
-        # Half-way, so that what it did is within its bounds all the time.
-        self.p_W = self.p_W + 0.5 * (self.v_W + v) * DT
-        self.v_W = v
-
-    def seen(self, time: float) -> Movers:
-        ball = Mover.sphere(
-            "ball",
-            self.p_W,
-            RADIUS,
-            v_WM=self.v_W,
-            max_speed=FASTEST,
-            max_acceleration=MOST,
-        )
-        return Movers(time, [ball])
-
-
-@dc.dataclass
-class Outcome:
-    """Ticks after which a sphere was touched, by what it did itself [m]."""
-
-    towards: int = 0
-    otherwise: int = 0
-    travelled: float = 0.0
-
-
-def wander_about(
-    robot: RobotModel, seed: int, ticks: int, *, blind: bool = False
-) -> Outcome:
-    """Lets an arm reach to and fro while a ball comes for its hand."""
-    rng, law, found = np.random.default_rng(seed), make_law(robot), Outcome()
-    q, u = np.array([0.3, -0.8, 0.2]), np.zeros(robot.n_u)
-    ball = Wanderer(rng, [1.5, 0.0, 0.5])
-    X_WT = robot.end_effector_pose(q)
-    for k in range(ticks):
-        if k % 100 == 0:
-            goal = rng.uniform(-1.0, 1.0, 3)
-            X_WT = robot.end_effector_pose(goal)
-        report = run_tick(
-            law,
-            k * DT,
-            q,
-            X_WT,
-            Clearances.none(),
-            EMPTY,
-            u,
-            movers=None if blind else ball.seen(k * DT),
-        )
-        before = robot.spheres_at(q)
-        u = report.command
-        q = robot.advance(q, u, DT)
-        ball.wander(robot.end_effector_pose(q)[:3, 3])
-        after = robot.spheres_at(q)
-        moved = after.p_WS - before.p_WS
-        gap = ball.p_W - after.p_WS
-        apart = np.linalg.norm(gap, axis=1)
-        touched = apart < after.radius + RADIUS
-        ahead = np.einsum("ni,ni->n", gap, moved) / apart
-        # A retreat is checked from look to look, and may bend by so much.
-        found.towards += int((touched & (ahead > 1e-5)).sum())
-        found.otherwise += int((touched & (ahead <= 1e-5)).sum())
-        found.travelled += float(np.linalg.norm(moved[-1]))
-    return found
-
-
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(6))
 def test_the_robot_touches_nothing(three_link, seed):
     assert wander_about(three_link, seed, 1500).towards == 0
 
@@ -132,10 +39,10 @@ def test_a_robot_that_sees_nothing_touches_it(three_link):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(100, 140))
+@pytest.mark.parametrize("seed", range(100, 500))
 def test_it_never_does(three_link, seed):
-    """A million ticks, in forty goes."""
-    assert wander_about(three_link, seed, 25_000).towards == 0
+    """A million ticks, in 400 goes; `wandering.py` spreads them over cores."""
+    assert wander_about(three_link, seed, 2500).towards == 0
 
 
 def test_a_row_says_how_fast_a_mover_comes(three_link, make_tick):
@@ -146,8 +53,8 @@ def test_a_row_says_how_fast_a_mover_comes(three_link, make_tick):
     ball = Mover.sphere(
         "Ada", state.spheres.p_WS[-1] + [0.5, 0, 0], RADIUS, v_WM=[-0.4, 0, 0]
     )
-    near = NearMovers.find(Movers(0.0, [ball]), 0.0, state.spheres, 0.8)
-    tick = dc.replace(make_tick(three_link, q), near_movers=near)
+    tick = dc.replace(make_tick(three_link, q), movers=Movers(0.0, [ball]))
+    near = tick.near_movers(0.8)
     rows = build_program(tick, [MoverDamper(config)]).rows[MOVER]
     last = np.flatnonzero(near.sphere == len(state.spheres) - 1)[0]
     d = 0.5 - RADIUS - state.spheres.radius[-1]

@@ -1,5 +1,6 @@
 """Where things that move can be, against motions that keep their bounds."""
 
+import dataclasses as dc
 import math
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.scene.kernels.mover_reach import (
     is_retreat,
+    moved_on,
     near_movers,
     reach,
 )
@@ -104,6 +106,90 @@ def test_a_motion_within_its_bounds_stays_within_reach(seed, time):
 def test_a_prediction_keeps_the_twist(seed, time):
     mover = draw_mover(np.random.default_rng(seed))
     assert mover.after(time).IsNearlyEqualTo(predicted(mover, time), 1e-9)
+
+
+@given(seed=seeds)
+@settings(max_examples=100)
+def test_what_a_newer_measurement_allows_was_allowed_before(seed):
+    """What can be reached at the next tick has been verified at this one.
+
+    A measurement is admissible if what it says, with its errors, could be as
+    far as was known: in place, and in velocity. All that it lets a mover do
+    was then known to be possible. This holds as long as a bound on the
+    acceleration is what bounds its way; a bound on its speed alone, as soon as
+    that is what counts, is a bound on the truth, not on what is measured.
+    """
+    rng = np.random.default_rng(seed)
+    speed, push = rng.uniform(0.5, 3.0), rng.uniform(0.5, 10.0)
+    first, later, end = np.cumsum(rng.uniform(0.0, 0.3, 3))
+    e_p, e_v = rng.uniform(0.0, 0.05), rng.uniform(0.0, 0.2)
+    bounds = {"max_speed": speed, "max_acceleration": push}
+    known = draw_ball(rng, first, e_p, e_v, bounds)
+    passed = later - first
+    far = reach(known.at(later), 0, 0.0)
+    fast = e_v + push * passed
+    # A part of what may be is the error that remains.
+    e_q, e_w = rng.uniform(0.0, far), rng.uniform(0.0, fast)
+    ball = known.movers[0]
+    newer = Mover.sphere(
+        "it",
+        ball.after(passed).translation() + (far - e_q) * unit(rng),
+        ball.radius,
+        v_WM=ball.v_WM + (fast - e_w) * unit(rng),
+        velocity_error=e_w,
+        position_error=e_q,
+        **bounds,
+    )
+    news = Movers(later, [newer])
+    if e_v + 0.5 * push * (end - first) > speed + ball.speed:
+        return
+    apart = newer.after(end - later).translation()
+    apart = np.linalg.norm(apart - ball.after(end - first).translation())
+    then = reach(news.at(end), 0, 0.0)
+    assert apart + then <= reach(known.at(end), 0, 0.0) + 1e-9
+
+
+def draw_ball(rng, stamp, position_error, velocity_error, bounds) -> Movers:
+    v_WM = rng.uniform(0.0, bounds["max_speed"]) * unit(rng)
+    ball = Mover.sphere(
+        "it",
+        rng.uniform(-1, 1, 3),
+        0.1,
+        v_WM=v_WM,
+        velocity_error=velocity_error,
+        position_error=position_error,
+        **bounds,
+    )
+    return Movers(stamp, [ball])
+
+
+def unit(rng) -> np.ndarray:
+    direction = rng.normal(size=3)
+    return direction / np.linalg.norm(direction)
+
+
+@given(seed=seeds, time=st.floats(0.0, 3.0))
+@settings(max_examples=30)
+def test_kernels_move_them_on_as_they_would_be_seen_later(seed, time):
+    """With their twists for two seconds, and at rest afterwards."""
+    rng = np.random.default_rng(seed)
+    movers = Movers(0.0, [draw_mover(rng) for _ in range(3)])
+    ours = moved_on(movers.at(0.1), time, 2.0)
+    theirs = movers.moved_on(time, 2.0).at(0.1)
+    for one, other in zip(ours, theirs, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-9)
+    p_WS, radius = rng.uniform(-2, 2, (4, 3)), np.full(4, 0.1)
+    if time < 2.0:  # As what is measured then, at the same age.
+        there = Movers(
+            time, [dc.replace(m, X_WM=m.after(time)) for m in movers]
+        )
+        for one, other in zip(
+            near_movers(ours, p_WS, radius, np.inf),
+            near_movers(there.at(time + 0.1), p_WS, radius, np.inf),
+            strict=True,
+        ):
+            np.testing.assert_allclose(one, other, atol=1e-9)
+    assert ours.v_WM.any() == (time <= 2.0)
 
 
 def compiled_reach(movers: Movers, time: float) -> float:

@@ -6,14 +6,19 @@ from collections.abc import Callable
 
 import numpy as np
 
-from remosplat_drake.controller.compiled_law import guidance_arrays
+from remosplat_drake.controller.compiled_law import (
+    guidance_arrays,
+    mover_arrays,
+)
 from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.guidance.kernels.rollout_step import (
+    FORESIGHT,
     rollout_step,
 )
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 
@@ -41,6 +46,9 @@ class Rollout:
         position_error: Distance from the end effector to the target at q [m].
         angle_error: Angle from the end effector to the target at q [rad].
         path: Positions of the end effector in W so far, shape (3,) each [m].
+        movers: What moved around the robot when the rollout began; None if
+            nothing was known to.
+        start: When it began [s].
     """
 
     guidance: Guidance
@@ -52,6 +60,8 @@ class Rollout:
     position_error: float = math.inf
     angle_error: float = math.inf
     path: tuple[np.ndarray, ...] = ()
+    movers: Movers | None = None
+    start: float = 0.0
 
     def __deepcopy__(self, memo) -> "Rollout":
         return self
@@ -83,6 +93,10 @@ def step_rollout(
 ) -> Rollout:
     """Simulates one step further, by the very tick that drives the robot.
 
+    What moves keeps its twist for `FORESIGHT`, rests afterwards, and is
+    measured at every step as it was when the rollout began. Whoever stands
+    while it moves may be waiting for it to pass, and has not stalled.
+
     Args:
         law: The control law, with the rollout's step as its period.
         rollout: The rollout so far.
@@ -103,7 +117,8 @@ def step_rollout(
     # Without a path, who only turns has nowhere to go.
     n_moves = law.robot.n_base - (rollout.guidance.path is None)
     stands = _stands(law, u, n_moves)
-    still = rollout.still + law.dt if stands else 0.0
+    waits = time <= FORESIGHT and _anything_moves(rollout.movers)
+    still = rollout.still + law.dt if stands and not waits else 0.0
     if target.is_reached(error, arrived):
         status = REACHED
     elif still >= _STALL_TIME - 1e-9:
@@ -112,16 +127,16 @@ def step_rollout(
         status = HORIZON
     else:
         status = RUNNING
-    return Rollout(
-        rollout.guidance,
-        q,
-        u,
-        time,
-        still,
-        status,
-        error.distance,
-        error.angle,
-        (*rollout.path, X_WE[:3, 3]),
+    return dc.replace(
+        rollout,
+        q=q,
+        u=u,
+        time=time,
+        still=still,
+        status=status,
+        position_error=error.distance,
+        angle_error=error.angle,
+        path=(*rollout.path, X_WE[:3, 3]),
     )
 
 
@@ -130,9 +145,10 @@ def _step(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Simulates a tick: its command, and q and X_WE after it."""
     robot, state = law.robot, law.robot.state(rollout.q)
+    movers = rollout.movers and rollout.movers.moved_on(rollout.time, FORESIGHT)
     u = run_tick(
         law,
-        rollout.time,
+        rollout.start,
         rollout.q,
         target,
         field.clearances(state.spheres, law.collision.influence),
@@ -140,6 +156,7 @@ def _step(
         rollout.u,
         rollout.guidance,
         state,
+        movers=movers,
     ).command
     q = robot.advance(rollout.q, u, law.dt)
     return u, q, robot.end_effector_pose(q)
@@ -159,6 +176,8 @@ def _compiled_step(
         law.robot.arrays,
         maps,
         compiled,
+        mover_arrays(rollout.movers, rollout.start),
+        float(rollout.time),
         target.arrays,
         # Copies, since numba compiles for arrays that may be written.
         np.array(rollout.q, float),
@@ -166,6 +185,10 @@ def _compiled_step(
         guidance_arrays(rollout.guidance, law.robot.n_q),
     )
     return (u, q, X_WE) if is_decided else None
+
+
+def _anything_moves(movers: Movers | None) -> bool:
+    return movers is not None and any(m.speed > _STALL_SPEED for m in movers)
 
 
 def _stands(law: ReactiveLaw, u: np.ndarray, n_moves: int) -> bool:

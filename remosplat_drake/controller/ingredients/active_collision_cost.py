@@ -11,11 +11,15 @@ from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.ingredients.collision_damper import (
     CollisionDamperConfig,
 )
+from remosplat_drake.controller.ingredients.mover_damper import (
+    MoverDamperConfig,
+)
 from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
 )
 from remosplat_drake.controller.kernels.tick_arrays import given_or
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.robot.robot_arrays import add_rate
 from remosplat_drake.robot.robot_model import RobotModel
 
 
@@ -25,6 +29,8 @@ class ActiveCollisionCostConfig(Config):
 
     # Gain g of the cost; 0 leaves the cost out. Guidance may scale it down.
     gain: Annotated[float, Interval(ge=0, le=100)] = 0.6
+    # How far ahead the cost looks at what moves [s].
+    lead: Annotated[float, Interval(ge=0, le=5)] = 0.5
 
 
 class ActiveCollisionCost(CompiledIngredient):
@@ -39,43 +45,64 @@ class ActiveCollisionCost(CompiledIngredient):
     the stopping distance d_s. The gain that grows with nearness is that of
     RMMI (Marticorena et al. 2024).
 
+    What moves counts like the scene, by the distances d_i and d_s of its own
+    damper, but as near as it will be a little later: the robot begins to make
+    way before it has to.
+
     Args:
-        config: Gain of the cost.
+        config: Gain of the cost, and how far ahead it looks.
         damper: The collision damper's distances d_i and d_s.
+        movers: Those of the damper before what moves; None takes its defaults.
     """
 
     term = "active collision"
 
     def __init__(
-        self, config: ActiveCollisionCostConfig, damper: CollisionDamperConfig
+        self,
+        config: ActiveCollisionCostConfig,
+        damper: CollisionDamperConfig,
+        movers: MoverDamperConfig | None = None,
     ):
-        self._gain = config.gain
+        self._gain, self._lead = config.gain, config.lead
         self._damper = damper
+        self._movers = movers or MoverDamperConfig()
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
         """Adds the cost, if anything is within the influence distance.
 
         Args:
             program: The program of the tick.
-            tick: What is known at the tick; its clearances and its guidance
-                matter here.
+            tick: What is known at the tick; its clearances, what moves and its
+                guidance matter here.
         """
-        clearances = tick.clearances
+        clearances, movers = tick.clearances, self._movers
         gain = self._gain * tick.guidance.active_scale
-        if gain == 0.0 or not len(clearances):
+        soon = tick.near_movers(movers.influence, self._lead)
+        if gain == 0.0 or not len(clearances) + len(soon):
             return
         influence = self._damper.influence
         span = influence - self._damper.stopping_for(tick.guidance)
-        w = (influence - clearances.distance) / span
-        mean = w @ tick.approach_rates / w.sum()
-        nearness = (influence - clearances.minimum()) / span
-        program.add_linear_cost(self.term, gain * nearness**2 * mean)
+        room = movers.influence - movers.separation
+        w = np.concatenate(
+            [
+                (influence - clearances.distance) / span,
+                (movers.influence - soon.distance) / room,
+            ]
+        )
+        rates = soon.approach_rates(tick.state.Jv_WS)
+        mean = w @ np.concatenate([tick.approach_rates, rates]) / w.sum()
+        program.add_linear_cost(self.term, gain * w.max() ** 2 * mean)
 
     def settings(self, robot: RobotModel) -> "ActiveCollisionSettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""
-        damper = self._damper
+        damper, movers = self._damper, self._movers
         return ActiveCollisionSettings(
-            self._gain, damper.influence, damper.stopping
+            self._gain,
+            damper.influence,
+            damper.stopping,
+            self._lead,
+            movers.influence,
+            movers.separation,
         )
 
 
@@ -85,13 +112,16 @@ class ActiveCollisionSettings(NamedTuple):
     gain: float
     influence: float
     stopping: float
+    lead: float
+    mover_influence: float
+    mover_separation: float
 
 
 @helper
 def add_active_collision_cost(own, k, tick, program):
     """Adds an `ActiveCollisionCost`; see `kernels/assemble.py`."""
-    gain = own.gain * tick.guidance.active_scale
-    if gain == 0.0 or not len(tick.distance):
+    gain, soon = own.gain * tick.guidance.active_scale, tick.soon
+    if gain == 0.0 or len(tick.distance) + len(soon.sphere) == 0:
         return
     span = own.influence - given_or(tick.guidance.stopping, own.stopping)
     c, total, least = program.linear[k], 0.0, np.inf
@@ -101,6 +131,14 @@ def add_active_collision_cost(own, k, tick, program):
         least = min(least, tick.distance[i])
         for j in range(len(c)):
             c[j] += w * tick.rates[i, j]
-    nearness = (own.influence - least) / span
+    nearness = max((own.influence - least) / span, 0.0)
+    room = own.mover_influence - own.mover_separation
+    robot, state = tick.robot, tick.state
+    for i in range(len(soon.sphere)):
+        w, s = (own.mover_influence - soon.distance[i]) / room, soon.sphere[i]
+        total += w
+        nearness = max(nearness, w)
+        body, p_WS = robot.body_S[s], state.p_WS[s]
+        add_rate(robot, state, body, p_WS, soon.direction_W[i], w, c)
     c *= gain * nearness**2 / total
     program.has[k, 0] = True

@@ -95,7 +95,7 @@ class CollisionDamper(CompiledIngredient):
         b = config.gain * margin / (config.influence - stopping)
 
         def label(i: int) -> str:
-            return self.about(tick.robot, clearances.sphere[i])
+            return self.about(tick, clearances.sphere[i])
 
         program.add_rows(self.term, tick.approach_rates, b, label)
 
@@ -104,9 +104,9 @@ class CollisionDamper(CompiledIngredient):
         config = self.config
         return CollisionSettings(config.influence, config.stopping, config.gain)
 
-    def about(self, robot: RobotModel, number: int) -> str:
+    def about(self, tick: Tick, number: int) -> str:
         """Names a sphere and its link; see `CompiledIngredient`."""
-        return f"sphere {number} on {robot.spheres.links[number]}"
+        return f"sphere {number} on {tick.robot.spheres.links[number]}"
 
 
 class CollisionSettings(NamedTuple):

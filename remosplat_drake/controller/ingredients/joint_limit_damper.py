@@ -139,7 +139,7 @@ class JointLimitDamper(CompiledIngredient):
         stop = config.stop_of(robot, tick.guidance)
         gain = np.where(robot.arm_turns, config.gain, config.slide_gain)
         b = (gain / (influence - stop))[joint] * (rho[near] - stop[joint])
-        program.add_rows(self.term, A, b, lambda i: self.about(robot, joint[i]))
+        program.add_rows(self.term, A, b, lambda i: self.about(tick, joint[i]))
 
     def settings(self, robot: RobotModel) -> "JointLimitSettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""
@@ -153,9 +153,9 @@ class JointLimitDamper(CompiledIngredient):
             joint_margins(robot, math.inf, math.inf, STOP_SHARE),
         )
 
-    def about(self, robot: RobotModel, number: int) -> str:
+    def about(self, tick: Tick, number: int) -> str:
         """Names a joint of the arm; see `CompiledIngredient`."""
-        return robot.description.arm.joints[number]
+        return tick.robot.description.arm.joints[number]
 
 
 class JointLimitSettings(NamedTuple):

@@ -2,13 +2,19 @@
 
 import dataclasses as dc
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
-import numpy as np
 from annotated_types import Interval
 
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
+from remosplat_drake.controller.kernels.compiled_ingredient import (
+    CompiledIngredient,
+)
+from remosplat_drake.controller.kernels.tick_arrays import new_row
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.robot.robot_arrays import add_rate
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.binding import MOVER
 
 
@@ -37,7 +43,7 @@ class MoverDamperConfig(Config):
             )
 
 
-class MoverDamper:
+class MoverDamper(CompiledIngredient):
     """A velocity damper before what moves.
 
     For every sphere and mover whose distance d is within the influence
@@ -67,19 +73,53 @@ class MoverDamper:
             program: The program of the tick.
             tick: What is known at the tick; what moves matters here.
         """
-        near = tick.near_movers
-        if near is None or not len(near):
+        config = self.config
+        near = tick.near_movers(config.influence)
+        if not len(near):
             return
-        config, links = self.config, tick.robot.spheres.links
-        A = np.einsum(
-            "mi,mij->mj", near.direction_W, tick.state.Jv_WS[near.sphere]
-        )
         margin = near.distance - config.separation
         if tick.sphere_tube is not None:
             margin = margin - tick.sphere_tube[near.sphere]
         b = config.gain * margin / (config.influence - config.separation)
+        n = len(tick.robot.spheres)
 
         def label(i: int) -> tuple[str, str]:
-            return links[near.sphere[i]], near.names[i]
+            return self.about(tick, near.mover[i] * n + near.sphere[i])
 
-        program.add_rows(self.term, A, b - near.closing, label)
+        rates = near.approach_rates(tick.state.Jv_WS)
+        program.add_rows(self.term, rates, b - near.closing, label)
+
+    def settings(self, robot: RobotModel) -> "MoverSettings":
+        """Makes what the kernel takes; see `CompiledIngredient`."""
+        config = self.config
+        return MoverSettings(config.influence, config.separation, config.gain)
+
+    def about(self, tick: Tick, number: int) -> tuple[str, str]:
+        """Names a sphere's link and a mover; see `CompiledIngredient`."""
+        assert tick.movers is not None
+        mover, sphere = divmod(int(number), len(tick.robot.spheres))
+        return tick.robot.spheres.links[sphere], tick.movers.movers[mover].name
+
+
+class MoverSettings(NamedTuple):
+    """Settings of the MoverDamper, for kernels."""
+
+    influence: float
+    separation: float
+    gain: float
+
+
+@helper
+def add_mover_damper(own, k, tick, program):
+    """Adds a `MoverDamper`; see `kernels/assemble.py`."""
+    robot, state, moving = tick.robot, tick.state, tick.moving
+    n = len(robot.radius)
+    for i in range(len(moving.sphere)):
+        s = moving.sphere[i]
+        margin = moving.distance[i] - own.separation - tick.tube[s]
+        b = own.gain * margin / (own.influence - own.separation)
+        about = moving.mover[i] * n + s
+        row = new_row(program, k, b - moving.closing[i], about)
+        body, p_WS = robot.body_S[s], state.p_WS[s]
+        n_W = moving.direction_W[i]
+        add_rate(robot, state, body, p_WS, n_W, 1.0, program.A[row])

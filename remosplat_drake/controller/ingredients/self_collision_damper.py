@@ -98,7 +98,7 @@ class SelfCollisionDamper(CompiledIngredient):
         b = config.gain * (near.distance - config.stopping) / span
 
         def label(i: int) -> tuple[str, str]:
-            return self.about(tick.robot, near.pair[i])
+            return self.about(tick, near.pair[i])
 
         program.add_rows(self.term, A, b, label)
 
@@ -118,7 +118,7 @@ class SelfCollisionDamper(CompiledIngredient):
         span = config.influence - config.stopping
         return SelfCollisionSettings(config.stopping, config.gain / span)
 
-    def about(self, robot: RobotModel, number: int) -> tuple[str, str]:
+    def about(self, tick: Tick, number: int) -> tuple[str, str]:
         """Names the links of a pair; see `CompiledIngredient`."""
         return self._pairs.links(number)
 

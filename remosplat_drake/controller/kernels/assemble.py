@@ -30,6 +30,11 @@ from remosplat_drake.controller.ingredients.manipulability_cost import (
     ManipulabilitySettings,
     add_manipulability_cost,
 )
+from remosplat_drake.controller.ingredients.mover_damper import (
+    MoverDamper,
+    MoverSettings,
+    add_mover_damper,
+)
 from remosplat_drake.controller.ingredients.path_tracking import (
     PathTracking,
     PathTrackingSettings,
@@ -58,6 +63,7 @@ from remosplat_drake.controller.ingredients.velocity_limits import (
 from remosplat_drake.controller.kernels.dense import prune
 from remosplat_drake.controller.kernels.tick_arrays import (
     ProgramArrays,
+    find_movers,
     make_program,
     make_tick,
 )
@@ -73,12 +79,18 @@ PARTS = (
     ManipulabilityCost,
     BaseOrientationCost,
     PathTracking,
+    MoverDamper,
 )
 """Kinds of ingredients, in the order of `Parts`."""
 
 YIELDING = tuple(
     PARTS.index(kind)
-    for kind in (JointLimitDamper, SelfCollisionDamper, CollisionDamper)
+    for kind in (
+        MoverDamper,
+        JointLimitDamper,
+        SelfCollisionDamper,
+        CollisionDamper,
+    )
 )
 """Whose rows yield in an infeasible program, those that yield first first."""
 
@@ -97,7 +109,8 @@ class Parts(NamedTuple):
         arm: Settings of the `ManipulabilityCost`.
         bearing: Settings of the `BaseOrientationCost`.
         path: Settings of the `PathTracking`.
-        present: Which of these the law has, shape (10,), bool.
+        movers: Settings of the `MoverDamper`.
+        present: Which of these the law has, shape (11,), bool.
     """
 
     servo: ServoSettings
@@ -110,12 +123,23 @@ class Parts(NamedTuple):
     arm: ManipulabilitySettings
     bearing: BaseOrientationSettings
     path: PathTrackingSettings
+    movers: MoverSettings
     present: np.ndarray
 
 
 @kernel
 def assemble(
-    parts, robot, state, target, rows, near, u_previous, dt, tube, guidance
+    parts,
+    robot,
+    state,
+    target,
+    rows,
+    movers,
+    near,
+    u_previous,
+    dt,
+    tube,
+    guidance,
 ) -> ProgramArrays:
     """Builds the program of a tick.
 
@@ -125,16 +149,26 @@ def assemble(
         state: The `StateArrays`.
         target: The `TargetArrays`.
         rows: Spheres, distances and directions of the m clearances.
+        movers: The `MoverArrays`.
         near: The `NearArrays` of the robot's links.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
         tube: By how much each sphere may be off its path, shape (n,) [m].
         guidance: The `GuidanceArrays`.
     """
+    found = find_movers(
+        movers,
+        state.p_WS,
+        robot.radius,
+        parts.movers.influence,
+        parts.active.lead,
+        parts.active.mover_influence,
+    )
     tick = make_tick(
-        robot, state, target, rows, near, u_previous, dt, tube, guidance
+        robot, state, target, rows, found, near, u_previous, dt, tube, guidance
     )
     most = len(rows[0]) + len(near.pair) + 2 * len(parts.joints.gain)
+    most += len(tick.moving.sphere)
     has = parts.present
     program = make_program(robot.velocity_limit, len(has), most)
     if has[0]:
@@ -157,5 +191,7 @@ def assemble(
         add_base_orientation_cost(parts.bearing, 8, tick, program)
     if has[9]:
         add_path_tracking(parts.path, 9, tick, program)
+    if has[10]:
+        add_mover_damper(parts.movers, 10, tick, program)
     prune(program)
     return program

@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 
+from remosplat_drake.controller.reactive_program import Tick
 from remosplat_drake.robot.robot_model import RobotModel
 
 
@@ -25,12 +26,12 @@ class CompiledIngredient(ABC):
             robot: The robot that is driven.
         """
 
-    def about(self, robot: RobotModel, number: int) -> str | tuple[str, ...]:
+    def about(self, tick: Tick, number: int) -> str | tuple[str, ...]:
         """Says what a row is about, for people: names, or a text.
 
         Args:
-            robot: The robot that is driven.
+            tick: What is known at the tick.
             number: What the kernel gave to `new_row`.
         """
-        del robot
+        del tick
         return f"row {number}"

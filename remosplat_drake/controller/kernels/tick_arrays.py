@@ -15,6 +15,11 @@ from remosplat_drake.robot.self_collision.kernels.near_points import (
     near_points,
 )
 from remosplat_drake.robot.target_arrays import TargetArrays, asked_error
+from remosplat_drake.scene.kernels.mover_reach import (
+    NearMoverArrays,
+    moved_on,
+    near_movers,
+)
 
 
 class GuidanceArrays(NamedTuple):
@@ -77,6 +82,8 @@ class TickArrays(NamedTuple):
         distance: The clearances, shape (m,) [m].
         direction_W: Directions towards the scene, shape (m, 3).
         rates: `Tick.approach_rates`, shape (m, n_u).
+        moving: Movers near spheres, as their damper wants them.
+        soon: The same a little later, as the active collision cost wants them.
         near: Where links are near each other.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
@@ -94,6 +101,8 @@ class TickArrays(NamedTuple):
     distance: np.ndarray
     direction_W: np.ndarray
     rates: np.ndarray
+    moving: NearMoverArrays
+    soon: NearMoverArrays
     near: NearArrays
     u_previous: np.ndarray
     dt: float
@@ -168,8 +177,26 @@ def near_arrays(near, X_WL) -> NearArrays:
 
 
 @helper
+def find_movers(movers, p_WS, radius, within, lead, within_soon):
+    """Finds what moves near the robot, now and a little later.
+
+    Args:
+        movers: The `MoverArrays`.
+        p_WS: Centres of the spheres, shape (n, 3) [m].
+        radius: Their radii, shape (n,) [m].
+        within: Pairs at or beyond this distance are left out [m].
+        lead: How much later [s].
+        within_soon: The distance for then [m].
+    """
+    return (
+        near_movers(movers, p_WS, radius, within),
+        near_movers(moved_on(movers, lead, lead), p_WS, radius, within_soon),
+    )
+
+
+@helper
 def make_tick(
-    robot, state, target, rows, near, u_previous, dt, tube, guidance
+    robot, state, target, rows, movers, near, u_previous, dt, tube, guidance
 ) -> TickArrays:
     """Makes the `TickArrays` of a tick.
 
@@ -178,6 +205,7 @@ def make_tick(
         state: The `StateArrays`.
         target: The `TargetArrays`.
         rows: Spheres, distances and directions of the clearances.
+        movers: `TickArrays.moving` and `TickArrays.soon`.
         near: The `NearArrays`.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
@@ -185,6 +213,7 @@ def make_tick(
         guidance: The `GuidanceArrays`.
     """
     sphere, distance, direction_W = rows
+    moving, soon = movers
     p_ET_W, rotation_W, p_ET_E = asked_error(state.X_WE, target)
     rates = np.zeros((len(sphere), len(u_previous)))
     for i in range(len(sphere)):
@@ -202,6 +231,8 @@ def make_tick(
         distance,
         direction_W,
         rates,
+        moving,
+        soon,
         near,
         u_previous,
         dt,

@@ -34,8 +34,8 @@ robot's until it stands, both their uncertainties, and the separation itself.
 Proof: when a command is applied, its path has been checked, at a level not
 below min(d_s, d_0); the next tick either finds a better command whose path
 passes the check, or takes the first step of the ramp that has passed it
-already. Where movers can be is foreseen for the whole of a path, and what is
-measured later lies within: so the rest of a ramp stays checked.
+already. Where movers can be is foreseen for the whole of a path, and so it was
+foreseen where they are later: the rest of a ramp stays checked.
 """
 
 import dataclasses as dc

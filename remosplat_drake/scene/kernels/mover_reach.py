@@ -13,12 +13,59 @@ mover lies within that distance, its reach, of its predicted self.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.vectors import norm, rotation
 from remosplat_drake.scene.kernels.solid_distance import box_distance
+
+
+class MoverArrays(NamedTuple):
+    """k movers as kernels take them.
+
+    Attributes:
+        half_extents: Half side lengths of their cores, shape (k, 3) [m].
+        radius: Radii around these, shape (k,) [m].
+        R_WM: Orientations at the stamp, shape (k, 3, 3).
+        p_WM: Origins of their frames at the stamp, shape (k, 3) [m].
+        v_WM: Velocities of these, shape (k, 3) [m/s].
+        w_WM: Angular velocities, shape (k, 3) [rad/s].
+        bounds: For each its greatest speed [m/s], its greatest acceleration
+            [m/s^2], and the errors of its velocity [m/s] and of its position
+            [m], shape (k, 4).
+        age: Time since the stamp [s].
+    """
+
+    half_extents: np.ndarray
+    radius: np.ndarray
+    R_WM: np.ndarray
+    p_WM: np.ndarray
+    v_WM: np.ndarray
+    w_WM: np.ndarray
+    bounds: np.ndarray
+    age: float
+
+
+class NearMoverArrays(NamedTuple):
+    """m pairs of a sphere and a mover that are near each other.
+
+    Attributes:
+        sphere: Which sphere, shape (m,).
+        mover: Which mover, shape (m,).
+        distance: The least distance of their surfaces, shape (m,) [m].
+        direction_W: The unit vector from the sphere towards the mover in W,
+            shape (m, 3).
+        closing: The speed at which the predicted mover comes nearer by itself,
+            shape (m,) [m/s].
+    """
+
+    sphere: np.ndarray
+    mover: np.ndarray
+    distance: np.ndarray
+    direction_W: np.ndarray
+    closing: np.ndarray
 
 
 @helper
@@ -109,7 +156,41 @@ def core_distance(movers, j, R_WM, p_WM, p_WS):
 
 
 @kernel
-def near_movers(movers, p_WS, radius, within):
+def moved_on(movers, time, longest) -> MoverArrays:
+    """Moves the movers on, as they would be measured later.
+
+    They keep their twists for a while, and rest afterwards. What is known of
+    them is as old then, and as sure, as it is now.
+
+    Args:
+        movers: The `MoverArrays`.
+        time: How much later [s].
+        longest: For how long they move on [s].
+    """
+    k = len(movers.radius)
+    R_WM, p_WM = np.empty((k, 3, 3)), np.empty((k, 3))
+    v_WM, w_WM = movers.v_WM.copy(), movers.w_WM.copy()
+    for j in range(k):
+        # Their age leads them on further whenever they are placed.
+        then = min(time, longest) - movers.age
+        place_mover(movers, j, then, R_WM[j], p_WM[j])
+        if time > longest:
+            for r in range(3):
+                v_WM[j, r] = w_WM[j, r] = 0.0
+    return MoverArrays(
+        movers.half_extents,
+        movers.radius,
+        R_WM,
+        p_WM,
+        v_WM,
+        w_WM,
+        movers.bounds,
+        movers.age,
+    )
+
+
+@kernel
+def near_movers(movers, p_WS, radius, within) -> NearMoverArrays:
     """Finds the movers that can be near spheres now.
 
     Args:
@@ -117,12 +198,6 @@ def near_movers(movers, p_WS, radius, within):
         p_WS: Centres of n spheres in W, shape (n, 3) [m].
         radius: Their radii, shape (n,) [m].
         within: Pairs at or beyond this distance are left out [m].
-
-    Returns:
-        For m pairs: the sphere, shape (m,); the mover, shape (m,); the least
-        distance of their surfaces, shape (m,) [m]; the unit vector from the
-        sphere towards the mover in W, shape (m, 3); and the speed at which the
-        predicted mover comes nearer by itself, shape (m,) [m/s].
     """
     n, k = len(p_WS), len(movers.radius)
     sphere, mover = np.empty(n * k, np.int64), np.empty(n * k, np.int64)
@@ -153,7 +228,9 @@ def near_movers(movers, p_WS, radius, within):
             direction_W[m, 1] = ny
             direction_W[m, 2] = nz
             m += 1
-    return sphere[:m], mover[:m], distance[:m], direction_W[:m], closing[:m]
+    return NearMoverArrays(
+        sphere[:m], mover[:m], distance[:m], direction_W[:m], closing[:m]
+    )
 
 
 @helper

@@ -7,6 +7,9 @@ from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RotationMatrix
 from scipy.spatial.transform import Rotation
 
+from remosplat_drake.controller.verification.kernels import (
+    mover_sweep_reference,
+)
 from remosplat_drake.controller.verification.kernels.mover_sweep import (
     keeps_off_movers,
 )
@@ -140,7 +143,7 @@ def test_what_passes_is_clear_or_retreats_at_all_times(three_link, seed):
     now = np.arange(0.0, clock[-1] + 1e-9, 1e-3)
     spheres = robot.spheres_at(q)
     level = distances(field, 0.0, spheres.p_WS, spheres.radius)[0]
-    level = np.minimum(level, SEPARATION)
+    level = np.minimum(np.maximum(level, TOLERANCE), SEPARATION)
     before = spheres.p_WS
     for t in now[1:]:
         there = robot.advance(q, u, float(np.interp(t, clock, times)))
@@ -153,6 +156,26 @@ def test_what_passes_is_clear_or_retreats_at_all_times(three_link, seed):
         # A retreat is checked from look to look: it may bend a little.
         assert (ahead[near] <= 1e-5).all()
         before = p_WS
+
+
+@given(seed=st.integers(0, 2**32 - 1), age=st.floats(0.0, 0.2))
+@settings(max_examples=100, deadline=None)
+def test_the_kernel_decides_as_its_reference(three_link, seed, age):
+    q, u, movers = draw(np.random.default_rng(seed), three_link)
+    path, field = make_path(three_link, q, u), Movers(0.0, movers)
+    decided = keeps_off_movers(
+        three_link.arrays,
+        path.arrays,
+        path.clock,
+        field.at(age),
+        three_link.spheres_at(q).p_WS.copy(),
+        SEPARATION,
+        np.zeros(len(three_link.spheres)),
+        TOLERANCE,
+    )
+    assert decided == mover_sweep_reference.keeps_off_movers(
+        path, field, age, SEPARATION, TOLERANCE
+    )
 
 
 def distances(movers: Movers, t: float, p_WS, radius):

@@ -16,6 +16,9 @@ from remosplat_drake.controller.verification.kernels.map_sweep import (
     keeps_joint_limits,
     sweeps_clear,
 )
+from remosplat_drake.controller.verification.kernels.mover_sweep import (
+    keeps_off_movers,
+)
 from remosplat_drake.controller.verification.kernels.pair_sweep import (
     pairs_keep_apart,
 )
@@ -23,7 +26,11 @@ from remosplat_drake.controller.verification.self_sweep import OwnArrays
 from remosplat_drake.controller.verification.verify import SCALES, TOLERANCE
 from remosplat_drake.robot.kinematics import advance
 from remosplat_drake.robot.robot_arrays import state_arrays
+from remosplat_drake.scene.kernels.mover_reach import moved_on
 from remosplat_drake.signals.compiled_map import IN_PLACE, ask_each
+
+FORESIGHT = 2.0
+"""For how long rollouts let what moves keep its twist; it rests then [s]."""
 
 
 class LoopArrays(NamedTuple):
@@ -40,6 +47,7 @@ class LoopArrays(NamedTuple):
         near: `CompiledLaw.near`.
         own: `SelfClearance.arrays`.
         own_stopping: The distance that its pairs keep [m].
+        separation: The distance that is kept from where movers can be [m].
     """
 
     parts: Parts
@@ -52,10 +60,13 @@ class LoopArrays(NamedTuple):
     near: tuple
     own: OwnArrays
     own_stopping: float
+    separation: float
 
 
 @kernel
-def rollout_step(law, robot, maps, compiled, target, q, u_previous, guidance):
+def rollout_step(
+    law, robot, maps, compiled, movers, ahead, target, q, u_previous, guidance
+):
     """Simulates one step, as `run_tick` decides it.
 
     Args:
@@ -63,6 +74,8 @@ def rollout_step(law, robot, maps, compiled, target, q, u_previous, guidance):
         robot: The `RobotArrays`.
         maps: The map, as `DistanceField.compiled_rows`.
         compiled: The map, as `DistanceField.compiled`.
+        movers: The `MoverArrays` at the rollout's start.
+        ahead: Time since the start [s].
         target: The `TargetArrays`.
         q: Configuration, shape (n_q,) [rad, m].
         u_previous: The command that is being executed, shape (n_u,).
@@ -75,12 +88,14 @@ def rollout_step(law, robot, maps, compiled, target, q, u_previous, guidance):
     """
     state = state_arrays(robot, q)
     rows = _rows(maps, robot, state.p_WS, law.influence)
+    movers = moved_on(movers, ahead, FORESIGHT)
     program = assemble(
         law.parts,
         robot,
         state,
         target,
         rows,
+        movers,
         near_arrays(law.near, state.X_WL),
         u_previous,
         law.dt,
@@ -94,7 +109,7 @@ def rollout_step(law, robot, maps, compiled, target, q, u_previous, guidance):
             i = rows[0][row]
             clearance[i] = min(clearance[i], rows[1][row])
         stopping = given_or(guidance.stopping, law.stopping)
-        given = robot, compiled, state, clearance, stopping
+        given = robot, compiled, movers, state, clearance, stopping
         u = _verified(law, given, u, u_previous)
     q_next = advance(q, u, robot.n_base, law.dt)
     return u, q_next, state_arrays(robot, q_next).X_WE, decided
@@ -130,7 +145,7 @@ def _rows(maps, robot, p_WS, influence):
 @helper
 def _verified(law, given, u, u_previous):
     """The command that may be applied; see `verification/verify.py`."""
-    robot, compiled, state, clearance, stopping = given
+    robot, compiled, movers, state, clearance, stopping = given
     own, level = law.own, np.minimum(stopping, clearance)
     brake = next_on_ramp(u_previous, robot.acceleration_limit, law.dt)
     for scale in SCALES:
@@ -149,6 +164,18 @@ def _verified(law, given, u, u_previous):
             kept = np.full(len(own.rate), law.own_stopping)
             if not pairs_keep_apart(robot.tree, path, own, kept, TOLERANCE):
                 continue
+        clock = law.dt * np.arange(1.0, len(path[4]) + 1.0)
+        if not keeps_off_movers(
+            robot,
+            path,
+            clock,
+            movers,
+            state.p_WS,
+            law.separation,
+            np.zeros(len(robot.radius)),
+            TOLERANCE,
+        ):
+            continue
         placed = compiled, IN_PLACE
         if sweeps_clear(
             robot, path, placed, state.p_WS, clearance, level, TOLERANCE

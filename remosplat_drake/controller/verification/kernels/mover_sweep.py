@@ -11,6 +11,9 @@ import math
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.controller.verification.kernels.between_looks import (
+    apart,
+)
 from remosplat_drake.controller.verification.kernels.map_sweep import (
     travel_of,
 )
@@ -35,7 +38,9 @@ def keeps_off_movers(
     At the path's looks each sphere that moves keeps min(separation, its
     present distance) from wherever a mover can be then, and less a tolerance
     in between; or else it moves, from look to look, away from wherever the
-    mover can touch it.
+    mover can touch it. One that is touched already, or nearly, has no such
+    distance: it rests or retreats until the mover has let go.
+    `mover_sweep_reference.py` says it in NumPy.
 
     Args:
         robot: The `RobotArrays`.
@@ -48,96 +53,184 @@ def keeps_off_movers(
         tolerance: How far below its level a distance may fall between two
             looks [m].
     """
-    pair, level = _within_reach(
-        robot, path, clock, movers, p_WS, separation, tube
+    if len(movers.radius) == 0:
+        return True
+    least = tube + tolerance
+    pair, level, room = _within_reach(
+        robot, path, clock, movers, p_WS, separation + tube, least
     )
     if len(pair) == 0:
         return True
-    sphere = np.empty(len(pair), np.int64)
-    for m in range(len(pair)):
-        sphere[m] = pair[m, 0]
-    start = p_WS[sphere]
+    near, place_of = _spheres_of(pair, len(p_WS))
+    start = p_WS[near]
     point, _, _, way, _, _ = look_along(
-        robot, path, sphere, start, np.zeros(len(pair)), tolerance
+        robot, path, near, start, np.zeros(len(near)), tolerance
     )
-    R_WM, p_WM = np.empty((3, 3)), np.empty(3)
+    times = np.zeros(len(clock) + 1)
+    times[1:] = clock
+    seen = _looks_at_movers(movers, times)
     for m in range(len(pair)):
-        i, j = pair[m, 0], pair[m, 1]
-        since, grown = 0.0, reach(movers, j, 0.0)
-        place_mover(movers, j, 0.0, R_WM, p_WM)
-        touching = robot.radius[i] + movers.radius[j]
-        far, _, _, _ = core_distance(movers, j, R_WM, p_WM, start[m])
-        before = far - grown - touching - level[m]
-        for k in range(len(clock)):
-            if way[k, m] == 0.0:
-                continue
-            grown_after = reach(movers, j, clock[k])
-            place_mover(movers, j, clock[k], R_WM, p_WM)
-            far, _, _, _ = core_distance(movers, j, R_WM, p_WM, point[k + 1, m])
-            room = far - grown_after - touching - level[m]
-            moved = predicted_speed(movers, j) * (clock[k] - since)
-            used = way[k, m] + moved + grown_after - grown
-            is_clear = room >= 0.0 and room + before - used >= -2.0 * tolerance
-            if not is_clear and not (
-                _retreats(movers, j, since, grown_after, touching, point, k, m)
-                and _retreats(
-                    movers, j, clock[k], grown_after, touching, point, k, m
-                )
-            ):
-                return False
-            before, since, grown = room, clock[k], grown_after
+        i = place_of[pair[m, 0]]
+        touching = robot.radius[pair[m, 0]] + movers.radius[pair[m, 1]]
+        if not _pair_is_kept(
+            movers,
+            seen,
+            (pair[m, 1], touching, level[m], room[m]),
+            (times, point[:, i], way[:, i]),
+            tolerance,
+        ):
+            return False
     return True
 
 
 @helper
-def _within_reach(robot, path, clock, movers, p_WS, separation, tube):
+def _within_reach(robot, path, clock, movers, p_WS, kept, least):
     """Finds the pairs of a sphere and a mover that may come too near.
 
+    Args:
+        robot: The `RobotArrays`.
+        path: The path as `StoppingPath.arrays`.
+        clock: `StoppingPath.clock`, shape (k,) [s].
+        movers: The `MoverArrays`.
+        p_WS: Centres of the n spheres in W at the start, shape (n, 3) [m].
+        kept: The distance to keep, or the present one if that is less, shape
+            (n,) [m].
+        least: What even such a distance must be, shape (n,) [m].
+
     Returns:
-        The pairs, shape (m, 2), and the level that each keeps, shape (m,) [m].
+        The pairs, shape (m, 2), the level that each keeps, and the room that
+        it has above it at the start, shape (m,) each [m].
     """
     n, k, last = len(p_WS), len(movers.radius), clock[-1]
-    pair, level = np.empty((n * k, 2), np.int64), np.empty(n * k)
+    pair = np.empty((n * k, 2), np.int64)
+    level, room = np.empty(n * k), np.empty(n * k)
+    travel = np.empty(n)
+    for i in range(n):
+        travel[i] = travel_of(robot, path, i)
     R_WM, p_WM = np.empty((3, 3)), np.empty(3)
     m = 0
-    for i in range(n):
-        travel = travel_of(robot, path, i)
-        if travel == 0.0:
-            continue
-        for j in range(k):
-            place_mover(movers, j, 0.0, R_WM, p_WM)
+    for j in range(k):
+        place_mover(movers, j, 0.0, R_WM, p_WM)
+        grown = reach(movers, j, 0.0)
+        travels = predicted_speed(movers, j) * last
+        travels += reach(movers, j, last) - grown
+        for i in range(n):
+            if travel[i] == 0.0:
+                continue
             far, _, _, _ = core_distance(movers, j, R_WM, p_WM, p_WS[i])
-            grown = reach(movers, j, 0.0)
-            found = far - grown - movers.radius[j] - robot.radius[i]
-            travels = predicted_speed(movers, j) * last
-            travels += reach(movers, j, last) - grown
-            if not found - travel - travels >= separation + tube[i]:
+            found = far - grown - (movers.radius[j] + robot.radius[i])
+            if not found - travel[i] - travels >= kept[i]:
                 pair[m, 0], pair[m, 1] = i, j
-                level[m] = min(separation + tube[i], found)
+                level[m] = min(kept[i], max(found, least[i]))
+                room[m] = found - level[m]
                 m += 1
-    return pair[:m], level[:m]
+    return pair[:m], level[:m], room[:m]
 
 
 @helper
-def _retreats(movers, j, time, grown, touching, point, k, m):
+def _spheres_of(pair, n):
+    """Lists the spheres of pairs, each once, and where each of n is listed."""
+    near, place_of = np.empty(n, np.int64), np.full(n, -1)
+    count = 0
+    for m in range(len(pair)):
+        i = pair[m, 0]
+        if place_of[i] < 0:
+            near[count], place_of[i] = i, count
+            count += 1
+    return near[:count], place_of
+
+
+@helper
+def _looks_at_movers(movers, times):
+    """Predicts all k movers at all s looks of a path.
+
+    Returns:
+        Their orientations, shape (k, s, 3, 3), their origins, shape (k, s, 3)
+        [m], how far they can be from there, shape (k, s) [m], and how fast the
+        prediction moves, shape (k,) [m/s].
+    """
+    k, s = len(movers.radius), len(times)
+    R_WM, p_WM = np.empty((k, s, 3, 3)), np.empty((k, s, 3))
+    grown, speed = np.empty((k, s)), np.empty(k)
+    for j in range(k):
+        speed[j] = predicted_speed(movers, j)
+        for i in range(s):
+            place_mover(movers, j, times[i], R_WM[j, i], p_WM[j, i])
+            grown[j, i] = reach(movers, j, times[i])
+    return R_WM, p_WM, grown, speed
+
+
+@helper
+def _pair_is_kept(movers, seen, pair, sphere, tolerance):
+    """Tells whether one sphere keeps off one mover.
+
+    What the sphere and the mover have moved since the start bounds what they
+    can have lost of their room. Only where that tells too little, their
+    distance is computed.
+
+    Args:
+        movers: The `MoverArrays`.
+        seen: What `_looks_at_movers` returns.
+        pair: The mover, the radii of both together, the level that they keep,
+            and the room that they have above it at the start.
+        sphere: The times of the s looks, the centres then, shape (s, 3), and
+            bounds on the ways from look to look, shape (s - 1,).
+        tolerance: How far below its level a distance may fall between two
+            looks [m].
+    """
+    R_WM, p_WM, grown, speed = seen
+    j, touching, level, at_start = pair
+    times, point, way = sphere
+    last, before, is_exact = 0, at_start, True
+    for k in range(1, len(times)):
+        if way[k - 1] == 0.0:
+            continue
+        used = way[k - 1] + speed[j] * (times[k] - times[last])
+        used += grown[j, k] - grown[j, last]
+        lost = apart(point[0], point[k]) + speed[j] * times[k]
+        lost += grown[j, k] - grown[j, 0]
+        room = at_start - lost
+        knows = room >= 0.0 and room + before - used >= -2.0 * tolerance
+        if not knows:
+            taken = touching + level
+            if not is_exact:
+                far, _, _, _ = core_distance(
+                    movers, j, R_WM[j, last], p_WM[j, last], point[last]
+                )
+                before = far - grown[j, last] - taken
+            far, _, _, _ = core_distance(
+                movers, j, R_WM[j, k], p_WM[j, k], point[k]
+            )
+            room = far - grown[j, k] - taken
+            is_clear = room >= 0.0 and room + before - used >= -2.0 * tolerance
+            if not is_clear and not (
+                _retreats(movers, seen, j, last, k, point, touching)
+                and _retreats(movers, seen, j, k, k, point, touching)
+            ):
+                return False
+        last, before, is_exact = k, room, not knows
+    return True
+
+
+@helper
+def _retreats(movers, seen, j, then, k, point, touching):
     """Whether a sphere's way before look k leads away from a mover.
 
-    It is seen from where the sphere is at the end of its way that belongs to
-    the time.
+    The mover is seen where it is at the look `then`, and the sphere from both
+    ends of its way.
     """
-    R_WM, p_WM = np.empty((3, 3)), np.empty(3)
-    place_mover(movers, j, time, R_WM, p_WM)
+    R_WM, p_WM, grown, _ = seen
     deepest, worst_ahead, worst_aside = np.inf, -np.inf, 0.0
-    for end in range(2):
+    for end in range(k - 1, k + 1):
         far, nx, ny, nz = core_distance(
-            movers, j, R_WM, p_WM, point[k + end, m]
+            movers, j, R_WM[j, then], p_WM[j, then], point[end]
         )
-        x = point[k + 1, m, 0] - point[k, m, 0]
-        y = point[k + 1, m, 1] - point[k, m, 1]
-        z = point[k + 1, m, 2] - point[k, m, 2]
+        x = point[k, 0] - point[k - 1, 0]
+        y = point[k, 1] - point[k - 1, 1]
+        z = point[k, 2] - point[k - 1, 2]
         ahead = nx * x + ny * y + nz * z
         aside = math.sqrt(max(x * x + y * y + z * z - ahead * ahead, 0.0))
-        deepest = min(deepest, far - grown)
+        deepest = min(deepest, far - grown[j, k])
         worst_ahead = max(worst_ahead, ahead)
         worst_aside = max(worst_aside, aside)
     return is_retreat(deepest, touching, worst_ahead, worst_aside)

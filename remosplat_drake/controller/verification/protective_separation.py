@@ -1,0 +1,193 @@
+"""The protective separation distance, of every sphere from every mover.
+
+Speed and separation monitoring (ISO/TS 15066, now part of ISO 10218-2) keeps
+a person and a robot apart by
+
+    S_p = S_h + S_r + S_s + C + Z_d + Z_r
+
+Verification knows more than these sums: where things will be, and when. But
+this is the measure by which such robots are known, and so it is reported. No
+conformity is claimed: cameras, computers and software here are not
+safety-rated.
+"""
+
+import dataclasses as dc
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from remosplat_drake.controller.braking import braking_steps
+from remosplat_drake.robot.robot_model import RobotState
+from remosplat_drake.scene.kernels.mover_reach import near_movers
+from remosplat_drake.scene.mover import Movers
+from remosplat_drake.signals.separation import Separation
+
+
+@dc.dataclass(frozen=True)
+class Monitoring:
+    """What is kept apart, and how soon the robot can rest.
+
+    Attributes:
+        separation: The distance C that is kept besides [m].
+        reaction: Time for which the command is held, and before it acts [s].
+        braking: Time from the end of that to rest [s].
+        braking_way: Time for which the command would lead as far as the way
+            from the end of that to rest [s].
+    """
+
+    separation: float
+    reaction: float
+    braking: float
+    braking_way: float
+
+    @staticmethod
+    def make(
+        u: np.ndarray,
+        acceleration_limit: np.ndarray,
+        dt: float,
+        separation: float,
+        delay: float = 0.0,
+    ) -> "Monitoring":
+        """Makes it of a command that is held for a tick, and of its ramp.
+
+        The ramp shrinks the command in n even steps, one a tick: it takes
+        n - 1 ticks and leads as far as the command in half as many.
+
+        Args:
+            u: The command, shape (n_u,) [rad/s, m/s].
+            acceleration_limit: Bounds on |du/dt| of the ramp, shape (n_u,).
+            dt: Control period [s].
+            separation: The distance C that is kept besides [m].
+            delay: Time until the command acts [s].
+        """
+        steps = math.ceil(braking_steps(u, acceleration_limit, dt))
+        ramp = max(steps - 1, 0) * dt
+        return Monitoring(separation, dt + delay, ramp, 0.5 * ramp)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class ProtectiveSeparation:
+    """S_p and its parts for m pairs of a sphere and a mover.
+
+    Attributes:
+        sphere: Index of the sphere, shape (m,).
+        mover: Index of the mover, shape (m,).
+        distance: Distance of their surfaces as the mover is predicted to be
+            now, shape (m,) [m].
+        mover_way: S_h, how far the mover can come nearer until the robot
+            rests, shape (m,) [m].
+        reaction_way: S_r, how far the sphere does before it brakes, (m,) [m].
+        braking_way: S_s, how far it does from then on, shape (m,) [m].
+        separation: C, what is kept besides [m].
+        mover_error: Z_d, how wrong the mover's position may be then, shape
+            (m,) [m].
+        robot_error: Z_r, how wrong the sphere's may be, shape (m,) [m].
+    """
+
+    sphere: np.ndarray
+    mover: np.ndarray
+    distance: np.ndarray
+    mover_way: np.ndarray
+    reaction_way: np.ndarray
+    braking_way: np.ndarray
+    separation: float
+    mover_error: np.ndarray
+    robot_error: np.ndarray
+
+    @property
+    def needed(self) -> np.ndarray:
+        """S_p, shape (m,) [m]."""
+        return (
+            self.mover_way
+            + self.reaction_way
+            + self.braking_way
+            + self.separation
+            + self.mover_error
+            + self.robot_error
+        )
+
+    @property
+    def margin(self) -> np.ndarray:
+        """What the distances have above S_p, shape (m,) [m]."""
+        return self.distance - self.needed
+
+    def least(self, links: Sequence[str], movers: Movers) -> Separation | None:
+        """Returns the pair with the least margin; None where nothing moves.
+
+        Args:
+            links: Names of the spheres' links.
+            movers: The movers.
+        """
+        if not len(self.sphere):
+            return None
+        i = int(self.margin.argmin())
+        return Separation(
+            links[int(self.sphere[i])],
+            movers.movers[int(self.mover[i])].name,
+            float(self.distance[i]),
+            float(self.needed[i]),
+        )
+
+
+def protective_separation(
+    state: RobotState,
+    movers: Movers,
+    time: float,
+    u: np.ndarray,
+    monitoring: Monitoring,
+    tube: np.ndarray,
+) -> ProtectiveSeparation:
+    """Works out S_p for every sphere and mover.
+
+    A mover that now comes nearer at the speed c, and whose points accelerate
+    by no more than b from its prediction, comes until the robot rests, a time
+    t from now and tau since its stamp, as near as
+
+        S_h = min(max(c, 0) t + b tau^2 / 2, V tau + v (tau - t))
+
+    with the speed v that it has and the bound V on it. Z_d is e_p + e_v tau,
+    with the errors of its position and of its velocity. The sphere itself
+    comes nearer at n' Jv_WS u, or not at all.
+
+    Args:
+        state: Kinematics at the present configuration.
+        movers: What moves.
+        time: The present time [s].
+        u: The command, shape (n_u,) [rad/s, m/s].
+        monitoring: What is kept, and how soon the robot can rest.
+        tube: Z_r of each sphere, shape (n,) [m].
+    """
+    spheres, seen = state.spheres, movers.at(time)
+    sphere, mover, distance, direction_W, closing = near_movers(
+        seen,
+        np.array(spheres.p_WS, float),
+        np.array(spheres.radius, float),
+        np.inf,
+    )
+    far = np.linalg.norm(seen.half_extents, axis=1)
+    turn = np.linalg.norm(seen.w_WM, axis=1)
+    speed = np.linalg.norm(seen.v_WM, axis=1) + turn * far
+    most_speed, most_push, e_v, e_p = seen.bounds.T
+    push, age = most_push + turn**2 * far, seen.age
+    # What is uncertain about it is counted by itself.
+    grown = np.minimum(
+        (e_v + 0.5 * push * age) * age, (most_speed + speed) * age
+    )
+    now = monitoring.reaction + monitoring.braking
+    since = now + age
+    soon = np.maximum(closing, 0.0) * now + 0.5 * push[mover] * since**2
+    late = most_speed * since + speed * age
+    approach = np.einsum("mi,mi->m", direction_W, (state.Jv_WS @ u)[sphere])
+    approach = np.maximum(approach, 0.0)
+    return ProtectiveSeparation(
+        sphere,
+        mover,
+        distance + (grown + e_p)[mover],
+        np.minimum(soon, late[mover]),
+        approach * monitoring.reaction,
+        approach * monitoring.braking_way,
+        monitoring.separation,
+        (e_p + e_v * since)[mover],
+        tube[sphere],
+    )
