@@ -184,7 +184,7 @@ def AddControlLoop(
             builder, scenario, world, odometry, oracle, truth
         )
     if known is not None:
-        for system in filter(None, (controller, supervisor)):
+        for system in filter(None, (controller, selector, supervisor)):
             builder.Connect(known, system.GetInputPort("movers"))
     standing = AddStanding(
         builder,
@@ -222,7 +222,7 @@ def AddControlLoop(
         ConnectPrediction(
             builder,
             predictor,
-            filter(None, (controller, supervisor)),
+            filter(None, (controller, selector, supervisor)),
             configuration=configuration,
             odometry=odometry,
             velocity_executed=loop.executed,

@@ -291,7 +291,7 @@ class RunMonitor:
         if selection is None:
             return
         planning = self._application.scenario.controller.guidance.planning
-        if planning.give_up and selection.failures >= planning.attempts:
+        if planning.give_up and selection.has_given_up(planning.attempts):
             self.is_finished = True
 
     def _watch(self, time: float, supervision: SupervisorState) -> None:
@@ -382,7 +382,7 @@ def make_result(
     if selection is not None and outcome != REACHED:
         planning = scenario.controller.guidance.planning
         gives_up = planning.give_up and outcome == TIME_LIMIT
-        if gives_up and selection.failures >= planning.attempts:
+        if gives_up and selection.has_given_up(planning.attempts):
             outcome = GIVEN_UP
     system = application.standing
     now = system.now(system.GetMyContextFromRoot(root))

@@ -15,6 +15,7 @@ from pydrake.systems.framework import (
 from remosplat_drake.controller.guidance.look_ahead_process import (
     LookAheadProcess,
 )
+from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.controller.guidance.selection import (
     Selection,
     advance_selection,
@@ -23,8 +24,8 @@ from remosplat_drake.controller.guidance.selection import (
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.controller.guidance.stall_cycling import cycle_when_stalled
-from remosplat_drake.controller.guidance.worker import PresentState
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.target_ports import TargetPorts
 from remosplat_drake.signals.tick_report import TickReport
 
@@ -41,6 +42,7 @@ class GuidanceSelector(LeafSystem):
         - aim (optional)
         - distance_field
         - report
+        - movers (optional)
         output_ports:
         - selection
 
@@ -55,6 +57,9 @@ class GuidanceSelector(LeafSystem):
     With a `LookAheadProcess` it only passes on what that has decided, and
     runs depend on the machine. When the process is lost, the selector
     cycles as with no budget, and `Selection.missing` says why.
+
+    `movers` are the `Movers` around the robot, which rollouts move on and paths
+    go round; without them nothing moves.
 
     Args:
         rule: Which guidances are tried, and when a rollout has arrived.
@@ -94,6 +99,9 @@ class GuidanceSelector(LeafSystem):
         )
         self._report_input = self.DeclareAbstractInputPort(
             "report", Value(TickReport.before_first(robot.n_q, robot.n_u))
+        )
+        self._movers_input = self.DeclareAbstractInputPort(
+            "movers", Value[object]()
         )
         self._selection_index = self.DeclareAbstractState(
             Value(start_selection(rule))
@@ -151,6 +159,7 @@ class GuidanceSelector(LeafSystem):
             self._configuration_input.Eval(context),
             self._report_input.Eval(context).command,
             self._target.read(context),
+            value_or_none(self._movers_input, context),
         )
         field = self._field_input.Eval(context).for_look_ahead
         if self._process is not None:

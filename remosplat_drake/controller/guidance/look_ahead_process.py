@@ -8,17 +8,14 @@ from time import perf_counter
 
 from remosplat_drake.base.array_pipe import send_arrays
 from remosplat_drake.base.child_process import ChildProcess
+from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.controller.guidance.rule_transfer import (
     TransferError,
     pack_rule,
 )
 from remosplat_drake.controller.guidance.selection import Selection
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
-from remosplat_drake.controller.guidance.worker import (
-    Failure,
-    PresentState,
-    serve,
-)
+from remosplat_drake.controller.guidance.worker import Failure, serve
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 

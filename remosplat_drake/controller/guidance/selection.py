@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from remosplat_drake.controller.guidance.guidance import Guidance
+from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.controller.guidance.rollout import (
     REACHED,
     RUNNING,
@@ -20,18 +21,27 @@ from remosplat_drake.controller.guidance.rollout import (
     step_rollout,
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
+from remosplat_drake.controller.guidance.standing_movers import (
+    NOTHING,
+    standing,
+    whoever_has_gone,
+)
 from remosplat_drake.controller.planning.plan import (
     NO_EFFORT,
     Plan,
     SearchEffort,
 )
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 
 IDLE = 1.0
 """Time for which a guidance that arrives is trusted before it is checked
 again [s]."""
+
+IDLE_AMONG_MOVERS = 0.3
+"""The same where something moves, which may do something else meanwhile [s]."""
 
 PATIENCE = 1.0
 """Time that the next round waits after one in which nothing arrives [s], unless
@@ -67,6 +77,8 @@ class Selection:
         found: Corners of the paths that were found to the present target on
             the present map.
         roadmap: Corners of those that were found before.
+        around: What stood still when a path was searched, and so was in the
+            way of it.
         finished: Finished rollouts of the present round, the first of them
             with the guidance that is followed.
         latest: Rollouts of the latest complete round.
@@ -94,6 +106,7 @@ class Selection:
     effort: SearchEffort = NO_EFFORT
     found: tuple[np.ndarray, ...] = ()
     roadmap: Roadmap = NO_ROADMAP
+    around: Movers = NOTHING
     finished: tuple[Rollout, ...] = ()
     latest: tuple[Rollout, ...] = ()
     idle_until: float = -np.inf
@@ -110,6 +123,16 @@ class Selection:
     def is_hopeless(self) -> bool:
         """Whether nothing arrived in the latest round."""
         return self.hopeless_at is not None
+
+    def has_given_up(self, attempts: int) -> bool:
+        """Tells whether a target that nothing leads to is not tried for more.
+
+        What stands in the way may go, and is waited for.
+
+        Args:
+            attempts: Number of rounds with searches that are made.
+        """
+        return self.failures >= attempts and not len(self.around)
 
 
 def start_selection(rule: SelectionRule) -> Selection:
@@ -131,6 +154,7 @@ def advance_selection(
     target: Target | np.ndarray,
     field: DistanceField,
     budget: int,
+    movers: Movers | None = None,
     interrupted: Callable[[], bool] = lambda: False,
 ) -> Selection:
     """Looks ahead by at most `budget` rollout steps and decides if it can.
@@ -139,6 +163,10 @@ def advance_selection(
     another world. Every candidate starts from the robot's state when its turn
     comes, so a round that takes several ticks may end differently from one
     that a larger budget finishes in a single tick.
+
+    What moves is no other world: rollouts move it on from where it is when
+    they begin, and are made anew more often. A path goes round what stands
+    still; as soon as that has gone, the way is looked at as at the start.
 
     Args:
         rule: Which guidances are tried, and when a rollout has arrived.
@@ -150,6 +178,7 @@ def advance_selection(
             target, shape (4, 4).
         field: The map.
         budget: Number of rollout steps that may be spent.
+        movers: What moves; None if nothing is known to.
         interrupted: Function that tells whether a search of a path, which may
             take long, shall give up at once.
 
@@ -167,11 +196,15 @@ def advance_selection(
     if selection is not before:
         still = rule.still_open(selection.guidance, q, field)
         selection = dc.replace(selection, guidance=still)
+    now = PresentState(time, q, u, target, movers)
+    gone = whoever_has_gone(selection.around, now)
+    if gone:
+        selection = _way_is_free(rule, selection, now, gone)
     for _ in range(budget):
         if selection.running is None:
             if time < selection.idle_until and not _has_moved(selection, q):
                 break
-            first = Rollout(selection.guidance, q, u)
+            first = _begin(selection.guidance, now)
             selection = dc.replace(selection, running=first, plans=())
         assert selection.running is not None
         running = step_rollout(
@@ -185,10 +218,32 @@ def advance_selection(
         if running.status == RUNNING:
             selection = dc.replace(selection, running=running)
         else:
-            selection = _file(
-                rule, selection, running, time, q, u, field, interrupted
-            )
+            selection = _file(rule, selection, running, now, field, interrupted)
     return selection
+
+
+def _begin(guidance: Guidance, now: PresentState) -> Rollout:
+    return Rollout(guidance, now.q, now.u, movers=now.movers, start=now.time)
+
+
+def _way_is_free(
+    rule: SelectionRule, selection: Selection, now: PresentState, gone: str
+) -> Selection:
+    """Begins a round with what was tried at first, as if nothing were known.
+
+    What is followed goes on meanwhile, and is tried, too, if that does not
+    arrive.
+    """
+    return Selection(
+        selection.guidance,
+        f"{gone} has gone",
+        running=_begin(rule.start, now),
+        effort=selection.effort,
+        found=selection.found,
+        roadmap=selection.roadmap,
+        revision=selection.revision,
+        target=selection.target,
+    )
 
 
 def on_the_same_world(
@@ -217,6 +272,7 @@ def on_the_same_world(
         reason,
         effort=selection.effort,
         roadmap=roadmap,
+        around=NOTHING if guidance is rule.start else selection.around,
         revision=revision,
         target=target,
     )
@@ -226,9 +282,7 @@ def _file(
     rule: SelectionRule,
     selection: Selection,
     rollout: Rollout,
-    time: float,
-    q: np.ndarray,
-    u: np.ndarray,
+    now: PresentState,
     field: DistanceField,
     interrupted: Callable[[], bool],
 ) -> Selection:
@@ -241,11 +295,10 @@ def _file(
                 rollout.guidance,
                 finished,
                 f"{rollout.guidance.name} arrives",
-                time + IDLE,
+                now.time + _trusted_for(now.movers),
             )
-        assert selection.target is not None
-        candidates = rule.candidates(q, selection.target, field)
-        waiting, tier = (), -1
+        candidates = rule.candidates(now.q, now.target, field)
+        waiting, tier = _others((selection.guidance,), rollout.guidance), -1
     else:
         candidates = selection.candidates
         waiting, tier = selection.waiting, selection.tier
@@ -254,12 +307,12 @@ def _file(
         tier += 1
         waiting = _others(candidates[tier], finished[0].guidance)
     if not waiting and not arrives:
-        selection, waiting = _planned(rule, selection, q, field, interrupted)
+        selection, waiting = _planned(rule, selection, now, field, interrupted)
     if not waiting:
-        return _decide(rule, selection, finished, time, q)
+        return _decide(rule, selection, finished, now)
     return dc.replace(
         selection,
-        running=Rollout(waiting[0], q, u),
+        running=_begin(waiting[0], now),
         candidates=candidates,
         waiting=waiting[1:],
         tier=tier,
@@ -270,7 +323,7 @@ def _file(
 def _planned(
     rule: SelectionRule,
     selection: Selection,
-    q: np.ndarray,
+    now: PresentState,
     field: DistanceField,
     interrupted: Callable[[], bool],
 ) -> tuple[Selection, tuple[Guidance, ...]]:
@@ -278,25 +331,27 @@ def _planned(
     motions, plans = rule.motions, selection.plans
     if motions is None or selection.failures >= motions.config.attempts:
         return selection, ()
-    assert selection.target is not None
     guidance, effort, found = None, selection.effort, selection.found
+    around = standing(now)
     # What is remembered is no news to who has tried it or failed beside it.
     again = selection.failures or found
     roadmap = NO_ROADMAP if again else selection.roadmap
     while guidance is None and len(plans) < len(rule.tiers):
         guidance, plan = rule.planned(
-            q,
-            selection.target,
+            now,
             field,
             len(plans),
             selection.failures,
             interrupted,
             roadmap,
+            around,
         )
         plans, effort = (*plans, plan), effort.with_plan(plan)
         if plan.path is not None:
             found = (*found, plan.path.q)
-    selection = dc.replace(selection, plans=plans, effort=effort, found=found)
+    selection = dc.replace(
+        selection, plans=plans, effort=effort, found=found, around=around
+    )
     return selection, () if guidance is None else (guidance,)
 
 
@@ -310,8 +365,7 @@ def _decide(
     rule: SelectionRule,
     selection: Selection,
     finished: tuple[Rollout, ...],
-    time: float,
-    q: np.ndarray,
+    now: PresentState,
 ) -> Selection:
     first_tier = rule.tiers[0]
     incumbent = finished[0]
@@ -331,8 +385,8 @@ def _decide(
         best.guidance,
         finished,
         reason,
-        time + (IDLE if arrives else PATIENCE),
-        None if arrives else q,
+        now.time + (_trusted_for(now.movers) if arrives else PATIENCE),
+        None if arrives else now.q,
     )
 
 
@@ -354,9 +408,15 @@ def _end_round(
         effort=selection.effort,
         found=selection.found,
         roadmap=selection.roadmap,
+        around=selection.around,
         revision=selection.revision,
         target=selection.target,
     )
+
+
+def _trusted_for(movers: Movers | None) -> float:
+    """For how long a guidance that arrives is trusted [s]."""
+    return IDLE if movers is None or not len(movers) else IDLE_AMONG_MOVERS
 
 
 def _searched(selection: Selection, *, arrives: bool) -> dict[str, Any]:
@@ -365,6 +425,9 @@ def _searched(selection: Selection, *, arrives: bool) -> dict[str, Any]:
     if arrives:
         return {"plans": plans}
     why = next((plan.reason for plan in plans[::-1] if plan.reason), "")
+    if why and len(selection.around):
+        names = " and ".join(dict.fromkeys(m.name for m in selection.around))
+        why = f"{names} in the way: {why}"
     return {
         "plans": plans,
         "failures": selection.failures + bool(plans),

@@ -11,6 +11,7 @@ from remosplat_drake.controller.guidance.planner import (
     GuidancePlanner,
     Situation,
 )
+from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.controller.planning.motion_planner import (
     MotionPlanner,
     can_plan,
@@ -20,6 +21,7 @@ from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.solvers import make_solver
 from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 
@@ -65,24 +67,25 @@ class SelectionRule:
 
     def planned(
         self,
-        q: np.ndarray,
-        target: Target,
+        now: PresentState,
         field: DistanceField,
         tier: int,
         attempt: int,
         interrupted: Callable[[], bool] = lambda: False,
         roadmap: Roadmap = NO_ROADMAP,
+        around: Movers | None = None,
     ) -> tuple[Guidance | None, Plan]:
         """Searches a path that keeps the stopping distance of a tier.
 
         Args:
-            q: Present configuration, shape (n_q,) [rad, m].
-            target: What the end effector shall reach.
+            now: The present state.
             field: The map.
             tier: Index of the tier.
             attempt: Number of rounds of searches before this one.
             interrupted: Function that tells whether to give up at once.
             roadmap: Corners of earlier paths, which are tried first.
+            around: What stands in the way, which is gone round as far as
+                verification will keep off it.
 
         Returns:
             The guidance along the path, None without one, and what the search
@@ -91,7 +94,15 @@ class SelectionRule:
         assert self.motions is not None
         stopping = self.tiers[tier]
         plan = self.motions.plan(
-            q, target, field, stopping, attempt, interrupted, roadmap
+            now.q,
+            now.target,
+            field,
+            stopping,
+            attempt,
+            interrupted,
+            roadmap,
+            around,
+            self.law.movers.separation,
         )
         if plan.path is None:
             return None, plan

@@ -10,6 +10,7 @@ from remosplat_drake.controller.guidance.selection import (
     SelectionRule,
     on_the_same_world,
 )
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 
@@ -29,6 +30,7 @@ def cycle_when_stalled(
     u: np.ndarray,
     target: Target | np.ndarray,
     field: DistanceField,
+    movers: Movers | None = None,
 ) -> Selection:
     """Keeps the guidance while the end effector moves, else takes the next.
 
@@ -42,7 +44,9 @@ def cycle_when_stalled(
         target: What the end effector shall reach, or the pose X_WT of a plain
             target, shape (4, 4).
         field: The map.
+        movers: What moves; it does not matter here.
     """
+    del movers
     target = Target.of(target)
     if not (np.isfinite(q).all() and target.is_known):
         return selection

@@ -9,12 +9,11 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 from time import perf_counter
 
-import numpy as np
-
 from remosplat_drake.base.array_pipe import (
     ArrayHeader,
     receive_arrays,
 )
+from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.controller.guidance.rule_transfer import (
     PackedRule,
     TransferError,
@@ -27,27 +26,9 @@ from remosplat_drake.controller.guidance.selection import (
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.signals.distance_field import DistanceField
-from remosplat_drake.signals.target import Target
 
 READY = "ready"
 """Message of the process when it has loaded everything."""
-
-
-@dc.dataclass(frozen=True, eq=False)
-class PresentState:
-    """The robot's state from which a decision starts.
-
-    Attributes:
-        time: Present time [s].
-        q: Measured configuration, shape (n_q,) [rad, m].
-        u: Command being executed, shape (n_u,).
-        target: What the end effector shall reach.
-    """
-
-    time: float
-    q: np.ndarray
-    u: np.ndarray
-    target: Target
 
 
 @dc.dataclass(frozen=True)
@@ -127,13 +108,10 @@ def look_ahead(
         following = advance_selection(
             rule,
             selection,
-            time=now.time,
-            q=now.q,
-            u=now.u,
-            target=now.target,
             field=field,
             budget=1,
             interrupted=interrupted,
+            **vars(now),
         )
         if following is selection:
             break

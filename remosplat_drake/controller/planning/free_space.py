@@ -9,6 +9,7 @@ from remosplat_drake.controller.planning.kernels.map_looks import (
 from remosplat_drake.controller.planning.kernels.self_looks import (
     keeps_off_itself,
 )
+from remosplat_drake.controller.planning.obstructions import StandingMovers
 from remosplat_drake.controller.planning.steering import (
     held_command,
     waypoints,
@@ -65,6 +66,7 @@ class FreeSpace:
         bounds: tuple[np.ndarray, np.ndarray],
         start: np.ndarray,
         backing: float = 0.0,
+        standing: StandingMovers | None = None,
     ):
         """Makes the free space of a robot that stands somewhere.
 
@@ -77,16 +79,21 @@ class FreeSpace:
             bounds: Lower and upper bounds of q, shape (n_q,) each [rad, m].
             start: Where the robot is, shape (n_q,) [rad, m].
             backing: Longest way that the base may drive backwards [m].
+            standing: What stands in the way besides the scene; None for
+                nothing.
         """
         self.robot, self.field = robot, field
         self.stopping, self.backing = stopping, backing
         self.lower, self.upper = bounds
         self._own = self_clearance
+        self._standing = standing
         self._compiled = field.compiled
         self._known: dict[bytes, np.ndarray] = {}
         self.checks = 0
         self._level = np.full(len(robot.spheres), stopping)
         self._level = np.minimum(stopping, self._clearance(start))
+        if standing is not None:
+            self._standing = standing.seen_from(robot.spheres_at(start))
 
     def is_free(self, q: np.ndarray) -> bool:
         """Tells whether a configuration keeps all distances.
@@ -97,7 +104,7 @@ class FreeSpace:
         self.checks += 1
         if (q < self.lower).any() or (q > self.upper).any():
             return False
-        if not self._keeps_off(q):
+        if not self._keeps_off(q) or self._is_obstructed(q):
             return False
         own = self._own
         if own is None:
@@ -135,7 +142,7 @@ class FreeSpace:
             return False
         corners = waypoints(self.robot, a, b, self.backing)
         # Most motions that are not free end in the scene.
-        if not self._keeps_off(corners[-1]):
+        if not self._keeps_off(corners[-1]) or self._is_obstructed(corners[-1]):
             return False
         return all(
             self._keeps(corners[k], corners[k + 1])
@@ -150,6 +157,10 @@ class FreeSpace:
         looks = max(1, round(travel / _LOOK))
         spheres = robot.spheres_at(a)
         motion = a, u, robot.n_base
+        if self._standing is not None and not self._standing.is_passed(
+            robot, a, u, travel
+        ):
+            return False
         if own is not None and not keeps_off_itself(
             robot.tree.arrays,
             motion,
@@ -175,6 +186,13 @@ class FreeSpace:
             self._clearance(a),
             self._level,
             TOLERANCE,
+        )
+
+    def _is_obstructed(self, q: np.ndarray) -> bool:
+        """Tells whether something that stands there is too near."""
+        standing = self._standing
+        return standing is not None and standing.obstructs(
+            self.robot.spheres_at(q)
         )
 
     def _keeps_off(self, q: np.ndarray) -> bool:

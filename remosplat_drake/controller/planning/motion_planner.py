@@ -17,6 +17,7 @@ from remosplat_drake.controller.planning.goal_configurations import (
     GoalConfigurations,
     goal_configurations,
 )
+from remosplat_drake.controller.planning.obstructions import StandingMovers
 from remosplat_drake.controller.planning.path import Path
 from remosplat_drake.controller.planning.plan import Plan
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
@@ -24,6 +25,7 @@ from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
 from remosplat_drake.controller.planning.stretches import driven_corners
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 
@@ -60,6 +62,8 @@ class MotionPlanner:
         attempt: int = 0,
         interrupted: Callable[[], bool] = lambda: False,
         roadmap: Roadmap = NO_ROADMAP,
+        around: Movers | None = None,
+        separation: float = 0.0,
     ) -> Plan:
         """Searches a path to a target; equal calls find equal paths.
 
@@ -73,19 +77,22 @@ class MotionPlanner:
                 numbers.
             interrupted: Function that tells whether to give up at once.
             roadmap: Corners of earlier paths, which are tried first.
+            around: What moves otherwise and stands there now; None for
+                nothing.
+            separation: Distance that all spheres keep from it [m].
         """
         started = perf_counter()
+        space = self.free_space(q, field, stopping, around, separation)
         plan = self._plan(
-            q, Target.of(target), field, stopping, attempt, interrupted, roadmap
+            space, q, Target.of(target), attempt, interrupted, roadmap
         )
         return dc.replace(plan, seconds=perf_counter() - started)
 
     def _plan(
         self,
+        space: FreeSpace,
         q: np.ndarray,
         target: Target,
-        field: DistanceField,
-        stopping: float,
         attempt: int,
         interrupted: Callable[[], bool],
         roadmap: Roadmap,
@@ -96,7 +103,6 @@ class MotionPlanner:
 
         config = self.config
         seed = 1 + config.seed + attempt
-        space = self.free_space(q, field, stopping)
         start = np.clip(q, space.lower, space.upper)
         goals = goal_configurations(
             space,
@@ -107,7 +113,9 @@ class MotionPlanner:
             rng=np.random.default_rng(seed),
         )
         if not len(goals.q):
-            return Plan(None, self._no_goal(goals, stopping), space.checks, 0)
+            return Plan(
+                None, self._no_goal(goals, space.stopping), space.checks, 0
+            )
         budget = config.checks << attempt
         search = Search(
             space,
@@ -161,7 +169,12 @@ class MotionPlanner:
         return path
 
     def free_space(
-        self, q: np.ndarray, field: DistanceField, stopping: float
+        self,
+        q: np.ndarray,
+        field: DistanceField,
+        stopping: float,
+        around: Movers | None = None,
+        separation: float = 0.0,
     ) -> FreeSpace:
         """Returns the free space of the robot where it is.
 
@@ -169,6 +182,9 @@ class MotionPlanner:
             q: Where the robot is, shape (n_q,) [rad, m].
             field: The map.
             stopping: Distance that all spheres keep from the scene [m].
+            around: What moves otherwise and stands there now; None for
+                nothing.
+            separation: Distance that all spheres keep from it [m].
         """
         return FreeSpace(
             self.robot,
@@ -178,6 +194,7 @@ class MotionPlanner:
             self._bounds(),
             q,
             self.config.backing,
+            StandingMovers.make(around, separation) if around else None,
         )
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:

@@ -23,6 +23,7 @@ from remosplat_drake.controller.guidance.look_ahead_process import (
     DIED,
     LookAheadProcess,
 )
+from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.controller.guidance.selection import (
     Selection,
     start_selection,
@@ -31,7 +32,7 @@ from remosplat_drake.controller.guidance.selection_rule import (
     SelectionRule,
     make_selection_rule,
 )
-from remosplat_drake.controller.guidance.worker import PresentState, look_ahead
+from remosplat_drake.controller.guidance.worker import look_ahead
 from remosplat_drake.controller.planning.motion_planner import can_plan
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.reactive_program import (
@@ -41,6 +42,7 @@ from remosplat_drake.controller.reactive_program import (
 )
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.target import Target
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
@@ -112,6 +114,17 @@ def until(process, stuck, good, now=None, field=None) -> Selection:
             return selection
         sleep(0.005)
     raise AssertionError(f"nothing but {selection.reason!r}")
+
+
+def test_it_hears_of_what_moves(shared_process, stuck):
+    ada = Mover.sphere("Ada", [9.0, 0.0, 1.0], 0.2, v_WM=[0.5, 0.0, 0.0])
+    X_WT = stuck.now.target.X_WT.copy()
+    X_WT[2, 3] += 0.01
+    movers = Movers(monotonic(), [ada])
+    now = dc.replace(stuck.now, target=Target(X_WT), movers=movers)
+    found = until(shared_process, stuck, lambda s: s.latest, now)
+    for rollout in found.latest:
+        assert [m.name for m in rollout.movers or ()] == ["Ada"]
 
 
 def test_it_decides_what_the_selector_would_decide(shared_process, stuck):

@@ -1,0 +1,63 @@
+"""What moves and stands still now: paths go round it, until it has gone.
+
+What passes is waited for: it will not be there any more when the robot comes.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.controller.guidance.present_state import PresentState
+from remosplat_drake.scene.mover import Mover, Movers
+
+SLOW = 0.1
+"""Below this speed something stands still [m/s]."""
+
+_GONE = 0.2
+"""How far it has gone once it no longer counts as being there [m]."""
+
+NOTHING = Movers(0.0)
+"""Nothing stands anywhere."""
+
+
+def standing(now: PresentState) -> Movers:
+    """Finds what stands still, where it stands.
+
+    Args:
+        now: The present state.
+
+    Returns:
+        These movers, at rest and stamped now.
+    """
+    if now.movers is None:
+        return NOTHING
+    age, none = abs(now.time - now.movers.stamp), np.zeros(3)
+    return Movers(
+        now.time,
+        [
+            dc.replace(m, X_WM=m.after(age), v_WM=none, w_WM=none)
+            for m in now.movers
+            if m.speed < SLOW
+        ],
+    )
+
+
+def whoever_has_gone(before: Movers, now: PresentState) -> str:
+    """Names what has stood somewhere and has gone; empty if nothing has.
+
+    Args:
+        before: What has stood, as `standing` found it.
+        now: The present state.
+    """
+    if not len(before):
+        return ""
+    present = tuple(now.movers or ())
+    gone = (m.name for m in before if not any(_is_at(p, m) for p in present))
+    return next(gone, "")
+
+
+def _is_at(mover: Mover, before: Mover) -> bool:
+    """Whether a mover is the one that was there before, and where it was."""
+    moved = mover.X_WM.translation() - before.X_WM.translation()
+    is_near = bool(np.linalg.norm(moved) <= _GONE)
+    return mover.name == before.name and is_near
