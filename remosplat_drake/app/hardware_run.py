@@ -37,6 +37,8 @@ from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
 from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.signals.near_movers import mover_at
+from remosplat_drake.signals.optional_input import value_or_none
 
 STATUS_TIMEOUT = 0.003
 """Time that a tick waits for the arm's next status, which comes every
@@ -271,9 +273,17 @@ class HardwareLoop:
         if clearances.minimum() < least:
             row = int(clearances.distance.argmin())
             link = robot.spheres.links[clearances.sphere[row]]
+            context = app.supervisor.GetMyMutableContextFromRoot(self.context)
+            port = app.supervisor.GetInputPort("movers")
+            who = mover_at(
+                value_or_none(port, context),
+                self.context.get_time(),
+                clearances.p_WC[row],
+            )
+            where = f"beside {who} " if who else "in the map "
             app.supervisor.request_stop(
-                app.supervisor.GetMyMutableContextFromRoot(self.context),
-                f"in the map {link} starts at a clearance of"
+                context,
+                f"{where}{link} starts at a clearance of"
                 f" {1e3 * clearances.minimum():.1f} mm, below"
                 f" {1e3 * least:.1f} mm",
             )

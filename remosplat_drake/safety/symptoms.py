@@ -9,6 +9,7 @@ import numpy as np
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.signals import station_status, tick_report
 from remosplat_drake.signals.motion import Motion
+from remosplat_drake.signals.near_movers import mover_at
 from remosplat_drake.signals.supervisor_state import RUNNING, SupervisorState
 
 _SOLVER = 1e-3
@@ -179,6 +180,16 @@ def _of_clearance(
 ) -> Iterator[Symptom]:
     clearances = now.report.clearances
     if clearances.minimum() >= law.min_clearance:
+        return
+    row = int(clearances.distance.argmin())
+    who = mover_at(now.movers, now.time, clearances.p_WC[row])
+    if who:
+        yield Symptom(
+            "clearance",
+            f"{who} came nearer than {1e3 * law.min_clearance:.1f} mm:"
+            f" {1e3 * clearances.minimum():.1f} mm",
+            law.config.clearance_dwell,
+        )
         return
     # A person who has just changed the map shall read that it was the map.
     maps = {state.map_revision, clearances.revision}

@@ -152,11 +152,13 @@ def _near(report: TickReport, robot: RobotModel, name: Naming, i: int) -> Hold:
 
 def _vetoed(report: TickReport, robot: RobotModel, name: Naming) -> Hold:
     """What verification is afraid of: the nearest, where that is the scene."""
+    separation = report.separation
+    if report.objection == MOVER and separation is not None:
+        return Hold(MOVER, separation.mover, separation.link)
     if report.objection != COLLISION or not len(report.clearances):
         before = {
             JOINT_LIMIT: "a joint's limit",
             SELF_COLLISION: "the robot itself",
-            MOVER: "what moves",
         }
         return Hold(VERIFICATION, before.get(report.objection, "the scene"))
     nearest = int(report.clearances.distance.argmin())

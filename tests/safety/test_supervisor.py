@@ -20,6 +20,7 @@ from remosplat_drake.robot.actuators import Actuator, ActuatorModel
 from remosplat_drake.safety.supervision import SupervisorLaw
 from remosplat_drake.safety.supervisor import supervise
 from remosplat_drake.safety.symptoms import has_paused, symptoms
+from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.station_status import STOPPED as STATION_STOPPED
 from remosplat_drake.signals.station_status import StationStatus
@@ -280,6 +281,18 @@ def test_a_map_in_which_the_robot_stands_too_near_is_named(running):
     assert running.state.mode == RUNNING
     running.ticks(11, revision="first", clearance=0.01)
     assert "new map" not in running.state.reason
+
+
+@pytest.mark.parametrize(
+    ("away", "said"),
+    [(0.12, "Ada came nearer than 16.0 mm: 10.0 mm"), (0.3, "clearance 10.0")],
+)
+def test_who_came_too_near_is_told_from_a_wrong_map(running, away, said):
+    """A live map shows her, too, and what it shows is where she stands."""
+    for _ in range(11):
+        ada = Mover.sphere("Ada", [0.0, 0.0, away], 0.1, max_acceleration=0.0)
+        running.tick(clearance=0.01, movers=Movers(running.time, [ada]))
+    assert running.state.reason.startswith(said)
 
 
 def test_optional_rules():
