@@ -20,6 +20,7 @@ from remosplat_drake.controller.kernels.compiled_ingredient import (
 )
 from remosplat_drake.controller.kernels.tick_arrays import (
     GuidanceArrays,
+    NearQuestion,
     ProgramArrays,
     near_arrays,
 )
@@ -71,6 +72,10 @@ class CompiledLaw:
         self._own = cast(SelfCollisionDamper, self._parts[_OWN])
         settings = [_floats(part.settings(robot)) for part in self._parts]
         self._arrays = Packed(Parts._make([*settings, present]))
+        near = self._own.near_question
+        if not present[_OWN]:
+            near = near._replace(reach=-1.0)
+        self._near = Packed(near)
 
     @property
     def parts(self) -> Packed[Parts]:
@@ -78,14 +83,12 @@ class CompiledLaw:
         return self._arrays
 
     @property
-    def near(self) -> tuple:
-        """What `near_arrays` takes: the pairs and how far it looks [m].
+    def near(self) -> Packed[NearQuestion]:
+        """What `near_arrays` takes: the pairs and how far it looks.
 
-        That is negative where there is no `SelfCollisionDamper`, or it does
-        nothing.
+        It does not where there is no `SelfCollisionDamper`.
         """
-        pairs, reach = self._own.near_question
-        return pairs, reach if self._arrays.present[_OWN] else -1.0
+        return self._near
 
     def program(self, tick: Tick) -> ReactiveProgram:
         """Builds the program of a tick; equals `build_program`.

@@ -192,7 +192,7 @@ class ReactiveLaw:
                 float(self.collision.stopping),
                 self.verify,
                 self.self_clearance is not None,
-                compiled.near,
+                compiled.near.values,
                 self._own.arrays.values,
                 float(self._own.stopping),
                 float(self.movers.separation),

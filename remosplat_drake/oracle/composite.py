@@ -6,7 +6,9 @@ from functools import cached_property
 import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.compiled_map import Maps, together
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.thing import Thing
 
@@ -55,14 +57,15 @@ class CompositeDistanceField(DistanceField):
         parts = [part for part in parts if part is not None]
         return CompositeDistanceField(parts, self.rows) if parts else None
 
-    @property
-    def compiled(self) -> tuple | None:
+    @cached_property
+    def compiled(self) -> Packed[Maps] | None:
         """The parts' own, if all have one; see `DistanceField.compiled`."""
-        parts = tuple(part.compiled for part in self.parts)
-        return None if None in parts else parts
+        parts = [part.compiled for part in self.parts]
+        found = [part for part in parts if part is not None]
+        return together(found) if len(found) == len(parts) else None
 
-    @property
-    def compiled_rows(self) -> tuple | None:
+    @cached_property
+    def compiled_rows(self) -> Packed[Maps] | None:
         """The parts' own; see `DistanceField.compiled_rows`."""
         if self.rows == "closest" and len(self.parts) > 1:
             return None
@@ -70,8 +73,8 @@ class CompositeDistanceField(DistanceField):
         for part in self.parts:
             if part.compiled_rows is None:
                 return None
-            maps += part.compiled_rows
-        return tuple(maps)
+            maps += part.compiled_rows.parts
+        return Packed(Maps(tuple(maps)))
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf

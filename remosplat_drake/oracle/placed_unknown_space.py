@@ -6,11 +6,13 @@ import hashlib
 import numpy as np
 from pydrake.math import RigidTransform
 
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.oracle.unknown_space import (
     UnknownSpaceField,
     unknown_space_field,
 )
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.compiled_map import Maps
 from remosplat_drake.signals.coverage import FREE, UNSEEN, Coverage
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.thing import UNSEEN_SPACE, Thing
@@ -67,12 +69,12 @@ class PlacedUnknownSpace(DistanceField):
         return self._field if self._is_in_W else self
 
     @property
-    def compiled(self) -> tuple | None:
+    def compiled(self) -> Packed | None:
         """The grid's own where G is W; see `DistanceField.compiled`."""
         return self._field.compiled if self._is_in_W else None
 
     @property
-    def compiled_rows(self) -> tuple | None:
+    def compiled_rows(self) -> Packed[Maps] | None:
         """The same; see `DistanceField.compiled_rows`."""
         return self._field.compiled_rows if self._is_in_W else None
 

@@ -6,6 +6,7 @@ not unique (the centre of a box, the axis of a cylinder) a fixed choice is
 made, so that equal queries get equal answers.
 """
 
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from remosplat_drake.scene.kernels.solid_distance import (
     cylinder_distance,
 )
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-from remosplat_drake.signals.compiled_map import answers
+from remosplat_drake.signals.compiled_map import Maps, answers, together
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.thing import SOLID, Thing
 
@@ -55,10 +56,12 @@ class SignedDistanceField(DistanceField):
         """The primitives' arrays; see `DistanceField.compiled`."""
         return self._primitives
 
-    @property
-    def compiled_rows(self) -> "tuple[Packed[Primitives]] | None":
+    @cached_property
+    def compiled_rows(self) -> Packed[Maps] | None:
         """The same; see `DistanceField.compiled_rows`."""
-        return (self._primitives,) if self.rows == "closest" else None
+        if self.rows != "closest":
+            return None
+        return together([self._primitives])
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf

@@ -1,6 +1,7 @@
 """`SphereToEllipsoidField`: exact distance to splats as solid ellipsoids."""
 
 from collections.abc import Mapping
+from functools import cached_property
 
 import numba
 import numpy as np
@@ -18,6 +19,7 @@ from remosplat_drake.oracle.kernels.solid_records import (
 )
 from remosplat_drake.oracle.question import question
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.compiled_map import Maps, together
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.hierarchy_cache import kept_hierarchy
@@ -132,10 +134,10 @@ class SphereToEllipsoidField(DistanceField):
         """The splats and their hierarchy; see `DistanceField.compiled`."""
         return self._packed
 
-    @property
-    def compiled_rows(self) -> tuple:
+    @cached_property
+    def compiled_rows(self) -> Packed[Maps]:
         """The same; see `DistanceField.compiled_rows`."""
-        return (self._packed,)
+        return together([self._packed])
 
     @property
     def num_splats(self) -> int:

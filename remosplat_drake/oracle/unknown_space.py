@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping
+from functools import cached_property
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from remosplat_drake.oracle.voxel_octree import (
     level_table,
 )
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.compiled_map import Maps, together
 from remosplat_drake.signals.coverage import UNSEEN, Coverage
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.thing import UNSEEN_SPACE, Thing
@@ -91,10 +93,10 @@ class UnknownSpaceField(DistanceField):
         """The voxels and their octree; see `DistanceField.compiled`."""
         return self._packed
 
-    @property
-    def compiled_rows(self) -> tuple:
+    @cached_property
+    def compiled_rows(self) -> Packed[Maps]:
         """The same; see `DistanceField.compiled_rows`."""
-        return (self._packed,)
+        return together([self._packed])
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf

@@ -5,12 +5,14 @@ every look. So a field may hand out its arrays, as a packed named tuple, and the
 kernel that answers by them is found by the tuple's type.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
 from numba import types
 from numba.extending import overload
+
+from remosplat_drake.base.packed import Packed
 
 
 class Misplacement(NamedTuple):
@@ -35,6 +37,27 @@ class Misplacement(NamedTuple):
 
 IN_PLACE = Misplacement(0.0, 0.0, 0.0, 0.0)
 """The misplacement of a map that lies where it says."""
+
+
+class Maps(NamedTuple):
+    """Several maps, as one that kernels take.
+
+    Attributes:
+        parts: The named tuples of their arrays.
+    """
+
+    parts: tuple
+
+
+def together(parts: Iterable[Packed]) -> Packed[Maps]:
+    """Packs several maps as one.
+
+    Kernels take a tuple of them as well, but numba is slow to tell its type.
+
+    Args:
+        parts: The maps, as `DistanceField.compiled`.
+    """
+    return Packed(Maps(tuple(part.values for part in parts)))
 
 
 def ask(compiled, question, answer) -> None:
@@ -69,6 +92,14 @@ def answers(kind: type, kernel: Callable) -> None:
 
 
 @overload(ask)
+def _ask_together(compiled, question, answer):
+    if getattr(compiled, "kind", None) is Maps:
+        return lambda compiled, question, answer: ask(
+            compiled.parts, question, answer
+        )
+
+
+@overload(ask)
 def _ask_all(compiled, question, answer):
     """Several maps in one: the nearest of their answers."""
     if not isinstance(compiled, types.UniTuple | types.Tuple):
@@ -100,6 +131,14 @@ def ask_each(maps, question, answers) -> None:
         answers: Filled in with the answer of each, shape (k, n, 8).
     """
     raise NotImplementedError("this is called from compiled code")
+
+
+@overload(ask_each)
+def _ask_each_together(maps, question, answers):
+    if getattr(maps, "kind", None) is Maps:
+        return lambda maps, question, answers: ask_each(
+            maps.parts, question, answers
+        )
 
 
 @overload(ask_each)

@@ -5,10 +5,11 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.robot.sphere_batch import SphereBatch
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.clearance_batch import ClearanceBatch
-from remosplat_drake.signals.compiled_map import IN_PLACE, Misplacement
+from remosplat_drake.signals.compiled_map import IN_PLACE, Maps, Misplacement
 from remosplat_drake.signals.thing import THE_MAP, Thing
 
 
@@ -166,7 +167,7 @@ class DistanceField(ABC):
         return self
 
     @property
-    def compiled(self) -> tuple | None:
+    def compiled(self) -> Packed | None:
         """What kernels ask by `compiled_map.ask`; None if only Python can.
 
         Motions are planned several times faster where there is something.
@@ -179,7 +180,7 @@ class DistanceField(ABC):
         return None if self.compiled is None else (self.compiled, IN_PLACE)
 
     @property
-    def compiled_rows(self) -> tuple | None:
+    def compiled_rows(self) -> Packed[Maps] | None:
         """The maps, as `compiled`, whose answers are the rows of `clearances`.
 
         Each answers with one row a sphere. None if only Python can: rollouts

@@ -87,7 +87,8 @@ def test_kernels_ask_the_grid_that_is_placed_nowhere_else(coverage):
     asked = spheres_in(coverage, RigidTransform(), ignore_below=FLOOR)
     grid = unknown_space_field(coverage)
     assert type(here.compiled) is type(grid.compiled)
-    assert here.compiled_rows == (here.compiled,)
+    assert here.compiled_rows is not None and here.compiled is not None
+    assert here.compiled_rows.parts == (here.compiled.values,)
     answer, same = here.clearances(asked), grid.clearances(asked)
     np.testing.assert_array_equal(answer.distance, same.distance)
     np.testing.assert_array_equal(answer.direction_W, same.direction_W)

@@ -8,16 +8,14 @@ import numpy as np
 from annotated_types import Interval
 
 from remosplat_drake.base.kernels import helper
-from remosplat_drake.base.packed import Packed
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
 )
-from remosplat_drake.controller.kernels.tick_arrays import new_row
+from remosplat_drake.controller.kernels.tick_arrays import NearQuestion, new_row
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 from remosplat_drake.robot.robot_arrays import add_rate
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
 from remosplat_drake.robot.self_collision.pairs import (
     self_collision_pairs,
 )
@@ -103,14 +101,14 @@ class SelfCollisionDamper(CompiledIngredient):
         program.add_rows(self.term, A, b, label)
 
     @property
-    def near_question(self) -> tuple[Packed[PairArrays], float]:
-        """Pairs and reach, as `near_arrays` takes them.
+    def near_question(self) -> NearQuestion:
+        """Pairs and reach, of which `near_arrays` is asked.
 
         The reach is negative where the damper is not enabled.
         """
         pairs, config = self._pairs, self.config
         reach = float(config.influence) if config.enabled else -1.0
-        return pairs.pair_arrays, reach
+        return NearQuestion(pairs.pair_arrays.values, reach)
 
     def settings(self, robot: RobotModel) -> "SelfCollisionSettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""

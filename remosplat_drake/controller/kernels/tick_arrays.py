@@ -14,6 +14,7 @@ from remosplat_drake.robot.robot_arrays import (
 from remosplat_drake.robot.self_collision.kernels.near_points import (
     near_points,
 )
+from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
 from remosplat_drake.robot.target_arrays import TargetArrays, asked_error
 from remosplat_drake.scene.kernels.mover_reach import (
     NearMoverArrays,
@@ -44,6 +45,18 @@ class GuidanceArrays(NamedTuple):
     slide_stop: float
     path_q: np.ndarray
     path_s: np.ndarray
+
+
+class NearQuestion(NamedTuple):
+    """Where to look whether links are near each other.
+
+    Attributes:
+        pairs: The pairs of shapes.
+        reach: How far is looked [m]; negative where nothing is.
+    """
+
+    pairs: PairArrays
+    reach: float
 
 
 class NearArrays(NamedTuple):
@@ -163,12 +176,11 @@ def near_arrays(near, X_WL) -> NearArrays:
     """Finds where the robot's links are near each other.
 
     Args:
-        near: The pairs of shapes, and how far it looks [m], which is negative
-            where nothing is looked for.
+        near: The `NearQuestion`, packed.
         X_WL: Poses of all bodies, shape (b, 4, 4).
     """
-    pairs, reach = near
-    pair, distance, normal_W, p_WA, p_WB = near_points(pairs, X_WL, reach)
+    pairs = near.pairs
+    pair, distance, normal_W, p_WA, p_WB = near_points(pairs, X_WL, near.reach)
     first, second, body = pairs.first, pairs.second, pairs.shapes.body
     body_A, body_B = np.empty_like(pair), np.empty_like(pair)
     for i in range(len(pair)):

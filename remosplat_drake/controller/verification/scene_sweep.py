@@ -53,7 +53,7 @@ def keeps_off_the_scene(
         return sweeps_clear(
             path.robot.arrays,
             path.arrays,
-            field.placed,
+            *field.placed,
             p_WS,
             clearance,
             level,

@@ -9,6 +9,7 @@ from remosplat_drake.controller.braking import next_on_ramp, stopping_times
 from remosplat_drake.controller.kernels.assemble import Parts, assemble
 from remosplat_drake.controller.kernels.decide import decide
 from remosplat_drake.controller.kernels.tick_arrays import (
+    NearQuestion,
     given_or,
     near_arrays,
 )
@@ -44,7 +45,7 @@ class LoopArrays(NamedTuple):
         stopping: Stopping distance from the scene [m].
         verify: Whether commands are verified.
         verify_own: Whether verification looks at the robot's own shapes, too.
-        near: `CompiledLaw.near`.
+        near: What is asked of `near_arrays`.
         own: `SelfClearance.arrays`.
         own_stopping: The distance that its pairs keep [m].
         separation: The distance that is kept from where movers can be [m].
@@ -57,7 +58,7 @@ class LoopArrays(NamedTuple):
     stopping: float
     verify: bool
     verify_own: bool
-    near: tuple
+    near: NearQuestion
     own: OwnArrays
     own_stopping: float
     separation: float
@@ -119,19 +120,19 @@ def rollout_step(
 def _rows(maps, robot, p_WS, influence):
     """The clearances within the influence distance, sphere by sphere."""
     n = len(p_WS)
-    question, answers = np.empty((n, 5)), np.full((len(maps), n, 8), -1.0)
+    question, answers = np.empty((n, 5)), np.full((len(maps.parts), n, 8), -1.0)
     for i in range(n):
         for c in range(3):
             question[i, c] = p_WS[i, c]
         question[i, 3] = robot.radius[i] + influence
         question[i, 4] = robot.ignore_below[i]
     ask_each(maps, question, answers)
-    most = len(maps) * n
+    most = len(maps.parts) * n
     sphere, distance = np.empty(most, np.int64), np.empty(most)
     direction_W = np.empty((most, 3))
     count = 0
     for i in range(n):
-        for k in range(len(maps)):
+        for k in range(len(maps.parts)):
             found = answers[k, i, 1] - robot.radius[i]
             if answers[k, i, 0] < 0.0 or found >= influence:
                 continue
@@ -176,9 +177,15 @@ def _verified(law, given, u, u_previous):
             TOLERANCE,
         ):
             continue
-        placed = compiled, IN_PLACE
         if sweeps_clear(
-            robot, path, placed, state.p_WS, clearance, level, TOLERANCE
+            robot,
+            path,
+            compiled,
+            IN_PLACE,
+            state.p_WS,
+            clearance,
+            level,
+            TOLERANCE,
         ):
             return command
     return brake

@@ -28,13 +28,14 @@ ROUNDS = 5
 
 
 @kernel
-def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
+def sweeps_clear(robot, path, compiled, off, p_WS, clearance, level, tolerance):
     """Tells whether all spheres keep their distance from a map on a path.
 
     Args:
         robot: The `RobotArrays`.
         path: The path as `StoppingPath.arrays`.
-        placed: The map, as `DistanceField.placed`; it is 1-Lipschitz.
+        compiled: The map, as `DistanceField.compiled`; it is 1-Lipschitz.
+        off: Its `Misplacement`.
         p_WS: Centres of the spheres in W at the start, shape (n, 3) [m].
         clearance: Clearances of the spheres at the start, or lower bounds of
             them, shape (n,) [m].
@@ -42,6 +43,7 @@ def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
         tolerance: How far below its level a clearance may fall between the
             path's times [m].
     """
+    placed = compiled, off
     near = _within_reach(robot, path, clearance - level)
     if len(near) == 0:
         return True
