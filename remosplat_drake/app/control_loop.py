@@ -222,7 +222,7 @@ def AddControlLoop(
         ConnectPrediction(
             builder,
             predictor,
-            filter(None, (controller, selector, supervisor)),
+            filter(None, (controller, supervisor)),
             configuration=configuration,
             odometry=odometry,
             velocity_executed=loop.executed,
