@@ -28,16 +28,15 @@ from remosplat_drake.controller.planning.motion_planner import (
     can_plan,
 )
 from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.mover import Mover, Movers
-from remosplat_drake.scene.moving.mover_track import MoverConfig, WaypointConfig
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
-from remosplat_drake.signals.near_movers import NearMovers
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.station.station_config import KinematicStation
 
@@ -100,13 +99,12 @@ def compile_kernels(
     scenario.controller.guidance.asynchronous = False
     p_WE = world.robot.end_effector_pose(world.q0)[:3, 3]
     scenario.targets = [TargetConfig(translation=(p_WE + _AWAY).tolist())]
-    scenario.movers = [_mover(p_WE)]
     splat_W, truth = _obstacle(world)
     for field in _fields(scenario, world, live_map, splat_W, truth):
         beside = World(world.robot, splat_W, truth, field, world.q0)
         simulator = Simulator(build(scenario, beside).diagram)
         simulator.AdvanceTo((TICKS - 0.5) * scenario.control_period)
-        _find_movers(world.robot, world.q0)
+        _tick_among_movers(scenario, beside)
         _plan_once(scenario, beside)
 
 
@@ -170,20 +168,28 @@ def _plan_once(scenario: Scenario, world: World) -> None:
     planner.plan(world.q0, X_WT, world.field.for_look_ahead, 0.0)
 
 
-def _mover(p_WE: np.ndarray) -> MoverConfig:
-    """Makes a thing that may move, some way above the hand.
+def _tick_among_movers(scenario: Scenario, world: World) -> None:
+    """Runs a tick beside something that moves.
 
-    Without it the first that appears in a run would have kernels compiled.
+    Without it the first such thing that appears in a run would have kernels
+    compiled.
     """
-    x, y, z = p_WE.tolist()
-    above = WaypointConfig(translation=[x, y, z + _ABOVE])
-    return MoverConfig(waypoints=[above])
-
-
-def _find_movers(robot: RobotModel, q: np.ndarray) -> None:
-    """Finds a mover as a program does that has to be built in Python."""
-    movers = Movers(0.0, [Mover.sphere("mover", np.zeros(3), 0.1)])
-    NearMovers.find(movers, 0.0, robot.spheres_at(q), 1.0)
+    robot, q = world.robot, world.q0
+    law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)
+    X_WT = robot.end_effector_pose(q)
+    above = X_WT[:3, 3] + np.array([0.0, 0.0, _ABOVE])
+    movers = Movers(0.0, [Mover.sphere("mover", above, 0.1)])
+    X_WT[:3, 3] += _AWAY
+    run_tick(
+        law,
+        0.0,
+        q,
+        X_WT,
+        Clearances.none(),
+        world.field,
+        np.zeros(robot.n_u),
+        movers=movers,
+    )
 
 
 def _obstacle(world: World) -> tuple[GaussianSplat, PrimitiveScene]:
