@@ -116,17 +116,6 @@ def until(process, stuck, good, now=None, field=None) -> Selection:
     raise AssertionError(f"nothing but {selection.reason!r}")
 
 
-def test_it_hears_of_what_moves(shared_process, stuck):
-    ada = Mover.sphere("Ada", [9.0, 0.0, 1.0], 0.2, v_WM=[0.5, 0.0, 0.0])
-    X_WT = stuck.now.target.X_WT.copy()
-    X_WT[2, 3] += 0.01
-    movers = Movers(monotonic(), [ada])
-    now = dc.replace(stuck.now, target=Target(X_WT), movers=movers)
-    found = until(shared_process, stuck, lambda s: s.latest, now)
-    for rollout in found.latest:
-        assert [m.name for m in rollout.movers or ()] == ["Ada"]
-
-
 def test_it_decides_what_the_selector_would_decide(shared_process, stuck):
     found = until(shared_process, stuck, lambda s: s.latest)
     here = look_ahead(
@@ -143,6 +132,17 @@ def test_it_decides_what_the_selector_would_decide(shared_process, stuck):
     assert not found.missing
     for theirs, ours in zip(found.latest, here.latest, strict=True):
         np.testing.assert_array_equal(theirs.path, ours.path)
+
+
+def test_it_hears_of_what_moves(shared_process, stuck):
+    ada = Mover.sphere("Ada", [9.0, 0.0, 1.0], 0.2, v_WM=[0.5, 0.0, 0.0])
+    X_WT = stuck.now.target.X_WT.copy()
+    X_WT[2, 3] += 0.01
+    movers = Movers(monotonic(), [ada])
+    now = dc.replace(stuck.now, target=Target(X_WT), movers=movers)
+    found = until(shared_process, stuck, lambda s: s.latest, now)
+    for rollout in found.latest:
+        assert [m.name for m in rollout.movers or ()] == ["Ada"]
 
 
 def test_a_new_target_and_a_new_map_are_answered_for(shared_process, stuck):
