@@ -14,6 +14,7 @@ knows, only not from where.
 
 import numpy as np
 
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.compiled_map import Misplacement
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
@@ -61,7 +62,7 @@ class UncertainPlacement(DistanceField):
         return self._field.surfaces
 
     @property
-    def placed(self) -> tuple[tuple, Misplacement] | None:
+    def placed(self) -> tuple[Packed, Misplacement] | None:
         """The map's own, and how far off it may lie."""
         compiled = self._field.compiled
         if compiled is None:

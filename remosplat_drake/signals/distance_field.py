@@ -175,7 +175,7 @@ class DistanceField(ABC):
         return None
 
     @property
-    def placed(self) -> tuple[tuple, Misplacement] | None:
+    def placed(self) -> tuple[Packed, Misplacement] | None:
         """`compiled`, and how far off it may lie: what verification sweeps."""
         return None if self.compiled is None else (self.compiled, IN_PLACE)
 
