@@ -1,6 +1,7 @@
 """Finds the actuator model that explains a recording, and how well it does."""
 
 import dataclasses as dc
+import itertools
 import math
 from collections.abc import Callable, Sequence
 
@@ -62,7 +63,7 @@ class Recording:
             return self.q
         steps = [
             base_way(before, after, 2)
-            for before, after in zip(self.q[:-1], self.q[1:], strict=True)
+            for before, after in itertools.pairwise(self.q[:, :3])
         ]
         base = np.cumsum([np.zeros(2), *steps], axis=0)
         return np.hstack([base, self.q[:, 3:]])
