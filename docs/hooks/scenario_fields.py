@@ -117,10 +117,18 @@ def field_rows(schema: type) -> list[FieldRow]:
 
 
 def field_comments(schema: type) -> dict[str, str]:
-    """What the source says above each field.
+    """What the source says above each field, inherited ones first.
 
     A field without a comment shares that of a field of the same kind above.
     """
+    comments: dict[str, str] = {}
+    for base in reversed(schema.__mro__):
+        if dc.is_dataclass(base):
+            comments |= _own_comments(base)
+    return comments
+
+
+def _own_comments(schema: type) -> dict[str, str]:
     source = textwrap.dedent(inspect.getsource(schema))
     lines = source.splitlines()
     comments: dict[str, str] = {}
