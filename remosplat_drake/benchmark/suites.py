@@ -126,6 +126,7 @@ def load_cases(
         )
         return [MovingCase.of(case) for case in cases]
     if kind == MBM and place:
+        robot = robot or motion_bench_maker.ROBOT
         problems = motion_problems(Path(place), count, robot)
         folders = tuple(str(folder) for folder in splat_folders)
         return [dc.replace(p, splat_folders=folders) for p in problems]

@@ -65,7 +65,7 @@ def test_the_document_is_whole(results):
     first, *_ = comparison["methods"]
     assert set(first) == set(
         "method gains splat trials reached collisions least_clearance"
-        " tick_p50 tick_p99 paper".split()
+        " tick_p50 tick_p99 paper moving".split()
     )
     assert first["method"] == "sdf-hard"
     assert first["reached"] == {"text": 1, "authors": 2}
