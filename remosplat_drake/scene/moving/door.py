@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from remosplat_drake.base.ranges import AngleDeg, Config, Position
 from remosplat_drake.scene.mover import Mover
-from remosplat_drake.scene.moving.track import SLACK
+from remosplat_drake.scene.moving.track import SLACK, time_goes_on
 
 Side = Annotated[float, Interval(gt=0, le=10)]
 
@@ -63,11 +63,7 @@ class SwingingDoor(Config):
         Yields:
             The name of a field and what is wrong with it.
         """
-        times = [angle.time for angle in self.angles]
-        for i, (before, after) in enumerate(pairwise(times)):
-            if not after > before:
-                where = f"angles[{i + 1}].time"
-                yield where, f"must exceed the one before, {before}"
+        yield from time_goes_on("angles", [a.time for a in self.angles])
 
     def make(self, folder: Path) -> "DoorTrack":
         """Makes the door's track.

@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from remosplat_drake.base.ranges import Config, Position, RollPitchYawDeg
 from remosplat_drake.scene.mover import Mover
+from remosplat_drake.scene.moving.track import time_goes_on
 
 _LOOKS = 200
 """Looks at a stretch between two waypoints, for the greatest of its speeds."""
@@ -82,11 +83,7 @@ class MoverConfig(Config):
         """
         if not self.radius and not all(self.half_extents):
             yield "radius", "must exceed 0 unless all `half_extents` do"
-        times = [waypoint.time for waypoint in self.waypoints]
-        for i, (before, after) in enumerate(pairwise(times)):
-            if not after > before:
-                where = f"waypoints[{i + 1}].time"
-                yield where, f"must exceed the one before, {before}"
+        yield from time_goes_on("waypoints", [w.time for w in self.waypoints])
 
     def make(self, folder: Path) -> "MoverTrack":
         """Makes the track.

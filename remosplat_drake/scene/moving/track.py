@@ -1,7 +1,7 @@
 """`Track`: where things are at any time, and how they move there."""
 
-from collections.abc import Iterable, Sequence
-from itertools import chain
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Protocol
 
@@ -46,3 +46,21 @@ def movers_at(tracks: Iterable[Track], time: float) -> Movers:
         time: Time since the run began [s].
     """
     return Movers(time, list(chain(*(t.movers(time) for t in tracks))))
+
+
+def time_goes_on(
+    field: str, times: Sequence[float]
+) -> Iterator[tuple[str, str]]:
+    """Checks that each time of a list exceeds the one before.
+
+    Args:
+        field: Name of the list, whose entries have the field `time`.
+        times: Their times [s].
+
+    Yields:
+        The name of an entry's time, and what is wrong with it.
+    """
+    for i, (before, after) in enumerate(pairwise(times)):
+        if not after > before:
+            where = f"{field}[{i + 1}].time"
+            yield where, f"must exceed the one before, {before}"
