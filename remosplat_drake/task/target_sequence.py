@@ -97,8 +97,11 @@ class TargetSequence(LeafSystem):
         self._progress_index = self.DeclareAbstractState(
             Value(TargetProgress(0, len(self._targets)))
         )
-        # Where the end effector was when the present target's turn came.
-        self._start_index = self.DeclareAbstractState(Value[object](None))
+        # Where the end effector was when the present target's turn came; not
+        # finite: not known yet (an abstract value cannot hold None).
+        self._start_index = self.DeclareAbstractState(
+            Value[object](np.full((4, 4), np.nan))
+        )
         tickets = {
             self.abstract_state_ticket(self._progress_index),
             self.abstract_state_ticket(self._start_index),
@@ -159,7 +162,9 @@ class TargetSequence(LeafSystem):
     def _start(self, context: Context) -> np.ndarray:
         cell = int(self._start_index)
         start = context.get_abstract_state(cell).get_value()
-        return self._end_effector(context) if start is None else start
+        if np.isfinite(start).all():
+            return start
+        return self._end_effector(context)
 
     def _calc_target(self, context: Context, output: AbstractValue):
         output.set_value(RigidTransform(self._listed(context).X_WT))
@@ -174,7 +179,7 @@ class TargetSequence(LeafSystem):
     def _judge(self, context: Context, state: State):
         start = state.get_mutable_abstract_state(int(self._start_index))
         X_WE = self._end_effector(context)
-        if start.get_value() is None and np.isfinite(X_WE).all():
+        if not np.isfinite(start.get_value()).all():
             start.set_value(X_WE)
         progress, target = self.progress(context), self._listed(context)
         if progress.finished or not target.is_reached(
