@@ -9,14 +9,11 @@ from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.scenario_text import scenario_text
-from remosplat_drake.app.stages import (
-    AddController,
-    AddOracle,
-    AddRecorder,
-    AddSupervisor,
-    AddTargets,
-    MakeStation,
-)
+from remosplat_drake.app.stages.control import AddController, AddOracle
+from remosplat_drake.app.stages.records import AddRecorder
+from remosplat_drake.app.stages.station import MakeStation
+from remosplat_drake.app.stages.supervision import AddSupervisor
+from remosplat_drake.app.stages.targets import AddTargets
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.mapping.store.map_file import write_map

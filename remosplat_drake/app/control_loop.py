@@ -8,30 +8,35 @@ Everything else of the application looks on or adds to it.
 
 import dataclasses as dc
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
-from remosplat_drake.app.prediction_stage import (
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.stages.control import (
+    AddController,
+    AddGuidance,
+    AddOracle,
+)
+from remosplat_drake.app.stages.movers import AddMovers, AddMoverSensor
+from remosplat_drake.app.stages.prediction import (
     AddActuators,
     AddPrediction,
     ConnectPrediction,
 )
-from remosplat_drake.app.scenario import Scenario
-from remosplat_drake.app.stages import (
-    AddController,
-    AddGuidance,
+from remosplat_drake.app.stages.records import AddStanding
+from remosplat_drake.app.stages.station import (
     AddLocalization,
-    AddMovers,
-    AddMoverSensor,
-    AddOracle,
-    AddStanding,
-    AddSupervisor,
     ConnectUncertainty,
     MakeStation,
 )
+from remosplat_drake.app.stages.supervision import AddSupervisor
 from remosplat_drake.app.world import World
 from remosplat_drake.controller.guidance.guidance_selector import (
     GuidanceSelector,
+)
+from remosplat_drake.controller.prediction.motion_predictor import (
+    MotionPredictor,
 )
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.controller.reactive_law import ReactiveLaw
@@ -44,7 +49,6 @@ from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.standing.standing_system import StandingSystem
 from remosplat_drake.station.connections import AddConfiguration, ConnectCommand
-from remosplat_drake.station.merged_movers import MergedMovers
 from remosplat_drake.task.targets import Targets
 
 
@@ -164,28 +168,26 @@ def AddControlLoop(
     selector = AddGuidance(
         builder, scenario, law, planned, targets, oracle, controller
     )
+    armed = not hardware or scenario.hardware.shadow
     supervisor = AddSupervisor(
+        builder, scenario, robot, controller, station, armed=armed
+    )
+    executed = (supervisor or controller).GetOutputPort("velocity_commanded")
+    true_movers = AddMovers(
         builder,
         scenario,
-        robot,
-        controller,
         station,
-        armed=not hardware or scenario.hardware.shadow,
+        partial(others, configuration, executed),
+        hardware=hardware,
     )
-    truth = AddMovers(builder, scenario, station, hardware=hardware)
-    executed = (supervisor or controller).GetOutputPort("velocity_commanded")
-    around = others(configuration, executed, truth)
-    truth = MergedMovers.AddToBuilder(
-        builder, [*filter(None, [truth]), *around]
-    )
-    known = truth
+    movers = true_movers
     if not hardware:
-        known = AddMoverSensor(
-            builder, scenario, world, odometry, oracle, truth
+        movers = AddMoverSensor(
+            builder, scenario, world, odometry, oracle, true_movers
         )
-    if known is not None:
+    if movers is not None:
         for system in filter(None, (controller, selector, supervisor)):
-            builder.Connect(known, system.GetInputPort("movers"))
+            builder.Connect(movers, system.GetInputPort("movers"))
     standing = AddStanding(
         builder,
         scenario,
@@ -198,33 +200,45 @@ def AddControlLoop(
         supervisor,
     )
     loop = ControlLoop(
-        scenario,
-        world,
-        station,
-        odometry,
-        localization,
-        configuration,
-        targets,
-        oracle,
-        law,
-        controller,
-        selector,
-        supervisor,
-        standing,
-        known or truth,
-        truth,
+        scenario=scenario,
+        world=world,
+        station=station,
+        odometry=odometry,
+        localization=localization,
+        configuration=configuration,
+        targets=targets,
+        oracle=oracle,
+        law=law,
+        controller=controller,
+        selector=selector,
+        supervisor=supervisor,
+        standing=standing,
+        movers=movers or true_movers,
+        true_movers=true_movers,
     )
-    carried_out = loop.executed
+    _Close(builder, loop, predictor, hardware=hardware)
+    return loop
+
+
+def _Close(
+    builder: DiagramBuilder,
+    loop: ControlLoop,
+    predictor: MotionPredictor | None,
+    *,
+    hardware: bool,
+) -> None:
+    """Lets the station carry out what is commanded, and tells the predictor."""
+    scenario, robot, executed = loop.scenario, loop.world.robot, loop.executed
+    carried_out = executed
     if not hardware:
-        carried_out = AddActuators(builder, scenario, robot, loop.executed)
-    ConnectCommand(builder, robot, carried_out, station)
+        carried_out = AddActuators(builder, scenario, robot, executed)
+    ConnectCommand(builder, robot, carried_out, loop.station)
     if predictor is not None:
         ConnectPrediction(
             builder,
             predictor,
-            filter(None, (controller, supervisor)),
-            configuration=configuration,
-            odometry=odometry,
-            velocity_executed=loop.executed,
+            filter(None, (loop.controller, loop.supervisor)),
+            configuration=loop.configuration,
+            odometry=loop.odometry,
+            velocity_executed=executed,
         )
-    return loop

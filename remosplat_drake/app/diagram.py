@@ -1,7 +1,7 @@
 """The application: every stage, wired together. The only place that does.
 
-`control_loop.py` closes the loop; `stages.py` and `teleop_stages.py` say how
-each stage is made and connected.
+`control_loop.py` closes the loop; `stages/` says how each stage is made and
+connected.
 """
 
 import dataclasses as dc
@@ -10,15 +10,17 @@ from functools import partial
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from remosplat_drake.app.cockpit_stages import (
-    AddCockpitOperator,
-    AddCockpitView,
-)
 from remosplat_drake.app.control_loop import AddControlLoop, ControlLoop
 from remosplat_drake.app.other_robots import AddOtherRobots, with_right_of_way
 from remosplat_drake.app.scenario import OBSTACLE, Scenario
-from remosplat_drake.app.stages import AddPanel, AddRecorder, AddTargets
-from remosplat_drake.app.teleop_stages import (
+from remosplat_drake.app.stages.cockpit import (
+    AddCockpitOperator,
+    AddCockpitView,
+)
+from remosplat_drake.app.stages.records import AddRecorder
+from remosplat_drake.app.stages.supervision import AddPanel
+from remosplat_drake.app.stages.targets import AddTargets
+from remosplat_drake.app.stages.teleoperation import (
     AddLiveMap,
     AddLog,
     AddOperatorTarget,

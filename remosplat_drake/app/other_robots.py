@@ -14,7 +14,7 @@ from pydrake.systems.primitives import PassThrough
 from remosplat_drake.app.control_loop import AddControlLoop
 from remosplat_drake.app.other_robot_config import OURS, THEIRS, OtherRobot
 from remosplat_drake.app.scenario import Scenario, load_scenario, split_spec
-from remosplat_drake.app.stages import AddTargets
+from remosplat_drake.app.stages.targets import AddTargets
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.station.merged_movers import MergedMovers

@@ -13,7 +13,7 @@ import numpy as np
 from remosplat_drake.app.scenario import OBSTACLE, Scenario
 from remosplat_drake.app.scenario_text import scenario_text
 from remosplat_drake.app.seen_space import seen_file
-from remosplat_drake.app.teleop_stages import Teleoperation
+from remosplat_drake.app.stages.teleoperation import Teleoperation
 from remosplat_drake.app.world import World, true_scenes
 from remosplat_drake.base.errors import FieldError, MissingExtraError
 from remosplat_drake.camera.lcm_camera import LcmCamera

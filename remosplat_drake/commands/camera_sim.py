@@ -7,7 +7,7 @@ import time
 from pydrake.lcm import DrakeLcm
 
 from remosplat_drake.app.scenario import Scenario, load_scenario
-from remosplat_drake.app.stages import tracks_of
+from remosplat_drake.app.stages.movers import tracks_of
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.clock import wall_utime
 from remosplat_drake.base.stop_signals import stop_signals

@@ -11,18 +11,18 @@ from pathlib import Path
 from rich.console import Console
 
 from remosplat_drake.app import warm_up
-from remosplat_drake.app.cockpit_stages import cockpit_job, first_picture
 from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.map_knowledge import examine_map, saved_places
 from remosplat_drake.app.scenario import LONGEST_RUN, Scenario, load_scenario
 from remosplat_drake.app.simulation import INTERRUPTED, TIME_LIMIT
+from remosplat_drake.app.stages.cockpit import cockpit_job, first_picture
+from remosplat_drake.app.stages.teleoperation import Teleoperation
 from remosplat_drake.app.teleop_session import (
     check_mappable,
     holds_session,
     open_teleoperation,
     removed_on_failure,
 )
-from remosplat_drake.app.teleop_stages import Teleoperation
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import MissingExtraError, RemoSplatError

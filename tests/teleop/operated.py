@@ -9,7 +9,8 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from remosplat_drake.app.scenario import load_scenario
-from remosplat_drake.app.stages import AddController, AddOracle, MakeStation
+from remosplat_drake.app.stages.control import AddController, AddOracle
+from remosplat_drake.app.stages.station import MakeStation
 from remosplat_drake.app.world import load_world
 from remosplat_drake.camera.mount import CameraMount
 from remosplat_drake.controller.reactive_law import ReactiveLaw

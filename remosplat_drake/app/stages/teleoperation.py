@@ -1,4 +1,4 @@
-"""How the stages of a teleoperation are made; `stages.py` has all others."""
+"""Stages of a teleoperation: its target, its live map, its log and views."""
 
 import dataclasses as dc
 from collections.abc import Sequence

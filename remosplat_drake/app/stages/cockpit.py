@@ -1,4 +1,4 @@
-"""How the stages of the cockpit are made, and what its process is given."""
+"""Stages of the cockpit, and what its process is given."""
 
 from collections.abc import Sequence
 
@@ -6,8 +6,8 @@ from pydrake.systems.framework import DiagramBuilder
 
 from remosplat_drake.app.control_loop import ControlLoop
 from remosplat_drake.app.scenario import OBSTACLE
+from remosplat_drake.app.stages.teleoperation import Teleoperation
 from remosplat_drake.app.teleop_session import camera_maker
-from remosplat_drake.app.teleop_stages import Teleoperation
 from remosplat_drake.cockpit.cockpit_operator import CockpitOperator
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.cockpit.cockpit_view import CockpitView, picture_of

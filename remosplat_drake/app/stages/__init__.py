@@ -1,0 +1,5 @@
+"""How each stage of the application is made from a scenario.
+
+What a stage needs of others are its arguments; `control_loop` and `diagram`
+wire them together.
+"""

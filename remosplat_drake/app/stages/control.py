@@ -1,0 +1,121 @@
+"""Stages that choose the command: oracle, controller, look-ahead."""
+
+import math
+from functools import partial
+
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.world import World
+from remosplat_drake.controller.guidance.guidance_selector import (
+    GuidanceSelector,
+)
+from remosplat_drake.controller.guidance.look_ahead_process import (
+    LookAheadProcess,
+)
+from remosplat_drake.controller.guidance.selection_rule import (
+    make_selection_rule,
+)
+from remosplat_drake.controller.reactive_controller import ReactiveController
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.oracle.distance_oracle import DistanceOracle
+from remosplat_drake.signals.target_ports import connect_target
+from remosplat_drake.task.arrival import has_arrived
+from remosplat_drake.task.targets import Targets, target_port
+
+
+def AddOracle(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+) -> DistanceOracle:
+    """Adds the oracle that measures distances to the map.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        world: What the scenario's files hold, the map among them.
+        configuration: The output port of the measured q, n_q entries.
+    """
+    return DistanceOracle.AddToBuilder(
+        builder,
+        robot=world.robot,
+        field=world.field,
+        max_distance=scenario.controller.collision.influence,
+        configuration=configuration,
+    )
+
+
+def AddController(
+    builder: DiagramBuilder,
+    law: ReactiveLaw,
+    configuration: OutputPort,
+    targets: Targets,
+    oracle: DistanceOracle,
+) -> ReactiveController:
+    """Adds the reactive controller, which ticks at the law's period.
+
+    Args:
+        builder: The builder of the diagram.
+        law: The control law.
+        configuration: The output port of the measured q, n_q entries.
+        targets: The system that says where the end effector shall go.
+        oracle: The system that measures distances to the map.
+    """
+    return ReactiveController.AddToBuilder(
+        builder,
+        law=law,
+        oracle=oracle,
+        configuration=configuration,
+        target=target_port(targets),
+    )
+
+
+def AddGuidance(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    law: ReactiveLaw,
+    configuration: OutputPort,
+    targets: Targets,
+    oracle: DistanceOracle,
+    controller: ReactiveController,
+) -> GuidanceSelector | None:
+    """Adds the look-ahead beside the controller, if the scenario wants it.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        law: The control law of the controller, from which that of the
+            rollouts is derived.
+        configuration: The output port of the measured q, n_q entries.
+        targets: The system that says where the end effector shall go.
+        oracle: The system that hands out the map.
+        controller: The controller whose ticks are bent.
+
+    Returns:
+        The selector; None without guidance.
+    """
+    config = scenario.controller.guidance
+    if not config.enabled:
+        return None
+    arrived = partial(has_arrived, config=scenario.arrival)
+    rule = make_selection_rule(law, config, arrived)
+    process, period = None, law.dt
+    if config.asynchronous:
+        budget = 1e-3 * config.budget_ms
+        process = LookAheadProcess(rule, budget)
+        # To ask more often than it answers would only cost time.
+        period *= math.ceil(budget / period)
+    selector = GuidanceSelector.AddToBuilder(
+        builder,
+        controller=controller,
+        oracle=oracle,
+        rule=rule,
+        budget=config.budget,
+        period=period,
+        process=process,
+    )
+    builder.Connect(configuration, selector.GetInputPort("configuration"))
+    connect_target(builder, target_port(targets), selector)
+    return selector

@@ -1,0 +1,173 @@
+"""Stages of what moves, and of what the robot gets to know of it."""
+
+from collections.abc import Callable, Sequence
+
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+
+from remosplat_drake.app.other_robot_config import OtherRobot
+from remosplat_drake.app.scenario import TRUTH, Scenario
+from remosplat_drake.app.world import World
+from remosplat_drake.oracle.distance_oracle import DistanceOracle
+from remosplat_drake.scene.moving.track import Track
+from remosplat_drake.sight.known_scene import KnownScene, surface_points
+from remosplat_drake.sight.simulated.camera_sight import (
+    CameraSight,
+    simulated_sight,
+)
+from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.station.merged_movers import MergedMovers
+from remosplat_drake.station.mover_sensing import KnownMovers
+from remosplat_drake.station.mover_sensor_system import MoverSensorSystem
+from remosplat_drake.station.mover_source import MoverSource
+
+
+def AddMovers(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    station: Diagram,
+    others: Callable[[OutputPort | None], Sequence[OutputPort]],
+    *,
+    hardware: bool,
+) -> OutputPort | None:
+    """Adds all that moves in simulation, or what is heard of it.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        station: The robot, simulated or real, as a system.
+        others: Function that adds the other robots, given the output port of
+            all else that moves (or None); it returns the output ports of what
+            they are to this one.
+        hardware: Whether the station is the real robot.
+
+    Returns:
+        The output port of the `Movers`; None where nothing is known to move.
+    """
+    movers = _things(builder, scenario, station, hardware=hardware)
+    around = others(movers)
+    return MergedMovers.AddToBuilder(
+        builder, [*filter(None, [movers]), *around]
+    )
+
+
+def _things(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    station: Diagram,
+    *,
+    hardware: bool,
+) -> OutputPort | None:
+    """The output port of all that moves but other robots, if anything does."""
+    if station.HasOutputPort(ports.MOVERS):
+        return station.GetOutputPort(ports.MOVERS)
+    tracks = tracks_of(scenario)
+    if hardware or not tracks:
+        return None
+    source = builder.AddSystem(MoverSource(tracks=tracks))
+    movers = source.GetOutputPort("movers")
+    if station.HasInputPort(ports.MOVERS):
+        builder.Connect(movers, station.GetInputPort(ports.MOVERS))
+    return movers
+
+
+def tracks_of(scenario: Scenario) -> list[Track]:
+    """Returns how a scenario's movers move, but for other robots.
+
+    Args:
+        scenario: The scenario.
+
+    Raises:
+        RemoSplatError: A file that a mover names cannot be used.
+    """
+    makers = [m for m in scenario.movers if not isinstance(m, OtherRobot)]
+    return [maker.make(scenario.folder) for maker in makers]
+
+
+def AddMoverSensor(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+    oracle: DistanceOracle,
+    truth: OutputPort | None,
+) -> OutputPort | None:
+    """Adds what the robot of a simulation gets to know of what moves.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        world: What the scenario's files hold.
+        configuration: The output port of the measured q, n_q entries.
+        oracle: The system that hands out the map, which cameras know.
+        truth: The output port of the true `Movers`; None where nothing moves.
+
+    Returns:
+        The output port of the known `Movers`; None where nothing is ever
+        known.
+    """
+    if truth is None:
+        return None
+    if scenario.movers_from != TRUTH:
+        return AddCameraSight(
+            builder, scenario, world, configuration, oracle, truth
+        )
+    if isinstance(scenario.mover_sensing, KnownMovers):
+        return truth
+    sensor = scenario.mover_sensing.make(world.robot, world.truth)
+    if sensor is None:
+        return None
+    return MoverSensorSystem.AddToBuilder(
+        builder, sensor=sensor, truth=truth, configuration=configuration
+    )
+
+
+def AddCameraSight(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+    oracle: DistanceOracle,
+    truth: OutputPort,
+) -> OutputPort:
+    """Adds the simulated cameras that watch for what moves.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        world: What the scenario's files hold.
+        configuration: The output port of the measured q, n_q entries.
+        oracle: The system that hands out the map.
+        truth: The output port of the true `Movers`.
+
+    Returns:
+        The output port of the `Movers` that they see.
+    """
+    sight = CameraSight.AddToBuilder(
+        builder,
+        sight=simulated_sight(
+            scenario.cameras,
+            world.robot,
+            world.truth,
+            known_scene(scenario, world),
+            scenario.sight,
+            scenario.seed,
+        ),
+        configuration=configuration,
+        truth=truth,
+        distance_field=oracle.GetOutputPort("distance_field"),
+        period=scenario.control_period,
+    )
+    return sight.GetOutputPort("movers")
+
+
+def known_scene(scenario: Scenario, world: World) -> KnownScene:
+    """Makes what cameras that watch for movers know of the scene.
+
+    Args:
+        scenario: The scenario.
+        world: What its files hold.
+    """
+    surface_W = surface_points(world.splat_W, None)
+    if not len(surface_W):
+        surface_W = surface_points(None, world.truth)
+    return KnownScene(world.field, scenario.sight, surface_W)

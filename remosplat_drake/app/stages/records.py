@@ -1,0 +1,100 @@
+"""Stages that look on: how things stand, and what is recorded."""
+
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.world import World
+from remosplat_drake.controller.guidance.guidance_selector import (
+    GuidanceSelector,
+)
+from remosplat_drake.controller.reactive_controller import ReactiveController
+from remosplat_drake.oracle.distance_oracle import DistanceOracle
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.safety.supervisor_system import SafetySupervisor
+from remosplat_drake.standing.standing_system import StandingSystem
+from remosplat_drake.task.targets import Targets
+
+
+def AddStanding(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+    targets: Targets,
+    oracle: DistanceOracle,
+    controller: ReactiveController,
+    selector: GuidanceSelector | None,
+    supervisor: SafetySupervisor | None,
+) -> StandingSystem:
+    """Adds what says in one sentence how things stand with the robot.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        world: What the scenario's files hold.
+        configuration: The output port of the measured q, n_q entries.
+        targets: The system that says where the end effector shall go.
+        oracle: The system that hands out the map.
+        controller: The controller whose reports are put into words.
+        selector: The look-ahead beside the controller; None without one.
+        supervisor: The safety supervisor; None without one.
+    """
+    inputs = {
+        "configuration": configuration,
+        "report": controller.GetOutputPort("report"),
+        "distance_field": oracle.GetOutputPort("distance_field"),
+    }
+    if targets.HasOutputPort("progress"):
+        inputs["progress"] = targets.GetOutputPort("progress")
+    if selector is not None:
+        inputs["selection"] = selector.GetOutputPort("selection")
+    if supervisor is not None:
+        inputs["supervision"] = supervisor.GetOutputPort("supervision")
+    truth = world.truth
+    return StandingSystem.AddToBuilder(
+        builder,
+        inputs=inputs,
+        robot=world.robot,
+        arrival=scenario.arrival,
+        period=scenario.control_period,
+        floor_height=scenario.scene.floor_height,
+        truth=None if truth is None else SignedDistanceField(truth),
+    )
+
+
+def AddRecorder(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    robot: RobotModel,
+    configuration: OutputPort,
+    controller: ReactiveController,
+    executed: OutputPort,
+    movers: OutputPort | None = None,
+    keep: float | None = None,
+) -> TrajectoryRecorder:
+    """Adds the recorder of configurations, tick reports and commands.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        robot: The robot, for the lengths of q and u.
+        configuration: The output port of the measured q, n_q entries.
+        controller: The controller whose reports are kept.
+        executed: The output port of the command u that the station gets.
+        movers: The output port of the `Movers`; None where nothing moves.
+        keep: Age at which reports are forgotten, for runs without an end [s];
+            None keeps all.
+    """
+    return TrajectoryRecorder.AddToBuilder(
+        builder,
+        configuration=configuration,
+        report=controller.GetOutputPort("report"),
+        executed=executed,
+        movers=movers,
+        n_q=robot.n_q,
+        n_u=robot.n_u,
+        period=scenario.control_period,
+        keep=keep,
+    )

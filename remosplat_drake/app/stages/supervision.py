@@ -1,0 +1,93 @@
+"""Stages of the safety supervisor: itself, and its stop button."""
+
+from pydrake.systems.framework import Diagram, DiagramBuilder
+
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.controller.reactive_controller import ReactiveController
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.safety.supervision import SupervisorLaw
+from remosplat_drake.safety.supervisor_system import SafetySupervisor
+from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.station.connections import AddMeasuredVelocity
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.safety_panel import SafetyPanel
+
+
+def AddSupervisor(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    robot: RobotModel,
+    controller: ReactiveController,
+    station: Diagram,
+    *,
+    armed: bool = True,
+) -> SafetySupervisor | None:
+    """Adds the supervisor between controller and station, if wanted.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        robot: The robot, for its limits.
+        controller: The controller whose commands are supervised.
+        station: The robot, simulated or real, as a system.
+        armed: Whether the robot may start without an operator's consent.
+
+    Returns:
+        The supervisor; None if the scenario wants none.
+    """
+    if not scenario.supervisor.enabled:
+        return None
+    config = scenario.controller
+    law = SupervisorLaw.make(
+        scenario.supervisor,
+        robot,
+        scenario.control_period,
+        smallest_stopping=config.smallest_stopping,
+        bounded_start=config.velocity_limits.acceleration,
+        strict=config.velocity_limits.strict,
+        obeyed=not scenario.hardware.shadow,
+    )
+    supervisor = SafetySupervisor.AddToBuilder(
+        builder,
+        law=law,
+        controller=controller,
+        armed=armed,
+    )
+    builder.Connect(
+        AddMeasuredVelocity(builder, robot, station),
+        supervisor.GetInputPort("velocity_measured"),
+    )
+    builder.Connect(
+        station.GetOutputPort(ports.STATUS), supervisor.GetInputPort("status")
+    )
+    return supervisor
+
+
+def AddPanel(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    robot: RobotModel,
+    page: MeshcatPage | None,
+    *,
+    hardware: bool = False,
+) -> SafetyPanel | None:
+    """Adds the stop button, if there is a supervisor to obey it.
+
+    It comes before everything else that has controls on the page, so that it
+    is on top of them.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        robot: The robot, for the length of u.
+        page: The browser page; None has no button.
+        hardware: Whether a real robot moves: no page may set it going.
+
+    Returns:
+        The panel; None without a page or a supervisor.
+    """
+    if page is None or not scenario.supervisor.enabled:
+        return None
+    return builder.AddSystem(
+        SafetyPanel(page=page, n_u=robot.n_u, releases=not hardware)
+    )

@@ -1,0 +1,74 @@
+"""The stage that says where the end effector shall go."""
+
+from typing import cast
+
+from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
+
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.world import World, scenario_targets
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.task.target_sequence import TargetSequence
+from remosplat_drake.task.targets import Targets, TargetsMaker, check_targets
+
+
+def AddTargets(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+) -> Targets:
+    """Adds the targets of the scenario, or else the target of its true scene.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        world: What the scenario's files hold.
+        configuration: The output port of the measured q, n_q entries.
+
+    Raises:
+        RemoSplatError: There is no target, or the system that the scenario
+            names hands out none.
+    """
+    if not isinstance(scenario.targets, list):
+        return AddOwnTargets(
+            builder, scenario, world, scenario.targets, configuration
+        )
+    listed = scenario_targets(scenario, world.truth)
+    if not listed:
+        raise FieldError(
+            scenario.source, "targets", "none given, here or in scene.truth"
+        )
+    return TargetSequence.AddToBuilder(
+        builder,
+        configuration=configuration,
+        robot=world.robot,
+        X_WTs=listed,
+        arrival=scenario.arrival,
+        period=scenario.control_period,
+    )
+
+
+def AddOwnTargets(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    maker: TargetsMaker,
+    configuration: OutputPort,
+) -> Targets:
+    """Adds targets from outside the library.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        world: What the scenario's files hold.
+        maker: The settings that make the system of the targets.
+        configuration: The output port of the measured q, n_q entries.
+
+    Raises:
+        RemoSplatError: The system that is made hands out no targets.
+    """
+    targets = maker.make(world.robot, scenario.arrival, scenario.control_period)
+    check_targets(targets, f"{scenario.source}: {type(maker).__name__}")
+    builder.AddSystem(cast(LeafSystem, targets))
+    builder.Connect(configuration, targets.GetInputPort("configuration"))
+    return targets
