@@ -17,9 +17,9 @@ from remosplat_drake.controller.guidance.rollout import (
     Rollout,
     step_rollout,
 )
-from remosplat_drake.controller.guidance.selection import (
+from remosplat_drake.controller.guidance.selection import start_selection
+from remosplat_drake.controller.guidance.selection_round import (
     advance_selection,
-    start_selection,
 )
 from remosplat_drake.controller.guidance.selection_rule import (
     SelectionRule,

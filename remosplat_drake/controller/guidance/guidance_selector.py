@@ -18,9 +18,11 @@ from remosplat_drake.controller.guidance.look_ahead_process import (
 from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.controller.guidance.selection import (
     Selection,
-    advance_selection,
     on_the_same_world,
     start_selection,
+)
+from remosplat_drake.controller.guidance.selection_round import (
+    advance_selection,
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.controller.guidance.stall_cycling import cycle_when_stalled

@@ -7,9 +7,9 @@ import numpy as np
 
 from remosplat_drake.controller.guidance.selection import (
     Selection,
-    SelectionRule,
     on_the_same_world,
 )
+from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target

@@ -21,8 +21,10 @@ from remosplat_drake.controller.guidance.rule_transfer import (
 )
 from remosplat_drake.controller.guidance.selection import (
     Selection,
-    advance_selection,
     start_selection,
+)
+from remosplat_drake.controller.guidance.selection_round import (
+    advance_selection,
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.signals.distance_field import DistanceField

@@ -8,7 +8,7 @@ import pytest
 from pydrake.math import RigidTransform
 
 from remosplat_drake.controller.controller_config import gain_set
-from remosplat_drake.controller.guidance import selection
+from remosplat_drake.controller.guidance import selection_round
 from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.guidance.planner import Situation
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
@@ -85,11 +85,11 @@ def toy(three_link) -> ToyWorld:
 def counted(monkeypatch) -> list[Guidance]:
     """The guidance of every rollout step that the selection takes."""
     taken: list[Guidance] = []
-    step: Callable = selection.step_rollout
+    step: Callable = selection_round.step_rollout
 
     def counting(law, rollout, *arguments):
         taken.append(rollout.guidance)
         return step(law, rollout, *arguments)
 
-    monkeypatch.setattr(selection, "step_rollout", counting)
+    monkeypatch.setattr(selection_round, "step_rollout", counting)
     return taken

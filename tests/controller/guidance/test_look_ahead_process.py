@@ -49,7 +49,7 @@ from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 ARRIVED = partial(has_arrived, config=ArrivalConfig())
 BUDGET = 0.008
-LONG = 120.0
+LONG = 600.0
 
 
 @dc.dataclass(frozen=True)

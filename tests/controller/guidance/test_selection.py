@@ -13,11 +13,13 @@ import pytest
 from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.guidance.rollout import REACHED, STALLED
 from remosplat_drake.controller.guidance.selection import (
+    Selection,
+    start_selection,
+)
+from remosplat_drake.controller.guidance.selection_round import (
     IDLE,
     PATIENCE,
-    Selection,
     advance_selection,
-    start_selection,
 )
 from remosplat_drake.signals.target import Target
 

@@ -10,10 +10,12 @@ from pydrake.math import RigidTransform
 from remosplat_drake.controller.guidance.guidance import DIRECT
 from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.controller.guidance.selection import (
-    IDLE_AMONG_MOVERS,
     Selection,
-    advance_selection,
     start_selection,
+)
+from remosplat_drake.controller.guidance.selection_round import (
+    IDLE_AMONG_MOVERS,
+    advance_selection,
 )
 from remosplat_drake.controller.guidance.standing_movers import (
     standing,

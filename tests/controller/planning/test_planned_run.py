@@ -11,8 +11,10 @@ from pydrake.math import RigidTransform
 from remosplat_drake.controller.guidance.rollout import REACHED
 from remosplat_drake.controller.guidance.selection import (
     Selection,
-    advance_selection,
     start_selection,
+)
+from remosplat_drake.controller.guidance.selection_round import (
+    advance_selection,
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.controller.planning.motion_planner import can_plan

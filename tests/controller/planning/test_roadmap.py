@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from remosplat_drake.controller.guidance.selection import (
+from remosplat_drake.controller.guidance.selection import start_selection
+from remosplat_drake.controller.guidance.selection_round import (
     advance_selection,
-    start_selection,
 )
 from remosplat_drake.controller.planning.roadmap import Roadmap
 from remosplat_drake.oracle.composite import CompositeDistanceField

@@ -1,0 +1,318 @@
+"""Which guidance to follow: the selector's rule, as a pure function.
+
+The present guidance is rolled out from the present state. If it arrives, it
+stays, and nothing is computed for a while. If not, the other candidates are
+tried tier by tier, a few steps a tick, while the robot keeps moving; the
+cheapest one takes over if it is better by a margin.
+"""
+
+import dataclasses as dc
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from remosplat_drake.controller.guidance.guidance import Guidance
+from remosplat_drake.controller.guidance.present_state import PresentState
+from remosplat_drake.controller.guidance.rollout import (
+    REACHED,
+    RUNNING,
+    Rollout,
+    step_rollout,
+)
+from remosplat_drake.controller.guidance.selection import (
+    Selection,
+    on_the_same_world,
+)
+from remosplat_drake.controller.guidance.selection_rule import SelectionRule
+from remosplat_drake.controller.guidance.standing_movers import (
+    standing,
+    whoever_has_gone,
+)
+from remosplat_drake.controller.planning.roadmap import NO_ROADMAP
+from remosplat_drake.scene.mover import Movers
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.target import Target
+
+IDLE = 1.0
+"""Time for which a guidance that arrives is trusted before it is checked
+again [s]."""
+
+IDLE_AMONG_MOVERS = 0.3
+"""The same where something moves, which may do something else meanwhile [s]."""
+
+PATIENCE = 1.0
+"""Time that the next round waits after one in which nothing arrives [s], unless
+the robot moves: from where it stands the round would end the same."""
+
+_MOVED = 0.05
+"""Change of a configuration variable that makes another round worth while
+[m, rad]."""
+
+_MARGIN = 0.5
+"""Score by which a candidate must be better to take over [s]."""
+
+
+def advance_selection(
+    rule: SelectionRule,
+    selection: Selection,
+    *,
+    time: float,
+    q: np.ndarray,
+    u: np.ndarray,
+    target: Target | np.ndarray,
+    field: DistanceField,
+    budget: int,
+    movers: Movers | None = None,
+    interrupted: Callable[[], bool] = lambda: False,
+) -> Selection:
+    """Looks ahead by at most `budget` rollout steps and decides if it can.
+
+    A new target or a new map ends the round: what was simulated is about
+    another world. Every candidate starts from the robot's state when its turn
+    comes, so a round that takes several ticks may end differently from one
+    that a larger budget finishes in a single tick.
+
+    What moves is no other world: rollouts move it on from where it is when
+    they begin, and are made anew more often. A path goes round what stands
+    still; as soon as that has gone, the way is looked at as at the start.
+
+    Args:
+        rule: Which guidances are tried, and when a rollout has arrived.
+        selection: The selection so far.
+        time: Present time [s].
+        q: Measured configuration, shape (n_q,) [rad, m].
+        u: Command being executed, shape (n_u,).
+        target: What the end effector shall reach, or the pose X_WT of a plain
+            target, shape (4, 4).
+        field: The map.
+        budget: Number of rollout steps that may be spent.
+        movers: What moves; None if nothing is known to.
+        interrupted: Function that tells whether a search of a path, which may
+            take long, shall give up at once.
+
+    Returns:
+        The selection after these steps; the same object if there was nothing
+        to do, or q or the target is not finite.
+    """
+    target = Target.of(target)
+    if not (np.isfinite(q).all() and target.is_known):
+        return selection
+    before = selection
+    selection = on_the_same_world(rule, selection, field.revision, target)
+    if target.line is not None:
+        return selection  # A line is followed, not gone round.
+    if selection is not before:
+        still = rule.still_open(selection.guidance, q, field)
+        selection = dc.replace(selection, guidance=still)
+    now = PresentState(time, q, u, target, movers)
+    gone = whoever_has_gone(selection.around, now)
+    if gone:
+        selection = _way_is_free(rule, selection, now, gone)
+    for _ in range(budget):
+        if selection.running is None:
+            if time < selection.idle_until and not _has_moved(selection, q):
+                break
+            first = _begin(selection.guidance, now)
+            selection = dc.replace(selection, running=first, plans=())
+        assert selection.running is not None
+        running = step_rollout(
+            rule.law,
+            selection.running,
+            field,
+            target,
+            rule.arrived,
+            rule.horizon_of(selection.running.guidance),
+        )
+        if running.status == RUNNING:
+            selection = dc.replace(selection, running=running)
+        else:
+            selection = _file(rule, selection, running, now, field, interrupted)
+    return selection
+
+
+def _begin(guidance: Guidance, now: PresentState) -> Rollout:
+    return Rollout(guidance, now.q, now.u, movers=now.movers, start=now.time)
+
+
+def _way_is_free(
+    rule: SelectionRule, selection: Selection, now: PresentState, gone: str
+) -> Selection:
+    """Begins a round with what was tried at first, as if nothing were known.
+
+    What is followed goes on meanwhile, and is tried, too, if that does not
+    arrive.
+    """
+    return Selection(
+        selection.guidance,
+        f"{gone} has gone",
+        running=_begin(rule.start, now),
+        effort=selection.effort,
+        found=selection.found,
+        roadmap=selection.roadmap,
+        revision=selection.revision,
+        target=selection.target,
+    )
+
+
+def _file(
+    rule: SelectionRule,
+    selection: Selection,
+    rollout: Rollout,
+    now: PresentState,
+    field: DistanceField,
+    interrupted: Callable[[], bool],
+) -> Selection:
+    """Files a finished rollout and starts the next, or decides."""
+    finished = (*selection.finished, rollout)
+    if len(finished) == 1:  # The incumbent's.
+        if rollout.status == REACHED:
+            return _end_round(
+                selection,
+                rollout.guidance,
+                finished,
+                f"{rollout.guidance.name} arrives",
+                now.time + _trusted_for(now.movers),
+            )
+        candidates = rule.candidates(now.q, now.target, field)
+        waiting, tier = _others((selection.guidance,), rollout.guidance), -1
+    else:
+        candidates = selection.candidates
+        waiting, tier = selection.waiting, selection.tier
+    arrives = any(r.status == REACHED for r in finished)
+    while not waiting and not arrives and tier + 1 < len(candidates):
+        tier += 1
+        waiting = _others(candidates[tier], finished[0].guidance)
+    if not waiting and not arrives:
+        selection, waiting = _planned(rule, selection, now, field, interrupted)
+    if not waiting:
+        return _decide(rule, selection, finished, now)
+    return dc.replace(
+        selection,
+        running=_begin(waiting[0], now),
+        candidates=candidates,
+        waiting=waiting[1:],
+        tier=tier,
+        finished=finished,
+    )
+
+
+def _planned(
+    rule: SelectionRule,
+    selection: Selection,
+    now: PresentState,
+    field: DistanceField,
+    interrupted: Callable[[], bool],
+) -> tuple[Selection, tuple[Guidance, ...]]:
+    """Searches a path, at one stopping distance after the other."""
+    motions, plans = rule.motions, selection.plans
+    if motions is None or selection.failures >= motions.config.attempts:
+        return selection, ()
+    guidance, effort, found = None, selection.effort, selection.found
+    around = standing(now)
+    # What is remembered is no news to who has tried it or failed beside it.
+    again = selection.failures or found
+    roadmap = NO_ROADMAP if again else selection.roadmap
+    while guidance is None and len(plans) < len(rule.tiers):
+        guidance, plan = rule.planned(
+            now,
+            field,
+            len(plans),
+            selection.failures,
+            interrupted,
+            roadmap,
+            around,
+        )
+        plans, effort = (*plans, plan), effort.with_plan(plan)
+        if plan.path is not None:
+            found = (*found, plan.path.q)
+    selection = dc.replace(
+        selection, plans=plans, effort=effort, found=found, around=around
+    )
+    return selection, () if guidance is None else (guidance,)
+
+
+def _others(
+    candidates: tuple[Guidance, ...], incumbent: Guidance
+) -> tuple[Guidance, ...]:
+    return tuple(g for g in candidates if g != incumbent)
+
+
+def _decide(
+    rule: SelectionRule,
+    selection: Selection,
+    finished: tuple[Rollout, ...],
+    now: PresentState,
+) -> Selection:
+    first_tier = rule.tiers[0]
+    incumbent = finished[0]
+    best = min(finished, key=lambda rollout: rollout.score(first_tier))
+    gain = incumbent.score(first_tier) - best.score(first_tier)
+    if best is incumbent or gain <= _MARGIN:
+        best = incumbent
+        reason = f"{incumbent.guidance.name} {incumbent.status}, none better"
+    else:
+        reason = (
+            f"{incumbent.guidance.name} {incumbent.status},"
+            f" {best.guidance.name} {best.status}"
+        )
+    arrives = best.status == REACHED
+    return _end_round(
+        selection,
+        best.guidance,
+        finished,
+        reason,
+        now.time + (_trusted_for(now.movers) if arrives else PATIENCE),
+        None if arrives else now.q,
+    )
+
+
+def _end_round(
+    selection: Selection,
+    guidance: Guidance,
+    finished: tuple[Rollout, ...],
+    reason: str,
+    idle_until: float,
+    hopeless_at: np.ndarray | None = None,
+) -> Selection:
+    return Selection(
+        guidance=guidance,
+        reason=reason,
+        latest=finished,
+        idle_until=idle_until,
+        hopeless_at=hopeless_at,
+        **_searched(selection, arrives=hopeless_at is None),
+        effort=selection.effort,
+        found=selection.found,
+        roadmap=selection.roadmap,
+        around=selection.around,
+        revision=selection.revision,
+        target=selection.target,
+    )
+
+
+def _trusted_for(movers: Movers | None) -> float:
+    """For how long a guidance that arrives is trusted [s]."""
+    return IDLE if movers is None or not len(movers) else IDLE_AMONG_MOVERS
+
+
+def _searched(selection: Selection, *, arrives: bool) -> dict[str, Any]:
+    """Returns what the searches of a round have come to, as fields."""
+    plans = selection.plans
+    if arrives:
+        return {"plans": plans}
+    why = next((plan.reason for plan in plans[::-1] if plan.reason), "")
+    if why and len(selection.around):
+        names = " and ".join(dict.fromkeys(m.name for m in selection.around))
+        why = f"{names} in the way: {why}"
+    return {
+        "plans": plans,
+        "failures": selection.failures + bool(plans),
+        "unreachable": why or selection.unreachable,
+    }
+
+
+def _has_moved(selection: Selection, q: np.ndarray) -> bool:
+    """Whether the robot has left the place of a hopeless round."""
+    there = selection.hopeless_at
+    return there is not None and bool(np.abs(q - there).max() > _MOVED)
