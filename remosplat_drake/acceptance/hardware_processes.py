@@ -74,17 +74,28 @@ def robot(url: str, *arguments: str) -> Iterator[subprocess.Popen]:
         url: LCM URL of the wire.
         arguments: Further arguments of the command.
     """
-    line = [sys.executable, "-c", _COMMAND, "hardware-sim", "--lcm-url", url]
-    with _running([*line, *arguments], subprocess.DEVNULL) as process:
+    line = ["hardware-sim", *arguments, "--lcm-url", url]
+    with program(*line) as process:
+        yield process
+
+
+@contextlib.contextmanager
+def program(*line: str) -> Iterator[subprocess.Popen]:
+    """Runs `remosplat` until the context ends.
+
+    Args:
+        line: Its command and the command's arguments.
+    """
+    whole = [sys.executable, "-c", _COMMAND, *line]
+    with _running(whole, subprocess.DEVNULL) as process:
         yield process
 
 
 @contextlib.contextmanager
 def second_controller(url: str) -> Iterator[subprocess.Popen]:
     """Runs `remosplat run --hardware`, as somebody else in the lab would."""
-    line = [sys.executable, "-c", _COMMAND, "run", "TableReach"]
     flags = ["--hardware", "--without-doctor", "--headless", "--lcm-url", url]
-    with _running([*line, *flags], subprocess.DEVNULL) as process:
+    with program("run", "TableReach", *flags) as process:
         yield process
 
 
@@ -109,9 +120,8 @@ def arm_driver(url: str, port: int) -> Iterator[subprocess.Popen]:
         url: LCM URL of the wire.
         port: The PORT of `hardware-sim --fci PORT`, which must answer by now.
     """
-    line = [sys.executable, "-c", _COMMAND, "panda-driver", str(port)]
     options = ["--simulated", "--lcm-url", url]
-    with _running([*line, *options], subprocess.DEVNULL) as process:
+    with program("panda-driver", str(port), *options) as process:
         yield process
 
 

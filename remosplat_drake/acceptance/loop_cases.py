@@ -9,6 +9,7 @@ from pathlib import Path
 
 from remosplat_drake.acceptance import hardware_processes as processes
 from remosplat_drake.acceptance.consent import Consent
+from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.real_time import LoopQuality, Spread
 from remosplat_drake.signals.supervisor_state import UNARMED
@@ -25,6 +26,9 @@ targets:
 """
 """Targets: down to the table, up and down again, about 8 s."""
 
+SEEN = "PersonSeen"
+"""The scenario with cameras."""
+
 _DURATION = 12.0
 
 _START_UP = 60.0
@@ -40,14 +44,53 @@ def measure_loop(rate: float) -> LoopQuality:
         RemoSplatError: The run did not complete.
     """
     text = f"control_period: {1.0 / rate}{TOUR}"
+    return _measured(f"at {rate:g} Hz", ["--scenario-text", text])
+
+
+def measure_sight() -> LoopQuality:
+    """Drives past somebody whom two cameras see, and measures the loop.
+
+    The cameras send 30 images of 640 x 480 pixels a second; they, the robot,
+    the sight and the controller are five processes.
+
+    Raises:
+        RemoSplatError: The run did not complete, or nothing was seen.
+    """
+    cameras = load_scenario(SEEN).cameras
+    found = _measured(
+        "with cameras",
+        ["--scenario", SEEN],
+        SEEN,
+        ["sight", SEEN],
+        *(
+            ["camera-sim", SEEN, "--camera", camera.name, "--rate", "30"]
+            for camera in cameras
+        ),
+    )
+    if found.sight is None:
+        raise RemoSplatError("no image has reached a command")
+    return found
+
+
+def _measured(
+    what: str, arguments: list[str], scenario: str = "", *beside: list[str]
+) -> LoopQuality:
+    """Drives a run on the stand-in robot and measures the loop's timing.
+
+    Args:
+        what: How the run is called where it fails.
+        arguments: Arguments of the controller's process.
+        scenario: The scenario of the stand-in robot; empty: its default.
+        beside: Further commands of this program on the same wire.
+    """
     url = processes.free_url()
     consent = Consent(url)
     with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as at:
         log = Path(folder) / "log.jsonl"
-        at.enter_context(processes.robot(url))
-        run = at.enter_context(
-            processes.controller(url, log, "--scenario-text", text)
-        )
+        at.enter_context(processes.robot(url, *filter(None, [scenario])))
+        for line in beside:
+            at.enter_context(processes.program(*line, "--lcm-url", url))
+        run = at.enter_context(processes.controller(url, log, *arguments))
         end = time.monotonic() + _START_UP + _DURATION
         while run.poll() is None and time.monotonic() < end:
             consent.give()
@@ -58,14 +101,14 @@ def measure_loop(rate: float) -> LoopQuality:
     reasons = [reason for reason in reasons if reason != UNARMED]
     if reasons or not events or "loop" not in events[-1]:
         raise RemoSplatError(
-            f"the run at {rate:g} Hz did not end: {', '.join(reasons)}"
+            f"the run {what} did not end: {', '.join(reasons)}"
         )
     return _quality(events[-1]["loop"])
 
 
 def _quality(values: dict) -> LoopQuality:
-    for name in ("age", "jitter", "work", "busy"):
-        values[name] = Spread(**values[name])
+    for name in ("age", "jitter", "work", "busy", "sight"):
+        values[name] = values[name] and Spread(**values[name])
     return LoopQuality(**values)
 
 

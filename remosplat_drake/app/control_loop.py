@@ -183,7 +183,7 @@ def AddControlLoop(
     movers = true_movers
     if not hardware:
         movers = AddMoverSensor(
-            builder, scenario, world, odometry, oracle, true_movers
+            builder, scenario, world, configuration, oracle, true_movers
         )
     if movers is not None:
         for system in filter(None, (controller, selector, supervisor)):

@@ -299,7 +299,12 @@ class HardwareLoop:
         """Waits for the next tick, runs it, and draws until the one after."""
         heard, stamp = self._compute()
         self._station.ForcedPublish(self._station_context)
-        self.log.record(stamp=stamp, heard=heard, sent=self.link.sent)
+        self.log.record(
+            stamp=stamp,
+            heard=heard,
+            sent=self.link.sent,
+            image=self._station.newest_image(self._station_context),
+        )
         self._end_tick()
 
     def _compute(self) -> tuple[float, float]:

@@ -99,6 +99,8 @@ class LoopQuality:
         work: Time from the arrival of the status to the command [s].
         busy: Processor time of the loop's thread from one command to the next;
             unlike `work` it counts no waiting [s].
+        sight: Time from the stamp of an image that watches for movers to the
+            stamp of the first command that rests on it [s]; None without any.
     """
 
     period: float
@@ -109,6 +111,7 @@ class LoopQuality:
     jitter: Spread
     work: Spread
     busy: Spread
+    sight: Spread | None = None
 
 
 class LoopLog:
@@ -129,9 +132,9 @@ class LoopLog:
             period: Time between two ticks [s].
         """
         self._period = period
-        # Age, work, time of sending and of the processor, in turns: a run
-        # may last for hours, and its memory must not grow.
-        self._rows = np.full((KEPT, 4), math.nan)
+        # Age, work, time of sending and of the processor, stamp of the image,
+        # in turns: a run may last for hours, and its memory must not grow.
+        self._rows = np.full((KEPT, 5), math.nan)
         self._ticks = 0
         self.missed = 0
         self.unheard = 0
@@ -141,15 +144,24 @@ class LoopLog:
         """Time from status to command at the latest tick [s]; NaN at first."""
         return float(self._rows[(self._ticks - 1) % KEPT, 0])
 
-    def record(self, *, stamp: float, heard: float, sent: float) -> None:
+    def record(
+        self,
+        *,
+        stamp: float,
+        heard: float,
+        sent: float,
+        image: float = math.nan,
+    ) -> None:
         """Records one tick; to be called on the loop's own thread.
 
         Args:
             stamp: Stamp of the status, by the sender's wall clock [s].
             heard: Time at which the status arrived, by our wall clock [s].
             sent: Stamp of the command, by our wall clock [s].
+            image: Stamp of the newest image by which it is known what moves,
+                by the wall clock; NaN without any [s].
         """
-        row = (sent - stamp, sent - heard, sent, time.thread_time())
+        row = (sent - stamp, sent - heard, sent, time.thread_time(), image)
         self._rows[self._ticks % KEPT] = row
         self._ticks += 1
 
@@ -157,7 +169,8 @@ class LoopLog:
         """Sums up the latest ticks."""
         oldest = max(0, self._ticks - KEPT)
         order = np.arange(oldest, self._ticks) % KEPT
-        age, work, sent, processor = self._rows[order].T
+        age, work, sent, processor, image = self._rows[order].T
+        is_new = np.isfinite(image[1:]) & (image[1:] != image[:-1])
         return LoopQuality(
             period=self._period,
             ticks=self._ticks,
@@ -167,4 +180,7 @@ class LoopLog:
             jitter=Spread.of(np.abs(np.diff(sent) - self._period)),
             work=Spread.of(work),
             busy=Spread.of(np.diff(processor)),
+            sight=Spread.of((sent - image)[1:][is_new])
+            if is_new.any()
+            else None,
         )

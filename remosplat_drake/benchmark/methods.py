@@ -54,7 +54,12 @@ GROUPS = {
         "ellipsoid-guided",
         "depth-guided",
     ),
-    "moving": ("movers-known", "movers-standing", "movers-unknown"),
+    "moving": (
+        "movers-known",
+        "movers-seen",
+        "movers-standing",
+        "movers-unknown",
+    ),
     "mbm": ("sdf-reactive-mbm", "sdf-guided-mbm"),
     "variants": (
         "sdf-hard-rows",

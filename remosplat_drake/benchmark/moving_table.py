@@ -13,6 +13,7 @@ from remosplat_drake.recording.mover_contacts import (
     RESTING,
     RETREATING,
     TOWARDS,
+    UNSEEN,
 )
 
 RULE = "text"
@@ -21,7 +22,9 @@ RULE = "text"
 NOTES = (
     "Scenes by the worst contact in them, judged by the true movers between"
     " ticks, too. Towards: a link moved towards what it touched, the robot's"
-    " fault; retreating: a link that moved away or along was caught up with;"
+    " fault; out of unseen space: it did, but no camera of its own had had that"
+    " in view since it was the protective separation distance away; retreating:"
+    " a link that moved away or along was caught up with;"
     " at rest: the robot stood. Reached: the target, without having touched"
     " anything towards it, and nothing that stands. Reachable: some method of"
     " the table arrived, whatever it touched. Waited, time: medians, of the"
@@ -42,6 +45,7 @@ def moving_table(comparison: Comparison) -> Table:
             "reached [%]",
             "of reachable [%]",
             "towards",
+            "out of unseen space",
             "retreating",
             "at rest",
             "collisions with the scene",
@@ -56,8 +60,9 @@ def moving_table(comparison: Comparison) -> Table:
 
 
 def reached(row: Row) -> np.ndarray:
-    """Returns in which trials the target was reached without a fault."""
-    return row.successes(RULE) & (worst_contacts(row) != TOWARDS)
+    """Returns in which trials it arrived, having touched nothing towards it."""
+    faults = np.isin(worst_contacts(row), (TOWARDS, UNSEEN))
+    return row.successes(RULE) & ~faults
 
 
 def worst_contacts(row: Row) -> np.ndarray:
@@ -89,6 +94,7 @@ def _row(row: Row, reachable: np.ndarray) -> tuple[str, ...]:
         format_rate(int(good.sum()), len(row)),
         format_rate(int((good & reachable).sum()), int(reachable.sum())),
         format_rare(int((worst == TOWARDS).sum()), len(row)),
+        str(int((worst == UNSEEN).sum())),
         str(int((worst == RETREATING).sum())),
         str(int((worst == RESTING).sum())),
         str(row.collisions()),
@@ -110,6 +116,6 @@ def moving_document(row: Row) -> dict:
         "reached": int(good.sum()),
         **{
             kind: int((worst == kind).sum())
-            for kind in (TOWARDS, RETREATING, RESTING)
+            for kind in (TOWARDS, UNSEEN, RETREATING, RESTING)
         },
     }

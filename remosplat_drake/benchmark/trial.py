@@ -8,7 +8,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.app.diagram import build
-from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scenario import CAMERAS, Scenario
 from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.target_config import TargetConfig
@@ -39,6 +39,7 @@ from remosplat_drake.benchmark.result import (
     TrialResult,
     WallTimes,
 )
+from remosplat_drake.benchmark.watched_run import WatchedRun
 from remosplat_drake.controller.planning.plan import NO_EFFORT, SearchEffort
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.recording.metrics import path_length, status_counts
@@ -46,7 +47,9 @@ from remosplat_drake.recording.mover_contacts import KINDS, judge_movers
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.scene.moving.track import movers_at
+from remosplat_drake.sight.simulated.camera_sight import placed_cameras
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.tick_report import BRAKING, RELAXED
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -190,16 +193,25 @@ def _judge_movers(
     """Judges a run by what moved; None where nothing did."""
     if not isinstance(trial.case, MovingCase):
         return None
-    tracks = trial.case.tracks()
-    judged = judge_movers(
-        world.robot,
-        trajectory.time,
-        trajectory.q,
-        lambda time: movers_at(tracks, time),
-        scenario.control_period,
-    )
+    tracks, robot = trial.case.tracks(), world.robot
+    dt = scenario.control_period
+
+    def movers(time: float) -> Movers:
+        return movers_at(tracks, time)
+
+    judged = judge_movers(robot, trajectory.time, trajectory.q, movers, dt)
+    if scenario.movers_from == CAMERAS:
+        judged = WatchedRun(
+            robot,
+            trajectory,
+            movers,
+            placed_cameras(scenario.cameras, robot, world.truth, trial.seed),
+            scenario.sight.least_points,
+            scenario.controller.movers.separation,
+            dt,
+        ).judged(judged)
     return MovingResult(
-        len(movers_at(tracks, 0.0)),
+        len(movers(0.0)),
         {kind: judged.count(kind) for kind in KINDS},
         float(judged.distance.min()),
         judged.waited,

@@ -85,6 +85,21 @@ class WristCameraConfig(Config):
         """
         return CameraInfo(self.width, self.height, np.deg2rad(self.fov_y_deg))
 
+    def sees(self, X_WC: np.ndarray, p_W: np.ndarray) -> bool:
+        """Whether a point is in the image, whatever stands before it.
+
+        Args:
+            X_WC: The camera's pose, shape (4, 4).
+            p_W: The point in W, shape (3,) [m].
+        """
+        x, y, z = X_WC[:3, :3].T @ (p_W - X_WC[:3, 3])
+        if not self.min_depth <= z <= self.max_depth:
+            return False
+        lens = self.intrinsics()
+        u = lens.focal_x() * x / z + lens.center_x()
+        v = lens.focal_y() * y / z + lens.center_y()
+        return 0 <= u < self.width and 0 <= v < self.height
+
     def AddToStation(
         self,
         builder: DiagramBuilder,

@@ -14,6 +14,7 @@ from remosplat_drake.commands.bench_hardware import (
     fault_rows,
     run_faults,
     run_loops,
+    run_sight,
 )
 from remosplat_drake.commands.json_output import json_text, print_json
 from remosplat_drake.commands.tables import open_console, print_table
@@ -35,7 +36,7 @@ GROUPS = (
 )
 """Names of the groups of functions that are timed."""
 
-ON_A_WIRE = ("hardware", "faults")
+ON_A_WIRE = ("hardware", "sight", "faults")
 """Groups that drive the stand-in robot, each with its own table."""
 
 EXAMPLES = """
@@ -56,8 +57,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         choices=[*GROUPS, *ON_A_WIRE],
         help="only this group of cases (default: all that are timed);"
-        " hardware drives the stand-in robot by the clock, faults lets things"
-        " go wrong with it",
+        " hardware drives the stand-in robot by the clock, sight does so before"
+        " cameras that see somebody move, faults lets things go wrong with it",
     )
     parser.add_argument(
         "--scenario", help="scenario whose run the tick cases follow"
@@ -95,8 +96,9 @@ def run(arguments: argparse.Namespace) -> int:
                 raise RemoSplatError(f"--{flag} is not for {arguments.group}")
     if arguments.json not in (None, STDOUT):
         check_writable(Path(arguments.json))
-    if arguments.group == "hardware":
-        loops = run_loops(console)
+    if arguments.group in ("hardware", "sight"):
+        drive = run_loops if arguments.group == "hardware" else run_sight
+        loops = drive(console)
         _write(arguments.json, [dc.asdict(loop) for loop in loops])
         return 0
     if arguments.group == "faults":

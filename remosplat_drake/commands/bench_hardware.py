@@ -8,7 +8,12 @@ from rich.progress import track
 from remosplat_drake.acceptance.fault_campaign import FaultResult, run_case
 from remosplat_drake.acceptance.fault_cases import CASES
 from remosplat_drake.acceptance.hardware_processes import wire_works
-from remosplat_drake.acceptance.loop_cases import RATES, load, measure_loop
+from remosplat_drake.acceptance.loop_cases import (
+    RATES,
+    load,
+    measure_loop,
+    measure_sight,
+)
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
@@ -57,6 +62,15 @@ def run_loops(console: Console) -> list[LoopQuality]:
             transient=True,
         )
     ]
+    print_table(console, loop_table(loops))
+    return loops
+
+
+def run_sight(console: Console) -> list[LoopQuality]:
+    """Measures the loop where cameras tell what moves, and prints a table."""
+    _check_wire()
+    console.print(load())
+    loops = [measure_sight()]
     print_table(console, loop_table(loops))
     return loops
 
@@ -122,6 +136,7 @@ def loop_table(loops: list[LoopQuality]) -> Table:
         (
             "rate",
             "status to command [ms]",
+            "image to command [ms]",
             "period jitter [ms]",
             "work of a tick [ms]",
             "processor time [ms]",
@@ -133,6 +148,7 @@ def loop_table(loops: list[LoopQuality]) -> Table:
             (
                 f"{1 / loop.period:.0f} Hz",
                 _spread(loop.age),
+                "–" if loop.sight is None else _spread(loop.sight),
                 _spread(loop.jitter),
                 _spread(loop.work),
                 _spread(loop.busy),

@@ -271,6 +271,8 @@ def _facts(
                 f" {loop.unheard} without a new status",
             ),
         ]
+        if loop.sight is not None:
+            facts.append(("image to command", _spread(loop.sight)))
     statuses = ", ".join(f"{k} {v}" for k, v in metrics.statuses.items())
     return [*facts, ("ticks", f"{metrics.ticks}: {statuses}")]
 

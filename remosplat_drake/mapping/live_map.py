@@ -58,6 +58,7 @@ class LiveMap(LeafSystem):
         input_ports:
         - configuration
         - requests (optional)
+        - settled (optional)
         - velocity_executed (optional)
         output_ports:
         - distance_field
@@ -71,12 +72,12 @@ class LiveMap(LeafSystem):
     `velocity_executed` tells the command u, map and pose of the base change
     together, half-way between the two ticks, and only if `objection` has none;
     else `hold` gives its reason, for a supervisor that stops the robot, and it
-    is asked again at every tick. `configuration` is
-    the measured q, `requests` takes `MapRequests`, `distance_field` gives the
-    map's `DistanceField`, `map_status` a `MapStatus` and `correction` the
-    newest `BaseCorrection` that any map brought. `map_age` tells how
-    long ago the newest frame of the map was taken [s]; before the first it
-    is 0.
+    is asked again at every tick. `configuration` is the measured q, `requests`
+    takes the `MapRequests` of operators and `settled` those for things that
+    have come to stay, `distance_field` gives the map's `DistanceField`,
+    `map_status` a `MapStatus` and `correction` the newest `BaseCorrection` that
+    any map brought. `map_age` tells how long ago the newest frame of the map
+    was taken [s]; before the first it is 0.
 
     With a fixed latency simulated maps take effect exactly so long after
     they were asked for, however fast the simulation runs: it waits then.
@@ -122,6 +123,9 @@ class LiveMap(LeafSystem):
         self._requests_input = self.DeclareAbstractInputPort(
             "requests", Value(MapRequests())
         )
+        self._settled_input = self.DeclareAbstractInputPort(
+            "settled", Value(MapRequests())
+        )
         self._executed_input = self.DeclareVectorInputPort(
             "velocity_executed", n_u
         )
@@ -165,6 +169,7 @@ class LiveMap(LeafSystem):
         *,
         configuration: OutputPort,
         requests: OutputPort | None = None,
+        settled: OutputPort | None = None,
         oracle: LeafSystem,
         supervisor: LeafSystem | None = None,
         executed: OutputPort | None = None,
@@ -177,6 +182,7 @@ class LiveMap(LeafSystem):
             builder: Builder of the diagram.
             configuration: The measured configuration q, not corrected.
             requests: The `MapRequests` of operators; None for none.
+            settled: Further `MapRequests`, for what has settled; None for none.
             oracle: The distance oracle; it asks the live map from now on.
             supervisor: The safety supervisor, which is told the map's age and
                 what a new map waits for; None for none.
@@ -189,6 +195,8 @@ class LiveMap(LeafSystem):
         builder.Connect(configuration, live_map.GetInputPort("configuration"))
         if requests is not None:
             builder.Connect(requests, live_map.GetInputPort("requests"))
+        if settled is not None:
+            builder.Connect(settled, live_map.GetInputPort("settled"))
         builder.Connect(
             live_map.GetOutputPort("distance_field"),
             oracle.GetInputPort("distance_field"),
@@ -274,9 +282,9 @@ class LiveMap(LeafSystem):
 
     def _asked(self, context: Context, memory: LiveMapMemory) -> LiveMapMemory:
         """Passes on what is new among the requests."""
-        if not self._requests_input.HasValue(context):
-            return memory
-        wanted = self._requests_input.Eval(context)
+        ports = self._requests_input, self._settled_input
+        asked = [port.Eval(context) for port in ports if port.HasValue(context)]
+        wanted = sum(asked, MapRequests())
         if wanted == memory.known:
             return memory
         q, time = self._configuration_input.Eval(context), context.get_time()

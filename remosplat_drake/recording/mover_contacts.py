@@ -16,8 +16,14 @@ TOWARDS, RETREATING, RESTING = "towards", "retreating", "resting"
 """What a link did that was touched: it moved towards the mover, the robot's
 fault; it moved away or along; or it stood."""
 
-KINDS = (TOWARDS, RETREATING, RESTING)
+UNSEEN = "unseen"
+"""A link moved towards what it touched, which had come out of space that no
+camera saw: who judges a run by its cameras says so in place of TOWARDS."""
+
+KINDS = (TOWARDS, UNSEEN, RETREATING, RESTING)
 """All kinds of contact, the worst first."""
+
+_MOTIONS = (TOWARDS, RETREATING, RESTING)
 
 LEAST_SPEED = 1e-3
 """Speed up to which a sphere stands, and does not approach [m/s]."""
@@ -275,7 +281,7 @@ def _touches(
                     look.time,
                     str(link),
                     look.names[j],
-                    KINDS[kind[these].min()],
+                    _MOTIONS[kind[these].min()],
                     float(-look.distance[mover[these], sphere[these]].min()),
                 ),
             )

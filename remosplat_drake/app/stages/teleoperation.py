@@ -23,6 +23,7 @@ from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.sight.settled_requests import SettledRequests
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.teleop.command_merger import CommandMerger
 from remosplat_drake.teleop.lcm_operator import LcmOperator
@@ -183,6 +184,7 @@ def AddLiveMap(
         builder,
         configuration=loop.odometry,
         requests=loop.targets.GetOutputPort("map_requests"),
+        settled=AddSettledRequests(builder, loop),
         oracle=loop.oracle,
         supervisor=loop.supervisor,
         executed=loop.executed,
@@ -197,6 +199,32 @@ def AddLiveMap(
         latency=loop.scenario.mapping.latency,
         tracking=loop.localization is not None,
     )
+
+
+def AddSettledRequests(
+    builder: DiagramBuilder, loop: ControlLoop
+) -> OutputPort | None:
+    """Adds what asks the live map for things that cameras see stay put.
+
+    Args:
+        builder: The builder of the diagram.
+        loop: The control loop, which may know what moves.
+
+    Returns:
+        The output port of the `MapRequests`; None where nothing moves.
+    """
+    mount = _mount(loop.scenario, loop.world)
+    if loop.movers is None or mount is None:
+        return None
+    config = loop.scenario.camera or WristCameraConfig()
+    system = SettledRequests.AddToBuilder(
+        builder,
+        configuration=loop.configuration,
+        movers=loop.movers,
+        in_view=lambda q, p_W: config.sees(mount.pose(q), p_W),
+        settle=loop.scenario.sight.settle,
+    )
+    return system.GetOutputPort("map_requests")
 
 
 def AddLog(

@@ -1,5 +1,7 @@
 """`HardwareStation`: the real robot behind the ports of every station."""
 
+import math
+
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from remosplat_drake.hardware.client.mover_receiver import MoverReceiver
@@ -76,6 +78,21 @@ class HardwareStation(Diagram):
             builder.ExportOutput(self.movers.get_output_port(), ports.MOVERS)
         builder.BuildInto(self)
         self.set_name("station")
+
+    def newest_image(self, context: Context) -> float:
+        """Returns when cameras have last seen what moves [s].
+
+        Args:
+            context: The station's own context.
+
+        Returns:
+            The stamp of the newest `Movers` that cameras have told; NaN without
+            any.
+        """
+        if self.movers is None:
+            return math.nan
+        movers = self.GetOutputPort(ports.MOVERS).Eval(context)
+        return movers.stamp if movers.cameras else math.nan
 
     def receive(self, root: Context) -> None:
         """Takes the packets that the link has heard onto the ports.

@@ -146,20 +146,36 @@ def simulated_sight(
     Raises:
         RemoSplatError: A camera is on no frame of the robot.
     """
-    return SimulatedSight(
-        [
-            PlacedCamera(
-                _small(camera, truth, seed + i),
-                camera.pose(robot),
-                1 / camera.rate,
-                camera.latency,
-            )
-            for i, camera in enumerate(cameras)
-        ],
-        robot,
-        known,
-        config,
-    )
+    placed = placed_cameras(cameras, robot, truth, seed)
+    return SimulatedSight(placed, robot, known, config)
+
+
+def placed_cameras(
+    cameras: Sequence[SightCameraConfig],
+    robot: RobotModel,
+    truth: PrimitiveScene | None,
+    seed: int,
+) -> list[PlacedCamera]:
+    """Places the simulated cameras of a scenario.
+
+    Args:
+        cameras: The cameras; images wider than `COLUMNS` are smaller here.
+        robot: The robot, which may carry cameras.
+        truth: What stands still; None for nothing.
+        seed: Seed of the cameras' noise.
+
+    Raises:
+        RemoSplatError: A camera is on no frame of the robot.
+    """
+    return [
+        PlacedCamera(
+            _small(camera, truth, seed + i),
+            camera.pose(robot),
+            1 / camera.rate,
+            camera.latency,
+        )
+        for i, camera in enumerate(cameras)
+    ]
 
 
 def coarse_noise(share: float) -> SensorNoise:

@@ -29,8 +29,8 @@ class SimulatedImage:
 
     Attributes:
         image: The depth image, with its noise.
-        pixels: Number of pixels that truly show each of the movers, in their
-            order, shape (k,).
+        pixels: Number of pixels that truly show each of the movers within
+            the camera's range, in their order, shape (k,).
     """
 
     image: DepthImage
@@ -97,17 +97,26 @@ class SimulatedCamera:
             self._draw(X_WC, mover_solids(movers), 0, depth, label)
         if spheres is not None:
             self._draw(X_WC, sphere_solids(spheres), k, depth, label)
-        shown = label[(label >= 0) & (label < k)]
+        near, far = self._range
+        measured = (depth >= near) & (depth <= far)
+        shown = label[(label >= 0) & (label < k) & measured]
         image = DepthImage(
             self.name,
             time,
             self.K,
             X_WC,
             self._with_noise(depth),
-            max(NEAREST, self._noise.min_range),
-            min(self._far, self._noise.max_range),
+            near,
+            far,
         )
         return SimulatedImage(image, np.bincount(shown, minlength=k))
+
+    @property
+    def _range(self) -> tuple[float, float]:
+        """Least and greatest depth that it measures [m]."""
+        noise = self._noise
+        near = max(NEAREST, noise.min_range)
+        return near, min(self._far, noise.max_range)
 
     def _draw(self, X_WC, solids, first, depth, label):
         if len(solids.radius):

@@ -59,8 +59,6 @@ class SimulatedSight:
 
     Attributes:
         sight: What is known by now.
-        in_view: Since when each mover of the truth has been in a camera's view
-            without interruption, by its name [s].
     """
 
     def __init__(
@@ -75,10 +73,8 @@ class SimulatedSight:
         n = len(cameras)
         self._due = [i * c.period / n for i, c in enumerate(cameras)]
         self._sent: deque[tuple[float, SimulatedImage, Spheres]] = deque()
-        self._shown: dict[str, dict[str, bool]] = {}
         self._movers = Movers(0.0)
         self.sight = Sight()
-        self.in_view: dict[str, float] = {}
 
     def learn(self, field: DistanceField) -> None:
         """Takes another version of the map, if it is one.
@@ -109,7 +105,6 @@ class SimulatedSight:
                 placed = self._cameras[i]
                 shot = placed.camera.take(placed.pose(q), time, truth, spheres)
                 self._sent.append((time + placed.latency, shot, spheres))
-                self._note(shot, truth)
                 self._due[i] += placed.period
         news = False
         while self._sent and self._sent[0][0] <= time + _EARLY:
@@ -121,16 +116,3 @@ class SimulatedSight:
         if news:
             self._movers = self.sight.movers(self._config)
         return self._movers
-
-    def _note(self, shot: SimulatedImage, truth: Movers) -> None:
-        """Notes which movers are in a view."""
-        enough = shot.pixels >= self._config.least_points
-        self._shown[shot.image.camera] = {
-            mover.name: bool(seen)
-            for mover, seen in zip(truth, enough, strict=True)
-        }
-        for mover in truth:
-            if any(seen.get(mover.name) for seen in self._shown.values()):
-                self.in_view.setdefault(mover.name, shot.image.time)
-            else:
-                self.in_view.pop(mover.name, None)

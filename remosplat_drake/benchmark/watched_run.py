@@ -1,0 +1,118 @@
+"""`WatchedRun`: whose fault a contact is where cameras tell what moves.
+
+Nobody can heed what has come out of space that no camera sees. So a link that
+moves towards what it touches is the robot's fault only if cameras have had the
+mover in view for as long as a robot needs: since it was at least the protective
+separation distance away, or since the start.
+"""
+
+import dataclasses as dc
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from remosplat_drake.controller.verification.protective_separation import (
+    Monitoring,
+    protective_separation,
+)
+from remosplat_drake.recording.mover_contacts import (
+    TOWARDS,
+    UNSEEN,
+    Contact,
+    MoverJudgement,
+)
+from remosplat_drake.recording.trajectory import Trajectory
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.mover import Movers
+from remosplat_drake.sight.simulated.simulated_sight import PlacedCamera
+
+
+@dc.dataclass(frozen=True, eq=False)
+class WatchedRun:
+    """A run, and the cameras that told its robot what moved.
+
+    Attributes:
+        robot: The robot.
+        trajectory: What it did.
+        movers: Says what truly moved, and where it was, at any time [s]; in the
+            same order each time.
+        cameras: The cameras.
+        least_pixels: A mover is in a camera's view where so many of its pixels
+            show it.
+        separation: The distance C that the robot keeps besides [m].
+        dt: Control period [s].
+    """
+
+    robot: RobotModel
+    trajectory: Trajectory
+    movers: Callable[[float], Movers]
+    cameras: Sequence[PlacedCamera]
+    least_pixels: int
+    separation: float
+    dt: float
+
+    def judged(self, judgement: MoverJudgement) -> MoverJudgement:
+        """Tells contacts out of unseen space from the robot's faults.
+
+        Args:
+            judgement: The contacts, by what the links did.
+        """
+        contacts = (
+            dc.replace(contact, kind=UNSEEN)
+            if contact.kind == TOWARDS and not self.was_seen(contact)
+            else contact
+            for contact in judgement.contacts
+        )
+        return dc.replace(judgement, contacts=tuple(contacts))
+
+    def was_seen(self, contact: Contact) -> bool:
+        """Whether a camera saw the mover from S_p on until it was touched.
+
+        Args:
+            contact: A link and a mover that touched.
+        """
+        time = self.trajectory.time
+        last = int(np.searchsorted(time, contact.start, "right")) - 1
+        for k in range(last, -1, -1):
+            if not self._is_in_view(k, contact.mover):
+                return False
+            if self._is_apart(k, contact):
+                return True
+        return True
+
+    def _is_in_view(self, k: int, mover: str) -> bool:
+        """Whether any camera sees a mover at a tick."""
+        q, time = self.trajectory.q[k], float(self.trajectory.time[k])
+        truth, spheres = self.movers(time), self.robot.spheres_at(q)
+        names = [m.name for m in truth]
+        shots = (
+            placed.camera.take(placed.pose(q), time, truth, spheres)
+            for placed in self.cameras
+        )
+        which = names.index(mover)
+        return any(s.pixels[which] >= self.least_pixels for s in shots)
+
+    def _is_apart(self, k: int, contact: Contact) -> bool:
+        """Whether link and mover are S_p apart, by what can be known then.
+
+        That is what was true when the newest image was taken that can have
+        arrived, and how the mover moved: the bounds are its own.
+        """
+        time, u = float(self.trajectory.time[k]), self.trajectory.u[k]
+        late = max(c.period + c.latency for c in self.cameras)
+        known = self.movers(max(time - late, 0.0))
+        links = np.array(self.robot.spheres.links)
+        names = np.array([mover.name for mover in known])
+        found = protective_separation(
+            self.robot.state(self.trajectory.q[k]),
+            known,
+            time,
+            u,
+            Monitoring.make(
+                u, self.robot.acceleration_limit, self.dt, self.separation
+            ),
+            np.zeros(len(links)),
+        )
+        pair = links[found.sphere] == contact.link
+        pair &= names[found.mover] == contact.mover
+        return bool((found.margin[pair] >= 0.0).all())
