@@ -7,6 +7,7 @@ from itertools import groupby
 import numpy as np
 
 from remosplat_drake.scene.mover import Mover, Movers
+from remosplat_drake.sight.unseen_space import UNSEEN
 
 _STILL = 0.1
 """A thing stays put as long as its middle, and how far it reaches, change by no
@@ -69,6 +70,8 @@ class SettledThings:
         things: dict[str, _Thing] = {}
         asked = self.asked
         for name, parts in groupby(movers, key=_thing_of):
+            if name == UNSEEN:
+                continue
             outline = _outline(list(parts))
             thing = self.things.get(name)
             if thing is None or np.abs(outline - thing.outline).max() > _STILL:

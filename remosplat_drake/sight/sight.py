@@ -26,6 +26,7 @@ from remosplat_drake.sight.new_points import NewPoints, find_new
 from remosplat_drake.sight.pose_check import contradiction
 from remosplat_drake.sight.sight_config import SightConfig
 from remosplat_drake.sight.track import TRUSTED, Stretches, Track
+from remosplat_drake.sight.unseen_space import UnseenSpace
 
 _LEFT = 0.05
 """Less than this share of a thing is no more than stray points."""
@@ -85,12 +86,15 @@ class Sight:
         views: What each camera saw last, by its name.
         tracks: The things that were seen to be new.
         count: Number of tracks so far, for their names.
+        unseen: Where something may be hidden; None where nothing is taken to
+            be, or before the first image.
     """
 
     time: float = -np.inf
     views: Mapping[str, View] = dc.field(default_factory=dict)
     tracks: Sequence[Track] = ()
     count: int = 0
+    unseen: UnseenSpace | None = None
 
     def __deepcopy__(self, memo) -> "Sight":
         return self
@@ -103,14 +107,16 @@ class Sight:
         """
         trusted = [track for track in self.tracks if track.is_trusted]
         movers: list[Mover] = []
+        hidden = self.unseen.movers(self.time, config) if self.unseen else []
+        most = MOST - len(hidden)
         for i, track in enumerate(trusted):
             parts = track.movers(config)
-            if len(movers) + len(parts) + len(trusted) - i > MOST:
+            if len(movers) + len(parts) + len(trusted) - i > most:
                 parts = track.movers(config, coarse=True)
             movers.extend(parts)
         cameras = [self._camera(view, config) for view in self.views.values()]
         stamp = max(self.time, 0.0)
-        return Movers(stamp, movers[:MOST], cameras)
+        return Movers(stamp, [*movers[:most], *hidden], cameras)
 
     def _camera(self, view: View, config: SightConfig) -> MoverCamera:
         problem = view.problem
@@ -163,7 +169,13 @@ def look(
         if name != image.camera
     }
     views = {**others, image.camera: mine}
-    return _tracked(sight, views, image, scene, config)
+    found = _tracked(sight, views, image, scene, config)
+    if not config.unseen_speed:
+        return found
+    unseen = sight.unseen or UnseenSpace.first(spheres, image.time, config)
+    images = [view.image for view in views.values()]
+    unseen = unseen.after(images, spheres, scene, config)
+    return dc.replace(found, unseen=unseen)
 
 
 def without(sight: Sight, image: DepthImage, problem: str) -> Sight:

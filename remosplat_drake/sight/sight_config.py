@@ -54,6 +54,9 @@ class SightConfig(Config):
     memory: Annotated[float, Interval(ge=0, le=60)] = 2.0
     # Age at which a camera's image tells nothing any more [s].
     expiry: Annotated[float, Interval(gt=0, le=5)] = 0.2
+    # Speed at which something may come out of space that no camera sees, 0.2 m
+    # thick at least; 0: nothing is hidden there [m/s].
+    unseen_speed: Annotated[float, Interval(ge=0, le=20)] = 0.0
     # Time after which what stays where it is should become part of the map [s].
     settle: Annotated[float, Interval(gt=0, le=60)] = 1.5
 

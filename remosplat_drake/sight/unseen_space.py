@@ -1,0 +1,231 @@
+"""`UnseenSpace`: where something may be that no camera has seen so far.
+
+What no camera sees may hold something, and it may come out. But it cannot be
+where it could not have come to unseen. So what may be hidden is followed as a
+set of places: with each step it spreads as fast as things may move, and only
+where cameras do not look through. The robot's own shadow, which it carries
+along through space that has been seen to be free, holds nobody.
+
+The places are the voxels of a grid that may hold the centre of a hidden ball
+of radius r. Such a ball holds all that is within r - rho of the voxel's middle,
+rho being half the voxel's diagonal. If a camera has looked through that middle
+at most (r - rho) / v ago, with the speed v, then no such centre is in the voxel
+now. Nor is one where the middle lies in the robot, in the map, or in the floor.
+All that is made of balls of that radius is where their centres are, and no
+farther than r around.
+"""
+
+import dataclasses as dc
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.math import RigidTransform
+from scipy.ndimage import binary_dilation
+from scipy.spatial import KDTree
+
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.mover import Mover
+from remosplat_drake.sight.depth_image import DepthImage
+from remosplat_drake.sight.known_scene import KnownScene
+from remosplat_drake.sight.sight_config import SightConfig
+
+UNSEEN = "unseen space"
+"""Name of what may come out of it."""
+
+VOXEL, RADIUS = 0.08, 0.1
+"""Edge of the voxels, and radius r of the balls that may be hidden [m]."""
+
+START = 0.3
+"""Distance from the robot in which somebody has looked before it starts [m]."""
+
+NEAR = 1.0
+"""What is farther from the robot's spheres does not matter yet [m]."""
+
+_LOOKED_AT = 1.2
+"""Farther away anything may be: nobody looks [m]."""
+
+MOST_BOXES = 100
+"""Boxes around the places; where more would be needed, larger ones do."""
+
+_REST = RADIUS - 0.5 * math.sqrt(3.0) * VOXEL
+_LATEST = 0.75
+"""Places spread by a voxel as soon as things may have gone so much of it."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class UnseenSpace:
+    """Where something hidden may be; copying returns the object itself.
+
+    Attributes:
+        time: When it may be there [s].
+        holds: Which voxels of the box of `SightConfig` may hold the centre of
+            a hidden ball, shape (nx, ny, nz).
+        boxes: Boxes around those that are near the robot: their least and
+            greatest corners in W, shape (k, 2, 3) [m].
+    """
+
+    time: float
+    holds: np.ndarray
+    boxes: np.ndarray
+
+    def __deepcopy__(self, memo) -> "UnseenSpace":
+        return self
+
+    @staticmethod
+    def first(
+        spheres: Spheres, time: float, config: SightConfig
+    ) -> "UnseenSpace":
+        """Begins before anything is seen: all but the robot's surroundings.
+
+        Args:
+            spheres: The robot's spheres in W.
+            time: The present time [s].
+            config: The box.
+        """
+        size = np.subtract(config.upper, config.lower)
+        holds = np.ones(np.ceil(size / VOXEL).astype(int), bool)
+        voxels = np.argwhere(holds)
+        near = _within(_middles(voxels, config), spheres, START)
+        holds[tuple(voxels[near].T)] = False
+        return UnseenSpace(time, holds, np.zeros((0, 2, 3)))
+
+    def after(
+        self,
+        images: Sequence[DepthImage],
+        spheres: Spheres,
+        scene: KnownScene,
+        config: SightConfig,
+    ) -> "UnseenSpace":
+        """Lets what is hidden move, and looks where it cannot be.
+
+        Args:
+            images: The cameras' latest images.
+            spheres: The robot's spheres in W at the newest of them.
+            scene: What the map shows.
+            config: How fast something may come out of hiding.
+        """
+        speed = config.unseen_speed
+        time = max(image.time for image in images)
+        step = speed * (time - self.time)
+        if step < _LATEST * VOXEL:
+            return self
+        holds = np.ones_like(self.holds)
+        steps = math.ceil(step / VOXEL)
+        region = _around(spheres, holds.shape, config)
+        spread = binary_dilation(self.holds, np.ones((3, 3, 3)), steps)
+        holds[region] = spread[region]
+        voxels = np.argwhere(holds[region])
+        voxels += [part.start for part in region]
+        p_W = _middles(voxels, config)
+        free = p_W[:, 2] < config.floor_height
+        for image in images:
+            if speed * (time - image.time) <= _REST:
+                z, measured = image.depths_at(p_W)
+                with np.errstate(invalid="ignore"):
+                    through = measured > z + config.margin(z)
+                free |= through & (z > 0)
+        left = np.flatnonzero(~free)
+        solid = _within(p_W[left], spheres, 0.0)
+        solid |= scene.distances(p_W[left]) <= 0.0
+        free[left] = solid
+        holds[tuple(voxels[free].T)] = False
+        near = ~free
+        near[near] = _within(p_W[near], spheres, NEAR)
+        lower, upper = _boxes(voxels[near])
+        corner = np.array(config.lower)
+        boxes = corner + VOXEL * np.stack([lower, upper], axis=1)
+        return UnseenSpace(time, holds, boxes)
+
+    def movers(self, time: float, config: SightConfig) -> list[Mover]:
+        """Tells what may come near the robot out of hiding.
+
+        Each is at rest, as far as is known, and may go anywhere at the speed of
+        `SightConfig.unseen_speed`.
+
+        Args:
+            time: The time for which that is told [s].
+            config: How fast something may come out of hiding.
+        """
+        speed = config.unseen_speed
+        return [
+            Mover(
+                UNSEEN,
+                RigidTransform(0.5 * (lower + upper)),
+                0.5 * (upper - lower),
+                RADIUS,
+                max_speed=speed,
+                max_acceleration=0.0,
+                velocity_error=speed,
+                position_error=speed * max(time - self.time, 0.0),
+            )
+            for lower, upper in self.boxes
+        ]
+
+
+def _around(
+    spheres: Spheres, shape: tuple[int, ...], config: SightConfig
+) -> tuple[slice, ...]:
+    """The voxels around the robot at which it pays to look."""
+    radius = np.asarray(spheres.radius)[:, None] + _LOOKED_AT
+    lower = (np.asarray(spheres.p_WS) - radius).min(axis=0) - config.lower
+    upper = (np.asarray(spheres.p_WS) + radius).max(axis=0) - config.lower
+    first = np.clip(np.floor(lower / VOXEL).astype(int), 0, shape)
+    last = np.clip(np.ceil(upper / VOXEL).astype(int), 0, shape)
+    return tuple(slice(a, b) for a, b in zip(first, last, strict=True))
+
+
+def _middles(voxels: np.ndarray, config: SightConfig) -> np.ndarray:
+    """Middles of voxels in W, shape (n, 3) [m]."""
+    return np.array(config.lower) + VOXEL * (voxels + 0.5)
+
+
+def _within(p_W: np.ndarray, spheres: Spheres, distance: float) -> np.ndarray:
+    """Which points are so near the surface of a sphere, shape (n,) bool."""
+    found = np.zeros(len(p_W), bool)
+    if not len(p_W):
+        return found
+    points = KDTree(p_W)
+    reach = np.asarray(spheres.radius) + distance
+    for near in points.query_ball_point(spheres.p_WS, reach):
+        found[near] = True
+    return found
+
+
+def _boxes(voxels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Puts voxels into boxes: those exactly, or larger ones.
+
+    Args:
+        voxels: Indices of voxels, shape (n, 3).
+
+    Returns:
+        Their least and greatest corners in voxels, shape (k, 3) each, with k up
+        to `MOST_BOXES`.
+    """
+    if not len(voxels):
+        return voxels, voxels
+    edge = 1
+    while True:
+        lower = np.unique(voxels // edge, axis=0)
+        lower, upper = _joined(lower, lower + 1)
+        if len(lower) <= MOST_BOXES:
+            return edge * lower, edge * upper
+        edge *= 2
+
+
+def _joined(
+    lower: np.ndarray, upper: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Joins boxes that share a face, along one axis after the other."""
+    for axis in (2, 1, 0):
+        others = [c for c in range(3) if c != axis]
+        sides = np.column_stack([lower[:, others], upper[:, others]])
+        order = np.lexsort((lower[:, axis], *sides.T))
+        lower, upper, sides = lower[order], upper[order], sides[order]
+        begins = np.ones(len(lower), bool)
+        begins[1:] = (sides[1:] != sides[:-1]).any(axis=1)
+        begins[1:] |= lower[1:, axis] != upper[:-1, axis]
+        first = np.flatnonzero(begins)
+        last = np.append(first[1:], len(lower)) - 1
+        lower, upper = lower[first], upper[last]
+    return lower, upper
