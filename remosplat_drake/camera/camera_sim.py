@@ -15,7 +15,6 @@ from pydrake.systems.sensors import ImageToLcmImageArrayT, PixelType
 from remosplat_drake.base.clock import MICROSECONDS
 from remosplat_drake.camera.camera_scene import CameraScene
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
-from remosplat_drake.hardware.drivers.panda_commands import JOINTS
 from remosplat_drake.hardware.wire.base import decode_base_status
 from remosplat_drake.hardware.wire.channels import (
     BASE_STATUS,
@@ -24,6 +23,7 @@ from remosplat_drake.hardware.wire.channels import (
 )
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.hardware.wire.panda import decode_panda_status
+from remosplat_drake.robot.robot_description import RobotDescription
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals import station_ports as ports
@@ -88,12 +88,24 @@ class CameraSim:
 
 
 class HeardConfiguration:
-    """The robot's latest configuration, put together from LCM statuses."""
+    """The robot's latest configuration, put together from LCM statuses.
 
-    def __init__(self):
-        """Starts without any status."""
-        self._pose: np.ndarray | None = None
+    Attributes:
+        channels: The LCM channels that it has to hear.
+    """
+
+    def __init__(self, description: RobotDescription):
+        """Starts without any status.
+
+        Args:
+            description: The robot, which may have no base.
+        """
+        self._has_base = description.base is not None
+        self._n = len(description.arm.joints)
+        self._pose = None if self._has_base else np.zeros(0)
         self._joints: np.ndarray | None = None
+        base = [BASE_STATUS] if self._has_base else []
+        self.channels = [*base, PANDA_STATUS]
 
     def receive(self, channel: str, data: bytes) -> None:
         """Takes in a message; broken ones and other channels are ignored.
@@ -103,16 +115,16 @@ class HeardConfiguration:
             data: The encoded message.
         """
         with contextlib.suppress(BrokenMessage):
-            if channel == BASE_STATUS:
+            if channel == BASE_STATUS and self._has_base:
                 self._pose = decode_base_status(data).pose
             elif channel == PANDA_STATUS:
-                self._joints = decode_panda_status(data, JOINTS).q
+                self._joints = decode_panda_status(data, self._n).q
 
     @property
     def q(self) -> np.ndarray | None:
-        """Configuration (x, y, yaw, arm), shape (10,) [m, rad].
+        """Configuration (x, y, yaw, arm), shape (n_q,) [m, rad].
 
-        It is None until base and arm have both been heard.
+        It is None until the arm, and the base if there is one, have been heard.
         """
         if self._pose is None or self._joints is None:
             return None

@@ -25,7 +25,6 @@ from remosplat_drake.commands.wire import (
     open_wire,
 )
 from remosplat_drake.hardware.hardware_config import REHEARSAL_URL
-from remosplat_drake.hardware.wire.channels import BASE_STATUS, PANDA_STATUS
 from remosplat_drake.hardware.wire.inbox import Inbox
 from remosplat_drake.sight.simulated.wire_camera import WireCamera
 
@@ -65,15 +64,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Sends images until Ctrl-C, once arm and base have been heard."""
+    """Sends images until Ctrl-C, once the whole robot has been heard."""
     scenario = load_scenario(arguments.scenario)
     if arguments.camera is not None:
         scenario.sight_camera(arguments.camera)  # Before the files are read.
     world = load_world(scenario, blank=True)
-    inbox = Inbox(open_wire(arguments.lcm_url), [BASE_STATUS, PANDA_STATUS])
+    heard = HeardConfiguration(world.robot.description)
+    inbox = Inbox(open_wire(arguments.lcm_url), heard.channels)
     lcm, url = open_camera_wire(arguments)
     camera = _camera(arguments.camera, scenario, world, lcm)
-    heard = HeardConfiguration()
     # Rendering must not delay those who move the robot.
     os.nice(_YIELD)
     with stop_signals() as request:

@@ -41,7 +41,14 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=float,
         metavar="MM",
         help="in place of a count: how far spheres may stand out of a link, in"
-        f" mm, where {MOST_SPHERES} a link suffice",
+        " mm, where --most a link suffice",
+    )
+    parser.add_argument(
+        "--most",
+        type=int,
+        metavar="N",
+        help="with --tolerance: how many spheres a link takes at most"
+        f" ({MOST_SPHERES})",
     )
     parser.add_argument(
         "--links", nargs="+", default=[], help="only these links (default all)"
@@ -80,6 +87,12 @@ def run(args: argparse.Namespace) -> int:
     if tolerance is not None and not 0.5 <= tolerance <= 200:
         problem = f"expected 0.5 to 200 [mm], got {tolerance:g}"
         raise FieldError("fit-spheres", "--tolerance", problem)
+    if tolerance is None and args.most is not None:
+        problem = "goes with --tolerance; without one --count bounds them all"
+        raise FieldError("fit-spheres", "--most", problem)
+    if args.most is not None and not 1 <= args.most <= 200:
+        problem = f"expected 1 to 200, got {args.most}"
+        raise FieldError("fit-spheres", "--most", problem)
     if tolerance is None and count is None:
         count = COUNT
     model, options = _options(args)
@@ -91,6 +104,7 @@ def run(args: argparse.Namespace) -> int:
             options,
             count=count,
             tolerance=None if tolerance is None else 1e-3 * tolerance,
+            most=args.most or MOST_SPHERES,
             seed=args.seed,
             on_progress=lambda what, done, total: progress.update(
                 task, description=what, completed=done, total=total
@@ -161,6 +175,7 @@ def _comments(args: argparse.Namespace, covering: Covering) -> list[str]:
     goal = f"--count {args.count or COUNT}"
     if args.tolerance is not None:
         goal = f"--tolerance {args.tolerance:g}"
+        goal += f" --most {args.most}" if args.most else ""
     return [
         f"{len(covering)} spheres that cover the robot, made with",
         f"  remosplat fit-spheres {Path(args.model).name}"

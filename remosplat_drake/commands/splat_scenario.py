@@ -180,6 +180,7 @@ def _suggested(scenario: Scenario, robot: RobotModel) -> Suggestion:
             lower,
             upper,
             _free_space(scenario),
+            may_move_map=scenario.scene.X_WG == Scenario().scene.X_WG,
         )
     except RemoSplatError as error:
         raise RemoSplatError(f"{error}; {_HINT}") from error
@@ -215,6 +216,8 @@ def _words(task: Suggestion, robot: RobotModel) -> str:
     """Says who starts where, and what the target is."""
     x, y, z = task.X_WT.translation()
     start = "at the origin"
+    if not task.X_WG.IsExactlyIdentity():
+        start += ", to which scene.X_WG moves the splat"
     if task.base_pose is not None:
         start = "from x {:.2f}, y {:.2f} m".format(*task.base_pose)
     return (

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import yaml
+from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.app.scenario_robot import robot_beside
 from remosplat_drake.base.atomic_file import write_atomically
@@ -66,6 +67,7 @@ def write_scenario(
         workspace.lower,
         workspace.upper,
         lambda p_W: times_looked_through(capture, p_W, _FREE_MARGIN) > 1,
+        may_move_map=True,
     )
     error, safe = _rounded(map_error)
     named = robot_beside(robot, splat.parent)
@@ -88,6 +90,8 @@ def suggested_entry(
             if nobody knows it.
     """
     scene: dict = {"splat": splat}
+    if not task.X_WG.IsExactlyIdentity():
+        scene["X_WG"] = _placement(task.X_WG)
     controller = {}
     if map_error is not None:
         scene["map_error"], safe = _rounded(map_error)
@@ -106,6 +110,15 @@ def suggested_entry(
                 "rpy_deg": [180.0, 0.0, 0.0],
             }
         ],
+    }
+
+
+def _placement(X_WG: RigidTransform) -> dict:
+    """Writes a map's pose in W, which turns about z alone."""
+    yaw = RollPitchYaw(X_WG.rotation()).yaw_angle()
+    return {
+        "translation": X_WG.translation().round(4).tolist(),
+        "rpy_deg": [0.0, 0.0, round(math.degrees(yaw), 2)],
     }
 
 

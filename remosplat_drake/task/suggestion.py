@@ -7,6 +7,7 @@ import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.robot import planar_pose
 from remosplat_drake.robot.reach import arm_reach, shoulder
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
@@ -24,6 +25,9 @@ it works on [m]."""
 
 _DISTANCES = (0.9, 1.1, 1.3, 1.5, 1.8, 2.2)
 """Distances from the base to the target, in the order they are tried [m]."""
+
+_NEARER = (0.7, 0.5, 0.9)
+"""The same for an arm on a fixed base, as shares of how far it can be."""
 
 _DIRECTIONS = 24
 """Number of directions from which a base may face a target."""
@@ -53,12 +57,16 @@ class Suggestion:
 
     Attributes:
         base_pose: x, y and yaw of the base in W, shape (3,) [m, m, rad]; None
-            of a robot without a mobile base.
+            of a robot without a mobile base, which stands at W's origin.
         X_WT: Target pose of the end effector, with the gripper down.
+        X_WG: Where the map G is, whose frame was W when the task was sought:
+            it is moved so that a robot without a mobile base stands in a free
+            place, and lies where it was for others.
     """
 
     base_pose: np.ndarray | None
     X_WT: RigidTransform
+    X_WG: RigidTransform = dc.field(default_factory=RigidTransform)
 
 
 def suggest_task(
@@ -67,6 +75,7 @@ def suggest_task(
     lower: np.ndarray,
     upper: np.ndarray,
     is_free: Callable[[np.ndarray], np.ndarray],
+    may_move_map: bool = False,
 ) -> Suggestion:
     """Finds a free place for the base and, before it, one for the hand.
 
@@ -83,6 +92,9 @@ def suggest_task(
         is_free: Tells which of n points in W, shape (n, 3) [m], are known to
             be free, shape (n,): a splat does not tell a solid's inside from
             its outside.
+        may_move_map: Whether the map may be moved to where a robot without a
+            mobile base has room, if it has none at the origin, or reaches
+            nothing from there.
 
     Raises:
         RemoSplatError: There is no such place.
@@ -91,13 +103,23 @@ def suggest_task(
     targets = targets[is_free(targets)]
     if not len(targets):
         raise RemoSplatError("found no place for the hand close to the scene")
+    distances, farthest = _DISTANCES, np.inf
     if not robot.n_base:
-        return _from_the_origin(robot, field, targets)
-    for distance in _DISTANCES:
-        found = _best_start(robot, field, targets, distance, is_free)
+        try:
+            return _from_the_origin(robot, field, targets)
+        except RemoSplatError:
+            if not may_move_map:
+                raise
+        farthest = _STRETCHED * arm_reach(robot)
+        distances = tuple(share * farthest for share in _NEARER)
+    for distance in distances:
+        rise = targets[:, 2] - shoulder(robot, robot.q_home)[2]
+        near = targets[np.hypot(distance, rise) <= farthest]
+        found = _best_start(robot, field, near, distance, is_free)
         if found is not None:
             start, p_WT = found
-            return Suggestion(start, _pointing_down(p_WT))
+            task = Suggestion(start, _pointing_down(p_WT))
+            return task if robot.n_base else _at_the_origin(task)
     raise RemoSplatError("found no free place for the robot near the scene")
 
 
@@ -121,6 +143,16 @@ def _from_the_origin(
     return Suggestion(None, _pointing_down(near[0]))
 
 
+def _at_the_origin(task: Suggestion) -> Suggestion:
+    """Moves the map so that the robot's place in it is W's origin."""
+    assert task.base_pose is not None
+    x, y, yaw = task.base_pose
+    X_WG = RigidTransform(RollPitchYaw(0, 0, yaw), [x, y, 0]).inverse()
+    return Suggestion(
+        None, _pointing_down(X_WG @ task.X_WT.translation()), X_WG
+    )
+
+
 def _pointing_down(p_WT: np.ndarray) -> RigidTransform:
     """A target's pose with the gripper down."""
     return RigidTransform(RollPitchYaw(np.pi, 0, 0), p_WT.tolist())
@@ -134,10 +166,11 @@ def _best_start(
     is_free: Callable[[np.ndarray], np.ndarray],
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """A start so far from a target, and the target, if there is any."""
+    if not len(targets):
+        return None
     starts, p_WT = _starts(targets, distance)
     p_WB = np.insert(starts[:, :2], 2, _BASE_HEIGHT, axis=1)
-    q = np.concatenate([starts[0], robot.home])
-    floor = float(robot.spheres_at(q).ignore_below.max())
+    floor = float(_standing(robot, starts[0]).ignore_below.max())
     room = field.clearances(
         Spheres.at(p_WB, ignore_below=floor), _BASE_ROOM
     ).per_sphere(len(p_WB))
@@ -148,13 +181,26 @@ def _best_start(
         way = Spheres.at(over + _WAY * (target - over))
         if field.clearances(way, 2 * _WAY_ROOM).minimum() < _WAY_ROOM:
             continue
-        spheres = robot.spheres_at(np.concatenate([start, robot.home]))
+        spheres = _standing(robot, start)
         if field.clearances(spheres, _ROOM).minimum() >= _ROOM:
             found.append((start, target))
             known.append(is_free(spheres.p_WS).mean())
         if len(found) == _COMPARED:
             break
     return found[int(np.argmax(known))] if found else None
+
+
+def _standing(robot: RobotModel, start: np.ndarray) -> Spheres:
+    """The spheres of a robot at home whose base is at x, y and yaw."""
+    if robot.n_base:
+        return robot.spheres_at(np.concatenate([start, robot.home]))
+    X_WB = planar_pose.matrix(start)
+    spheres = robot.spheres_at(robot.home)
+    return dc.replace(
+        spheres,
+        p_WS=spheres.p_WS @ X_WB[:3, :3].T + X_WB[:3, 3],
+        R_WL=X_WB[:3, :3] @ spheres.R_WL,
+    )
 
 
 def _targets(

@@ -27,6 +27,7 @@ from remosplat_drake.hardware.wire.channels import (
     WRIST_CAMERA,
 )
 from remosplat_drake.hardware.wire.messages.base_status import base_status
+from remosplat_drake.robot.robot_description import load_robot_description
 
 
 def arm_status(joints) -> bytes:
@@ -45,7 +46,7 @@ def base(pose) -> bytes:
 
 
 def test_a_configuration_needs_arm_and_base():
-    heard = HeardConfiguration()
+    heard = HeardConfiguration(load_robot_description("frankie"))
     heard.receive(PANDA_STATUS, arm_status(range(7)))
     assert heard.q is None
     heard.receive(BASE_STATUS, base((1, 2, 3)))
@@ -53,8 +54,17 @@ def test_a_configuration_needs_arm_and_base():
     np.testing.assert_array_equal(heard.q, [1, 2, 3, *range(7)])
 
 
+def test_an_arm_without_a_base_waits_for_none():
+    heard = HeardConfiguration(load_robot_description("ur5e"))
+    assert heard.channels == [PANDA_STATUS]
+    assert heard.q is None
+    heard.receive(BASE_STATUS, base((1, 2, 3)))
+    heard.receive(PANDA_STATUS, arm_status(range(6)))
+    np.testing.assert_array_equal(heard.q, range(6))
+
+
 def test_broken_statuses_are_ignored():
-    heard = HeardConfiguration()
+    heard = HeardConfiguration(load_robot_description("frankie"))
     heard.receive(BASE_STATUS, b"nonsense")
     heard.receive(BASE_STATUS, base((0, math.nan, 0)))
     heard.receive(PANDA_STATUS, arm_status(range(6)))

@@ -81,6 +81,28 @@ def test_a_tolerance_spends_spheres_where_they_stand_out(tmp_path, capsys):
     assert "max bulge" in capsys.readouterr().out
 
 
+def test_the_most_spheres_of_a_link_are_the_users_choice(model, tmp_path):
+    sphere, box = '<sphere radius="0.5"/>', '<box size="0.1 0.1 0.2"/>'
+    model.write_text(URDF.replace(sphere, box))
+    output = tmp_path / "spheres.yaml"
+    flags = ["--tolerance", 2, "--most", 3, "--output", output]
+    assert run(model, *flags) == 0
+    assert "--tolerance 2 --most 3" in output.read_text()
+    assert len(load_sphere_model(output).links) <= 3
+
+
+@pytest.mark.parametrize(
+    ("flags", "message"),
+    [
+        (["--most", 3], "goes with --tolerance"),
+        (["--tolerance", 2, "--most", 0], "expected 1 to 200, got 0"),
+    ],
+)
+def test_a_most_that_says_nothing_is_refused(model, flags, message):
+    with pytest.raises(FieldError, match=f"--most: {message}"):
+        run(model, *flags)
+
+
 @pytest.mark.parametrize("tolerance", ["0", "-3", "1e9"])
 def test_a_tolerance_beyond_reason_is_refused(model, tolerance):
     with pytest.raises(FieldError, match=r"--tolerance: expected 0.5 to 200"):

@@ -10,7 +10,6 @@ import pytest
 from remosplat_drake.app.map_knowledge import find_map_error, map_error_gates
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
-from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.resources import models_dir
 from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.capture.readers.nerfstudio import write_capture
@@ -21,6 +20,7 @@ from remosplat_drake.reconstruction.report.quality_report import (
     read_report,
 )
 from remosplat_drake.reconstruction.workspace import Workspace
+from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.safety.gates import MAP_ERROR
 from remosplat_drake.splat.formats import read_splat
 
@@ -242,9 +242,15 @@ def test_a_handheld_capture_comes_out_upright(scene_capture, tmp_path, capsys):
 
 
 def test_the_task_is_for_the_robot_that_is_named(written):
-    """An arm on a fixed base cannot drive up to the table."""
-    with pytest.raises(RemoSplatError, match="three_link reaches nothing"):
-        written(0.004, robot=THREE_LINK)
+    """An arm cannot drive up to the table: the table is moved to it."""
+    scenario = load_scenario(str(written(0.004, robot="ur5e")))
+    assert scenario.robot.model == "ur5e"
+    world = load_world(scenario)
+    standing = world.robot.spheres_at(world.q0)
+    assert world.field.clearances(standing).minimum() > 0.1
+    p_WT = np.array(scenario.targets[0].translation)
+    assert world.field.clearances(Spheres.at(p_WT)).minimum() > 0.03
+    assert np.linalg.norm(p_WT) < 0.9
 
 
 def test_an_unknown_robot_is_told_first(tmp_path, capsys):

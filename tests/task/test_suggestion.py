@@ -1,5 +1,7 @@
 """A task for an unknown scene: somewhere free, close to something."""
 
+import dataclasses as dc
+
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
@@ -7,6 +9,7 @@ from pydrake.math import RigidTransform
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.reach import arm_reach, shoulder
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.task.suggestion import suggest_task
 
@@ -87,3 +90,28 @@ def test_an_arm_on_a_fixed_base_reaches_from_where_it_stands(three_link):
     assert task.base_pose is None
     p_WT = task.X_WT.translation()
     assert np.linalg.norm(p_WT - p_WA) < 0.7 * reach
+
+
+def test_the_map_is_moved_where_an_arm_reaches_nothing_from_the_origin():
+    ur5e, board = (
+        load_robot("ur5e"),
+        Box(RigidTransform([4, 2, 0.2]), np.array([0.3, 0.3, 0.02])),
+    )
+    scene = PrimitiveScene(boxes=(board,)).with_floor()
+    lower, upper = np.array([[3.5, 1.5, 0], [4.5, 2.5, 1]])
+    asked = ur5e, SignedDistanceField(scene), lower, upper, everywhere
+    with pytest.raises(RemoSplatError, match="moves the map"):
+        suggest_task(*asked)
+    task = suggest_task(*asked, may_move_map=True)
+    assert task.base_pose is None
+    # In the moved map the arm has room, and the target is over the board.
+    moved = task.X_WG.inverse().GetAsMatrix4()
+    spheres = ur5e.spheres_at(ur5e.q_home)
+    p_GS = spheres.p_WS @ moved[:3, :3].T + moved[:3, 3]
+    there = dc.replace(spheres, p_WS=p_GS, R_WL=moved[:3, :3] @ spheres.R_WL)
+    assert SignedDistanceField(scene).clearances(there).minimum() > 0.14
+    p_WT = task.X_WT.translation()
+    assert np.linalg.norm(p_WT - shoulder(ur5e, ur5e.home)) < arm_reach(ur5e)
+    p_GT = task.X_WG.inverse() @ p_WT
+    assert np.abs(p_GT[:2] - [4, 2]).max() < 0.5
+    assert 0.22 < p_GT[2] < 0.6

@@ -14,7 +14,10 @@ from remosplat_drake.robot.fitting.model_surfaces import (
     model_surfaces,
     surface_points,
 )
-from remosplat_drake.robot.fitting.sphere_fitting import fit_spheres
+from remosplat_drake.robot.fitting.sphere_fitting import (
+    MOST_SPHERES,
+    fit_spheres,
+)
 
 _SLIT = 5e-4
 """Depth at which points that the fit has missed lie in the end [m]."""
@@ -66,6 +69,7 @@ def fit_covering(
     *,
     count: int | None = None,
     tolerance: float | None = None,
+    most: int = MOST_SPHERES,
     seed: int = 0,
     on_progress: Callable[[str, int, int], None] = lambda what, i, n: None,
 ) -> Covering:
@@ -76,6 +80,7 @@ def fit_covering(
         options: Options, which say which surfaces count.
         count: Number of spheres to spend; None for a tolerance instead.
         tolerance: How far the spheres may bulge [m]; only without a count.
+        most: With a tolerance: how many spheres a link takes at most.
         seed: Seed of all random choices.
         on_progress: Called with what is being done, the number of links that
             are done, and of all.
@@ -94,7 +99,12 @@ def fit_covering(
         on_progress(f"fitted {link}", done, len(surfaces))
 
     fits = fit_spheres(
-        surfaces, count, seed, on_progress=step, tolerance=tolerance
+        surfaces,
+        count,
+        seed,
+        on_progress=step,
+        tolerance=tolerance,
+        most=most,
     )
     # Points that the fit has not seen find the slits between spheres.
     on_progress("checking with fresh points", done, len(surfaces))

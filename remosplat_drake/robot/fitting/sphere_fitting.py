@@ -22,16 +22,18 @@ from remosplat_drake.robot.fitting.link_spheres import (
 )
 from remosplat_drake.robot.fitting.solid_grid import SolidGrid, make_solid_grid
 
-_MAX_CANDIDATES = 2000
+_MAX_CANDIDATES = 3000
 _MAX_POINTS = 4000
-_CELLS = 80
+_CELLS, _MOST_CELLS = 80, 160
+_COARSEST = 0.005
 _ROUNDS = 60
 
 POINTS_PER_VOXEL = 2.5
 """Surface points along a voxel's edge that leave no hole in the shell."""
 
 MOST_SPHERES = 16
-"""Largest number of spheres that a tolerance spends on a link."""
+"""Largest number of spheres that a tolerance spends on a link, unless told
+otherwise."""
 
 _STEPS = np.array(
     [[x, y, z] for x in (0, -1, 1) for y in (0, -1, 1) for z in (0, -1, 1)],
@@ -62,10 +64,14 @@ class LinkSurface:
 def voxel_pitch(extent: np.ndarray) -> float:
     """Returns the voxel edge for a link [m].
 
+    It tells how well bulges are known, so that large links have more voxels.
+
     Args:
         extent: Edges of the link's bounding box, shape (3,) [m].
     """
-    return float(np.max(extent)) / _CELLS
+    longest = float(np.max(extent))
+    pitch = min(longest / _CELLS, _COARSEST)
+    return max(pitch, longest / _MOST_CELLS)
 
 
 def make_link_surface(
@@ -99,6 +105,7 @@ def fit_spheres(
     restarts: int = 6,
     on_progress: Callable[[str, int], None] = lambda link, spheres: None,
     tolerance: float | None = None,
+    most: int = MOST_SPHERES,
 ) -> dict[str, LinkSpheres]:
     """Fits at most `count` spheres to all links together, or as many as needed.
 
@@ -114,7 +121,8 @@ def fit_spheres(
         on_progress: Called after each finished link with its name and its
             number of spheres.
         tolerance: Without a count: how far the spheres of a link may bulge,
-            divided by its weight [m]. A link takes `MOST_SPHERES` at most, and
+            divided by its weight [m].
+        most: With a tolerance: how many spheres a link takes at most. It
             bulges more where these do not suffice.
 
     Raises:
@@ -134,7 +142,7 @@ def fit_spheres(
         if count is None:
             assert tolerance is not None
             bulge = tolerance / surfaces[link].weight
-            starts[link] = problem.within(bulge, MOST_SPHERES)
+            starts[link] = problem.within(bulge, most)
         result[link] = problem.solve(starts[link], restarts)
         on_progress(link, len(result[link].radius))
     return result
@@ -281,16 +289,23 @@ def _share(
 
 
 def _candidates(solid: SolidGrid, rng: np.random.Generator) -> np.ndarray:
-    """Interior centres: the medial ridge first, then random voxels."""
+    """Interior centres: the medial ridge, and others, shallow ones above all.
+
+    Edges and corners need small spheres close by, of which a thick body has few
+    among voxels that are drawn alike.
+    """
     interior = solid.depth > 0
     if not interior.any():
         interior = solid.depth >= 0
     ridge = interior & (solid.depth >= ndimage.maximum_filter(solid.depth, 3))
+    rest = np.argwhere(interior & ~ridge)
     p_ridge = solid.origin + solid.pitch * np.argwhere(ridge)
-    p_rest = solid.origin + solid.pitch * np.argwhere(interior & ~ridge)
     p_ridge = _thin(p_ridge, _MAX_CANDIDATES // 2, rng)
-    p_rest = _thin(p_rest, _MAX_CANDIDATES - len(p_ridge), rng)
-    return np.vstack([p_ridge, p_rest])
+    count = min(_MAX_CANDIDATES - len(p_ridge), len(rest))
+    chance = 1 / (solid.depth[tuple(rest.T)] + solid.pitch)
+    # Of independent exponential times the shortest are such a draw.
+    drawn = np.argsort(rng.exponential(size=len(rest)) / chance)[:count]
+    return np.vstack([p_ridge, solid.origin + solid.pitch * rest[drawn]])
 
 
 def _thin(

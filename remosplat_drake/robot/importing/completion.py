@@ -17,6 +17,9 @@ from remosplat_drake.robot.importing.urdf import (
 SPEEDS = {True: 1.0, False: 0.1}
 """Speed that is taken for a joint's limit, of hinges [rad/s], slides [m/s]."""
 
+EFFORTS = {True: 100.0, False: 1000.0}
+"""Effort that is taken for a motor's limit, of hinges [N m], slides [N]."""
+
 TO_FULL_SPEED = 0.25
 """Time in which a joint is taken to come to its full speed [s]."""
 
@@ -36,12 +39,14 @@ class JointLimits:
         upper: Upper limit [rad, m].
         velocity: Largest speed [rad/s, m/s].
         acceleration: Largest change of speed [rad/s^2, m/s^2].
+        effort: Largest torque or force of its motor [N m, N].
     """
 
     lower: float
     upper: float
     velocity: float
     acceleration: float
+    effort: float
 
 
 def complete_limits(
@@ -62,9 +67,9 @@ def complete_limits(
 
     Raises:
         FieldError: A slide has no limits, limits are the wrong way round, or a
-            speed is negative.
+            speed or an effort is negative.
     """
-    limits, turning, slow = [], [], []
+    limits, turning, slow, weak = [], [], [], []
     for joint in joints:
         where = f"joint {joint.name!r} {urdf.dialect.limit}"
         lower, upper = joint.lower, joint.upper
@@ -88,12 +93,20 @@ def complete_limits(
         if not 0 < velocity <= FASTEST:
             velocity = SPEEDS[joint.kind != PRISMATIC]
             slow.append(joint.name)
+        effort = joint.effort
+        if effort < 0:
+            problem = f"must not be negative, got {effort:g}"
+            raise urdf.fail(f"{where} effort", problem)
+        if not effort > 0:
+            effort = EFFORTS[joint.kind != PRISMATIC]
+            weak.append(joint.name)
         limits.append(
             JointLimits(
                 lower,
                 upper,
                 round(velocity, 4),
                 float(f"{velocity / TO_FULL_SPEED:.3g}"),
+                effort,
             )
         )
         _write_limits(joint, limits[-1])
@@ -105,6 +118,11 @@ def complete_limits(
         findings.find(
             "velocity limits",
             ", ".join(f"{limit.velocity:g}" for limit in limits),
+        )
+    if weak:
+        findings.guess(
+            "effort limits",
+            f"100 N m, 1000 N of {listed(weak)}; only simulated motors heed it",
         )
     findings.guess(
         "acceleration limits",
@@ -120,10 +138,11 @@ def _write_limits(joint: UrdfJoint, limits: JointLimits) -> None:
         element.set("type", "revolute")
     limit = element.find("limit")
     if limit is None:
-        limit = SubElement(element, "limit", effort="100")
+        limit = SubElement(element, "limit")
     limit.set("lower", f"{limits.lower:.10g}")
     limit.set("upper", f"{limits.upper:.10g}")
     limit.set("velocity", f"{limits.velocity:.10g}")
+    limit.set("effort", f"{limits.effort:.10g}")
 
 
 def complete_inertias(urdf: Urdf, findings: Findings) -> None:

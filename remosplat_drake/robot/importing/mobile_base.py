@@ -28,6 +28,9 @@ SPEED, YAW_RATE = 0.5, 0.8
 ACCELERATION, YAW_ACCELERATION = 0.5, 1.5
 """What is taken for the rates of their change [m/s^2, rad/s^2]."""
 
+EFFORT = 400.0
+"""What is taken for the efforts of its motors [N, N m]."""
+
 ROAM = 20.0
 """How far the model has a base drive from where it started [m]."""
 
@@ -51,8 +54,10 @@ def base_limits(base: str, findings: Findings) -> list[JointLimits]:
         f"{SPEED:g} m/s and {YAW_RATE:g} rad/s, {ACCELERATION:g} m/s^2"
         f" and {YAW_ACCELERATION:g} rad/s^2; no model has them",
     )
-    drive = JointLimits(-ROAM, ROAM, SPEED, ACCELERATION)
-    turn = JointLimits(-8 * np.pi, 8 * np.pi, YAW_RATE, YAW_ACCELERATION)
+    drive = JointLimits(-ROAM, ROAM, SPEED, ACCELERATION, EFFORT)
+    turn = JointLimits(
+        -8 * np.pi, 8 * np.pi, YAW_RATE, YAW_ACCELERATION, EFFORT
+    )
     return [drive, turn] if base == DIFFERENTIAL else [drive, drive, turn]
 
 
@@ -109,7 +114,7 @@ def add_base_joints(urdf: Urdf, base: str, height: float) -> str:
             lower=f"{-reach:.6g}",
             upper=f"{reach:.6g}",
             velocity=f"{SPEED if slides else YAW_RATE:g}",
-            effort="400",
+            effort=f"{EFFORT:g}",
         )
     return carried
 

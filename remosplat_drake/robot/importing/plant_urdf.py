@@ -79,6 +79,10 @@ class PlantUrdf:
             plant.get_body(BodyIndex(i)) for i in range(plant.num_bodies())
         ]
         self._joints = [plant.get_joint(i) for i in plant.GetJointIndices()]
+        actuators = [
+            plant.get_joint_actuator(i) for i in plant.GetJointActuatorIndices()
+        ]
+        self._effort = {x.joint().index(): x.effort_limit() for x in actuators}
         self._link = self._named(self._bodies)
         self._joint = self._named(self._joints)
 
@@ -249,8 +253,11 @@ class PlantUrdf:
         limits = {key: text([x]) for key, x in ends.items()}
         if np.isfinite(velocity):
             limits["velocity"] = text([velocity])
+        effort = self._effort.get(joint.index(), np.inf)
+        if np.isfinite(effort):
+            limits["effort"] = text([effort])
         if limits:
-            SubElement(element, "limit", limits, effort="100")
+            SubElement(element, "limit", limits)
 
     def _add_mimic(self, element: Element, joint: Joint) -> None:
         mimic = self._staging.mimics.get(joint.name())

@@ -1,7 +1,7 @@
 """From a robot's own files to a folder with its description and spheres."""
 
 import dataclasses as dc
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -38,6 +38,7 @@ from remosplat_drake.robot.importing.packages import Packages
 from remosplat_drake.robot.importing.sources import read_robot
 from remosplat_drake.robot.importing.srdf import Srdf, find_srdf, read_srdf
 from remosplat_drake.robot.importing.urdf import Urdf
+from remosplat_drake.robot.importing.urdf_elements import transmission_element
 from remosplat_drake.robot.robot_description import (
     Arm,
     MobileBase,
@@ -206,6 +207,8 @@ def _described(
         # Drake simulates none, and says so of each joint.
         for dynamics in joint.element.findall("dynamics"):
             dynamics.attrib.pop("friction", None)
+    joints = [joint.name for joint in arm.joints]
+    _add_motors(urdf, joints)
     _write_model(urdf, model)
     mount = arm.joints[0].parent
     drives, floor = None, [mount] if mount != "world" else []
@@ -219,6 +222,7 @@ def _described(
             if link not in moved and z - ground < _ON_FLOOR
         ]
         drives = add_base_joints(urdf, base, -ground)
+        _add_motors(urdf, JOINTS)
         if abs(ground) > 0.005:
             findings.guess(
                 "floor",
@@ -226,7 +230,6 @@ def _described(
                 " point of the robot is",
             )
         _write_model(urdf, model)
-    joints = [joint.name for joint in arm.joints]
     of_base = base_limits(base, findings)
     all_limits = [*of_base, *limits]
     return RobotDescription(
@@ -259,6 +262,15 @@ def _with_allowed_collisions(
         return description
     pairs = [list(pair) for pair in srdf.allowed_collisions]
     return dc.replace(description, **{field: pairs})
+
+
+def _add_motors(urdf: Urdf, joints: Sequence[str]) -> None:
+    """Has a motor at each joint that is commanded, and at no other.
+
+    A dynamic station and `hardware-sim` need them. Those of the file name other
+    joints, or gears and interfaces that Drake does not have.
+    """
+    urdf.root.extend([transmission_element(joint) for joint in joints])
 
 
 def _write_model(urdf: Urdf, path: Path) -> None:

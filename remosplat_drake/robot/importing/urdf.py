@@ -35,6 +35,8 @@ class UrdfJoint:
         lower: Lower limit [rad, m]; nan if the file names none.
         upper: Upper limit [rad, m]; nan if the file names none.
         velocity: Largest speed [rad/s, m/s]; nan if the file names none.
+        effort: Largest effort of its motor [N m, N]; nan if the file names
+            none.
         mimics: Name of the joint that it follows; empty for none.
         multiplier: Factor on the position of that joint.
         offset: What is added to it [rad, m].
@@ -48,6 +50,7 @@ class UrdfJoint:
     lower: float
     upper: float
     velocity: float
+    effort: float
     mimics: str
     multiplier: float
     offset: float
@@ -182,9 +185,9 @@ class Urdf:
             self._end(element, tag, where) for tag in ("parent", "child")
         )
         limit, mimic = element.find("limit"), element.find("mimic")
-        lower, upper, velocity = (
+        lower, upper, velocity, effort = (
             self._number(limit, key, math.nan, f"{where} <limit>")
-            for key in ("lower", "upper", "velocity")
+            for key in ("lower", "upper", "velocity", "effort")
         )
         return UrdfJoint(
             name,
@@ -194,6 +197,7 @@ class Urdf:
             lower,
             upper,
             velocity,
+            effort,
             "" if mimic is None else mimic.get("joint", ""),
             self._number(mimic, "multiplier", 1.0, f"{where} <mimic>"),
             self._number(mimic, "offset", 0.0, f"{where} <mimic>"),

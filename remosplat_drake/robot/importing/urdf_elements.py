@@ -51,6 +51,22 @@ def joint_element(
     return element
 
 
+def transmission_element(joint: str) -> Element:
+    """Returns the <transmission> of a motor that drives a joint directly.
+
+    Drake makes a joint's actuator of it, with the joint's effort limit.
+
+    Args:
+        joint: Name of the joint.
+    """
+    element = Element("transmission", name=f"{joint}_motor")
+    kind = SubElement(element, "type")
+    kind.text = "transmission_interface/SimpleTransmission"
+    SubElement(element, "joint", name=joint)
+    SubElement(element, "actuator", name=joint)
+    return element
+
+
 def inertial_element(M_BBo_B: SpatialInertia) -> Element:
     """Returns the <inertial> of a body's spatial inertia about its origin."""
     p_BoBcm = M_BBo_B.get_com()

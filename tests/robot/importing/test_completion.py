@@ -33,9 +33,10 @@ def completed(kind: str, limit: str):
 
 def test_what_the_file_says_is_taken():
     limits, guessed, _ = completed(
-        "revolute", '<limit lower="-1" upper="2" velocity="4"/>'
+        "revolute", '<limit lower="-1" upper="2" velocity="4" effort="7"/>'
     )
     assert (limits.lower, limits.upper, limits.velocity) == (-1, 2, 4)
+    assert limits.effort == 7
     # Full speed in a quarter of a second.
     assert limits.acceleration == 16
     assert list(guessed) == ["acceleration limits"]
@@ -65,6 +66,17 @@ def test_an_unusable_speed_is_guessed(kind, velocity, said):
 
 
 @pytest.mark.parametrize(
+    ("kind", "effort"), [("revolute", 100), ("prismatic", 1000)]
+)
+def test_a_motor_without_an_effort_gets_one(kind, effort):
+    text = '<limit lower="0" upper="1" velocity="1" effort="0"/>'
+    limits, guessed, element = completed(kind, text)
+    assert limits.effort == effort
+    assert "of j;" in guessed["effort limits"]
+    assert float(element.find("limit").get("effort")) == effort
+
+
+@pytest.mark.parametrize(
     ("kind", "limit", "message"),
     [
         ("prismatic", "", r"'j' <limit>: is missing; write <limit lower"),
@@ -77,6 +89,11 @@ def test_an_unusable_speed_is_guessed(kind, velocity, said):
             "revolute",
             '<limit lower="0" upper="1" velocity="-1"/>',
             "<limit> velocity: must not be negative, got -1",
+        ),
+        (
+            "revolute",
+            '<limit lower="0" upper="1" velocity="1" effort="-1"/>',
+            "<limit> effort: must not be negative, got -1",
         ),
     ],
 )

@@ -19,8 +19,22 @@ from remosplat_drake.robot.importing.robot_import import (
     import_robot,
 )
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.station.hand import HandGeometry
+from remosplat_drake.station.motors import make_motors
+from remosplat_drake.station.station_config import DynamicStation
 
 TOLERANCE = 0.03
+
+GEARED = """
+  <transmission name="geared">
+    <type>transmission_interface/SimpleTransmission</type>
+    <joint name="joint_1">
+      <hardwareInterface>EffortJointInterface</hardwareInterface>
+    </joint>
+    <actuator name="motor"><mechanicalReduction>100</mechanicalReduction>
+    </actuator>
+  </transmission>"""
+"""A transmission as robots' files have them, with what Drake does not know."""
 
 
 def imported(
@@ -38,7 +52,7 @@ def imported(
 
 @pytest.fixture(scope="module")
 def toy(tmp_path_factory) -> tuple[RobotModel, Findings, Path]:
-    return imported(tmp_path_factory.mktemp("toy"))
+    return imported(tmp_path_factory.mktemp("toy"), toy_urdf(GEARED))
 
 
 def test_the_folder_can_be_moved(toy, tmp_path, monkeypatch):
@@ -109,6 +123,18 @@ def test_the_home_is_able_clear_and_inside_the_limits(toy):
     J = np.concatenate([state.Jv_WE, state.Jw_WE])
     assert np.linalg.svd(J, compute_uv=False).min() > 0.02
     assert state.X_WE[0, 3] > 0
+
+
+def test_a_simulated_robot_of_it_has_motors(toy):
+    robot, _, out = toy
+    motors = make_motors(
+        robot, HandGeometry((), 0, 0), robot.q_home, DynamicStation()
+    )
+    assert motors.joints == robot.joint_names
+    # Those of its file, with gears that Drake has not, are gone.
+    text = (out / "toy.urdf").read_text()
+    assert text.count("<transmission") == len(robot.joint_names)
+    assert "EffortJointInterface" not in text
 
 
 @pytest.mark.slow

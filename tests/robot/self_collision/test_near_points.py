@@ -43,12 +43,18 @@ spheres: {covering: spheres.yaml}
 @pytest.fixture
 def plates(tmp_path):
     """A small plate that tilts 0.03 m above a larger one."""
-    (tmp_path / "plates.urdf").write_text(PLATES)
-    (tmp_path / "plates.yaml").write_text(DESCRIPTION)
-    (tmp_path / "spheres.yaml").write_text(
+    write_plates(tmp_path, PLATES)
+    return load_robot(tmp_path / "plates.yaml")
+
+
+def write_plates(folder, urdf, home="[0, 0, 0]"):
+    (folder / "plates.urdf").write_text(urdf)
+    (folder / "plates.yaml").write_text(
+        DESCRIPTION.replace("home: [0, 0, 0]", f"home: {home}")
+    )
+    (folder / "spheres.yaml").write_text(
         "spheres: {lower: [[0, 0, 0, 0.15]], upper: [[0, 0, 0, 0.08]]}"
     )
-    return load_robot(tmp_path / "plates.yaml")
 
 
 def near(robot, q, within=0.2):
@@ -120,3 +126,15 @@ def test_the_nearest_is_among_them_for_each_pair_of_links(name):
         gap = np.vecdot(found.p_WB - found.p_WA, found.normal_W)
         np.testing.assert_allclose(gap, found.distance, atol=1e-9)
     assert seen > 200
+
+
+def test_what_is_small_is_as_deep_as_what_it_is_in(tmp_path):
+    """A ball in the middle of a plate is no nearer to the outside than that."""
+    ball = '<origin xyz="0 0 -0.05"/><geometry><sphere radius="0.002"/>'
+    plate = '<geometry><box size="0.1 0.1 0.02"/>'
+    write_plates(tmp_path, PLATES.replace(plate, ball), home="[0, 1.5, 0]")
+    robot = load_robot(tmp_path / "plates.yaml")
+    pairs = self_collision_pairs(robot, 0.0)
+    for enough in (-0.005, np.inf):
+        found = pairs.distances(np.zeros(3), enough)
+        np.testing.assert_allclose(found, -0.012, atol=1e-9)

@@ -31,7 +31,8 @@ def least_distance(shapes, X_WL, p_WC, i, j):
     """Bounds the distance of two shapes from below, in a few nanoseconds.
 
     Each lies in a ball around its centre and in a box of its link; the ball of
-    one is as far from the box of the other as its centre, less its radius.
+    one is as far from the box of the other as its centre, less its radius. What
+    lies within something is nowhere nearer than that, in depth, too.
 
     Args:
         shapes: The shapes.
@@ -58,17 +59,18 @@ def least_distance(shapes, X_WL, p_WC, i, j):
 
 @helper
 def _to_box(X_WL, body, half, i, x, y, z):
-    """Distance from a box, whose axes are its link's, to a point [m].
+    """Signed distance from a box, whose axes are its link's, to a point [m].
 
     The vector x, y, z leads from the centre of the box to the point, or back.
     """
-    square = 0.0
+    square, inside = 0.0, -math.inf
     for c in range(3):
         along = X_WL[body, 0, c] * x + X_WL[body, 1, c] * y
         along = abs(along + X_WL[body, 2, c] * z) - half[i, c]
+        inside = max(inside, along)
         if along > 0.0:
             square += along * along
-    return math.sqrt(square)
+    return math.sqrt(square) if square > 0.0 else inside
 
 
 @helper
