@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.app.map_knowledge import find_map_error, map_error_gates
 from remosplat_drake.app.scenario import load_scenario
@@ -14,15 +15,19 @@ from remosplat_drake.base.resources import models_dir
 from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.capture.readers.nerfstudio import write_capture
 from remosplat_drake.commands.main import main
-from remosplat_drake.commands.suggested_scenario import write_scenario
+from remosplat_drake.commands.suggested_scenario import (
+    suggested_entry,
+    write_scenario,
+)
 from remosplat_drake.reconstruction.report.quality_report import (
     pose_path,
     read_report,
 )
 from remosplat_drake.reconstruction.workspace import Workspace
-from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.robot.reach import arm_reach
 from remosplat_drake.safety.gates import MAP_ERROR
 from remosplat_drake.splat.formats import read_splat
+from remosplat_drake.task.suggestion import Suggestion
 
 pytest.importorskip("PIL")
 
@@ -242,15 +247,25 @@ def test_a_handheld_capture_comes_out_upright(scene_capture, tmp_path, capsys):
 
 
 def test_the_task_is_for_the_robot_that_is_named(written):
-    """An arm cannot drive up to the table: the table is moved to it."""
+    """An arm cannot drive up to the table; it reaches from where it stands."""
     scenario = load_scenario(str(written(0.004, robot="ur5e")))
     assert scenario.robot.model == "ur5e"
+    assert scenario.robot.base_pose is None
     world = load_world(scenario)
     standing = world.robot.spheres_at(world.q0)
-    assert world.field.clearances(standing).minimum() > 0.1
+    assert world.field.clearances(standing).minimum() > 0
     p_WT = np.array(scenario.targets[0].translation)
-    assert world.field.clearances(Spheres.at(p_WT)).minimum() > 0.03
-    assert np.linalg.norm(p_WT) < 0.9
+    assert np.linalg.norm(p_WT) < arm_reach(world.robot)
+
+
+def test_a_map_that_is_moved_to_an_arm_is_written_with_its_pose():
+    X_WG = RigidTransform(RollPitchYaw(0, 0, 0.5), [1, 2, 0])
+    task = Suggestion(None, RigidTransform([0.4, 0, 0.3]), X_WG)
+    entry = suggested_entry("a.ply", task, "ur5e", None)
+    assert entry["scene"]["X_WG"] == {
+        "translation": [1, 2, 0],
+        "rpy_deg": [0, 0, 28.65],
+    }
 
 
 def test_an_unknown_robot_is_told_first(tmp_path, capsys):

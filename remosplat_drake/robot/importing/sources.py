@@ -62,13 +62,22 @@ def _expanded(path: Path, packages: Packages, arguments: dict[str, str]) -> str:
     with _packages_of(packages):
         try:
             document = xacro.process_file(str(path), mappings=arguments)
-        except RemoSplatError:
-            raise
         # Errors of many kinds, as a file may hold Python.
         except Exception as error:
+            for cause in _causes(error):
+                if isinstance(cause, RemoSplatError):
+                    raise cause from error
             problem = " ".join(str(error).split()) or type(error).__name__
             raise FileError(path, f"xacro: {problem}") from error
     return document.toxml()
+
+
+def _causes(error: BaseException | None) -> Iterator[BaseException]:
+    """An error and those that it was made of, by Python or by xacro."""
+    while error is not None:
+        yield error
+        wrapped = getattr(error, "exc", None)
+        error = wrapped or error.__cause__ or error.__context__
 
 
 @contextlib.contextmanager

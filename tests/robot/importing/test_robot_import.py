@@ -130,7 +130,7 @@ def test_a_simulated_robot_of_it_has_motors(toy):
     motors = make_motors(
         robot, HandGeometry((), 0, 0), robot.q_home, DynamicStation()
     )
-    assert motors.joints == robot.joint_names
+    assert list(motors.joints) == robot.joint_names
     # Those of its file, with gears that Drake has not, are gone.
     text = (out / "toy.urdf").read_text()
     assert text.count("<transmission") == len(robot.joint_names)
@@ -194,6 +194,20 @@ def test_files_that_are_no_robot_are_told(tmp_path, name, text, message):
 
 
 @pytest.mark.slow
+def test_a_package_that_a_xacro_needs_is_asked_for_once(tmp_path):
+    pytest.importorskip("xacro")
+    source = write_toy(tmp_path).with_name("toy.xacro")
+    source.write_text(
+        '<robot name="toy" xmlns:xacro="http://wiki.ros.org/xacro">'
+        '<xacro:include filename="$(find elsewhere)/a.xacro"/></robot>'
+    )
+    with pytest.raises(FieldError) as caught:
+        import_robot(ImportRequest(source), tmp_path, Findings())
+    said = str(caught.value)
+    assert said.startswith(f"{source}: $(find elsewhere): no package")
+    assert said.count("give --package elsewhere=DIR") == 1
+
+
 def test_xacro_is_expanded_with_packages_and_arguments(tmp_path):
     pytest.importorskip("xacro")
     source = write_toy(tmp_path)
