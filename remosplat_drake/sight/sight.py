@@ -9,7 +9,8 @@ All are values: nothing here knows of processes, wires or clocks.
 """
 
 import dataclasses as dc
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -169,7 +170,7 @@ def look(
         if name != image.camera
     }
     views = {**others, image.camera: mine}
-    found = _tracked(sight, views, image, scene, config)
+    found = _tracked(sight, views, image, spheres, scene, config)
     if not config.unseen_speed:
         return found
     unseen = sight.unseen or UnseenSpace.first(spheres, image.time, config)
@@ -260,6 +261,7 @@ def _tracked(
     sight: Sight,
     views: dict[str, View],
     image: DepthImage,
+    spheres: Spheres,
     scene: KnownScene,
     config: SightConfig,
 ) -> Sight:
@@ -285,7 +287,15 @@ def _tracked(
         )
         wide = float(pitch[members].max())
         things.append(_Thing.of(shown, depth[members], wide, config))
-    tracks, count = _assigned(sight, things, image.time, views, scene, config)
+    known = partial(
+        _hidden,
+        things=things,
+        views=views,
+        spheres=spheres,
+        scene=scene,
+        config=config,
+    )
+    tracks, count = _assigned(sight, things, image.time, known, config)
     names = tuple(track.name for track in tracks[: len(things)])
     start, sorted_views = 0, {}
     for view, group in zip(views.items(), groups, strict=True):
@@ -328,11 +338,17 @@ def _assigned(
     sight: Sight,
     things: Sequence[_Thing],
     time: float,
-    views: Mapping[str, View],
-    scene: KnownScene,
+    hidden: Callable[[Track], Stretches],
     config: SightConfig,
 ) -> tuple[list[Track], int]:
     """Follows tracks, begins new ones and lets go of what has gone.
+
+    Args:
+        sight: What is known so far.
+        things: What is seen now.
+        time: When that is [s].
+        hidden: Says what of a predicted track can be where no camera sees now.
+        config: How things may move.
 
     Returns:
         The tracks, those of the things that are seen first, in their order;
@@ -357,17 +373,17 @@ def _assigned(
     count = sight.count
     for j, thing in enumerate(things):
         if j in matched:
-            hidden = _hidden(matched[j], things, views, scene, config)
-            tracks.append(_followed(matched[j], thing, hidden, config))
+            track = matched[j]
+            tracks.append(_followed(track, thing, hidden(track), config))
         else:
             count += 1
             tracks.append(_begun(f"seen {count}", thing, time, config))
     followed = {track.name for track in matched.values()}
     for track in old:
         if track.name not in followed and track.images >= TRUSTED:
-            hidden = _hidden(track, things, views, scene, config)
-            if len(hidden):
-                tracks.append(dc.replace(track, hidden=hidden))
+            rest = hidden(track)
+            if len(rest):
+                tracks.append(dc.replace(track, hidden=rest))
     return tracks, count
 
 
@@ -409,8 +425,10 @@ def _followed(
 
 def _hidden(
     track: Track,
+    *,
     things: Sequence[_Thing],
     views: Mapping[str, View],
+    spheres: Spheres,
     scene: KnownScene,
     config: SightConfig,
 ) -> Stretches:
@@ -418,19 +436,24 @@ def _hidden(
 
     It is neither looked through, nor where something is seen in its place, nor
     within what is seen of this or of another thing, nor part of the map by now,
-    nor too old.
+    nor too old. What is as near to the robot as is taken for the robot itself
+    no image shows: whoever touches it is there still.
     """
     old, time = track.hidden, track.edges.time
     left = time - old.seen <= config.memory
     left &= scene.distances(old.face_W) > track.error
+    beside = config.robot_margin + track.error - config.pose_error
+    apart = np.linalg.norm(old.face_W[:, None] - spheres.p_WS, axis=2)
+    shown = (apart > np.asarray(spheres.radius) + beside).all(axis=1)
     for view in views.values():
         if time - view.seen < config.expiry:
             z, measured = view.image.depths_at(old.face_W)
             with np.errstate(invalid="ignore"):
-                left &= ~((z > 0) & (measured > z - config.margin(z)))
+                through = (z > 0) & (measured > z - config.margin(z))
+            left &= ~(through & shown)
     for thing in things:
         for part in thing.parts:
-            left &= part.distance(old.face_W) > 0
+            left &= ~(shown & (part.distance(old.face_W) <= 0))
     if left.sum() < max(config.least_points, _LEFT * len(old)):
         return Stretches.none()
     found = np.flatnonzero(left)

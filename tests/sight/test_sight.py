@@ -165,6 +165,21 @@ def test_what_the_robot_hides_is_remembered_and_grows():
     assert not len(movers), "seen to be free"
 
 
+def test_who_touches_the_robot_is_there_although_no_image_tells():
+    """What is as near to the robot as the robot's margin is the robot."""
+    watch = Watch([LEFT, RIGHT])
+    watch.spheres = Spheres.at(np.array([[0.3, 0.0, 1.0]]), 0.15)
+    v_W, touching = np.array([0.0, -0.6, 0.0]), np.array([0.3, 0.15, 1.0])
+    arrival = 0.8
+    for i in range(150):
+        time = 0.5 * FRAME * i
+        left = max(arrival - time, 0.0)
+        at = ball(touching - left * v_W, v_W if left else np.zeros(3), 0.08)
+        _, movers = watch.see(time, at, i % 2)
+        if 0 < time - arrival < CONFIG.memory - 0.2:
+            assert len(movers), "what was seen there before has not gone"
+
+
 def test_memory_has_an_end():
     watch = Watch([LEFT], config=dc.replace(CONFIG, memory=0.3))
     still = ball([0.4, 0.0, 0.9], radius=0.1)

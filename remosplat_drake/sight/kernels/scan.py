@@ -74,7 +74,7 @@ def _is_robot(x, y, z, balls_C, margin) -> bool:
             # The camera is within: it looks out of the sphere.
             if z * square <= middle + root:
                 return True
-        elif middle > 0.0 and middle - root <= (z + margin) * square:
+        elif middle > 0.0 and middle - root <= z * square:
             return True
     return False
 

@@ -1,11 +1,12 @@
 """`WireCamera`: stands in for a camera in the room, on the LCM wire."""
 
 from collections.abc import Sequence
+from time import sleep
 
 import numpy as np
 from pydrake.lcm import DrakeLcmInterface
 
-from remosplat_drake.base.clock import MICROSECONDS
+from remosplat_drake.base.clock import MICROSECONDS, wall_utime
 from remosplat_drake.hardware.wire.images import encode_depth
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.moving.track import Track, movers_at
@@ -17,7 +18,9 @@ from remosplat_drake.sight.simulated.simulated_camera import SimulatedCamera
 class WireCamera:
     """Casts depth images of scene, robot and movers, and publishes them.
 
-    Movers begin their ways with the first image.
+    Movers begin their ways with the first image. Casting one takes longer than
+    real cameras need, but a simulation knows what comes: an image may be
+    stamped in the future, by `lead`, and is then sent at that time.
 
     Args:
         config: The camera.
@@ -25,6 +28,9 @@ class WireCamera:
         scene: What stands still; None for nothing.
         tracks: How things move.
         lcm: Where the images are published.
+
+    Attributes:
+        lead: Time that it takes to make an image [us].
     """
 
     def __init__(
@@ -45,6 +51,7 @@ class WireCamera:
         self._channel, self._pose = config.channel_name, config.pose(robot)
         self._robot, self._tracks, self._lcm = robot, tuple(tracks), lcm
         self._start: int | None = None
+        self.lead = 0
 
     def take(self, q: np.ndarray, utime: int) -> None:
         """Casts and publishes one depth image.
@@ -53,6 +60,7 @@ class WireCamera:
             q: The robot's configuration, shape (n_q,).
             utime: Stamp of the image: wall clock of the Unix epoch [us].
         """
+        began = wall_utime()
         if self._start is None:
             self._start = utime
         time = (utime - self._start) / MICROSECONDS
@@ -63,4 +71,6 @@ class WireCamera:
             self._robot.spheres_at(q),
         )
         data = encode_depth(shot.image.depth, utime)
+        self.lead = wall_utime() - began
+        sleep(max(utime - wall_utime(), 0) / MICROSECONDS)
         self._lcm.Publish(self._channel, data)
