@@ -30,6 +30,10 @@ from remosplat_drake.sight.simulated.wire_camera import WireCamera
 
 _YIELD = 10
 
+_MOST_AHEAD = 50_000
+"""Longest time that an image is made ahead: the robot is drawn where it is now
+[us]."""
+
 EXAMPLES = """
 remosplat camera-sim StudioLive
 remosplat camera-sim StudioLive --rate 2
@@ -80,7 +84,8 @@ def run(arguments: argparse.Namespace) -> int:
         while not request.made:
             _listen(inbox, heard, 1.0 / arguments.rate)
             if heard.q is not None:
-                camera.take(heard.q, wall_utime())
+                ahead = camera.lead if isinstance(camera, WireCamera) else 0
+                camera.take(heard.q, wall_utime() + min(ahead, _MOST_AHEAD))
     return 0
 
 
