@@ -135,7 +135,7 @@ class CompiledLaw:
 _OWN = PARTS.index(SelfCollisionDamper)
 
 
-_STILL = Movers(0.0)
+_STILL = Movers(0.0).at(0.0)
 
 
 def mover_arrays(movers: Movers | None, time: float) -> MoverArrays:
@@ -145,7 +145,7 @@ def mover_arrays(movers: Movers | None, time: float) -> MoverArrays:
         movers: What moves; None if nothing is known to.
         time: The present time [s].
     """
-    return _STILL.at(0.0) if movers is None else movers.at(time)
+    return _STILL if movers is None else movers.at(time)
 
 
 def guidance_arrays(guidance: Guidance, n_q: int) -> GuidanceArrays:

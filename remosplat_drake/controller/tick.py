@@ -13,7 +13,7 @@ from remosplat_drake.controller.reactive_program import Tick
 from remosplat_drake.controller.verification.committed import committed
 from remosplat_drake.controller.verification.protective_separation import (
     Monitoring,
-    protective_separation,
+    least_separation,
 )
 from remosplat_drake.controller.verification.verify import (
     Surroundings,
@@ -240,9 +240,7 @@ def _separation(
     monitoring = Monitoring.make(
         u, robot.acceleration_limit, law.dt, law.movers.separation, delay
     )
-    return protective_separation(
-        state, movers, time, u, monitoring, tube
-    ).least(robot.spheres.links, movers)
+    return least_separation(state, movers, time, u, monitoring, tube)
 
 
 def _row_flags(

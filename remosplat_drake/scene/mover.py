@@ -200,7 +200,7 @@ class Movers:
             time: The time [s]. What is stamped later than that counts as
                 older by as much: clocks that disagree tell nothing.
         """
-        return self._arrays._replace(age=abs(float(time) - self.stamp))
+        return MoverArrays(*self._arrays[:-1], abs(float(time) - self.stamp))
 
     def predicted(self, time: float) -> "Movers":
         """Returns the movers at another time, if each keeps its twist.

@@ -258,6 +258,19 @@ def test_what_is_far_is_left_out():
     np.testing.assert_allclose(n, [[1, 0, 0]], atol=1e-12)
 
 
+@given(seed=seeds, within=st.floats(-0.5, 3.0))
+@settings(max_examples=100)
+def test_what_is_left_out_early_is_beyond(seed, within):
+    rng = np.random.default_rng(seed)
+    movers = Movers(0.0, [draw_mover(rng) for _ in range(4)]).at(0.1)
+    p_WS, radius = rng.uniform(-3, 3, (20, 3)), rng.uniform(0, 0.1, 20)
+    found = near_movers(movers, p_WS, radius, within)
+    everything = near_movers(movers, p_WS, radius, np.inf)
+    near = everything.distance < within
+    for some, whole in zip(found, everything, strict=True):
+        np.testing.assert_array_equal(some, whole[near])
+
+
 @given(
     seed=seeds,
     depth=st.floats(0.001, 0.3),

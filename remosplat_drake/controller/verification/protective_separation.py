@@ -18,6 +18,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from remosplat_drake.controller.braking import braking_steps
+from remosplat_drake.controller.verification.kernels.least_margin import (
+    least_margin,
+)
 from remosplat_drake.robot.robot_model import RobotState
 from remosplat_drake.scene.kernels.mover_reach import near_movers
 from remosplat_drake.scene.mover import Movers
@@ -128,6 +131,41 @@ class ProtectiveSeparation:
             float(self.distance[i]),
             float(self.needed[i]),
         )
+
+
+def least_separation(
+    state: RobotState,
+    movers: Movers,
+    time: float,
+    u: np.ndarray,
+    monitoring: Monitoring,
+    tube: np.ndarray,
+) -> Separation | None:
+    """Returns where S_p is kept least; None where nothing moves.
+
+    It is `ProtectiveSeparation.least`, compiled: every tick asks for it.
+    Arguments are those of `protective_separation`.
+    """
+    kept = monitoring
+    sphere, mover, distance, needed = least_margin(
+        state.robot.arrays,
+        state.arrays,
+        movers.at(time),
+        np.array(u, float),
+        # Floats: kernels are compiled anew for whole numbers.
+        (
+            float(kept.separation),
+            float(kept.reaction),
+            float(kept.braking),
+            float(kept.braking_way),
+        ),
+        tube,
+    )
+    if sphere < 0:
+        return None
+    links = state.robot.spheres.links
+    name = movers.movers[mover].name
+    return Separation(links[sphere], name, distance, needed)
 
 
 def protective_separation(

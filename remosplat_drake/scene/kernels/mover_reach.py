@@ -21,6 +21,9 @@ from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.vectors import norm, rotation
 from remosplat_drake.scene.kernels.solid_distance import box_distance
 
+_ROUNDING = 1e-9
+"""More than any rounding of distances of some metres, and less than matters."""
+
 
 class MoverArrays(NamedTuple):
     """k movers as kernels take them.
@@ -89,12 +92,23 @@ def reach(movers, j, time):
         j: Which mover.
         time: Time from now on [s].
     """
-    speed, acceleration = movers.bounds[j, 0], movers.bounds[j, 1]
-    t, turn = movers.age + time, norm(movers.w_WM[j])
-    bend = acceleration + turn * turn * norm(movers.half_extents[j])
+    t, bend = movers.age + time, relative_acceleration(movers, j)
     soon = (movers.bounds[j, 2] + 0.5 * bend * t) * t
-    late = (speed + predicted_speed(movers, j)) * t
+    late = (movers.bounds[j, 0] + predicted_speed(movers, j)) * t
     return movers.bounds[j, 3] + min(soon, late)
+
+
+@helper
+def relative_acceleration(movers, j):
+    """Bounds how fast points of a core leave their prediction [m/s^2].
+
+    Args:
+        movers: The `MoverArrays`.
+        j: Which mover.
+    """
+    turn = norm(movers.w_WM[j])
+    bend = turn * turn * norm(movers.half_extents[j])
+    return movers.bounds[j, 1] + bend
 
 
 @helper
@@ -155,6 +169,48 @@ def core_distance(movers, j, R_WM, p_WM, p_WS):
     )
 
 
+@helper
+def center_distance(movers, j, p_WM, p_WS):
+    """Bounds from below how far a point is from a mover's core [m].
+
+    It is cheaper than `core_distance`, and less by more than rounding errors.
+
+    Args:
+        movers: The `MoverArrays`.
+        j: Which mover.
+        p_WM: Its origin, shape (3,) [m].
+        p_WS: The point, shape (3,) [m].
+    """
+    x, y, z = p_WS[0] - p_WM[0], p_WS[1] - p_WM[1], p_WS[2] - p_WM[2]
+    away = math.sqrt(x * x + y * y + z * z)
+    return (1.0 - _ROUNDING) * away - norm(movers.half_extents[j]) - _ROUNDING
+
+
+@helper
+def closing_speed(movers, j, p_WM, p_WS, far, n_W):
+    """Computes how fast a predicted core comes nearer to a point [m/s].
+
+    Args:
+        movers: The `MoverArrays`.
+        j: Which mover.
+        p_WM: Its origin, shape (3,) [m].
+        p_WS: The point, shape (3,) [m].
+        far: The point's distance from the core [m].
+        n_W: The unit vector towards the core, three numbers.
+    """
+    v, w = movers.v_WM[j], movers.w_WM[j]
+    nx, ny, nz = n_W
+    # The core's nearest point, as seen from its centre.
+    x = p_WS[0] + far * nx - p_WM[0]
+    y = p_WS[1] + far * ny - p_WM[1]
+    z = p_WS[2] + far * nz - p_WM[2]
+    return -(
+        nx * (v[0] + w[1] * z - w[2] * y)
+        + ny * (v[1] + w[2] * x - w[0] * z)
+        + nz * (v[2] + w[0] * y - w[1] * x)
+    )
+
+
 @kernel
 def moved_on(movers, time, longest) -> MoverArrays:
     """Moves the movers on, as they would be measured later.
@@ -208,21 +264,16 @@ def near_movers(movers, p_WS, radius, within) -> NearMoverArrays:
     for j in range(k):
         place_mover(movers, j, 0.0, R_WM, p_WM)
         grown = movers.radius[j] + reach(movers, j, 0.0)
-        v, w = movers.v_WM[j], movers.w_WM[j]
         for i in range(n):
+            least = center_distance(movers, j, p_WM, p_WS[i])
+            if least - grown - radius[i] >= within:
+                continue
             far, nx, ny, nz = core_distance(movers, j, R_WM, p_WM, p_WS[i])
             found = far - grown - radius[i]
             if found >= within:
                 continue
-            # The core's nearest point, as seen from its centre.
-            x = p_WS[i, 0] + far * nx - p_WM[0]
-            y = p_WS[i, 1] + far * ny - p_WM[1]
-            z = p_WS[i, 2] + far * nz - p_WM[2]
-            closing[m] = -(
-                nx * (v[0] + w[1] * z - w[2] * y)
-                + ny * (v[1] + w[2] * x - w[0] * z)
-                + nz * (v[2] + w[0] * y - w[1] * x)
-            )
+            n_W = nx, ny, nz
+            closing[m] = closing_speed(movers, j, p_WM, p_WS[i], far, n_W)
             sphere[m], mover[m], distance[m] = i, j, found
             direction_W[m, 0] = nx
             direction_W[m, 1] = ny

@@ -4,9 +4,12 @@ import dataclasses as dc
 
 import numpy as np
 import pytest
+from pydrake.math import RigidTransform, RotationMatrix
+from scipy.spatial.transform import Rotation
 
 from remosplat_drake.controller.verification.protective_separation import (
     Monitoring,
+    least_separation,
     protective_separation,
 )
 from remosplat_drake.scene.mover import Mover, Movers
@@ -107,3 +110,37 @@ def test_where_nothing_moves_there_is_none(three_link, meeting):
     tube = np.zeros(len(state.spheres))
     found = protective_separation(state, Movers(1.0), 1.0, u, monitoring, tube)
     assert found.least(three_link.spheres.links, Movers(1.0)) is None
+    nobody = state, Movers(1.0), 1.0, u, monitoring, tube
+    assert least_separation(*nobody) is None
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_compiled_form_finds_the_same_pair(three_link, seed):
+    rng = np.random.default_rng(seed)
+    movers = Movers(
+        0.9,
+        [
+            Mover(
+                f"mover {i}",
+                RigidTransform(
+                    RotationMatrix(Rotation.random(rng=rng).as_matrix()),
+                    rng.uniform(-2.0, 2.0, 3),
+                ),
+                rng.uniform(0.0, 0.3, 3),
+                rng.uniform(0.0, 0.3),
+                rng.normal(size=3),
+                rng.normal(size=3),
+                *rng.uniform(0.0, 3.0, 2),
+                *rng.uniform(0.0, 0.2, 2),
+            )
+            for i in range(rng.integers(1, 6))
+        ],
+    )
+    state, u = three_link.state(rng.uniform(-2.0, 2.0, 3)), rng.normal(size=3)
+    monitoring = Monitoring(*rng.uniform(0.0, 0.3, 4))
+    tube = rng.uniform(0.0, 0.05, len(state.spheres))
+    asked = state, movers, 1.0, u, monitoring, tube
+    slow = protective_separation(*asked).least(three_link.spheres.links, movers)
+    fast = least_separation(*asked)
+    assert slow is not None and fast is not None
+    assert dc.astuple(fast) == pytest.approx(dc.astuple(slow), abs=1e-12)

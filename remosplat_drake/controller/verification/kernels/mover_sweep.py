@@ -21,6 +21,7 @@ from remosplat_drake.controller.verification.kernels.scene_looks import (
     look_along,
 )
 from remosplat_drake.scene.kernels.mover_reach import (
+    center_distance,
     core_distance,
     is_retreat,
     place_mover,
@@ -117,8 +118,12 @@ def _within_reach(robot, path, clock, movers, p_WS, kept, least):
         for i in range(n):
             if travel[i] == 0.0:
                 continue
+            radii = movers.radius[j] + robot.radius[i]
+            taken = grown + radii + travel[i] + travels
+            if center_distance(movers, j, p_WM, p_WS[i]) - taken >= kept[i]:
+                continue
             far, _, _, _ = core_distance(movers, j, R_WM, p_WM, p_WS[i])
-            found = far - grown - (movers.radius[j] + robot.radius[i])
+            found = far - grown - radii
             if not found - travel[i] - travels >= kept[i]:
                 pair[m, 0], pair[m, 1] = i, j
                 level[m] = min(kept[i], max(found, least[i]))
