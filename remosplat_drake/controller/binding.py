@@ -24,15 +24,15 @@ def find_binding(program: ProgramData, u: np.ndarray) -> Binding:
         program: The program.
         u: Its optimum, shape (n_u,).
     """
-    if not program.has_tight_rows(u, TIGHT):
+    tight = program.tight_rows(u, TIGHT)
+    if not tight:
         return NONE_BINDS
     found: list[BoundRow] = []
     coefficients: list[np.ndarray] = []
-    for name, rows in program.rows.items():
-        tight = rows.kept & (rows.A @ u >= rows.b - TIGHT)
-        for i in np.flatnonzero(tight).tolist():
-            found.append(BoundRow(name, i, rows.about(i)))
-            coefficients.append(rows.A[i])
+    for name, i in tight:
+        rows = program.rows[name]
+        found.append(BoundRow(name, i, rows.about(i)))
+        coefficients.append(rows.A[i])
     eye = np.eye(program.n_u)
     for sign, tight in (
         (1.0, u >= program.upper - TIGHT),

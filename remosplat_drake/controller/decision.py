@@ -48,6 +48,8 @@ def solve(program: ReactiveProgram, solver: Solver) -> np.ndarray | None:
         program: The finished program of a tick.
         solver: The convex solver to ask.
     """
+    if program.is_hopeless:
+        return None
     u = solver.solve(program)
     return u if u is not None and np.isfinite(u).all() else None
 

@@ -123,17 +123,25 @@ class ProgramData:
             b.append(slack_b[kept])
         return DenseProgram(H, c, np.concatenate(A), np.concatenate(b))
 
-    def has_tight_rows(self, u: np.ndarray, tolerance: float) -> bool:
-        """Tells whether a row that is kept holds with equality.
+    def tight_rows(
+        self, u: np.ndarray, tolerance: float
+    ) -> list[tuple[str, int]]:
+        """Finds the rows that are kept and hold with equality.
 
         Args:
             u: A command, shape (n_u,).
             tolerance: By how much less than b a row may be [m/s, rad/s].
+
+        Returns:
+            The name of each one's set, and its number in that.
         """
-        return any(
-            (rows.kept & (rows.A @ u >= rows.b - tolerance)).any()
-            for rows in self.rows.values()
-        )
+        return [
+            (name, i)
+            for name, rows in self.rows.items()
+            for i in np.flatnonzero(
+                rows.kept & (rows.A @ u >= rows.b - tolerance)
+            ).tolist()
+        ]
 
     def can_bind(self, A: np.ndarray, b: np.ndarray) -> np.ndarray:
         """Finds the rows A u <= b that the bounds on u do not imply.
@@ -148,3 +156,18 @@ class ProgramData:
         center = 0.5 * (self.upper + self.lower)
         radius = 0.5 * (self.upper - self.lower)
         return A @ center + np.abs(A) @ radius > b
+
+    def excess(self, A: np.ndarray, b: np.ndarray) -> float:
+        """Measures by how much rows are violated at least within the bounds.
+
+        Args:
+            A: Coefficients of the rows A u <= b, shape (m, n_u).
+            b: Right-hand sides of the rows, shape (m,).
+
+        Returns:
+            The excess of the worst row [m/s, rad/s]; not above 0 where each
+            row can hold.
+        """
+        center = 0.5 * (self.upper + self.lower)
+        radius = 0.5 * (self.upper - self.lower)
+        return (A @ center - np.abs(A) @ radius - b).max(initial=0.0)

@@ -17,7 +17,11 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.controller.active_set import DenseProgram
 from remosplat_drake.controller.drake_program import DrakeProgram, fill
 from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
-from remosplat_drake.controller.kernels.dense import dense, has_tight_rows
+from remosplat_drake.controller.kernels.dense import (
+    HOPELESS,
+    dense,
+    tight_rows,
+)
 from remosplat_drake.controller.kernels.tick_arrays import ProgramArrays
 from remosplat_drake.controller.program_data import (
     Label,
@@ -277,7 +281,7 @@ class ReactiveProgram(ProgramData):
                     arrays.kept[span],
                     Labels(part, tick, arrays.about[span]),
                 )
-        _, tracker, accelerates, tracked = arrays.count.tolist()
+        _, tracker, accelerates, tracked, _ = arrays.count.tolist()
         if tracker:
             program.tracking = Tracking(
                 ingredients[tracker - 1].term,
@@ -325,9 +329,18 @@ class ReactiveProgram(ProgramData):
         program = ReactiveProgram.from_arrays(arrays, parts, tick)
         program.use_acceleration, program.relax = use_acceleration, relax
         program.yielded = yielded
-        m = count[0]
-        arrays.kept[:m] = program.can_bind(arrays.A[:m], b[:m])
+        A, b = arrays.A[: count[0]], b[: count[0]]
+        arrays.kept[: count[0]] = program.can_bind(A, b)
+        arrays.count[4] = program.excess(A, b) > HOPELESS
         return program
+
+    @property
+    def is_hopeless(self) -> bool:
+        """Whether a row cannot hold within the bounds, as kernels have seen.
+
+        Then no solver need be asked.
+        """
+        return self.arrays is not None and bool(self.arrays.count[4])
 
     def add_linear_cost(self, name: str, c: np.ndarray) -> None:
         """Adds the cost c'u.
@@ -458,16 +471,30 @@ class ReactiveProgram(ProgramData):
             return super().dense()
         return DenseProgram(*dense(self.arrays))
 
-    def has_tight_rows(self, u: np.ndarray, tolerance: float) -> bool:
-        """Tells whether a row that is kept holds with equality.
+    def tight_rows(
+        self, u: np.ndarray, tolerance: float
+    ) -> list[tuple[str, int]]:
+        """Finds the rows that are kept and hold with equality.
 
         Args:
             u: A command, shape (n_u,).
             tolerance: By how much less than b a row may be [m/s, rad/s].
+
+        Returns:
+            The name of each one's set, and its number in that.
         """
-        if self.arrays is None:
-            return super().has_tight_rows(u, tolerance)
-        return has_tight_rows(self.arrays, u, tolerance)
+        if self.arrays is None or self._source is None:
+            return super().tight_rows(u, tolerance)
+        numbers = tight_rows(self.arrays, u, tolerance).tolist()
+        if not numbers:
+            return []
+        spans = zip(self._source[0], self.arrays.rows.tolist(), strict=True)
+        return [
+            (part.term, i - first)
+            for part, (first, last) in spans
+            for i in numbers
+            if first <= i < last
+        ]
 
     def finish(self):
         """Marks the rows that cannot bind, once all terms have been added.

@@ -9,7 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RotationMatrix
 
-from remosplat_drake.controller.active_set import OPTIMAL, solve_dense
+from remosplat_drake.controller.active_set import (
+    INFEASIBLE,
+    OPTIMAL,
+    solve_dense,
+)
 from remosplat_drake.controller.binding import find_binding
 from remosplat_drake.controller.controller_config import (
     default_ingredients,
@@ -37,6 +41,7 @@ from remosplat_drake.controller.reactive_program import (
     Tick,
     build_program,
 )
+from remosplat_drake.controller.solvers import CLARABEL, make_solver
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals import tick_report
@@ -213,6 +218,9 @@ def test_the_kernel_adds_what_the_ingredients_add(
     u, ended = solve_program(program.arrays)
     other, _, also = solve_dense(*reference.dense())
     assert ended == also
+    if program.is_hopeless:
+        assert ended == INFEASIBLE
+        assert make_solver(CLARABEL, "").solve(reference) is None
     if ended == OPTIMAL:
         np.testing.assert_allclose(u, other, rtol=1e-6, atol=1e-7)
         ours, theirs = (find_binding(p, u) for p in (program, reference))

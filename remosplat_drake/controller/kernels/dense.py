@@ -3,7 +3,11 @@
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
-from remosplat_drake.controller.active_set import solve_dense
+from remosplat_drake.controller.active_set import INFEASIBLE, solve_dense
+
+HOPELESS = 1e-3
+"""By how much a row must be violated at least for no solver to be asked
+[m/s, rad/s]: more than solvers' tolerances."""
 
 
 @kernel
@@ -16,6 +20,8 @@ def solve_program(program):
     Returns:
         The optimum u, shape (n_u,), and how the search for it ended.
     """
+    if program.count[4]:
+        return np.zeros(len(program.lower)), INFEASIBLE
     H, c, A, b = dense(program)
     u, _, ended = solve_dense(H, c, A, b)
     return u, ended
@@ -25,11 +31,18 @@ def solve_program(program):
 def prune(program) -> None:
     """Marks the rows that may bind: the bounds on u do not imply these.
 
+    And tells whether there is one that cannot hold within these bounds, as
+    where something comes faster than the robot can retreat.
+
     Args:
         program: The `ProgramArrays`.
     """
+    program.count[4] = 0
     for i in range(program.count[0]):
-        program.kept[i] = can_bind(program, program.A[i], program.b[i])
+        least, most = _span(program, program.A[i])
+        program.kept[i] = most > program.b[i]
+        if least > program.b[i] + HOPELESS:
+            program.count[4] = 1
 
 
 @helper
@@ -41,11 +54,19 @@ def can_bind(program, a, b) -> bool:
         a: Coefficients of the row, shape (n_u,).
         b: Its right-hand side.
     """
-    most = 0.0
+    return _span(program, a)[1] > b
+
+
+@helper
+def _span(program, a):
+    """The least and the greatest value of a u within the bounds on u."""
+    least, most = 0.0, 0.0
     for j in range(len(a)):
         lower, upper = program.lower[j], program.upper[j]
-        most += 0.5 * (a[j] * (upper + lower) + abs(a[j]) * (upper - lower))
-    return most > b
+        center, radius = a[j] * (upper + lower), abs(a[j]) * (upper - lower)
+        least += 0.5 * (center - radius)
+        most += 0.5 * (center + radius)
+    return least, most
 
 
 @kernel
@@ -95,19 +116,24 @@ def dense(program):
 
 
 @kernel
-def has_tight_rows(program, u, tolerance) -> bool:
-    """Tells whether a row that is kept holds with equality.
+def tight_rows(program, u, tolerance):
+    """Finds the rows that are kept and hold with equality.
 
     Args:
         program: The `ProgramArrays`, pruned.
         u: A command, shape (n_u,).
         tolerance: By how much less than b a row may be.
+
+    Returns:
+        Their numbers, ascending, shape (k,).
     """
+    found, count = np.empty(program.count[0], np.int64), 0
     for i in range(program.count[0]):
         if program.kept[i]:
             value = 0.0
             for j in range(len(u)):
                 value += program.A[i, j] * u[j]
             if value >= program.b[i] - tolerance:
-                return True
-    return False
+                found[count] = i
+                count += 1
+    return found[:count]

@@ -148,8 +148,9 @@ class ProgramArrays(NamedTuple):
         limit: Bounds on its slack, shape (6,) [rad/s, m/s].
         price: Price of the slack, shape (1,).
         count: Number of rows; 0, or one more than the number of the ingredient
-            that tracks a twist; whether there are acceleration bounds; and
-            the number of directions that are tracked, shape (4,).
+            that tracks a twist; whether there are acceleration bounds; the
+            number of directions that are tracked; and whether a row cannot
+            hold within the bounds on u, shape (5,).
     """
 
     lower: np.ndarray
@@ -280,7 +281,7 @@ def make_program(velocity_limit, n_parts, most) -> ProgramArrays:
         np.zeros(6),
         np.zeros(6),
         np.zeros(1),
-        np.zeros(4, np.int64),
+        np.zeros(5, np.int64),
     )
 
 
