@@ -7,8 +7,9 @@ import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.base.packed import Packed
+from remosplat_drake.oracle.question import question
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.signals.compiled_map import Maps, together
+from remosplat_drake.signals.compiled_map import Maps, find_rows, together
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.thing import Thing
 
@@ -79,7 +80,27 @@ class CompositeDistanceField(DistanceField):
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """The clearances of all spheres; see `DistanceField.clearances`."""
+        """The clearances of all spheres; see `DistanceField.clearances`.
+
+        One kernel asks all parts where it can, on one thread.
+        """
+        maps = self.compiled_rows
+        if maps is None:
+            return self.gathered(spheres, max_distance)
+        asked, radius = question(spheres, max_distance), spheres.radius
+        # A copy, since numba compiles for arrays that may be written.
+        rows = find_rows(
+            maps, asked, np.array(radius, float), float(max_distance)
+        )
+        return Clearances(*rows, self.revision)
+
+    def gathered(
+        self, spheres: Spheres, max_distance: float = np.inf
+    ) -> Clearances:
+        """Asks the parts one after the other and sorts their rows.
+
+        Parts of any kind answer so; see `DistanceField.clearances`.
+        """
         answers = [p.clearances(spheres, max_distance) for p in self.parts]
         sphere = np.concatenate([a.sphere for a in answers])
         distance = np.concatenate([a.distance for a in answers])

@@ -76,7 +76,8 @@ class UncertainPlacement(DistanceField):
         Args:
             p_WS: Centres of spheres in W, shape (n, 3) [m].
         """
-        lever = np.linalg.norm(p_WS[:, :2] - self._p_WB, axis=1)
+        x, y = self._p_WB
+        lever = np.hypot(p_WS[:, 0] - x, p_WS[:, 1] - y)
         return self._shift + self._turn * lever
 
     def clearances(

@@ -12,6 +12,7 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
+from remosplat_drake.base.kernels import kernel
 from remosplat_drake.base.packed import Packed
 
 
@@ -155,3 +156,36 @@ def _ask_each(maps, question, answers):
         ask_each(maps[1:], question, answers[1:])
 
     return one_by_one
+
+
+@kernel
+def find_rows(maps, question, radius, within):
+    """Finds the rows of `Clearances`: the answer of each map to each sphere.
+
+    Args:
+        maps: The k maps, as `DistanceField.compiled_rows`.
+        question: What `ask` takes of the n spheres, shape (n, 5) [m].
+        radius: Their radii, shape (n,) [m].
+        within: Rows at or beyond this distance are left out [m].
+
+    Returns:
+        The attributes `sphere`, `distance`, `direction_W` and `p_WC` of the
+        rows, sphere by sphere, and each in the order of the maps.
+    """
+    k, n = len(maps.parts), len(radius)
+    answers = np.full((k, n, 8), -1.0)
+    ask_each(maps, question, answers)
+    sphere, distance = np.empty(k * n, np.int64), np.empty(k * n)
+    direction_W, p_WC = np.empty((k * n, 3)), np.empty((k * n, 3))
+    m = 0
+    for i in range(n):
+        for part in range(k):
+            answer = answers[part, i]
+            found = answer[1] - radius[i]
+            if answer[0] < 0.0 or found >= within:
+                continue
+            sphere[m], distance[m] = i, found
+            for c in range(3):
+                p_WC[m, c], direction_W[m, c] = answer[2 + c], answer[5 + c]
+            m += 1
+    return sphere[:m], distance[:m], direction_W[:m], p_WC[:m]

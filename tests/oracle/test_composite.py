@@ -65,6 +65,28 @@ def test_equals_the_scene_of_all_parts(rows):
     )
 
 
+@pytest.mark.parametrize("reach", [0.0, 0.3, np.inf])
+def test_one_kernel_answers_as_the_parts_do(reach):
+    rng = np.random.default_rng(1)
+    boxes = [
+        Box(RigidTransform(rng.uniform(-1, 1, 3)), rng.uniform(0.1, 0.3, 3))
+        for _ in range(5)
+    ]
+    unseen = UnknownSpaceField(rng.random((6, 6, 6)) < 0.1, np.full(3, -1), 0.3)
+    field = CompositeDistanceField(
+        [SignedDistanceField(PrimitiveScene(boxes=tuple(boxes))), unseen]
+    )
+    spheres = Spheres.at(rng.uniform(-1, 1, (60, 3)), rng.uniform(0, 0.1, 60))
+    found, parts = (
+        ask(spheres, reach) for ask in (field.clearances, field.gathered)
+    )
+    assert len(found)
+    for name in ("sphere", "distance", "direction_W", "p_WC"):
+        np.testing.assert_array_equal(
+            getattr(found, name), getattr(parts, name)
+        )
+
+
 def test_nothing_near_gives_no_rows():
     field = CompositeDistanceField([LEFT, RIGHT], rows="closest")
     assert not len(field.clearances(SPHERES, max_distance=0.5))

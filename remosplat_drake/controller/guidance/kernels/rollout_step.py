@@ -28,7 +28,7 @@ from remosplat_drake.controller.verification.verify import SCALES, TOLERANCE
 from remosplat_drake.robot.kinematics import advance
 from remosplat_drake.robot.robot_arrays import state_arrays
 from remosplat_drake.scene.kernels.mover_reach import moved_on
-from remosplat_drake.signals.compiled_map import IN_PLACE, ask_each
+from remosplat_drake.signals.compiled_map import IN_PLACE, find_rows
 
 FORESIGHT = 2.0
 """For how long rollouts let what moves keep its twist; it rests then [s]."""
@@ -120,27 +120,13 @@ def rollout_step(
 def _rows(maps, robot, p_WS, influence):
     """The clearances within the influence distance, sphere by sphere."""
     n = len(p_WS)
-    question, answers = np.empty((n, 5)), np.full((len(maps.parts), n, 8), -1.0)
+    question = np.empty((n, 5))
     for i in range(n):
         for c in range(3):
             question[i, c] = p_WS[i, c]
         question[i, 3] = robot.radius[i] + influence
         question[i, 4] = robot.ignore_below[i]
-    ask_each(maps, question, answers)
-    most = len(maps.parts) * n
-    sphere, distance = np.empty(most, np.int64), np.empty(most)
-    direction_W = np.empty((most, 3))
-    count = 0
-    for i in range(n):
-        for k in range(len(maps.parts)):
-            found = answers[k, i, 1] - robot.radius[i]
-            if answers[k, i, 0] < 0.0 or found >= influence:
-                continue
-            sphere[count], distance[count] = i, found
-            for c in range(3):
-                direction_W[count, c] = answers[k, i, 5 + c]
-            count += 1
-    return sphere[:count], distance[:count], direction_W[:count]
+    return find_rows(maps, question, robot.radius, influence)[:3]
 
 
 @helper
