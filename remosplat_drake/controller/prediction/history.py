@@ -5,15 +5,16 @@ import math
 
 import numpy as np
 
+from remosplat_drake.controller.prediction.kernels.append_command import (
+    append_command,
+)
+from remosplat_drake.controller.prediction.kernels.lead_forward import LONG_AGO
 from remosplat_drake.robot.actuators import ActuatorModel
 from remosplat_drake.robot.base_motion import base_command
 
 WINDOW = 1.0
 """Time over which predictions are compared with measurements [s]: about as
 long as a robot takes to stop."""
-
-LONG_AGO = -1e12
-"""A time before everything [s]."""
 
 _SETTLED = 5.0
 """After so many time constants a lag is over."""
@@ -86,24 +87,16 @@ class History:
     def _appended(
         self, model: ActuatorModel, time: float, u: np.ndarray
     ) -> "History":
-        now = np.full(len(u), time)
-        way, v = model.response(
-            self.sent,
-            self.u,
-            np.full(len(u), self.sent[-1]),
-            self.v[-1],
-            now[None],
-        )
         span = WINDOW + model.delay.max() + _SETTLED * model.lag.max()
-        first = max(int(np.searchsorted(self.sent, time - span)) - 1, 0)
-        return dc.replace(
-            self,
-            sent=np.append(self.sent[first:], time),
-            u=np.vstack([self.u[first:], u]),
-            v=np.vstack([self.v[first:], v]),
-            way=np.vstack([self.way[first:], self.way[-1] + way]),
-            drift=np.vstack([self.drift[first:], self.drift[-1]]),
+        sent, told, v, way, drift = append_command(
+            model.parameters,
+            (self.sent, self.u, self.v, self.way, self.drift),
+            float(time),
+            # A copy, since numba compiles for arrays that may be written.
+            np.array(u, float),
+            span,
         )
+        return History(sent, told, v, way, drift, self.pose, self.measured)
 
     def with_measurement(
         self, q: np.ndarray, modelled: np.ndarray, n_base: int

@@ -2,14 +2,13 @@
 
 import numpy as np
 
-from remosplat_drake.controller.prediction.history import LONG_AGO, History
-from remosplat_drake.controller.verification.kernels.places import chain
+from remosplat_drake.controller.prediction.history import History
+from remosplat_drake.controller.prediction.kernels.lead_forward import (
+    lead_forward,
+)
 from remosplat_drake.robot.actuators import ActuatorModel
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.motion import Motion
-
-_PIECES = 8
-"""Number of arcs along which the base is led forward."""
 
 
 def predict(
@@ -32,27 +31,15 @@ def predict(
         stamp: When each axis was measured, shape (n_u,) [s].
         now: When the next command is sent [s].
     """
-    stamp = np.clip(stamp, LONG_AGO, now)
-    start = now + model.delay.min()
-    row = np.searchsorted(history.sent, stamp, side="right") - 1
-    row = np.maximum(row, 0)
-    axis = np.arange(robot.n_u)
-    shares = np.linspace(0.0, 1.0, _PIECES + 1)[:, None]
-    until = np.concatenate(
-        [
-            stamp + shares * (start - stamp),
-            start + shares[1:] * (now + model.delay - start),
-        ]
+    # Copies, since numba compiles for arrays that may be written.
+    start, q_start, v_start, q_planned, v_measured, way_measured = lead_forward(
+        model.parameters,
+        (history.sent, history.u, history.v, history.way),
+        np.array(q, float),
+        np.array(stamp, float),
+        float(now),
+        robot.n_base,
     )
-    way, v = model.response(
-        history.sent,
-        history.u,
-        history.sent[row],
-        history.v[row, axis],
-        np.maximum(until, history.sent[row]),
-    )
-    q_start = _led(robot, q, np.diff(way[: _PIECES + 1], axis=0))
-    rest = np.vstack([np.diff(way[_PIECES:], axis=0), model.lag * v[-1]])
     return Motion(
         model=model,
         time=now,
@@ -60,10 +47,10 @@ def predict(
         u=history.u,
         start=start,
         q_start=q_start,
-        v_start=v[_PIECES],
-        q_planned=_led(robot, q_start, rest),
-        v_measured=v[0],
-        way_measured=history.way[row, axis] + way[0],
+        v_start=v_start,
+        q_planned=q_planned,
+        v_measured=v_measured,
+        way_measured=way_measured,
         residual=history.residual(now),
         bound=model.tube * history.peak() + model.noise,
     )
@@ -89,11 +76,3 @@ def modelled_way(
         np.maximum(stamp, history.sent[row])[None],
     )
     return history.way[row, axis] + way[0]
-
-
-def _led(robot: RobotModel, q: np.ndarray, ways: np.ndarray) -> np.ndarray:
-    """Leads a configuration along s short ways, shape (s, n_u)."""
-    if not ways.any():
-        return q
-    # Each way takes one unit of time; where one more would begin is the end.
-    return chain(q, ways, np.ones(len(ways) + 1), robot.n_base)[-1]

@@ -9,7 +9,14 @@ from hypothesis import strategies as st
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
+from remosplat_drake.controller.prediction import prediction_reference
 from remosplat_drake.controller.prediction.history import History, base_way
+from remosplat_drake.controller.prediction.kernels.append_command import (
+    append_command,
+)
+from remosplat_drake.controller.prediction.kernels.lead_forward import (
+    lead_forward,
+)
 from remosplat_drake.controller.prediction.motion_predictor import (
     MotionPredictor,
 )
@@ -35,6 +42,42 @@ def driven(axes: ActuatorModel, u: np.ndarray) -> History:
     for k, command in enumerate(u):
         history = history.with_command(axes, k * DT, command, math.inf)
     return history
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 10**6))
+def test_kernels_say_what_their_reference_says(frankie, seed):
+    rng = np.random.default_rng(seed)
+    axes = model(
+        [
+            Actuator(
+                delay=rng.uniform(0, 0.1),
+                time_constant=rng.choice([0.0, rng.uniform(0, 0.1)]),
+                dead_band=rng.choice([0.0, 0.01]),
+            )
+            for _ in range(9)
+        ]
+    )
+    history = driven(axes, rng.normal(size=(rng.integers(1, 40), 9)))
+    now = history.sent[-1] + rng.uniform(0, 0.02)
+    stamp = now - rng.choice([0.0, 0.05, np.inf]) * rng.random(9)
+    q = rng.normal(size=10)
+    past = history.sent, history.u, history.v, history.way
+    found = lead_forward(axes.parameters, past, q, stamp, now, 2)
+    expected = prediction_reference.lead_forward(
+        axes, history, q, stamp, now, 2
+    )
+    for ours, theirs in zip(found, expected, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    u, span = rng.normal(size=9), rng.uniform(0, 0.5)
+    rows = append_command(
+        axes.parameters, (*past, history.drift), now + 0.01, u, span
+    )
+    expected = prediction_reference.append_command(
+        axes, history, now + 0.01, u, span
+    )
+    for ours, theirs in zip(rows, expected, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
 
 
 def test_without_delays_nothing_is_predicted(three_link):

@@ -1,0 +1,1 @@
+"""The compiled forms of what is remembered and predicted."""

@@ -1,0 +1,72 @@
+"""Leads a measurement forward along the commands in flight, in one call."""
+
+import numpy as np
+
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.controller.verification.kernels.places import chain
+from remosplat_drake.robot.actuator_response import respond
+
+LONG_AGO = -1e12
+"""A time before everything [s]."""
+
+PIECES = 8
+"""Number of arcs along which a base is led forward."""
+
+
+@kernel
+def lead_forward(parameters, past, q, stamp, now, n_base):
+    """Computes what commands in flight make of a measured configuration.
+
+    `prediction_reference.py` says it in NumPy.
+
+    Args:
+        parameters: `ActuatorModel.parameters`.
+        past: `History.sent`, `u`, `v` and `way`.
+        q: Measured configuration, shape (n_q,) [m, rad].
+        stamp: When each axis was measured, shape (n_u,) [s].
+        now: When the next command is sent [s].
+        n_base: Number of base commands.
+
+    Returns:
+        `Motion.start`, `q_start`, `v_start`, `q_planned`, `v_measured` and
+        `way_measured`.
+    """
+    sent, told, v_past, way_past = past
+    n = len(stamp)
+    start = np.inf
+    for j in range(n):
+        start = min(start, now + parameters[j, 0])
+    began, v_began, way_began = np.empty(n), np.empty(n), np.empty(n)
+    until = np.empty((2 * PIECES + 1, n))
+    for j in range(n):
+        measured = min(max(stamp[j], LONG_AGO), now)
+        row = max(np.searchsorted(sent, measured, side="right") - 1, 0)
+        began[j], v_began[j] = sent[row], v_past[row, j]
+        way_began[j] = way_past[row, j]
+        ends = now + parameters[j, 0]
+        for k in range(2 * PIECES + 1):
+            time = measured + k / PIECES * (start - measured)
+            if k > PIECES:
+                time = start + (k - PIECES) / PIECES * (ends - start)
+            until[k, j] = max(time, began[j])
+    way, v = respond(parameters, sent, told, began, v_began, until)
+    ways = np.empty((PIECES, n))
+    rest = np.empty((PIECES + 1, n))
+    for j in range(n):
+        for k in range(PIECES):
+            ways[k, j] = way[k + 1, j] - way[k, j]
+            rest[k, j] = way[PIECES + k + 1, j] - way[PIECES + k, j]
+        rest[PIECES, j] = parameters[j, 1] * v[2 * PIECES, j]
+        way_began[j] += way[0, j]
+    q_start = _led(q, ways, n_base)
+    q_planned = _led(q_start, rest, n_base)
+    return start, q_start, v[PIECES], q_planned, v[0], way_began
+
+
+@helper
+def _led(q, ways, n_base):
+    """Leads a configuration along s short ways, shape (s, n_u)."""
+    if not ways.any():
+        return q
+    # Each way takes one unit of time; where one more would begin is the end.
+    return chain(q, ways, np.ones(len(ways) + 1), n_base)[-1]
