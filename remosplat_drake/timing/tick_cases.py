@@ -18,11 +18,17 @@ from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.timing.measuring import Case
 
-_BYSTANDERS = 5
+_PEOPLE = 5
 """Number of things that move around the robot where any do."""
 
-_AWAY = 0.9
-"""How far away these are [m]."""
+_STOUT = 0.2
+"""Their radius [m]."""
+
+_GAP = 0.5
+"""How far bystanders stay away from wherever the robot comes [m]."""
+
+_IN_THE_WAY = 0.9
+"""How far people are from the hand that the robot cannot avoid [m]."""
 
 _SPEED = 0.5
 """How fast they walk [m/s]."""
@@ -74,8 +80,8 @@ def tick_cases(
 
         return body
 
-    movers = _bystanders(ticks)
-
+    around, in_the_way = _bystanders(ticks), _in_the_way(ticks)
+    people = f"{_PEOPLE} movers"
     n = len(world.robot.spheres)
     return [
         Case(
@@ -107,26 +113,48 @@ def tick_cases(
             _over(ticks, whole_tick(laws["active set"])),
         ),
         Case(
-            f"{group}: whole, verified, {_BYSTANDERS} movers",
-            _over(ticks, whole_tick(law, movers)),
+            f"{group}: whole, verified, {people} around",
+            _over(ticks, whole_tick(law, around)),
         ),
         Case(
-            f"{group}: whole, verified, active set, {_BYSTANDERS} movers",
-            _over(ticks, whole_tick(laws["active set"], movers)),
+            f"{group}: whole, verified, active set, {people} around",
+            _over(ticks, whole_tick(laws["active set"], around)),
+        ),
+        Case(
+            f"{group}: whole, verified, {people} in the way",
+            _over(ticks, whole_tick(law, in_the_way)),
+        ),
+        Case(
+            f"{group}: whole, verified, active set, {people} in the way",
+            _over(ticks, whole_tick(laws["active set"], in_the_way)),
         ),
     ]
 
 
 def _bystanders(ticks: list[Tick]) -> Movers:
-    """People who walk round where the end effector is on the average."""
-    center = np.mean([tick.state.X_WE[:3, 3] for tick in ticks], axis=0)
+    """People who walk round all places at which the robot is in its run."""
+    p_WS = np.concatenate([tick.state.spheres.p_WS for tick in ticks])
+    radius = np.tile(ticks[0].state.spheres.radius, len(ticks))
+    center = 0.5 * (p_WS.min(axis=0) + p_WS.max(axis=0))
+    away = np.linalg.norm((p_WS - center)[:, :2], axis=1) + radius
+    return _ring(center, away.max() + _GAP + _STOUT)
+
+
+def _in_the_way(ticks: list[Tick]) -> Movers:
+    """People who stand where the robot is: no command keeps off them."""
+    hand = np.mean([tick.state.X_WE[:3, 3] for tick in ticks], axis=0)
+    return _ring(hand, _IN_THE_WAY)
+
+
+def _ring(center: np.ndarray, away: float) -> Movers:
+    """People who walk round a place, in a ring."""
     people = []
-    for angle in np.linspace(0.0, 2.0 * np.pi, _BYSTANDERS, endpoint=False):
+    for angle in np.linspace(0.0, 2.0 * np.pi, _PEOPLE, endpoint=False):
         outwards = np.array([np.cos(angle), np.sin(angle), 0.0])
         along = np.array([-np.sin(angle), np.cos(angle), 0.0])
-        X_WM = RigidTransform(center + _AWAY * outwards)
+        X_WM = RigidTransform(center + away * outwards)
         people.append(
-            Mover.capsule("somebody", X_WM, 0.4, 0.2, v_WM=_SPEED * along)
+            Mover.capsule("somebody", X_WM, 0.4, _STOUT, v_WM=_SPEED * along)
         )
     return Movers(0.0, people)
 
