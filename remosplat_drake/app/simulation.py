@@ -401,6 +401,7 @@ def make_result(
             world.truth_field,
             world.seen and world.seen.field,
             [report.line_deviation for report in recorder.reports],
+            [report.separation for report in recorder.reports],
         ),
         standing=standing,
         standings=standings,

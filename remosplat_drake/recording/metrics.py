@@ -14,6 +14,7 @@ from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.separation import Separation
 
 
 @dc.dataclass(frozen=True)
@@ -50,6 +51,9 @@ class RunMetrics:
         mover_contacts: All contacts with what moves, by whose doing they were.
         waited: Time in which no part of the robot moved [s]; None where
             nothing else does.
+        separation_margin_min: By how much the distance to what is known to
+            move exceeded the protective separation distance S_p at least, at
+            the ticks [m]; None where nothing was.
     """
 
     duration: float
@@ -72,6 +76,7 @@ class RunMetrics:
     mover_distance_min: float | None = None
     mover_contacts: tuple[Contact, ...] = ()
     waited: float | None = None
+    separation_margin_min: float | None = None
 
 
 def run_metrics(
@@ -81,6 +86,7 @@ def run_metrics(
     truth: DistanceField | None,
     unseen: DistanceField | None = None,
     line_deviation: Sequence[float] = (),
+    separations: Sequence[Separation | None] = (),
 ) -> RunMetrics:
     """Computes the metrics of a finished run.
 
@@ -92,7 +98,10 @@ def run_metrics(
         unseen: Space that no camera has seen; None where that is unknown.
         line_deviation: How far the end effector was beside the line of each
             tick [m]; NaN where there was none.
+        separations: How near what moves was at each tick; None where nothing
+            was known to.
     """
+    margins = [each.margin for each in separations if each is not None]
     p_WE = np.array([robot.end_effector_pose(q)[:3, 3] for q in trajectory.q])
     true_min, true_mean = _summary(clearances_to(truth, trajectory, robot))
     to_unseen = clearances_to(unseen, trajectory, robot)
@@ -124,6 +133,7 @@ def run_metrics(
         mover_distance_min=_summary(moving.distance)[0] if moving else None,
         mover_contacts=moving.contacts if moving else (),
         waited=moving.waited if moving else None,
+        separation_margin_min=min(margins, default=None),
     )
 
 

@@ -8,6 +8,7 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.recording.metrics import path_length, run_metrics
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.signals.separation import Separation
 
 DT = 0.1
 
@@ -130,3 +131,13 @@ def test_only_ticks_on_a_line_can_be_beside_it(frankie):
     assert metrics.line_deviation_mean == 0.002
     metrics = run_metrics(trajectory, frankie, DT, None)
     assert metrics.line_deviation_max is None
+
+
+def test_the_least_margin_counts_of_what_was_known_to_move(frankie):
+    trajectory = trajectory_of([[0, 0, 0, *frankie.home]] * 3, n_u=9)
+    seen = [None, Separation("hand", "Ada", 0.5, 0.4)]
+    seen.append(Separation("hand", "Ada", 0.3, 0.35))
+    metrics = run_metrics(trajectory, frankie, DT, None, separations=seen)
+    assert metrics.separation_margin_min == pytest.approx(-0.05)
+    metrics = run_metrics(trajectory, frankie, DT, None, separations=[None])
+    assert metrics.separation_margin_min is None
