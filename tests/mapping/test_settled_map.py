@@ -1,0 +1,176 @@
+"""A thing that comes to stay is handed from what moves to the live map."""
+
+import dataclasses as dc
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mapped_table import CAMERA, looking_around, make_job, table_world
+from pydrake.common.value import Value
+from pydrake.math import RigidTransform
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+
+from remosplat_drake.camera.mount import CameraMount
+from remosplat_drake.mapping.live_map import LiveMap
+from remosplat_drake.mapping.mapping_process import MappingProcess
+from remosplat_drake.oracle.distance_oracle import DistanceOracle
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.moving.mover_track import MoverConfig, WaypointConfig
+from remosplat_drake.scene.primitive_scene import Box
+from remosplat_drake.sight.known_scene import KnownScene, surface_points
+from remosplat_drake.sight.settled_requests import SettledRequests
+from remosplat_drake.sight.sight_camera_config import SightCameraConfig
+from remosplat_drake.sight.sight_config import SightConfig
+from remosplat_drake.sight.simulated.camera_sight import (
+    CameraSight,
+    simulated_sight,
+)
+from remosplat_drake.signals.map_requests import MapRequests
+from remosplat_drake.signals.scene_map import SceneMap
+from remosplat_drake.station.mover_source import MoverSource
+
+PERIOD, LATENCY = 0.02, 0.4
+HALF = np.array([0.07, 0.07, 0.05])
+PLACE = np.array([0.85, -0.19, 0.4])
+ARRIVAL = 1.2
+SIGHT = SightConfig(settle=0.6)
+CAMERAS = [
+    SightCameraConfig(
+        name, translation=[-0.2, y, 1.7], look_at=[0.9, -0.1, 0.4], rate=15
+    )
+    for name, y in (("left", 1.6), ("right", -1.8))
+]
+
+
+class Room:
+    """A robot before a table, two cameras, a live map, and what comes."""
+
+    def __init__(self, process: MappingProcess):
+        world, robot = table_world(), table_world().robot
+        builder = DiagramBuilder()
+        source = builder.AddSystem(ConstantVectorSource(world.q0))
+        q = source.get_output_port()
+        parcel = MoverConfig(
+            name="parcel",
+            half_extents=HALF.tolist(),
+            radius=0.001,
+            waypoints=[
+                WaypointConfig(0.0, (PLACE - [0, 1.2, 0]).tolist()),
+                WaypointConfig(ARRIVAL, PLACE.tolist()),
+            ],
+        )
+        truth = builder.AddSystem(MoverSource(tracks=[parcel.make(Path())]))
+        self.oracle = DistanceOracle.AddToBuilder(
+            builder,
+            robot=robot,
+            field=world.field,
+            max_distance=0.5,
+            configuration=q,
+        )
+        known = KnownScene(
+            world.field, SIGHT, surface_points(world.splat_W, None)
+        )
+        self.sight = CameraSight.AddToBuilder(
+            builder,
+            sight=simulated_sight(
+                CAMERAS, robot, world.truth, known, SIGHT, seed=0
+            ),
+            configuration=q,
+            truth=truth.get_output_port(),
+            distance_field=self.oracle.GetOutputPort("distance_field"),
+            period=PERIOD,
+        )
+        mount = CameraMount(robot, CAMERA.hand_eye(), CAMERA.frame)
+        settled = SettledRequests.AddToBuilder(
+            builder,
+            configuration=q,
+            movers=self.sight.GetOutputPort("movers"),
+            in_view=lambda q, p_W: CAMERA.sees(mount.pose(q), p_W),
+            settle=SIGHT.settle,
+        )
+        self.map = LiveMap.AddToBuilder(
+            builder,
+            configuration=q,
+            settled=settled.GetOutputPort("map_requests"),
+            oracle=self.oracle,
+            process=process,
+            initial=SceneMap(0, None, (), -np.inf, world.field),
+            n_q=robot.n_q,
+            period=PERIOD,
+            latency=LATENCY,
+        )
+        self.q, self.truth = source, world.truth
+        self.simulator = Simulator(builder.Build())
+        self.root = self.simulator.get_mutable_context()
+        self.ask(MapRequests())
+        self.simulator.Initialize()
+
+    def ask(self, requests: MapRequests) -> None:
+        context = self.map.GetMyMutableContextFromRoot(self.root)
+        self.map.GetInputPort("requests").FixValue(context, Value(requests))
+
+    def stand(self, q: np.ndarray) -> None:
+        context = self.q.GetMyMutableContextFromRoot(self.root)
+        self.q.get_mutable_source_value(context).SetFromVector(q)
+
+    def advance(self) -> float:
+        """To just after the next tick; returns the time."""
+        time = self.root.get_time() + PERIOD
+        self.simulator.AdvanceTo(time)
+        return time
+
+    def evaluated(self, system, port: str):
+        context = system.GetMyContextFromRoot(self.root)
+        return system.GetOutputPort(port).Eval(context)
+
+    def who_knows(self) -> set[str]:
+        """Who knows at this time that the parcel is at its place."""
+        known = set()
+        field = self.evaluated(self.oracle, "distance_field")
+        top = Spheres.at(np.add(PLACE, [0, 0, HALF[2]]))
+        if field.clearances(top, 0.5).minimum() < 0.03:
+            known.add("map")
+        for mover in self.evaluated(self.sight, "movers"):
+            p_M = mover.X_WM.inverse().multiply(PLACE)
+            out = np.maximum(np.abs(p_M) - mover.half_extents, 0)
+            if np.linalg.norm(out) <= mover.radius:
+                known.add("movers")
+        return known
+
+
+@pytest.fixture(scope="module")
+def room(rendering, tmp_path_factory):
+    world = table_world()
+    job = make_job(world, tmp_path_factory.mktemp("settled") / "session")
+    process = MappingProcess(dc.replace(job, base=world.splat_W))
+    yield Room(process)
+    process.close()
+
+
+@pytest.mark.slow
+def test_what_settles_is_in_the_map_before_it_leaves_the_movers(room):
+    # The robot looks around, and nothing has come yet.
+    requests = MapRequests()
+    for q in looking_around(table_world(), 2):
+        room.stand(q)
+        requests += MapRequests(frames=1, unfinished=1)
+        room.ask(requests)
+        room.advance()
+    laden = Box(RigidTransform(PLACE), HALF, "parcel")
+    boxes = (*room.truth.boxes, laden)
+    story, time = [], 0.0
+    while time < 6.0 and story[-1:] != [{"map"}]:
+        time = room.advance()
+        if time > ARRIVAL and requests.scene is None:
+            # The simulated camera sees what has come to stay.
+            scene = dc.replace(room.truth, boxes=boxes)
+            requests = dc.replace(requests, scene=scene)
+            room.ask(requests)
+        known = room.who_knows()
+        if time > ARRIVAL + 0.2 and known not in story[-1:]:
+            story.append(known)
+    assert story == [{"movers"}, {"movers", "map"}, {"map"}]
+    assert room.map.status(room.map.GetMyContextFromRoot(room.root)).swaps == 1
+    assert not len(room.evaluated(room.sight, "movers"))
